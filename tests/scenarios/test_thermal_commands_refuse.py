@@ -207,7 +207,7 @@ def test_a_model_that_was_changed_by_hand_is_named_with_its_key(
     del content["sha256"]
     content["outputs"][0]["parts"][0]["gain"] = 1.0
     changed.write_text(json.dumps(content), encoding="ascii")
-    assert "unknown key gain" in refusal(capsys, "verify", changed, good)
+    assert "'gain' is not a key" in refusal(capsys, "verify", changed, good)
     changed.write_text("[" * 100_000, encoding="ascii")
     assert "nested" in refusal(capsys, "simulate", changed, good, "-o", tmp_path / "s.csv")
 

@@ -103,15 +103,19 @@ def test_regions_come_from_a_file_in_pixels_and_millimetres(examples, write, cap
 @pytest.mark.parametrize(
     ("text", "code", "key"),
     [
-        ("", "wrong_number_of_regions", "regions"),
-        ("[regions.a]\nx_px = [0, 20]\n", "region_edges", "regions.a"),
-        ("[regions.a]\nx_px = [0, 2]\ny_px = [0, 2]\ny_mm = [0, 2]\n", "region_edges", "regions.a"),
-        ("[regions.a]\nx_px = [0, true]\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
-        ("[regions.a]\nx_px = [0, nan]\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
-        ("[regions.a]\nx_px = [0, 1, 2]\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
-        ("[regions.a]\nx_px = 'all'\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
-        ("[regions.a]\nx_px = [2, 0]\ny_px = [0, 2]\n", "not_rising", "regions.a.x_px"),
-        ("[regions.a]\nx_mm = [0, 2]\ny_px = [0, 2]\n", "scale_needed", "regions.a.x_mm"),
+        ("", "number_of_regions", "regions"),
+        ("[regions.a]\nx_px = [0, 20]\n", "edges_missing", "regions.a.y_px"),
+        (
+            "[regions.a]\nx_px = [0, 2]\ny_px = [0, 2]\ny_mm = [0, 2]\n",
+            "edges_stated_twice",
+            "regions.a.y_px",
+        ),
+        ("[regions.a]\nx_px = [0, true]\ny_px = [0, 2]\n", "not_a_number", "regions.a.x_px[1]"),
+        ("[regions.a]\nx_px = [0, nan]\ny_px = [0, 2]\n", "not_finite", "regions.a.x_px[1]"),
+        ("[regions.a]\nx_px = [0, 1, 2]\ny_px = [0, 2]\n", "impossible_value", "regions.a.x_px"),
+        ("[regions.a]\nx_px = 'all'\ny_px = [0, 2]\n", "not_a_list", "regions.a.x_px"),
+        ("[regions.a]\nx_px = [2, 0]\ny_px = [0, 2]\n", "edges_not_rising", "regions.a.x_px"),
+        ("[regions.a]\nx_mm = [0, 2]\ny_px = [0, 2]\n", "scale_missing", "regions.a.x_mm"),
     ],
 )
 def test_a_wrong_file_of_regions_is_one_error(examples, write, text, code, key):

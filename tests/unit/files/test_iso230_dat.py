@@ -4,7 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.errors import MeasurementFileError, ThermaxisError
+from tests.refused import refused
+from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_iso230_dat
 from thermaxis.positioning import PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
@@ -68,13 +69,8 @@ def read(folder: Path, text: str) -> PositioningTest:
     return read_iso230_dat(saved(folder, text))
 
 
-def refused(folder: Path, text: str) -> MeasurementFileError:
-    path = saved(folder, text)
-    with pytest.raises(MeasurementFileError) as caught:
-        read_iso230_dat(path)
-    assert str(path) in caught.value.where
-    assert caught.value.remedy
-    return caught.value
+def refusal(folder: Path, text: str) -> str:
+    return refused(read_iso230_dat, saved(folder, text))
 
 
 def remark(test: PositioningTest, part: str) -> str:
@@ -200,21 +196,27 @@ def test_what_is_odd_is_read_with_a_remark(tmp_path: Path, text: str, missing: i
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        *((lines_changed("UNIT=mm", f"UNIT={u}"), "line 6") for u in ("inch", "rad", "mm/s", "5")),
-        (lines_changed("CYCLES=3", "CYCLES=7"), "column CYCLES: CYCLES states 7 cycles"),
-        (lines_changed("CYCLES=3", "CYCLES=999999999"), "are of 3 cycles only"),
+        *(
+            (lines_changed("UNIT=mm", f"UNIT={u}"), "line 6, column UNIT: unknown_unit")
+            for u in ("inch", "rad", "mm/s", "5")
+        ),
+        (lines_changed("CYCLES=3", "CYCLES=7"), "line 7, column CYCLES: cycles_cut_short"),
+        (lines_changed("CYCLES=3", "CYCLES=999999999"), "line 7, column CYCLES: cycles_cut_short"),
         (
             dat(readings=without(lambda r: r[0] == "BWD" and r[1] == 2 and r[2] > 1)),
-            "target 2 (-7.5 mm) has 1 reading backward",
+            "too_few_readings_of_target",
         ),
-        (dat(readings=all_readings()[:-3]), "cut short: it ends after 21 of 24"),
-        (lines_changed("TGT_DATA[3]=0", "TGT_DATA[3]=zero"), "line 12, column TGT_DATA[3]"),
-        ("# only a comment\n", "no readings"),
-        ("UNIT=mm\nTGT_DATA[1]=2\n", "no readings"),
+        (dat(readings=all_readings()[:-3]), "line 34: readings_cut_short"),
+        (
+            lines_changed("TGT_DATA[3]=0", "TGT_DATA[3]=zero"),
+            "line 12, column TGT_DATA[3]: not_a_number",
+        ),
+        ("# only a comment\n", "no_readings_in_file"),
+        ("UNIT=mm\nTGT_DATA[1]=2\n", "no_readings_in_file"),
     ],
 )
 def test_what_is_no_whole_run_is_refused(tmp_path: Path, text: str, part: str):
-    assert part in str(refused(tmp_path, text))
+    assert refusal(tmp_path, text) == part
 
 
 def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
@@ -238,34 +240,45 @@ def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
 @pytest.mark.parametrize(
     ("old", "new", "part"),
     [
-        ("UNIT=mm", "UNIT mm", "neither a comment nor KEY=value"),
-        ("UNIT=mm", "=mm", "neither a comment nor KEY=value"),
-        ("UNIT=mm", "UNIT=mm\nUNIT=um", "UNIT is stated twice"),
-        ("CYCLES=3", "CYCLES=2", "no target 1 in cycle 3"),
-        ("CYCLES=3", "CYCLES=0", "CYCLES is 0"),
-        ("CYCLES=3", "CYCLES=three", "'three' is not a whole number"),
-        ("POSITIONS=4", "POSITIONS=3", "no target 4"),
-        ("POSITIONS=4", "POSITIONS=5", "POSITIONS is 5"),
-        ("POSITIONS=4\n", "", "POSITIONS is 8 (POSITIONS not stated, default)"),
-        ("TGT_DATA[2]=-7.5\n", "", "target 2 is not among them"),
-        ("TGT_DATA[2]=-7.5", "TGT_DATA[3]=-7.5", "target 3 is stated twice"),
-        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=nan", "'nan' is not a number"),
-        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=", "a number is missing"),
-        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=0", "neither rise nor fall"),
-        ("TGT_DATA[2]=-7.5", "TGT_DATA[2,1]=-7.5", "has 2 indices"),
-        ("TGT_DATA[2]=-7.5", "TGT_DATA[two]=-7.5", "'two' is not a whole number"),
-        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2]=-", "has 1 indices"),
-        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[0,2]=-", "no target 0"),
-        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2,1]=-", "given twice"),
-        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2,2]=x", "is not a number"),
-        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2,2]=-9999999999", "too large"),
+        ("UNIT=mm", "UNIT mm", "line 6: not_key_and_value"),
+        ("UNIT=mm", "=mm", "line 6: not_key_and_value"),
+        ("UNIT=mm", "UNIT=mm\nUNIT=um", "line 7: stated_differently"),
+        ("CYCLES=3", "CYCLES=2", "line 22: reading_outside_plan"),
+        ("CYCLES=3", "CYCLES=0", "line 7, column CYCLES: not_positive"),
+        ("CYCLES=3", "CYCLES=three", "line 7, column CYCLES: not_a_whole_number"),
+        ("POSITIONS=4", "POSITIONS=3", "line 17: reading_outside_plan"),
+        ("POSITIONS=4", "POSITIONS=5", "column POSITIONS: target_count"),
+        ("POSITIONS=4\n", "", "column POSITIONS: target_count"),
+        ("TGT_DATA[2]=-7.5\n", "", "column POSITIONS: target_count"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[3]=-7.5", "line 12: stated_twice"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=nan", "line 11, column TGT_DATA[2]: not_a_number"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=", "line 11, column TGT_DATA[2]: number_missing"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=0", "line 12: targets_not_in_order"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2,1]=-7.5", "line 11: number_of_indices"),
+        (
+            "TGT_DATA[2]=-7.5",
+            "TGT_DATA[two]=-7.5",
+            "line 11, column TGT_DATA[two]: not_a_whole_number",
+        ),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2]=-", "line 19: number_of_indices"),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[0,2]=-", "line 19: reading_outside_plan"),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2,1]=-", "line 19: reading_twice"),
+        (
+            "REF_DATA_FWD[2,2]=-",
+            "REF_DATA_FWD[2,2]=x",
+            "line 19, column REF_DATA_FWD[2,2]: not_a_number",
+        ),
+        (
+            "REF_DATA_FWD[2,2]=-",
+            "REF_DATA_FWD[2,2]=-9999999999",
+            "line 19, column REF_DATA_FWD[2,2]: magnitude_too_large",
+        ),
     ],
 )
 def test_a_contradiction_is_refused_with_its_place(tmp_path: Path, old: str, new: str, part: str):
     text = dat()
     assert old in text
-    error = refused(tmp_path, text.replace(old, new, 1))
-    assert part in str(error)
+    assert refusal(tmp_path, text.replace(old, new, 1)) == part
 
 
 @pytest.mark.real_data

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.refused import refused, said as found
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import read_positioning
 from thermaxis.files.runs import _assemble
@@ -57,7 +58,7 @@ for path in sys.argv[1:]:
         files.read_positioning(path)
         said = "read"
     except MeasurementFileError as error:
-        said = str(error)
+        said = error.code
     results[path] = [time.process_time() - begin, said]
 peak = None
 try:  # not from resource: that peak is inherited from the process that started this one
@@ -138,28 +139,30 @@ def hostile_files(folder: Path) -> dict[Path, str]:
     wide = (b'<row r="%d"><c r="XFD%d"/></row>' % (k, k) for k in range(1, 2000))
     bomb = workbook(folder / "bomb.xlsx", [b" " * 10_000_000] * 9)
     return {
-        sparse(folder / "large.csv", 100_000_001): "100 MB",
-        sparse(folder / "large.xlsx", 60_000_000): "zero bytes",
-        filled(folder / "lines.csv", b"1,forward,0,1\n"): "more than 2000000 lines",
-        filled(folder / "endless.csv", b"1,forward,0,1 "): "longer than 4 MB",
-        sparse(folder / "packed.xlsx", 60_000_000, start=b"PK"): "more than the limit of 50 MB",
-        bomb: "unpacks to 90 MB",
-        lying(folder / "lying.xlsx", bomb): "damaged",
-        large_directory(folder / "directory.xlsx", bomb): "directory",
-        workbook(folder / "far.xlsx", [far]): "spans more than 1000000 cells",
-        workbook(folder / "row.xlsx", [far.replace(b"1048576", b"99999999999")]): "spans more than",
-        workbook(folder / "wide.xlsx", wide): "spans more than",
-        workbook(folder / "cells.xlsx", many): "more than 1000000 cells",
-        workbook(folder / "tags.xlsx", [b"<a/>" * 100_000] * 10): "far more than cells",
-        workbook(folder / "lzma.xlsx", [], method=zipfile.ZIP_LZMA): "packed in a way",
-        workbook(folder / "texts.xlsx", [], more=texts(3_000_000)): "more than 8 MB",
-        workbook(folder / "styles.xlsx", [], more=styles(2_000_000)): "more than 4 MB",
-        workbook(folder / "parts.xlsx", [], more={f"a/{k}": [b"a"] for k in range(3000)}): "parts",
+        sparse(folder / "large.csv", 100_000_001): "file_too_large",
+        sparse(folder / "large.xlsx", 60_000_000): "not_text",
+        filled(folder / "lines.csv", b"1,forward,0,1\n"): "too_many_lines",
+        filled(folder / "endless.csv", b"1,forward,0,1 "): "line_too_long",
+        sparse(folder / "packed.xlsx", 60_000_000, start=b"PK"): "file_too_large",
+        bomb: "unpacked_too_large",
+        lying(folder / "lying.xlsx", bomb): "file_damaged",
+        large_directory(folder / "directory.xlsx", bomb): "workbook_too_large",
+        workbook(folder / "far.xlsx", [far]): "too_many_cells",
+        workbook(folder / "row.xlsx", [far.replace(b"1048576", b"99999999999")]): "too_many_cells",
+        workbook(folder / "wide.xlsx", wide): "too_many_cells",
+        workbook(folder / "cells.xlsx", many): "too_many_cells",
+        workbook(folder / "tags.xlsx", [b"<a/>" * 100_000] * 10): "part_too_large",
+        workbook(folder / "lzma.xlsx", [], method=zipfile.ZIP_LZMA): "unusual_workbook",
+        workbook(folder / "texts.xlsx", [], more=texts(3_000_000)): "part_too_large",
+        workbook(folder / "styles.xlsx", [], more=styles(2_000_000)): "part_too_large",
+        workbook(
+            folder / "parts.xlsx", [], more={f"a/{k}": [b"a"] for k in range(3000)}
+        ): "workbook_too_large",
         workbook(
             folder / "entities.xlsx",
             [],
             more={SHEET: [b'<!DOCTYPE a [<!ENTITY b "cc"><!ENTITY d "&b;&b;">]><a>&d;</a>']},
-        ): "document type",
+        ): "unusual_workbook",
     }
 
 
@@ -184,7 +187,7 @@ def test_what_is_too_large_is_refused_within_a_second_and_200_mb(tmp_path: Path)
     results, peak_mb = json.loads(result.stdout)
     for path, word in files.items():
         seconds, said = results[str(path)]
-        assert word in said
+        assert said == word, path.name
         assert seconds < 1.0, path.name
     assert peak_mb is None or peak_mb < 200
 
@@ -212,16 +215,18 @@ def test_a_workbook_just_below_the_limit_of_cells_is_read(tmp_path: Path) -> Non
 def test_too_many_lines_are_refused_before_they_are_read(tmp_path: Path, lines: bytes) -> None:
     path = tmp_path / "run.csv"
     path.write_bytes(b"cycle,direction,target_mm,deviation_um\n" + lines * 2_000_001)
-    with pytest.raises(MeasurementFileError, match="more than 2000000 lines"):
-        read_positioning(path)
+    assert refused(read_positioning, path) == "too_many_lines"
 
 
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"1," * 1_000_000, "longer than 1000000 characters"),
-        (b"cycle,direction,target_mm,deviation_um\n" + b"1," * 1_000_000, "line 2: the line is"),
-        (b"target_mm," + b",".join(b"%d" % k for k in range(1, 5000)) + b"\n", "no column heading"),
+        (b"1," * 1_000_000, "line 1: line_too_long"),
+        (b"cycle,direction,target_mm,deviation_um\n" + b"1," * 1_000_000, "line 2: line_too_long"),
+        (
+            b"target_mm," + b",".join(b"%d" % k for k in range(1, 5000)) + b"\n",
+            "line 1: run_headings_incomplete",
+        ),
         *(
             (b"cycle,direction,target_mm,deviation_um\n1,forward,0," + cell + b"\n", "line 2")
             for cell in (b"9" * 200_000, b'"' + b"9" * 200_000 + b'"', b'"' + b"a" * 200_000)
@@ -233,9 +238,10 @@ def test_long_lines_cells_and_tables_are_errors_of_our_own(
 ) -> None:
     path = tmp_path / "run.csv"
     path.write_bytes(content)
-    with pytest.raises(MeasurementFileError, match=said) as caught:
+    with pytest.raises(MeasurementFileError) as caught:
         read_positioning(path)
     assert len(str(caught.value)) < 1500
+    assert said in found(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -304,5 +310,4 @@ def test_a_workbook_inside_a_comment_of_the_archive_deceives_nobody(tmp_path: Pa
         archive.comment = b"PK\x05\x06" + bytes(8) + struct.pack("<I", 90_000_000) + bytes(6)
     path = tmp_path / "run.xlsx"
     path.write_bytes(stream.getvalue())
-    with pytest.raises(MeasurementFileError, match="directory"):
-        read_positioning(path)
+    assert refused(read_positioning, path) == "workbook_too_large"

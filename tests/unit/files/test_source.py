@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.refused import refused, said
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files.table import (
     NUMBER_LIMIT,
@@ -66,8 +68,9 @@ def test_the_lines_that_hold_lost_characters_are_named(tmp_path: Path):
 @pytest.mark.parametrize("name", ["no-such-encoding", "utf-16", "hex", "unicode_escape", "a\x00b"])
 def test_a_fallback_that_does_not_contain_ascii_is_refused(tmp_path: Path, name: str):
     path = written(tmp_path, b"1 2 3")
-    with pytest.raises(ConfigurationError, match="not a usable text encoding"):
+    with pytest.raises(ConfigurationError) as caught:
         read_text(path, fallback_encoding=name)
+    assert caught.value.code == "unusable_encoding"
 
 
 @pytest.mark.parametrize("end", ["\r\n", "\n", "\r"])
@@ -79,37 +82,37 @@ def test_every_line_end_separates_lines(tmp_path: Path, end: str):
 @pytest.mark.parametrize(
     ("start", "seems"),
     [
-        (b"\x89PNG\r\n\x1a\n", "a picture"),
-        (b"\xff\xd8\xff\xe0", "a picture"),
-        (b"GIF89a", "a picture"),
-        (b"RIFF1234WEBPVP8 ", "a picture"),
-        (b"%PDF-1.7\n", "a PDF"),
-        (b"PK\x03\x04\x14\x00", "a workbook"),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a workbook of the old kind"),
-        (b"\x1f\x8b\x08", "a compressed file"),
-        (b"1,2\x003", "zero bytes"),
-        ("1,2,3".encode("utf-16-le"), "zero bytes"),
-        (codecs.BOM_UTF16_LE + b"a\x00\x00\xd8", "UTF-16"),
-        *((blank, "empty") for blank in (b"", codecs.BOM_UTF8, codecs.BOM_UTF16_LE, b" \r\n\t")),
+        (b"\x89PNG\r\n\x1a\n", "not_text"),
+        (b"\xff\xd8\xff\xe0", "not_text"),
+        (b"GIF89a", "not_text"),
+        (b"RIFF1234WEBPVP8 ", "not_text"),
+        (b"%PDF-1.7\n", "not_text"),
+        (b"PK\x03\x04\x14\x00", "not_text"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "not_text"),
+        (b"\x1f\x8b\x08", "not_text"),
+        (b"1,2\x003", "not_text"),
+        ("1,2,3".encode("utf-16-le"), "not_text"),
+        (codecs.BOM_UTF16_LE + b"a\x00\x00\xd8", "cut_short"),
+        *(
+            (blank, "file_empty")
+            for blank in (b"", codecs.BOM_UTF8, codecs.BOM_UTF16_LE, b" \r\n\t")
+        ),
     ],
 )
 def test_what_is_no_text_is_named(tmp_path: Path, start: bytes, seems: str):
-    more = b"" if seems == "empty" else b" and some more "
+    more = b"" if seems == "file_empty" else b" and some more "
     path = written(tmp_path, start + more)
-    with pytest.raises(MeasurementFileError, match=seems) as caught:
-        read_text(path)
-    assert str(path) in str(caught.value)
-    assert caught.value.remedy
+    assert refused(read_text, path) == seems
 
 
 def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path: Path):
-    expected = {tmp_path: "folder", tmp_path / "missing": "no such file", Path("a\0b"): "name"}
+    expected = {tmp_path: "not_a_file", tmp_path / "missing": "file_not_found"}
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe")
-        expected[tmp_path / "pipe"] = "not a regular file"
-    for path, said in {**expected, Path("x" * 5000): "cannot be read"}.items():
-        with pytest.raises(MeasurementFileError, match=said):
-            read_text(path)
+        expected[tmp_path / "pipe"] = "not_a_file"
+    expected |= dict.fromkeys((Path("a\0b"), Path("x" * 5000)), "file_unreadable")
+    for path, code in expected.items():
+        assert refused(read_text, path) == code
 
 
 def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path: Path):
@@ -118,8 +121,7 @@ def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path: Path):
         stream.truncate(TEXT_LIMIT_BYTES + 1)
     tracemalloc.start()
     began = time.process_time()
-    with pytest.raises(MeasurementFileError, match="more than the limit of 100 MB"):
-        read_text(path)
+    assert refused(read_text, path) == "file_too_large"
     seconds = time.process_time() - began
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
@@ -130,15 +132,15 @@ def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path: Path):
 @settings(derandomize=True)
 @given(st.floats(min_value=-NUMBER_LIMIT, max_value=NUMBER_LIMIT))
 def test_every_printed_number_reads_as_itself(value: float):
-    assert parse_number(repr(value), path="run.csv") == value
-    assert parse_number(f" {value!r}\t".replace(".", ","), path="run.csv", decimal=",") == value
+    assert parse_number(repr(value), Place("run.csv")) == value
+    assert parse_number(f" {value!r}\t".replace(".", ","), Place("run.csv"), decimal=",") == value
 
 
 @pytest.mark.parametrize(
     ("text", "value"), [("-.047", -0.047), ("5.", 5.0), ("+1E3", 1000.0), ("1e-400", 0.0)]
 )
 def test_short_forms_of_numbers_are_read(text: str, value: float):
-    assert parse_number(text, path="run.csv") == value
+    assert parse_number(text, Place("run.csv")) == value
     assert is_number(text)
 
 
@@ -151,34 +153,35 @@ def test_short_forms_of_numbers_are_read(text: str, value: float):
 )
 def test_what_is_no_decimal_number_is_refused(text: str):
     with pytest.raises(MeasurementFileError) as caught:
-        parse_number(text, path="run.csv", line=7, column="deviation_um")
-    assert caught.value.where == "run.csv, line 7, column deviation_um"
+        parse_number(text, Place("run.csv", 7, "deviation_um"))
+    assert caught.value.place == Place("run.csv", 7, "deviation_um")
     assert not is_number(text)
 
 
 @pytest.mark.parametrize("text", ["", "-1", "1.0", "1e3", "²", "12345678901", "x"])
 def test_what_is_no_whole_number_is_refused(text: str):
-    with pytest.raises(MeasurementFileError, match="whole number"):
-        parse_whole_number(text, path="run.csv", line=2)
+    with pytest.raises(MeasurementFileError) as caught:
+        parse_whole_number(text, Place("run.csv", 2))
+    assert said(caught.value) == "line 2: not_a_whole_number"
 
 
 @pytest.mark.parametrize(
-    ("text", "decimal", "said"),
+    ("text", "decimal", "code"),
     [
-        *((text, ".", "too large") for text in ("1e10", "-1000000001", "1e400")),
-        ("1.000,5", ",", "not a number"),
+        *((text, ".", "magnitude_too_large") for text in ("1e10", "-1000000001", "1e400")),
+        ("1.000,5", ",", "not_a_number"),
     ],
 )
-def test_a_number_that_cannot_be_measured_is_refused(text: str, decimal: str, said: str):
-    with pytest.raises(MeasurementFileError, match=said) as caught:
-        parse_number(text, path="run.xlsx", cell="Sheet1!B7", decimal=decimal)
-    assert caught.value.where == "run.xlsx, cell Sheet1!B7"
+def test_a_number_that_cannot_be_measured_is_refused(text: str, decimal: str, code: str):
+    with pytest.raises(MeasurementFileError) as caught:
+        parse_number(text, Place("run.xlsx", cell="Sheet1!B7"), decimal=decimal)
+    assert said(caught.value) == f"cell Sheet1!B7: {code}"
 
 
 def test_header_text_keeps_its_letters_and_loses_what_is_not_writing():
     assert clean_text("<b>Přímost</b> #1\x1b[31m\x00\u202e\u2028") == "<b>Přímost</b> #1 [31m"
     assert clean_text("x" * 50, limit=10) == "xxxxxxx..."
-    assert parse_whole_number(" 042 ", path="run.csv") == 42
+    assert parse_whole_number(" 042 ", Place("run.csv")) == 42
 
 
 @settings(derandomize=True)

@@ -6,7 +6,8 @@ from time import process_time
 import numpy as np
 import pytest
 
-from thermaxis.errors import MeasurementFileError, ThermaxisError
+from tests.refused import refused
+from thermaxis.errors import MeasurementFileError
 from thermaxis.files import format_tidy_csv, read_tidy_csv, write_tidy_csv
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
@@ -46,12 +47,10 @@ def read(tmp_path: Path, *lines: str, encoding: str = "utf-8") -> PositioningTes
     return read_tidy_csv(path)
 
 
-def refused(tmp_path: Path, *lines: str) -> str:
-    with pytest.raises(MeasurementFileError) as caught:
-        read(tmp_path, *lines)
-    assert str(tmp_path / "run.csv") in str(caught.value)
-    assert caught.value.remedy
-    return str(caught.value)
+def refusal(tmp_path: Path, *lines: str) -> str:
+    path = tmp_path / "run.csv"
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    return refused(read_tidy_csv, path)
 
 
 def assert_the_run(test: PositioningTest) -> None:
@@ -195,24 +194,36 @@ def test_what_is_done_with_other_columns_is_said(
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        ([HEADING, '1,forward,"0,5",1', *ROWS], "line 2, column target_mm"),
+        ([HEADING, '1,forward,"0,5",1', *ROWS], "line 2, column target_mm: not_a_number"),
         (
             [*SEMICOLONS[:4], SEMICOLONS[4].replace(".", ","), *SEMICOLONS[5:]],
-            "line 5, column target_mm: this number has a decimal comma",
+            "line 5, column target_mm: decimal_signs_mixed",
         ),
-        ([*PLAIN[:4], "1,sideways,0,1"], "line 5, column direction: 'sideways'"),
-        (["cycle,direction,target,deviation_um", *ROWS], "line 1, column target:"),
-        (["cycle,direction,target_mm,deviation", *ROWS], "line 1, column deviation:"),
-        (["cycle,direction,Target (furlong),deviation_um", *ROWS], "column Target (furlong):"),
-        (["cycle,direction,target_mm,deviation_arcsec", *ROWS], "column deviation_arcsec:"),
-        (["cycle,direction,target_mm,measured_deg", *ROWS], "column measured_deg:"),
-        (["cycle,direction,deviation_um,x", *ROWS], "no column of target"),
-        (["cycle,direction,target_mm,x", *ROWS], "no column of deviations"),
-        (["x,direction,target_mm,deviation_um", *ROWS], "no column of cycle"),
-        (["cycle,x,target_mm,deviation_um", *ROWS], "direction of approach"),
+        ([*PLAIN[:4], "1,sideways,0,1"], "line 5, column direction: not_a_direction"),
+        (["cycle,direction,target,deviation_um", *ROWS], "line 1, column target: unit_not_stated"),
+        (
+            ["cycle,direction,target_mm,deviation", *ROWS],
+            "line 1, column deviation: unit_not_stated",
+        ),
+        (
+            ["cycle,direction,Target (furlong),deviation_um", *ROWS],
+            "line 1, column Target (furlong): unknown_unit",
+        ),
+        (
+            ["cycle,direction,target_mm,deviation_arcsec", *ROWS],
+            "line 1, column deviation_arcsec: unit_of_other_kind",
+        ),
+        (
+            ["cycle,direction,target_mm,measured_deg", *ROWS],
+            "line 1, column measured_deg: unit_of_other_kind",
+        ),
+        (["cycle,direction,deviation_um,x", *ROWS], "line 1: no_target_column"),
+        (["cycle,direction,target_mm,x", *ROWS], "line 1: no_deviation_column"),
+        (["x,direction,target_mm,deviation_um", *ROWS], "line 1: no_cycle_column"),
+        (["cycle,x,target_mm,deviation_um", *ROWS], "line 1: no_direction_column"),
         (
             [f"{HEADING},Target (mm)", *(f"{row},0" for row in ROWS)],
-            "line 1, column Target (mm): the columns 'target_mm' and",
+            "line 1, column Target (mm): two_columns_of_a_role",
         ),
         *(([HEADING, *changed(ROWS, 4, column, "")], "line 6") for column in (0, 1, 2)),
         *(
@@ -221,75 +232,96 @@ def test_what_is_done_with_other_columns_is_said(
         ),
         (
             [*PLAIN, ROWS[2]],
-            "the reading of cycle 1, forward, target 25.5 is given twice, in line 4 and line 14",
+            "line 14: reading_twice",
         ),
-        ([*PLAIN, "0,+,0,1"], "cycle 0 in line 14: cycles count from 1"),
-        ([*PLAIN, "1000000000,+,0,1"], "1000000000 (line 14) do not fit 13 readings"),
+        ([*PLAIN, "0,+,0,1"], "line 14: cycle_below_one"),
+        ([*PLAIN, "1000000000,+,0,1"], "line 14: table_too_sparse"),
         (
             [
                 HEADING + ",t" * 4000,
                 *(f"{c},+,{t},1" + ",7" * 4000 for c in (1, 5000) for t in "01"),
             ],
-            "4000 columns of further readings",
+            "too_many_channels",
         ),
-        ([HEADING, *(f"{c},+,0,1" for c in (1, 2))], "only one target position (0)"),
+        ([HEADING, *(f"{c},+,0,1" for c in (1, 2))], "one_target"),
         (
             [HEADING, *(f"{c},+,{t},1" for t in range(10_001) for c in (1, 2))],
-            "10001 different target positions",
+            "too_many_targets",
         ),
         (
             [HEADING, "1,+,0,1", "2,+,0,1", "1,-,9,1", "2,-,9,1"],
-            "target 1 (0 mm) has no reading backward, and so on for 1",
+            "too_few_readings_of_target",
         ),
-        ([HEADING, "1,+,0,1", "1,+,2000,1"], "at least 2"),
+        ([HEADING, "1,+,0,1", "1,+,2000,1"], "too_few_readings_of_target"),
         (
             [HEADING.replace("mm", "deg").replace("um", "arcsec"), "1,+,0,1", "1,+,2500,1"],
-            "at least 2",
+            "too_few_readings_of_target",
         ),
         (
             [HEADING, "1,+,0,1", "1,+,2500,1", "1,-,0,1"],
-            "target 2 (2500 mm) has no reading backward; ISO 230-2 needs at least 1",
+            "too_few_readings_of_target",
         ),
-        ([*PLAIN[:9], *PLAIN[10:]], "target 3 (25.5 mm) has 1 reading forward"),
-        (["cycle,run,target_mm,deviation_um", *changed(RUNS, 11, 0, "1")], "line 13, column cycle"),
+        ([*PLAIN[:9], *PLAIN[10:]], "too_few_readings_of_target"),
+        (
+            ["cycle,run,target_mm,deviation_um", *changed(RUNS, 11, 0, "1")],
+            "line 13, column cycle: cycle_and_run_disagree",
+        ),
         (
             [f"order,{HEADING}", *(f"{min(k, 5)},{row}" for k, row in enumerate(ROWS, start=1))],
-            "line 6 and line 7",
+            "line 7: order_number_twice",
         ),
         (
             [f"{HEADING},time", *timed(zone="Z")[:5], timed()[5], *timed(zone="Z")[6:]],
-            "line 7, column time",
+            "line 7, column time: zones_mixed",
         ),
         *(
-            ([f"{HEADING},time", *changed(timed(), 5, 4, word)], f"line 7, column time: '{word}'")
+            (
+                [f"{HEADING},time", *changed(timed(), 5, 4, word)],
+                "line 7, column time: not_a_moment",
+            )
             for word in ("12:30", "yesterday", "2026-13-01T00:00", "0001-01-01", "17.5")
         ),
-        (["Cycle,Direction,Target,Error", ",,mm,furlong", *ROWS], "the heading 'Target'"),
+        (
+            ["Cycle,Direction,Target,Error", ",,mm,furlong", *ROWS],
+            "line 1, column Target: unit_not_stated",
+        ),
         *(
-            ([*comment.split("|"), *PLAIN], "run.csv")
-            for comment in (
-                *("# environment a: 1", "# environment a: 1 x", "# start: today"),
-                "# start: 2026-03-02T09:00Z|# end: 2026-03-02T10:00",
-                "# start: 2026-03-02T09:00|# end: 2026-03-02T08:00",
-                "# kind: rotary",
+            ([*comment.split("|"), *PLAIN], code)
+            for comment, code in (
+                ("# environment a: 1", "line 1: not_start_and_end"),
+                ("# environment a: 1 x", "line 1: not_a_number"),
+                ("# start: today", "line 1, column start: not_a_moment"),
+                ("# start: 2026-03-02T09:00Z|# end: 2026-03-02T10:00", "end_before_start"),
+                ("# start: 2026-03-02T09:00|# end: 2026-03-02T08:00", "end_before_start"),
+                ("# kind: rotary", "line 2, column target_mm: kind_and_unit_disagree"),
             )
         ),
-        ([*["text"] * 100, *PLAIN], "no column headings"),
+        ([*["text"] * 100, *PLAIN], "line 1: run_headings_incomplete"),
         (
             ["Protokoll 7", "cycle;sens;cible;écart", "1;avant;0;1"],
-            "'cible', 'écart', which lacks target; deviation or measured; direction or run",
+            "line 2: run_headings_incomplete",
         ),
-        (["x"], "'x'"),
-        (["cycle;direction;target_mm;écart (µm)", "1;+;0;1"], "not understood: 'écart (µm)'"),
-        ([HEADING], "line 1: there are no readings below"),
-        ([HEADING, "1,forward,0,"], "no readings"),
-        (["target_mm,1,2", "0,1,2"], "wide"),
+        (["x"], "line 1: run_headings_incomplete"),
+        (["cycle;direction;target_mm;écart (µm)", "1;+;0;1"], "line 1: no_deviation_column"),
+        ([HEADING], "line 1: no_readings_in_file"),
+        ([HEADING, "1,forward,0,"], "line 1: no_readings_in_file"),
+        (["target_mm,1,2", "0,1,2"], "line 1: other_layout"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_with_its_place(
     tmp_path: Path, lines: list[str], said: str
 ) -> None:
-    assert said in refused(tmp_path, *lines)
+    assert said in refusal(tmp_path, *lines)
+
+
+def test_an_error_carries_what_its_sentence_says(tmp_path: Path) -> None:
+    with pytest.raises(MeasurementFileError) as caught:
+        read(tmp_path, *PLAIN, ROWS[2])
+    assert caught.value.values == {"cycle": 1, "direction": "forward", "target": 25.5, "first": 4}
+    with pytest.raises(MeasurementFileError) as caught:
+        read(tmp_path, *PLAIN[:9], *PLAIN[10:])
+    values = {"target": 25.5, "direction": "forward", "readings": 1, "needed": 2, "others": 0}
+    assert caught.value.values == values
 
 
 def test_cycles_may_be_empty_and_long_axes_have_one(tmp_path: Path) -> None:
@@ -325,7 +357,7 @@ def test_a_missing_reading_and_a_missing_direction_stay_missing(tmp_path: Path) 
 def test_what_is_no_number_is_an_error_with_line_and_column(tmp_path: Path, word: str) -> None:
     for column in (0, 2, 3):
         rows = changed(ROWS, 4, column, f'"{word}"')
-        message = refused(tmp_path, "# a comment", HEADING, *rows)
+        message = refusal(tmp_path, "# a comment", HEADING, *rows)
         assert f"line 7, column {HEADING.split(',')[column]}" in message
 
 
@@ -571,8 +603,7 @@ def test_a_file_cut_short_inside_its_last_number_is_an_error(tmp_path: Path) -> 
     path = tmp_path / "run.csv"
     rows = rows_of("{c},{w},{t},{d:.3f}")
     path.write_text("\n".join([HEADING, *rows])[:-2], encoding="utf-8")
-    with pytest.raises(MeasurementFileError, match=r"line 13, column deviation_um: .* cut short"):
-        read_tidy_csv(path)
+    assert refused(read_tidy_csv, path) == "line 13, column deviation_um: cut_short"
     path.write_text("\n".join([HEADING, *rows]), encoding="utf-8")
     test = read_tidy_csv(path)
     assert_the_run(test)
@@ -630,8 +661,9 @@ def test_rows_are_written_in_the_order_of_acquisition() -> None:
 def test_a_file_that_cannot_be_written_is_an_error_of_our_own(tmp_path: Path) -> None:
     test = PositioningTest(AxisKind.LINEAR, np.array([0.0, 1.0]), np.zeros((2, 2, 2)))
     for path in (tmp_path, tmp_path / "no" / "folder.csv", "a\0b"):
-        with pytest.raises(ThermaxisError, match="cannot be written"):
+        with pytest.raises(MeasurementFileError) as caught:
             write_tidy_csv(test, path)
+        assert caught.value.code == "file_unwritable"
 
 
 @pytest.mark.real_data

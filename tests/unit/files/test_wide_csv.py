@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.errors import MeasurementFileError
+from tests.refused import refused
 from thermaxis.files import read_wide_csv
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
@@ -31,11 +31,10 @@ def read(tmp_path: Path, *lines: str) -> PositioningTest:
     return read_wide_csv(path)
 
 
-def refused(tmp_path: Path, *lines: str) -> str:
-    with pytest.raises(MeasurementFileError) as caught:
-        read(tmp_path, *lines)
-    assert caught.value.remedy
-    return str(caught.value)
+def refusal(tmp_path: Path, *lines: str) -> str:
+    path = tmp_path / "run.csv"
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    return refused(read_wide_csv, path)
 
 
 def assert_the_run(test: PositioningTest, scale: float = 1.0) -> None:
@@ -102,33 +101,33 @@ def test_runs_alternate_from_forward(
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        (["# unit: K", RUNS, *ROWS], "'K'"),
-        (["# unit: arcsec", RUNS, *ROWS], "'arcsec'"),
-        (["target_mm,1_um,2_nm,3_um,4_um", *ROWS], "column 2_nm: the runs have different units"),
-        (["target_mm,1 (K),2,3,4", *ROWS], "column 1 (K)"),
-        (["target_mm,1_arcsec,2,3,4", *ROWS], "column 1_arcsec"),
-        (["target,1,2,3,4", *ROWS], "no unit is stated"),
+        (["# unit: K", RUNS, *ROWS], "line 2: unit_of_deviations"),
+        (["# unit: arcsec", RUNS, *ROWS], "line 2: unit_of_deviations"),
+        (["target_mm,1_um,2_nm,3_um,4_um", *ROWS], "line 1, column 2_nm: units_of_runs_differ"),
+        (["target_mm,1 (K),2,3,4", *ROWS], "line 1, column 1 (K): unknown_unit"),
+        (["target_mm,1_arcsec,2,3,4", *ROWS], "line 1, column 1_arcsec: unit_of_other_kind"),
+        (["target,1,2,3,4", *ROWS], "line 1, column target: unit_not_stated"),
         (
             ["# unit: mm", "target_mm,1,2", *(f"{t},{t + 0.01},{t - 0.02}" for t in (-20, 20, 50))],
-            "measured positions",
+            "line 2: positions_not_deviations",
         ),
-        ([RUNS, *ROWS, ROWS[0]], "line 2 and line 5"),
-        (["target_mm,1,Run 1,3,4", *ROWS], "column Run 1: two columns are headed as run 1"),
+        ([RUNS, *ROWS, ROWS[0]], "line 5: reading_twice"),
+        (["target_mm,1,Run 1,3,4", *ROWS], "line 1, column Run 1: run_twice"),
         (
             ["target_mm,Run 1 (forward),Run 2 (forward),Run 3 (+),Run 4 (+)", *ROWS],
-            "runs alternate from forward",
+            "line 1, column Run 2 (forward): run_of_other_direction",
         ),
         *(
             ([RUNS, ROWS[0], f"100,1,2,{cell},4", ROWS[2]], "line 3, column 3")
             for cell in ("nan", "abc", "1e400", "1;2")
         ),
-        (["cycle,direction,target_mm,deviation_um", "1,+,0,1"], "tidy"),
+        (["cycle,direction,target_mm,deviation_um", "1,+,0,1"], "line 1: other_layout"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_with_its_place(
     tmp_path: Path, lines: list[str], said: str
 ) -> None:
-    assert said in refused(tmp_path, *lines)
+    assert said in refusal(tmp_path, *lines)
 
 
 def test_the_order_of_readings_is_deduced_from_the_run_numbers(tmp_path: Path) -> None:

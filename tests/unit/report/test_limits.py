@@ -1,12 +1,13 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from thermaxis.errors import ConfigurationError
+from tests.refused import refused
 from thermaxis.files import DecisionRule, FigureLimits, read_figure_limits
 from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, PositioningTest, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
@@ -41,56 +42,43 @@ def test_every_figure_can_have_a_limit(tmp_path: Path) -> None:
 def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
     limits = limits_of(tmp_path, "[limits]\nA_arcsec = 8\n", AxisKind.ROTARY)
     assert limits.limit == {"A": 8.0}
-    with pytest.raises(ConfigurationError):
-        limits_of(tmp_path, "[limits]\nA_um = 8\n", AxisKind.ROTARY)
+    assert refusal(tmp_path, "[limits]\nA_um = 8\n", AxisKind.ROTARY) == "limits.A_um: unknown_key"
 
 
-NEEDS = (
-    "[limits]\nA_um = 1\nB_um = 1\ndecision_rule = 'iso14253-1'\n"
-    "[expanded_uncertainty]\nA_um = 0.1\n"
-)
+def refusal(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> str:
+    path = folder / "limits.toml"
+    path.write_text(text, encoding="utf-8")
+    return refused(partial(read_figure_limits, kind=kind), path)
 
 
-@pytest.mark.parametrize(
-    ("text", "code", "key"),
-    [
-        ("[limits]\nA_um = 0\n", "not_positive", "limits.A_um"),
-        ("[limits]\nA_um = -1.0\n", "not_positive", "limits.A_um"),
-        ("[limits]\nA_um = inf\n", "not_positive", "limits.A_um"),
-        ("[limits]\nA_um = nan\n", "not_positive", "limits.A_um"),
-        ("[limits]\nA_um = true\n", "not_positive", "limits.A_um"),
-        ("[limits]\nA_um = '12'\n", "not_positive", "limits.A_um"),
-        ("[limits]\n", "no_limit_stated", "limits"),
-        ("", "no_limit_stated", "limits"),
+def test_wrong_limits_are_an_error_that_names_file_and_key(tmp_path: Path) -> None:
+    rule = "decision_rule = 'iso14253-1'\n[expanded_uncertainty]\nA_um = 0.1\n"
+    for text, said in [
+        ("[limits]\nA_mm = 1\n", "limits.A_mm: unknown_key"),
+        *(
+            (f"[limits]\nA_um = {value}\n", f"limits.A_um: {code}")
+            for value, code in (
+                *(("0", "not_positive"), ("-1.0", "not_positive"), ("inf", "not_finite")),
+                *(("nan", "not_finite"), ("true", "not_a_number"), ("'12'", "not_a_number")),
+            )
+        ),
+        ("[limits]\n", "limits: no_limits"),
+        ("", "limits: no_limits"),
+        ("[limits\n", "not_toml"),
+        ("limits = 3\n", "limits: not_a_table"),
+        ("[limit]\nA_um = 1\n", "limit: unknown_key"),
         (
             "[limits]\nA_um = 1\ndecision_rule = 'iso14253'\n",
-            "unknown_choice",
-            "limits.decision_rule",
+            "limits.decision_rule: unknown_choice",
         ),
-        ("[limits]\nA_um = 1\ndecision_rule = 5\n", "unknown_choice", "limits.decision_rule"),
-        (NEEDS, "rule_needs_uncertainty", "expanded_uncertainty"),
-    ],
-)
-def test_wrong_limits_are_an_error_that_names_file_and_key(
-    tmp_path: Path, text: str, code: str, key: str
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        limits_of(tmp_path, text)
-    error = caught.value
-    assert (error.code, error.place.key) == (code, key)
-    assert error.place.file.endswith("limits.toml")
-
-
-def test_other_keys_and_tables_are_refused(tmp_path: Path) -> None:
-    for text in (
-        "[limits]\nA_mm = 1\n",
-        "[limit]\nA_um = 1\n",
-        "limits = 3\n",
-        "[limits\n",
-        "[limits]\nA_um = 1\n[expanded_uncertainty]\nQ = 0.1\n",
-    ):
-        with pytest.raises(ConfigurationError):
-            limits_of(tmp_path, text)
+        ("[limits]\nA_um = 1\ndecision_rule = 5\n", "limits.decision_rule: unknown_choice"),
+        (f"[limits]\nA_um = 1\nB_um = 1\n{rule}", "expanded_uncertainty: uncertainty_missing"),
+        (
+            "[limits]\nA_um = 1\n[expanded_uncertainty]\nQ = 0.1\n",
+            "expanded_uncertainty.Q: unknown_key",
+        ),
+    ]:
+        assert refusal(tmp_path, text) == said
 
 
 def test_simple_acceptance_passes_up_to_the_limit(result: Iso230_2Result) -> None:

@@ -99,7 +99,7 @@ def test_a_file_that_is_gone_or_no_model_is_said_in_words(machine: MachineConfig
     found = client(machine).get("/model/values").json()
     assert found["model"] is None
     assert "cannot be read" in found["text"]
-    assert "this is no model" in found["detail"]
+    assert "thermaxis-compensation-model" in found["detail"]
     assert str(machine.model.path.parent) not in json.dumps(found)
     machine.model.path.unlink()
     found = client(machine).get("/model/values").json()
@@ -250,7 +250,7 @@ def test_a_file_that_is_no_model_or_does_not_fit_is_listed_with_why_before_it_is
         assert [name for name, one in found.items() if one["model"]] == ["large.json", "lathe.json"]
         assert found["lathe.json"]["reason"] == ""
         assert not_read in found["large.json"]["reason"]
-        for name, why in (("foreign.json", "X_um"), ("notes.json", "this is no model")):
+        for name, why in (("foreign.json", "X_um"), ("notes.json", "-compensation-model")):
             assert name not in found[name]["reason"], "it stands before it"
             assert why in found[name]["reason"]
             assert bool(found[name]["english"]) is (language != "en")

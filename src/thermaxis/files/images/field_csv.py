@@ -11,10 +11,11 @@ from typing import TextIO, final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table import (
+    check_is_text,
     is_comment_line,
-    kind_of_content,
     parse_number,
     read_start,
     write_content,
@@ -34,7 +35,6 @@ MOST_SIDE = 100_000
 _KELVIN_FROM_C = 230.0
 """A table is not that hot: a field with such a mean may be in kelvin. [°C]"""
 _PLAIN = re.compile(r"[0-9+\-. eE]*")
-_REMEDY = "Export the matrix of temperatures in degrees Celsius as CSV, one line per row of pixels"
 
 
 @final
@@ -49,16 +49,8 @@ class _Form:
     decimal: str = ""
     """Decimal sign; empty as long as none was met."""
 
-    def error(
-        self,
-        what: str,
-        line: int | None = None,
-        column: int | None = None,
-        *,
-        remedy: str = _REMEDY,
-    ) -> MeasurementFileError:
-        where = None if column is None else str(column)
-        return MeasurementFileError(what, path=self.path, line=line, column=where, remedy=remedy)
+    def at(self, line: int | None = None, column: int | None = None) -> Place:
+        return Place(self.path, line, "" if column is None else str(column))
 
 
 def read_field_csv(path: Path | str) -> ThermalField:
@@ -93,12 +85,14 @@ def read_field_csv(path: Path | str) -> ThermalField:
     rows = _read_rows(path, encoding, form)
     temperature_c, remarks = _without_empty_edge(rows, form)
     if min(temperature_c.shape) < 2:
-        raise form.error(
-            f"the image has {temperature_c.shape[1]} x {temperature_c.shape[0]} pixels: it is no"
-            " matrix"
+        raise MeasurementFileError(
+            "image_too_small",
+            columns=temperature_c.shape[1],
+            rows=temperature_c.shape[0],
+            place=form.at(),
         )
     if bool(np.all(np.isnan(temperature_c))):
-        raise form.error("no pixel of the image has a temperature")
+        raise MeasurementFileError("no_temperature_in_image", place=form.at())
     if float(np.nanmean(temperature_c)) > _KELVIN_FROM_C:
         remarks.append("the mean of the pixels is above 230 °C: is the file in kelvin?")
     temperature_c.setflags(write=False)
@@ -161,15 +155,10 @@ def _encoding(path: Path | str, form: _Form) -> tuple[str, int]:
     """Return the encoding and the size of a file that may be read; look at its first bytes only."""
     start, size = read_start(path, 65_536, limit_bytes=FIELD_LIMIT_BYTES)
     if not start.strip():
-        raise form.error("the file is empty", remedy="Export the image again")
-    seems = kind_of_content(start[:16])
-    if seems is not None:
-        raise form.error(f"this is {seems}, not a matrix of temperatures")
-    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return "utf-16", size
-    if b"\x00" in start:
-        raise form.error("the file contains zero bytes: it is binary")
-    return "utf-8-sig", size
+        raise MeasurementFileError("file_empty", place=form.at())
+    check_is_text(start, form.at())
+    utf16 = start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return "utf-16" if utf16 else "utf-8-sig", size
 
 
 def _lines(stream: TextIO, form: _Form) -> Iterator[tuple[int, str]]:
@@ -178,7 +167,7 @@ def _lines(stream: TextIO, form: _Form) -> Iterator[tuple[int, str]]:
     while line := stream.readline(LONGEST_LINE + 1):
         number += 1
         if len(line) > LONGEST_LINE:
-            raise form.error(f"the line is longer than {LONGEST_LINE} characters", number)
+            raise MeasurementFileError("line_too_long", most=LONGEST_LINE, place=form.at(number))
         text = line.rstrip("\r\n")
         if text.strip(" ") and not is_comment_line(text):
             yield number, text
@@ -197,11 +186,9 @@ def _refuse_if_too_large(path: Path | str, encoding: str, form: _Form) -> None:
 
 def _check_size(rows: int, columns: int, line: int, form: _Form) -> None:
     if rows * columns > MOST_PIXELS or max(rows, columns) > MOST_SIDE:
-        raise form.error(
-            f"the image has {columns} columns and {rows} rows or more: the limits are"
-            f" {MOST_PIXELS // 1_000_000} million pixels and {MOST_SIDE} of either",
-            line,
-            remedy="Export a smaller image, or average pixels",
+        place = form.at(line)
+        raise MeasurementFileError(
+            "image_too_large", columns=columns, rows=rows, most_pixels=MOST_PIXELS, place=place
         )
 
 
@@ -214,16 +201,14 @@ def _read_rows(path: Path | str, encoding: str, form: _Form) -> FloatArray:
             row = _row(line, number, form)
             columns = rows[0].size if rows else row.size
             if row.size != columns:
-                raise form.error(
-                    f"this row has {row.size} pixels, the first one {columns}",
-                    number,
-                    min(row.size, columns) + 1,
-                    remedy="All rows are equally long; leave the cell of a missing pixel empty",
+                place = form.at(number, min(row.size, columns) + 1)
+                raise MeasurementFileError(
+                    "row_of_other_length", pixels=row.size, expected=columns, place=place
                 )
             rows.append(row)
             _check_size(len(rows), columns, number, form)
     if not rows:
-        raise form.error("the file has no row of pixels")
+        raise MeasurementFileError("no_temperature_in_image", place=form.at())
     return np.array(rows)
 
 
@@ -238,7 +223,7 @@ def _cells(line: str, number: int, form: _Form) -> list[str]:
     try:
         return next(csv.reader([line], delimiter=form.delimiter, strict=True))
     except csv.Error:
-        raise form.error("the quotation marks of this line do not match", number) from None
+        raise MeasurementFileError("quotation_marks", place=form.at(number)) from None
 
 
 def _row(line: str, number: int, form: _Form) -> FloatArray:
@@ -270,16 +255,11 @@ def _pixel(text: str, line: int, column: int, form: _Form) -> float:
     word = text.strip(" \t")
     if not word:
         return float("nan")
-    value = parse_number(
-        word, path=form.path, line=line, column=str(column), decimal=form.decimal or "."
-    )
+    value = parse_number(word, form.at(line, column), decimal=form.decimal or ".")
     if not ABSOLUTE_ZERO_C <= value <= HIGHEST_C:
-        why = "below absolute zero" if value < 0.0 else f"above {HIGHEST_C:g} °C"
-        raise form.error(
-            f"{value:g} °C is {why}",
-            line,
-            column,
-            remedy="Export temperatures in degrees Celsius, not the raw numbers of the camera",
+        place = form.at(line, column)
+        raise MeasurementFileError(
+            "outside_range", value=value, least=ABSOLUTE_ZERO_C, most=HIGHEST_C, place=place
         )
     return value
 

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files.table import DAMAGE, read_content
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
@@ -61,11 +62,7 @@ def read_flir(
     name = str(path)
     content = read_content(path)
     if not is_jpeg(content) or _FLIR_SEGMENT not in content:
-        raise MeasurementFileError(
-            "this is no radiometric JPEG of a FLIR camera: it holds no temperatures",
-            path=name,
-            remedy="Give the camera's original file, or export the temperatures as CSV",
-        )
+        raise MeasurementFileError("not_radiometric", place=Place(name))
     _refuse_if_too_large(name, content)
     _refuse_if_endless(name, content)
     adjusted = _adjusted(emissivity, reflected_c)
@@ -81,9 +78,7 @@ def _adjusted(emissivity: float | None, reflected_c: float | None) -> dict[str, 
     if emissivity is not None:
         if not 0.0 < emissivity <= 1.0:
             raise ConfigurationError(
-                f"{emissivity:g} is no emissivity",
-                where="emissivity",
-                remedy="Give a number above 0, at most 1",
+                "not_an_emissivity", value=emissivity, place=Place(key="emissivity")
             )
         changed["emissivity"] = emissivity
     if reflected_c is not None:
@@ -105,13 +100,12 @@ def _unpacked(
         with np.errstate(all="ignore"):  # what is not finite is refused below
             temperature_c = np.array(thermogram.celsius, dtype=np.float64)
     except DAMAGE as error:
-        raise _damaged(name, type(error).__name__) from error
-    if temperature_c.ndim != 2 or not bool(np.all(np.isfinite(temperature_c))):
+        place = Place(name)
         raise MeasurementFileError(
-            "the thermal image of this file has pixels without a temperature",
-            path=name,
-            remedy="Export the temperatures as CSV with the camera's own software",
-        )
+            "file_damaged", cause=type(error).__name__, place=place
+        ) from error
+    if temperature_c.ndim != 2 or not bool(np.all(np.isfinite(temperature_c))):
+        raise MeasurementFileError("pixels_without_temperature", place=Place(name))
     return temperature_c, settings, taken if isinstance(taken, datetime) else None
 
 
@@ -119,11 +113,7 @@ def _flyr() -> Any:
     try:
         return cast("Any", import_module("flyr"))
     except ImportError:
-        raise ConfigurationError(
-            "radiometric JPEG need the library flyr, which is not installed",
-            where="thermal field",
-            remedy="Run: pip install thermaxis[flir]",
-        ) from None
+        raise ConfigurationError("package_missing", package="flyr") from None
 
 
 def _refuse_if_too_large(name: str, content: bytes) -> None:
@@ -132,11 +122,9 @@ def _refuse_if_too_large(name: str, content: bytes) -> None:
     while at >= 0:
         columns, rows = (int.from_bytes(content[at + k : at + k + 4], "big") for k in (16, 20))
         if rows * columns > MOST_PIXELS:
+            place = Place(name)
             raise MeasurementFileError(
-                f"the image has {columns} x {rows} pixels, more than"
-                f" {MOST_PIXELS // 1_000_000} million",
-                path=name,
-                remedy="Export a smaller image",
+                "image_too_large", columns=columns, rows=rows, most_pixels=MOST_PIXELS, place=place
             )
         at = content.find(_PNG, at + 8)
 
@@ -147,16 +135,8 @@ def _refuse_if_endless(name: str, content: bytes) -> None:
     while at >= 0:
         first_chunk = content[at + 6 : at + 7] == b"\x00"
         if first_chunk and int.from_bytes(content[at + 36 : at + 40], "big") > _MOST_RECORDS:
-            raise _damaged(name, "its directory")
+            raise MeasurementFileError("file_damaged", cause="directory", place=Place(name))
         at = content.find(_FLIR_SEGMENT, at + 1)
-
-
-def _damaged(name: str, what: str) -> MeasurementFileError:
-    return MeasurementFileError(
-        f"the thermal image of this file cannot be read ({what})",
-        path=name,
-        remedy="Give the camera's original file, or export the temperatures as CSV",
-    )
 
 
 def _settings_in_words(settings: dict[str, float]) -> list[str]:

@@ -55,7 +55,7 @@ def read_thermal_log(
     ConfigurationError
         If the mapping file is wrong, or there is no such fallback encoding.
     DataError
-        If the sample time cannot be used.
+        If the sample time cannot be used, or the times make no order.
     """
     if isinstance(mapping, Path | str):
         mapping = read_thermal_mapping(mapping)

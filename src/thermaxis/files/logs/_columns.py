@@ -9,10 +9,11 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError, MeasurementFileError
-from thermaxis.files.settings import ColumnMapping, ThermalMapping
+from thermaxis.files.logs._cells import MISSING_WORDS
+from thermaxis.files.settings import TIME_UNITS_S, ColumnMapping, ThermalMapping
 from thermaxis.files.table import (
-    MOMENT_REMEDY,
     NUMBER_LIMIT,
     Role,
     clean_text,
@@ -41,15 +42,6 @@ MOST_ROWS = 200_000_000
 """Largest number of rows of a file: six years at 1 Hz. [1]"""
 LONGEST_HEADING = 200
 """Longest heading of a column. [character]"""
-_MISSING = """
-    nan na n/a null none - -- --- #n/a #num! #value! #div/0! err error overflow overrange ol bad
-    open fault inf +inf -inf infinity
-"""
-MISSING_WORDS = frozenset(_MISSING.split())
-"""Words that stand for a value that was not measured, in lower case; so does an empty cell."""
-TIME_UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
-"""Length of the units of a column of times. [s]"""
-
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _SINCE_1970_S = (9.4e8, 4.2e9)
 """Seconds of this size are counted from 1970: the years 1999 to 2103. [s]"""
@@ -134,16 +126,16 @@ class ColumnPlan:
 class LogTable:
     """Columns of a file, read when they are asked for."""
 
-    path: str
-    """The file, with a sheet or group where it has several, for errors."""
+    place: Place
+    """The file, with a sheet or group where it has several."""
     headings: tuple[str, ...]
     """Headings in the order of the columns."""
     rows: int
     """Number of rows. [1]"""
     read: Callable[[int], ColumnValues]
     """Gives the values of a column by its index."""
-    place: Callable[[int], str]
-    """Says where a row stands in the file, by its index."""
+    place_of: Callable[[int], Place] | None = None
+    """Says where a row stands in the file, by its index. Default: rows count from 1."""
     remarks: tuple[str, ...] = ()
     """What the reader noticed."""
     start: datetime | None = None
@@ -151,13 +143,14 @@ class LogTable:
     origin_s: float = 0.0
     """What the recorder's clock showed at the first row, if the file states it. [s]"""
 
-    def error(
-        self, what: str, *, column: int | None = None, row: int | None = None, remedy: str
-    ) -> MeasurementFileError:
-        """Make the error that says what is wrong in this file."""
-        place = self.path if row is None else f"{self.path}, {self.place(row)}"
-        name = None if column is None else (self.headings[column] or str(column + 1))
-        return MeasurementFileError(what, path=place, column=name, remedy=remedy)
+    def at(self, row: int | None = None, column: int | None = None) -> Place:
+        """Return the place of a cell, a row or a column."""
+        place = self.place
+        if row is not None:
+            place = self.place_of(row) if self.place_of else place._replace(row=row + 1)
+        if column is None:
+            return place
+        return place._replace(column=self.headings[column] or str(column + 1))
 
 
 def parse_log_heading(text: str) -> LogHeading:
@@ -202,19 +195,15 @@ def _time_role(text: str) -> tuple[int | None, float | None]:
 
 
 def plan_columns(
-    path: str, headings: Sequence[str], mapping: ThermalMapping | None = None
+    place: Place, headings: Sequence[str], mapping: ThermalMapping | None = None
 ) -> ColumnPlan:
     """Decide which columns of a file are times and which are channels."""
     mapping = mapping or ThermalMapping()
     if len(headings) > MOST_COLUMNS:
-        raise MeasurementFileError(
-            f"the file has {len(headings)} columns, more than {MOST_COLUMNS}",
-            path=path,
-            remedy="Export one channel per column and one row per time",
-        )
+        raise MeasurementFileError("too_many_columns", most=MOST_COLUMNS, place=place)
     parsed = [parse_log_heading(heading) for heading in headings]
-    _check_mapping(path, headings, parsed, mapping)
-    time, seconds = _time_column(path, headings, parsed, mapping)
+    _check_mapping(place, headings, parsed, mapping)
+    time, seconds = _time_column(place, headings, parsed, mapping)
     date = _date_column(headings, time)
     remarks: list[str] = []
     channels: list[Channel] = []
@@ -229,7 +218,7 @@ def plan_columns(
             channels.append(Channel(index, name, heading.unit))
         elif not wanted.leave_out:
             channels.append(_mapped(index, heading, wanted))
-    _check_names(path, channels)
+    _check_names(place, channels)
     return ColumnPlan(time, seconds, date, tuple(channels), mapping, tuple(remarks))
 
 
@@ -242,21 +231,22 @@ def _mapped(index: int, heading: LogHeading, wanted: ColumnMapping) -> Channel:
 
 
 def _check_mapping(
-    path: str, headings: Sequence[str], parsed: Sequence[LogHeading], mapping: ThermalMapping
+    place: Place, headings: Sequence[str], parsed: Sequence[LogHeading], mapping: ThermalMapping
 ) -> None:
     known = {text.strip() for text in headings} | {heading.name for heading in parsed}
     wanted = [*mapping.columns, *([mapping.time_column] if mapping.time_column else [])]
     for name in wanted:
         if name not in known:
             raise MeasurementFileError(
-                f"the mapping names a column '{name}' that is not there",
-                path=path,
-                remedy=f"The columns are {first_few([t.strip() for t in headings], shown=8)}",
+                "no_such_column",
+                name=name,
+                known=tuple(text.strip() for text in headings[:8]),
+                place=place,
             )
 
 
 def _time_column(
-    path: str, headings: Sequence[str], parsed: Sequence[LogHeading], mapping: ThermalMapping
+    place: Place, headings: Sequence[str], parsed: Sequence[LogHeading], mapping: ThermalMapping
 ) -> tuple[int | None, float | None]:
     if mapping.sample_time_s is not None:
         return None, None
@@ -272,12 +262,7 @@ def _time_column(
         (heading.time_rank, k) for k, heading in enumerate(parsed) if heading.time_rank is not None
     )
     if not ranked:
-        raise MeasurementFileError(
-            "there is no column of times",
-            path=path,
-            remedy="Name it time_s (seconds) or time (ISO 8601), or name the column or the sample"
-            " time in a mapping",
-        )
+        raise MeasurementFileError("no_time_column", place=place)
     index = ranked[0][1]
     return index, TIME_UNITS_S.get(mapping.time_unit or "", parsed[index].seconds)
 
@@ -289,21 +274,18 @@ def _date_column(headings: Sequence[str], time: int | None) -> int | None:
     return None
 
 
-def _check_names(path: str, channels: Sequence[Channel]) -> None:
+def _check_names(place: Place, channels: Sequence[Channel]) -> None:
     if not channels:
-        raise MeasurementFileError(
-            "there is no channel beside the times",
-            path=path,
-            remedy="Export at least one temperature or displacement",
-        )
+        raise MeasurementFileError("no_channel_in_log", place=place)
     seen: dict[str, int] = {}
     for channel in channels:
         if channel.name in seen:
             raise MeasurementFileError(
-                f"columns {seen[channel.name] + 1} and {channel.column + 1} have the same name"
-                f" {channel.name}",
-                path=path,
-                remedy="Rename one of them in the file",
+                "columns_of_same_name",
+                name=channel.name,
+                first=seen[channel.name] + 1,
+                second=channel.column + 1,
+                place=place,
             )
         seen[channel.name] = channel.column
 
@@ -317,34 +299,23 @@ def build_log(
 ) -> ThermalLog:
     """Make a log of a table, column by column."""
     if table.rows == 0:
-        raise table.error("there is no row below the headings", remedy="Export the log again")
+        raise MeasurementFileError("no_rows", place=table.at())
     if table.rows > MOST_ROWS:
-        raise table.error(
-            f"the file has {table.rows} rows, more than {MOST_ROWS}",
-            remedy="Split the log into several files",
-        )
+        raise MeasurementFileError("too_many_rows_to_read", most=MOST_ROWS, place=table.at())
     raw, start, local = _times(table, plan)
     try:
         straight = straighten_times(raw, local=local)
     except DataError as error:
-        raise table.error(error.what, column=plan.time, remedy=error.remedy) from None
+        raise error.at(table.at(column=plan.time)) from None
     origin = float(straight.time_s[0])
     if start is not None:
         start += timedelta(seconds=origin - float(raw[np.isfinite(raw)][0]))
     time_s = straight.time_s - origin
     remarks = [*table.remarks, *plan.remarks, *straight.remarks]
     if bool((np.diff(time_s) <= 0.0).any()):
-        raise table.error(
-            "times are too large to be told apart",
-            column=plan.time,
-            remedy="Write times in seconds from the start of the log",
-        )
+        raise MeasurementFileError("times_not_apart", place=table.at(column=plan.time))
     if sample_time_s is None and time_s.size * len(plan.channels) > MOST_CELLS:
-        raise table.error(
-            f"{time_s.size} rows of {len(plan.channels)} channels are more than"
-            f" {MOST_CELLS // 1_000_000} million values",
-            remedy="Reduce the log while reading it, with a sample time such as 60 s",
-        )
+        raise MeasurementFileError("log_too_large", most=MOST_CELLS, place=table.at())
     columns, units = _channels(table, plan, straight, time_s, sample_time_s, remarks)
     if sample_time_s is not None:
         time_s = np.arange(next(iter(columns.values())).size, dtype=np.float64) * sample_time_s
@@ -391,9 +362,7 @@ def _channels(
     if words_left:
         remarks.append(f"columns without numbers were left out: {first_few(words_left)}")
     if not columns:
-        raise table.error(
-            "no channel holds numbers", remedy="Export temperatures and displacements as numbers"
-        )
+        raise MeasurementFileError("no_channel_in_log", place=table.at())
     return columns, units
 
 
@@ -449,11 +418,7 @@ def _of_numbers(
         return seconds, None, False
     first = float(given[0])
     if abs(first) > 1e11:
-        raise table.error(
-            f"the first time, {first:g} s, is more than three thousand years",
-            column=plan.time,
-            remedy="State the unit of the times, such as time_ms or time_us",
-        )
+        raise MeasurementFileError("time_too_large", time_s=first, place=table.at(column=plan.time))
     if _SINCE_1970_S[0] < first < _SINCE_1970_S[1]:
         return seconds - first, _EPOCH + timedelta(seconds=first), False
     return seconds, None, False
@@ -472,17 +437,10 @@ def _of_texts(
             continue
         moment = _moment(text, plan.mapping.time_format)
         if moment is None:
-            raise table.error(
-                f"'{text}' is not a date with time", column=plan.time, row=row, remedy=MOMENT_REMEDY
-            )
+            raise MeasurementFileError("not_a_moment", text=text, place=table.at(row, plan.time))
         start = moment if start is None else start
         if (moment.tzinfo is None) != (start.tzinfo is None):
-            raise table.error(
-                "times with and without a zone are mixed",
-                column=plan.time,
-                row=row,
-                remedy="Write all times with a zone, such as +01:00, or all without",
-            )
+            raise MeasurementFileError("zones_mixed", place=table.at(row, plan.time))
         result[row] = (moment - start).total_seconds()
     return result, start, start is not None and start.tzinfo is None
 

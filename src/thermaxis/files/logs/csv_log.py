@@ -1,19 +1,20 @@
 """Thermal logs as CSV: one row per time, one column per channel."""
 
 import codecs
-import io
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.logs._cells import numbers_or_words
 from thermaxis.files.logs._columns import (
-    MISSING_WORDS,
     MOST_COLUMNS,
     ColumnPlan,
     ColumnValues,
@@ -26,12 +27,14 @@ from thermaxis.files.logs._columns import (
 from thermaxis.files.settings import ThermalMapping
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
-    SourceText,
+    best_split,
+    check_is_text,
     decode_text,
     decoded,
     is_comment_line,
     is_number,
-    kind_of_content,
+    is_separator_line,
+    opened,
     parse_moment,
     read_content,
     read_start,
@@ -53,13 +56,8 @@ LONGEST_LINE = 1_000_000
 
 _CHUNK_BYTES = 32_000_000
 _HEAD_LINES = 200
-_DELIMITERS = (";", "\t", ",")
 _SIGNIFICANT = ("start", "origin_s", "remark")
 _COMMA_NUMBER = re.compile(r"(?<![0-9.])[0-9]+,[0-9]")
-_NULLS: Final = [
-    *("", "NaN", "nan", "NAN", "NA", "N/A", "null", "NULL", "None", "-", "--", "---", "#N/A"),
-]
-_REMEDY = "Export one row per time and one column per channel"
 
 
 def read_thermal_csv(
@@ -72,15 +70,15 @@ def read_thermal_csv(
     """Read a thermal log from CSV: comma, semicolon or tab, with point or decimal comma."""
     source = _Source(str(path), fallback_encoding)
     head = _read_head(source, path, mapping)
-    plan = plan_columns(source.path, head.headings, mapping)
+    plan = plan_columns(Place(source.path), head.headings, mapping)
     body = _read_body(source, path, head, plan)
     start, origin_s, remarks = _comments(head)
     table = LogTable(
-        path=source.path,
+        place=Place(source.path),
         headings=tuple(head.headings),
         rows=body.rows,
         read=body.column,
-        place=body.place,
+        place_of=body.place_of,
         remarks=(*remarks, *body.remarks()),
         start=start,
         origin_s=origin_s,
@@ -101,12 +99,8 @@ class _Source:
     used_fallback: bool = False
 
     def decode(self, content: bytes, first_line: int) -> str:
-        if b"\x00" in content:
-            raise MeasurementFileError(
-                "the file contains zero bytes: it is binary",
-                path=self.path,
-                remedy="Export the log as text",
-            )
+        """Return whole lines as text."""
+        check_is_text(content, Place(self.path))
         try:
             text = content.decode("utf-8")
         except UnicodeDecodeError:
@@ -114,27 +108,26 @@ class _Source:
             text = decode_text(self.path, content, fallback_encoding=self.fallback).text
         text = text.replace("\r\n", "\n").replace("\r", "\n")
         if len(text) > LONGEST_LINE and max(map(len, text.split("\n"))) > LONGEST_LINE:
-            raise MeasurementFileError(
-                f"a line behind line {first_line} is longer than {LONGEST_LINE} characters",
-                path=self.path,
-                remedy=_REMEDY,
-            )
+            raise self._line_too_long(first_line)
         return text
+
+    def _line_too_long(self, line: int | None = None) -> MeasurementFileError:
+        place = Place(self.path, line)
+        return MeasurementFileError("line_too_long", most=LONGEST_LINE, place=place)
 
     def chunks(self, path: Path | str) -> Iterator[bytes]:
         """Yield the bytes of whole lines."""
-        with self._stream(path) as stream:
+        if self.whole is not None:
+            yield self.whole
+            return
+        with opened(path, FILE_LIMIT_BYTES) as (stream, _):
             rest = b""
             while chunk := stream.read(_CHUNK_BYTES):
                 cut = chunk.rfind(b"\n") + 1
                 if cut == 0:
                     cut = chunk.rfind(b"\r", 0, -1) + 1
                 if cut == 0 and len(rest) + len(chunk) > _CHUNK_BYTES:
-                    raise MeasurementFileError(
-                        f"a line is longer than {LONGEST_LINE} characters",
-                        path=self.path,
-                        remedy=_REMEDY,
-                    )
+                    raise self._line_too_long()
                 if cut:
                     yield rest + chunk[:cut]
                     rest = chunk[cut:]
@@ -142,9 +135,6 @@ class _Source:
                     rest += chunk
             if rest:
                 yield rest
-
-    def _stream(self, path: Path | str) -> "io.BufferedIOBase":
-        return Path(path).open("rb") if self.whole is None else io.BytesIO(self.whole)
 
 
 @final
@@ -170,7 +160,7 @@ class _Body:
     lines: list["range | list[int]"] = field(default_factory=list)
     rows: int = 0
     notes: list[str] = field(default_factory=list)
-    words: dict[str, int] = field(default_factory=dict)
+    words: Counter[str] = field(default_factory=Counter[str])
 
     def column(self, index: int) -> ColumnValues:
         """Join a column of its parts; it is a text where any part is."""
@@ -186,13 +176,13 @@ class _Body:
             texts += _as_texts(part) if isinstance(part, np.ndarray) else part
         return texts
 
-    def place(self, row: int) -> str:
-        """Say in which line a row stands."""
+    def place_of(self, row: int) -> Place:
+        """Return the line in which a row stands."""
         for lines in self.lines:
             if row < len(lines):
-                return f"line {lines[row]}"
+                return Place(self.path, lines[row])
             row -= len(lines)
-        return "the last line"
+        return Place(self.path)
 
     def remarks(self) -> list[str]:
         """Return what was noticed."""
@@ -218,7 +208,7 @@ def _read_head(source: _Source, path: Path | str, mapping: ThermalMapping | None
             break
         if is_comment_line(line):
             comments.append(line)
-        elif line.strip() and not re.fullmatch(r"sep=.?\s*", line.strip(), re.IGNORECASE):
+        elif line.strip() and not is_separator_line(line):
             candidates.append((number, line))
     for place, (number, line) in enumerate(candidates):
         following = candidates[place + 1 : place + 3]
@@ -227,14 +217,8 @@ def _read_head(source: _Source, path: Path | str, mapping: ThermalMapping | None
             delimiter, headings, units_row = found
             last = following[0][0] if units_row else number
             return _Head(headings, delimiter, last, comments)
-    seen = candidates[0][1][:80] if candidates else ""
-    raise MeasurementFileError(
-        "no row of headings with a column of times was found"
-        + (f"; the first row begins '{seen}'" if seen else ""),
-        path=source.path,
-        remedy="Head the columns, such as time_s,T_spindle_C,Z_um, or name the column or the sample"
-        " time in a mapping",
-    )
+    place = Place(source.path, candidates[0][0] if candidates else None)
+    raise MeasurementFileError("no_time_column", place=place)
 
 
 def _first_bytes(source: _Source, path: Path | str) -> bytes:
@@ -245,17 +229,12 @@ def _first_bytes(source: _Source, path: Path | str) -> bytes:
         content = read_content(path)
     else:
         content = content[: content.rfind(b"\n") + 1] or content
-    seems = kind_of_content(content[:16])
-    if seems is not None:
-        raise MeasurementFileError(
-            f"this is {seems}, not a text file", path=name, remedy="Export the log as CSV"
-        )
+    check_is_text(content, Place(name))
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        text: SourceText = decode_text(name, read_content(path))
-        source.whole = text.text.encode()
+        source.whole = decode_text(name, read_content(path)).text.encode()
         return source.whole
     if not content.strip(b" \t\r\n\x0b\x0c"):
-        raise MeasurementFileError("the file is empty", path=name, remedy="Export the log again")
+        raise MeasurementFileError("file_empty", place=Place(name))
     return content
 
 
@@ -263,13 +242,11 @@ def _headings(
     line: str, following: Sequence[str], mapping: ThermalMapping | None
 ) -> tuple[str, list[str], bool] | None:
     """Return delimiter and headings if the line holds any, and if a row of units follows."""
-    best: tuple[str, list[str]] | None = None
-    for delimiter in _DELIMITERS:
-        cells = split_cells(line, delimiter)
-        if cells is None or len(cells) > MOST_COLUMNS or not are_headings(cells, mapping):
-            continue
-        if best is None or len(cells) > len(best[1]):
-            best = delimiter, cells
+
+    def accepted(cells: list[str]) -> list[str] | None:
+        return cells if len(cells) <= MOST_COLUMNS and are_headings(cells, mapping) else None
+
+    best = best_split(line, accepted)
     if best is None:
         return None
     delimiter, cells = best
@@ -320,24 +297,14 @@ def _read_body(source: _Source, path: Path | str, head: _Head, plan: ColumnPlan)
     kept = texts | {channel.column for channel in plan.channels}
     parser = _Parser(source, head, body, texts, set(range(body.width)) - kept)
     number = 1
-    try:
-        for content in source.chunks(path):
-            text = source.decode(content, number)
-            if number == 1:
-                text = text.removeprefix("\ufeff")
-            number += parser.add(text, number)
-            if body.rows * body.width > MOST_VALUES:
-                raise MeasurementFileError(
-                    f"the file has more than {MOST_VALUES // 1_000_000} million values",
-                    path=source.path,
-                    remedy="Split the log into several files, or write it as Parquet",
-                )
-    except OSError as error:
-        raise MeasurementFileError(
-            f"the file cannot be read ({error.strerror or type(error).__name__})",
-            path=source.path,
-            remedy="Check whether another program holds it open",
-        ) from error
+    for content in source.chunks(path):
+        text = source.decode(content, number)
+        if number == 1:
+            text = text.removeprefix("\ufeff")
+        number += parser.add(text, number)
+        if body.rows * body.width > MOST_VALUES:
+            place = Place(source.path)
+            raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=place)
     if source.used_fallback:
         body.notes.insert(
             0,
@@ -390,39 +357,15 @@ class _Parser:
         )
         return rows, numbers
 
-    def _check_cells(self, rows: list[str], numbers: "range | list[int]") -> None:
-        delimiter, width = self.head.delimiter, self.body.width
-        separators = width - 1
-        for row, number in zip(rows, numbers, strict=True):
-            if row.count(delimiter) == separators and '"' not in row:
-                continue
-            cells = split_cells(row, delimiter)
-            if cells is None or len(cells) != width:
-                found = "quotation marks that do not match" if cells is None else f"{len(cells)}"
-                raise MeasurementFileError(
-                    f"this row has {found}{'' if cells is None else ' cells'},"
-                    f" and there are {width} headings",
-                    path=self.body.path,
-                    line=number,
-                    remedy=_REMEDY,
-                )
-
     def _parse(self, rows: list[str], numbers: "range | list[int]") -> None:
         self._find_decimal(rows)
-        typed = self._fast(rows)
-        if typed is None:
-            self._check_cells(rows, numbers)
-        part: list[FloatArray | list[str | None]] = []
-        for index in range(self.body.width):
-            if index in self.left_out:
-                part.append([])
-            elif typed is not None and index in self.texts:
-                part.append(self._times(typed[str(index)]))
-            elif typed is not None:
-                part.append(_floats(typed[str(index)]))
-            else:
-                part.append(self._slow(rows, index, numbers))
-        self.body.parts.append(part)
+        cells = self._cells(rows, numbers)
+        self.body.parts.append(
+            [
+                [] if index in self.left_out else self._column(cells[str(index)], index, numbers)
+                for index in range(self.body.width)
+            ]
+        )
         self.body.lines.append(numbers)
         self.body.rows += len(rows)
 
@@ -438,80 +381,50 @@ class _Parser:
                     self.decimal = ","
                     return
 
-    def _fast(self, rows: list[str]) -> "pl.DataFrame | None":
-        """Read all columns of numbers at once; None where rows or cells need a closer look."""
+    def _cells(self, rows: list[str], numbers: "range | list[int]") -> "pl.DataFrame":
+        """Split rows into cells: at once where no quotation mark stands and no row is uneven."""
         import polars as pl  # noqa: PLC0415  takes a tenth of a second
 
+        delimiter, width = self.head.delimiter, self.body.width
+        names = [str(index) for index in range(width)]
+        schema = dict.fromkeys(names, pl.String())
         text = "\n".join(rows)
         # The parser refuses a row with too many cells: with this sum no row has too few.
-        expected = len(rows) * (self.body.width - 1)
-        if '"' in text or text.count(self.head.delimiter) != expected:
-            return None
-        names = [str(index) for index in range(self.body.width)]
-        schema = {
-            name: pl.String() if index in self.texts | self.left_out else pl.Float64()
-            for index, name in enumerate(names)
-        }
-        try:
-            return pl.read_csv(
-                text.encode(),
-                has_header=False,
-                schema=schema,
-                separator=self.head.delimiter,
-                null_values=_NULLS,
-                decimal_comma=self.decimal == ",",
-                infer_schema=False,
-            )
-        except pl.exceptions.PolarsError:
-            return None
+        if '"' not in text and text.count(delimiter) == len(rows) * (width - 1):
+            try:
+                return pl.read_csv(
+                    text.encode(),
+                    has_header=False,
+                    schema=schema,
+                    separator=delimiter,
+                    quote_char=None,
+                )
+            except pl.exceptions.PolarsError:
+                pass
+        split: list[list[str]] = []
+        for row, number in zip(rows, numbers, strict=True):
+            cells = split_cells(row, delimiter)
+            place = Place(self.body.path, number)
+            if cells is None:
+                raise MeasurementFileError("quotation_marks", place=place)
+            if len(cells) != width:
+                raise MeasurementFileError(
+                    "cells_and_headings", cells=len(cells), headings=width, place=place
+                )
+            split.append(cells)
+        return pl.DataFrame(split, schema=schema, orient="row")
 
-    def _times(self, column: "pl.Series") -> "FloatArray | list[str | None]":
-        """Return a column that may hold dates as numbers where all of its cells are."""
-        import polars as pl  # noqa: PLC0415
-
-        words = column.str.strip_chars()
-        plain = words.str.replace(",", ".", literal=True) if self.decimal == "," else words
-        numbers = plain.cast(pl.Float64(), strict=False)
-        return _floats(numbers) if numbers.null_count() == words.null_count() else words.to_list()
-
-    def _slow(
-        self, rows: list[str], index: int, numbers: "range | list[int]"
+    def _column(
+        self, cells: "pl.Series", index: int, numbers: "range | list[int]"
     ) -> "FloatArray | list[str | None]":
-        """Read one column cell by cell, with the error that names the cell."""
-        delimiter = self.head.delimiter
-        cells = [(split_cells(row, delimiter) or [""] * self.body.width)[index] for row in rows]
-        decimal = self.decimal or "."
-        result = np.full(len(cells), np.nan)
-        texts = values = 0
-        wrong = -1
-        for row, cell in enumerate(cells):
-            word = cell.replace("\N{MINUS SIGN}", "-")
-            if is_number(word, decimal=decimal):
-                result[row] = float(word.replace(",", "."))
-                values += 1
-            elif cell and cell.casefold() not in MISSING_WORDS:
-                texts += 1
-                wrong = row if wrong < 0 else wrong
-        if index in self.texts and texts:
-            return [cell or None for cell in cells]
-        if texts and texts < values:  # few words among empty cells are a column of words
-            raise MeasurementFileError(
-                f"'{cells[wrong]}' is not a number",
-                path=self.body.path,
-                line=numbers[wrong],
-                column=self.head.headings[index],
-                remedy="Write digits with one kind of decimal sign, or nothing where a value is"
-                " missing; a mapping may leave the column out",
-            )
-        if texts:
-            return [cell or None for cell in cells]
-        self._count_words(cells)
-        return result
-
-    def _count_words(self, cells: Sequence[str]) -> None:
-        for cell in cells:
-            if cell and cell not in _NULLS and cell.casefold() in MISSING_WORDS:
-                self.body.words[cell] = self.body.words.get(cell, 0) + 1
+        heading = self.head.headings[index]
+        return numbers_or_words(
+            cells,
+            lambda row: Place(self.body.path, numbers[row], heading),
+            decimal=self.decimal or ".",
+            dates=index in self.texts,
+            missing=self.body.words,
+        )
 
 
 def _rows_of(lines: list[str], first: int) -> tuple[list[str], "range | list[int]"]:
@@ -525,12 +438,3 @@ def _rows_of(lines: list[str], first: int) -> tuple[list[str], "range | list[int
             rows.append(line)
             numbers.append(number)
     return rows, numbers
-
-
-def _floats(column: "pl.Series") -> FloatArray:
-    values = column.fill_null(np.nan).to_numpy()
-    return np.where(np.isfinite(values), values, np.nan) if _has_infinite(values) else values
-
-
-def _has_infinite(values: FloatArray) -> bool:
-    return bool(np.isinf(values).any())

@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.logs._columns import (
     ColumnValues,
@@ -45,11 +46,7 @@ def read_thermal_mat(
     name = str(path)
     begins, _ = read_start(path, 520, limit_bytes=FILE_LIMIT_BYTES)
     is_hdf5 = b"\x89HDF\r\n\x1a\n" in (begins[:8], begins[512:520])
-    with damage_named(
-        "this is no file of MATLAB, or a damaged one",
-        path=name,
-        remedy="Save the variables again, with save -v7 or -v7.3",
-    ):
+    with damage_named(Place(name)):
         if is_hdf5:
             variables = _read_hdf5(path)
         elif begins[126:128] in (b"IM", b"MI") and 0 not in begins[:4]:
@@ -69,12 +66,7 @@ def _log_of(
 ) -> ThermalLog:
     vectors = dict(_vectors(variables))
     if not vectors:
-        raise MeasurementFileError(
-            "the file has no vector of numbers",
-            path=name,
-            remedy="Save times and channels as numeric vectors; a table or timetable is stored in"
-            " a form that only MATLAB reads",
-        )
+        raise MeasurementFileError("no_vector", place=Place(name))
     rows = _rows_of(vectors, mapping)
     kept = {key: values for key, values in vectors.items() if values.size == rows}
     others = [key for key, values in vectors.items() if values.size != rows]
@@ -84,17 +76,16 @@ def _log_of(
         if others
         else ()
     )
-    plan = plan_columns(name, headings, mapping)
+    plan = plan_columns(Place(name), headings, mapping)
 
     def read(index: int) -> ColumnValues:
         return kept[headings[index]]
 
     table = LogTable(
-        path=name,
+        place=Place(name),
         headings=headings,
         rows=rows,
         read=read,
-        place=lambda row: f"row {row + 1}",
         remarks=remarks,
     )
     return build_log(table, plan, name=Path(name).stem, sample_time_s=sample_time_s)
@@ -162,9 +153,7 @@ def _read_hdf5(path: Path | str) -> dict[str, FloatArray]:
         import h5py  # noqa: PLC0415  # type: ignore[import-untyped]
     except ImportError:
         raise MeasurementFileError(
-            "this file of MATLAB is of version 7.3, and the package h5py is not installed",
-            path=str(path),
-            remedy="Install h5py, or save the variables with save -v7",
+            "package_missing", package="h5py", place=Place(str(path))
         ) from None
     found: dict[str, FloatArray] = {}
     with cast("Any", h5py).File(str(path), "r") as file:
@@ -193,10 +182,6 @@ def _collect_hdf5(
         return
     total = float(np.prod(np.array(node.shape, dtype=np.float64)))
     if total + sum(values.size for values in found.values()) > MOST_VALUES:
-        raise MeasurementFileError(
-            f"the file has more than {MOST_VALUES // 1_000_000} million values",
-            path=path,
-            remedy="Save fewer variables, or write the log as Parquet",
-        )
+        raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=Place(path))
     if node.attrs.get("MATLAB_class", b"double") != b"char":
         found[name] = np.asarray(node[()], dtype=np.float64).T

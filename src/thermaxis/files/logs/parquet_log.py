@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.files.logs._columns import ColumnValues, LogTable, Moments, build_log, plan_columns
 from thermaxis.files.settings import ThermalMapping
 from thermaxis.files.table import DAMAGE, damage_named
@@ -33,18 +34,17 @@ def read_thermal_parquet(
         frame = pl.scan_parquet(Path(path), glob=False)
         names = frame.collect_schema().names()
         rows = int(frame.select(pl.len()).collect().item())
-    plan = plan_columns(name, names, mapping)
+    plan = plan_columns(Place(name), names, mapping)
 
     def read(index: int) -> ColumnValues:
         with _damage_named(name):
             return _values_of(frame.select(pl.nth(index)).collect().to_series())
 
     table = LogTable(
-        path=name,
+        place=Place(name),
         headings=tuple(names),
         rows=rows,
         read=read,
-        place=lambda row: f"row {row + 1}",
     )
     return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
 
@@ -53,9 +53,7 @@ def _damage_named(path: str) -> AbstractContextManager[None]:
     import polars as pl  # noqa: PLC0415
 
     return damage_named(
-        "the Parquet file is damaged or of an unknown kind",
-        path=path,
-        remedy="Copy or export the file again",
+        Place(path),
         # A damaged file can make the reader panic: that error is no Exception.
         damage=(*DAMAGE, pl.exceptions.PolarsError, pl.exceptions.PanicException),
     )

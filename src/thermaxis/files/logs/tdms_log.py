@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError, MeasurementFileError
 from thermaxis.files.logs._columns import (
     ColumnValues,
@@ -47,13 +48,9 @@ def read_thermal_tdms(
     try:
         import nptdms  # noqa: PLC0415  # type: ignore[import-untyped]
     except ImportError:
-        raise MeasurementFileError(
-            "files of LabVIEW need the package nptdms, which is not installed",
-            path=name,
-            remedy="Install nptdms, or export the log as CSV",
-        ) from None
+        raise MeasurementFileError("package_missing", package="nptdms", place=Place(name)) from None
     with (
-        damage_named("the file is damaged", path=name, remedy="Copy or export it again"),
+        damage_named(Place(name)),
         # The reader does not close what it opened where the file is damaged.
         Path(path).open("rb") as stream,
         _silent(),
@@ -62,13 +59,11 @@ def read_thermal_tdms(
         groups = _groups(name, file)
         logs = [_group_log(name, *entry, mapping) for entry in groups]
     if not logs:
-        raise MeasurementFileError(
-            "the file has no channel with numbers", path=name, remedy="Export the log again"
-        )
+        raise MeasurementFileError("no_channel_in_log", place=Place(name))
     try:
         log = join_rates(logs)
     except DataError as error:
-        raise MeasurementFileError(error.what, path=name, remedy=error.remedy) from None
+        raise error.at(Place(name)) from None
     return log if sample_time_s is None else log.resample(sample_time_s)
 
 
@@ -91,17 +86,11 @@ def _groups(path: str, file: Any) -> list[tuple[str, dict[str, ColumnValues], di
     groups = [group for group in file.groups() if group.channels()]
     if len(groups) > _MOST_GROUPS:
         raise MeasurementFileError(
-            f"the file has {len(groups)} groups, more than {_MOST_GROUPS}",
-            path=path,
-            remedy="Export the log as CSV",
+            "too_many_groups", groups=len(groups), most=_MOST_GROUPS, place=Place(path)
         )
     total = sum(len(channel) for group in groups for channel in group.channels())
     if total > MOST_VALUES:
-        raise MeasurementFileError(
-            f"the file has {total} values, more than {MOST_VALUES}",
-            path=path,
-            remedy="Split the log into several files",
-        )
+        raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=Place(path))
     names = [str(channel.name) for group in groups for channel in group.channels()]
     result: list[tuple[str, dict[str, ColumnValues], dict[str, str]]] = []
     for group in groups:
@@ -193,14 +182,13 @@ def _group_log(
     headings = tuple(columns)
     rows = max(len(_sized(values)) for values in columns.values())
     here = _mapping_of_group(headings, units, mapping)
-    place = f"{path}, group {group}"
+    place = Place(path, channel=group)
     plan = plan_columns(place, headings, here)
     table = LogTable(
-        path=place,
+        place=place,
         headings=headings,
         rows=rows,
         read=lambda index: columns[headings[index]],
-        place=lambda row: f"row {row + 1}",
     )
     return build_log(table, plan, name=Path(path).stem)
 

@@ -1,14 +1,12 @@
 """Thermal logs in workbooks, ``.xlsx``: the first sheet with a column of times."""
 
-import datetime as dt
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.logs._cells import numbers_or_words
 from thermaxis.files.logs._columns import (
-    MISSING_WORDS,
     ColumnPlan,
     ColumnValues,
     LogTable,
@@ -21,6 +19,7 @@ from thermaxis.files.table import (
     CELL_LIMIT,
     Cells,
     TableSource,
+    cell_text,
     is_number,
     opened_sheets,
     read_content,
@@ -49,16 +48,10 @@ def read_thermal_xlsx(
                 headings = ["" if cell is None else str(cell).strip() for cell in row]
                 if not are_headings([cell for cell in headings if cell], mapping):
                     continue
-                table = _table(source.place, headings, rows, index)
-                plan = plan_columns(table.path, headings, mapping)
-                _check_cells(table, plan)
+                plan = plan_columns(source.at(), headings, mapping)
+                table = _table(source, headings, rows, index, plan)
                 return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
-    raise MeasurementFileError(
-        "no sheet has a row of headings with a column of times",
-        path=name,
-        remedy="Head the columns, such as time_s, T_spindle_C, Z_um, or name the column in a"
-        " mapping",
-    )
+    raise MeasurementFileError("no_time_column", place=Place(name))
 
 
 def _all_rows(source: TableSource, cells: Iterator[Cells]) -> list[Sequence[object]]:
@@ -67,15 +60,18 @@ def _all_rows(source: TableSource, cells: Iterator[Cells]) -> list[Sequence[obje
     for row, _ in cells:
         count += max(1, len(row))
         if count > CELL_LIMIT:
-            raise source.error(
-                f"the sheet {source.sheet} spans more than {CELL_LIMIT} cells",
-                remedy="Clear the cells far from the table, or export the log as CSV",
-            )
+            raise MeasurementFileError("too_many_cells", most=CELL_LIMIT, place=source.at())
         rows.append(row)
     return rows
 
 
-def _table(path: str, headings: list[str], rows: Sequence[Sequence[object]], head: int) -> LogTable:
+def _table(
+    source: TableSource,
+    headings: list[str],
+    rows: Sequence[Sequence[object]],
+    head: int,
+    plan: ColumnPlan,
+) -> LogTable:
     width = len(headings)
     kept = [
         (number, row)
@@ -84,70 +80,33 @@ def _table(path: str, headings: list[str], rows: Sequence[Sequence[object]], hea
     ]
     for number, row in kept:
         if any(cell is not None for cell in row[width:]):
+            cells, place = len(row), source.at(number)
             raise MeasurementFileError(
-                f"this row has more cells than the {width} headings",
-                path=f"{path}, row {number}",
-                remedy="Give every column a heading",
+                "cells_and_headings", cells=cells, headings=width, place=place
             )
 
     def read(index: int) -> ColumnValues:
-        return _column([row[index] if index < len(row) else None for _, row in kept])
+        import polars as pl  # noqa: PLC0415  takes a tenth of a second
+
+        cells = [_text(row[index]) if index < len(row) else None for _, row in kept]
+        return numbers_or_words(
+            pl.Series(cells, dtype=pl.String()),
+            lambda row: source.at(kept[row][0], index, headings[index]),
+            dates=index in {plan.time, plan.date},
+        )
 
     return LogTable(
-        path=path,
+        place=source.at(),
         headings=tuple(headings),
         rows=len(kept),
         read=read,
-        place=lambda row: f"row {kept[row][0]}",
+        place_of=lambda row: source.at(kept[row][0]),
     )
 
 
-def _check_cells(table: LogTable, plan: ColumnPlan) -> None:
-    """Refuse a column of numbers with a word in it."""
-    for channel in plan.channels:
-        values = table.read(channel.column)
-        if isinstance(values, np.ndarray) or not isinstance(values, list):
-            continue
-        wrong = [row for row, text in enumerate(values) if text and not is_number(text)]
-        if wrong and len(wrong) < len([text for text in values if text]) / 2:
-            raise table.error(
-                f"'{values[wrong[0]]}' is not a number",
-                column=channel.column,
-                row=wrong[0],
-                remedy="Write a number, or nothing where a value is missing",
-            )
-
-
-def _column(cells: Sequence[object]) -> ColumnValues:
-    numbers = np.full(len(cells), np.nan)
-    texts: list[str | None] = []
-    has_texts = False
-    for row, cell in enumerate(cells):
-        number = _number_of(cell)
-        if number is not None:
-            numbers[row] = number
-            texts.append(repr(number))
-            continue
-        text = _text_of(cell)
-        texts.append(text)
-        has_texts = has_texts or text is not None
-    return texts if has_texts else numbers
-
-
-def _number_of(cell: object) -> float | None:
-    if isinstance(cell, bool | float | int):
-        return float(cell) if abs(cell) < 1e300 else float("nan")
-    if isinstance(cell, dt.timedelta):
-        return cell.total_seconds()
-    if isinstance(cell, str) and is_number(cell):
-        return float(cell)
-    if isinstance(cell, str) and is_number(cell, decimal=","):
-        return float(cell.replace(",", "."))
-    return None
-
-
-def _text_of(cell: object) -> str | None:
-    if cell is None:
-        return None
-    text = cell.isoformat() if isinstance(cell, dt.date | dt.time) else str(cell).strip()
-    return None if not text or text.casefold() in MISSING_WORDS else text
+def _text(cell: object) -> str | None:
+    """Write the value of a cell with a decimal point."""
+    if isinstance(cell, bool):
+        return str(int(cell))
+    text = cell_text(cell)
+    return text.replace(",", ".") if is_number(text, decimal=",") else text or None

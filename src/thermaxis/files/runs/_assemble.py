@@ -1,12 +1,13 @@
 """Columns of readings, one row per reading, become the arrays of a positioning test."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table import first_few
 from thermaxis.positioning import (
@@ -53,7 +54,7 @@ class Assembled:
 
 def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its name
     *,
-    path: str,
+    at: Callable[..., Place],
     target: FloatArray,
     target_index: IntArray,
     cycle: IntArray,
@@ -63,30 +64,21 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
     order: FloatArray | None = None,
     time_s: FloatArray | None = None,
     channels: Mapping[str, FloatArray] | None = None,
-    line_word: str = "line",
 ) -> Assembled:
     """Put readings listed one per row into arrays of targets, cycles and approaches."""
     if not bool(np.any(np.isfinite(deviation))):
-        raise MeasurementFileError(
-            "there are no readings in the file",
-            path=path,
-            remedy="Export the run again, with its measured values",
-        )
+        raise MeasurementFileError("no_readings_in_file", place=at())
     if target.size > MAX_TARGETS:
         raise MeasurementFileError(
-            f"there are {target.size} different target positions, more than the limit of"
-            f" {MAX_TARGETS}",
-            path=path,
-            remedy="Check that each target has the same position in every cycle, and export one"
-            " reading per stop instead of a continuous record",
+            "too_many_targets", targets=target.size, most=MAX_TARGETS, place=at()
         )
-    cycles = _number_of_cycles(path, line_word, cycle, line)
+    cycles = _number_of_cycles(at, cycle, line)
     shape = (int(target.size), cycles, 2)
-    _check_size(path, shape, int(deviation.size), line_word, cycle, line)
-    _check_channels(path, shape, len(channels or {}))
+    _check_size(at, shape, int(deviation.size), cycle, line)
+    _check_channels(at, shape, len(channels or {}))
     flat = (target_index * cycles + (cycle - 1)) * 2 + approach
     given = ~np.isnan(deviation)
-    _check_duplicates(path, line_word, flat, given, line, target, shape)
+    _check_duplicates(at, flat, given, line, target, shape)
 
     # A row that lists a reading as missing must not hide a row that has it.
     rank = np.concatenate((np.flatnonzero(~given), np.flatnonzero(given)))
@@ -105,7 +97,7 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
     )
 
 
-def check_enough_readings(test: PositioningTest, path: str) -> None:
+def check_enough_readings(test: PositioningTest, place: Place) -> None:
     """Check that every target can be evaluated in every approach that was measured.
 
     References
@@ -114,48 +106,36 @@ def check_enough_readings(test: PositioningTest, path: str) -> None:
     GOST ISO 230-2-2016, clause 6.2.
     """
     if test.target.size < 2:
-        raise MeasurementFileError(
-            f"the run has only one target position ({_number(test.target[0])})",
-            path=path,
-            remedy="A positioning run needs at least two targets",
-        )
+        raise MeasurementFileError("one_target", target=float(test.target[0]), place=place)
     needed = 1 if is_single_run_axis(test) else 2
     too_few = (test.readings < needed) & np.array(test.measured_approaches)
     if not bool(too_few.any()):
         return
     i, a = (int(k) for k in np.argwhere(too_few)[0])
-    count = int(test.readings[i, a])
-    more = int(too_few.sum()) - 1
-    others = f", and so on for {more} more" if more else ""
-    have = f"{count} reading" if count else "no reading"
     raise MeasurementFileError(
-        f"target {i + 1} ({_number(test.target[i])} {test.kind.units.position}) has {have}"
-        f" {APPROACHES[a]}{others}; ISO 230-2 needs at least {needed} per target and direction",
-        path=path,
-        remedy="Measure the missing readings, or take the target out of the file",
+        "too_few_readings_of_target",
+        target=float(test.target[i]),
+        direction=APPROACHES[a],
+        readings=int(test.readings[i, a]),
+        needed=needed,
+        others=int(too_few.sum()) - 1,
+        place=place,
     )
 
 
-def _number(value: float) -> str:
-    return f"{value:.10g}"
-
-
-def _number_of_cycles(path: str, line_word: str, cycle: IntArray, line: IntArray) -> int:
+def _number_of_cycles(at: Callable[..., Place], cycle: IntArray, line: IntArray) -> int:
     lowest = int(np.argmin(cycle))
     if cycle[lowest] < 1:
         raise MeasurementFileError(
-            f"cycle {cycle[lowest]} in {line_word} {line[lowest]}: cycles count from 1",
-            path=path,
-            remedy="Number the cycles 1, 2, 3 and so on",
+            "cycle_below_one", cycle=int(cycle[lowest]), place=at(int(line[lowest]))
         )
     return int(cycle.max())
 
 
 def _check_size(
-    path: str,
+    at: Callable[..., Place],
     shape: tuple[int, int, int],
     readings: int,
-    line_word: str,
     cycle: IntArray,
     line: IntArray,
 ) -> None:
@@ -164,28 +144,20 @@ def _check_size(
     if cells <= MAX_CELLS and cells <= max(SMALL_TABLE, CELLS_PER_READING * readings):
         return
     largest = int(np.argmax(cycle))
+    place = at(int(line[largest]))
     raise MeasurementFileError(
-        f"{targets} targets and cycle numbers up to {cycles} ({line_word} {line[largest]})"
-        f" do not fit {readings} readings",
-        path=path,
-        remedy="Check that each target has the same position in every cycle, and the cycle numbers",
+        "table_too_sparse", targets=targets, cycles=cycles, readings=readings, place=place
     )
 
 
-def _check_channels(path: str, shape: tuple[int, int, int], channels: int) -> None:
+def _check_channels(at: Callable[..., Place], shape: tuple[int, int, int], channels: int) -> None:
     targets, cycles, approaches = shape
     if channels * targets * cycles * approaches > MAX_CHANNEL_CELLS:
-        raise MeasurementFileError(
-            f"{channels} columns of further readings are too many for {targets} targets and"
-            f" {cycles} cycles",
-            path=path,
-            remedy="Remove the columns that are not needed",
-        )
+        raise MeasurementFileError("too_many_channels", channels=channels, place=at())
 
 
 def _check_duplicates(
-    path: str,
-    line_word: str,
+    at: Callable[..., Place],
     flat: IntArray,
     given: NDArray[np.bool_],
     line: IntArray,
@@ -201,10 +173,12 @@ def _check_duplicates(
     first = twice[np.argmin(lines[ranked[twice + 1]])]
     i, j, a = (int(k) for k in np.unravel_index(int(cells[ranked[first]]), shape))
     raise MeasurementFileError(
-        f"the reading of cycle {j + 1}, {APPROACHES[a]}, target {_number(target[i])} is given"
-        f" twice, in {line_word} {lines[ranked[first]]} and {line_word} {lines[ranked[first + 1]]}",
-        path=path,
-        remedy="Remove one of the two",
+        "reading_twice",
+        cycle=j + 1,
+        direction=APPROACHES[a],
+        target=float(target[i]),
+        first=int(lines[ranked[first]]),
+        place=at(int(lines[ranked[first + 1]])),
     )
 
 

@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.errors import MeasurementFileError
 from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
@@ -98,10 +99,7 @@ def dat_test(source: SourceText) -> PositioningTest:
     """Make a positioning test from the text of an ``_ISO230.dat`` file."""
     content = _read_lines(source)
     if not content.position:
-        raise source.error(
-            "there are no readings (REF_DATA_FWD, REF_DATA_BWD) in the file",
-            remedy="Name the file whose name ends in _ISO230.dat",
-        )
+        raise MeasurementFileError("no_readings_in_file", place=source.at())
     unit = _read_unit(source, content)
     targets = _read_count(source, content, "POSITIONS", DEFAULT_POSITIONS)
     cycles = _read_count(source, content, "CYCLES", DEFAULT_CYCLES)
@@ -116,7 +114,7 @@ def dat_test(source: SourceText) -> PositioningTest:
     if unit.position != (1, 1):
         target = np.round(unit.positions(target), _TARGET_DECIMALS)  # 35400 um are 35.4 mm
     assembled = assemble_readings(
-        path=source.path,
+        at=source.at,
         target=target,
         target_index=targets - 1 - index if descending else index,
         cycle=np.array(content.cycle, dtype=np.int64),
@@ -136,7 +134,7 @@ def dat_test(source: SourceText) -> PositioningTest:
             *_direction_remarks(content, descending=descending),
         ),
     )
-    check_enough_readings(test, source.path)
+    check_enough_readings(test, source.at())
     return test
 
 
@@ -148,11 +146,7 @@ def _read_lines(source: SourceText) -> _Content:
             continue
         key, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not key:
-            raise source.error(
-                f"'{text}' is neither a comment nor KEY=value",
-                line=number,
-                remedy="Start comments with #, or name an _ISO230.dat file",
-            )
+            raise MeasurementFileError("not_key_and_value", text=text, place=source.at(number))
         array = _ARRAY_KEY.fullmatch(key)
         if array is not None:
             _add_element(source, content, array, value, number)
@@ -164,10 +158,8 @@ def _read_lines(source: SourceText) -> _Content:
 def _add_setting(source: SourceText, content: _Content, key: str, value: str, number: int) -> None:
     known = content.settings.setdefault(key, (value, number))
     if known[0] != value:
-        raise source.error(
-            f"{key} is stated twice, in line {known[1]} as '{known[0]}' and here as '{value}'",
-            line=number,
-            remedy="Keep one of the two",
+        raise MeasurementFileError(
+            "stated_differently", name=key, first=known[1], place=source.at(number)
         )
 
 
@@ -179,11 +171,9 @@ def _add_element(
         content.unknown.append(f"{name} (line {number})")
         return
     label = f"{name}[{array[2]}]"
-    indices = [
-        parse_whole_number(word, path=source.path, line=number, column=label)
-        for word in array[2].split(",")
-    ]
-    position = parse_number(value, path=source.path, line=number, column=label)
+    place = source.at(number, label)
+    indices = [parse_whole_number(word, place) for word in array[2].split(",")]
+    position = parse_number(value, place)
     if name == "TGT_DATA" and len(indices) == 1:
         _add_target(source, content, indices[0], position, number)
     elif name != "TGT_DATA" and len(indices) == 2:
@@ -194,10 +184,8 @@ def _add_element(
         content.line.append(number)
         content.decimals.append(len(value.partition(".")[2]))
     else:
-        raise source.error(
-            f"{label} has {len(indices)} indices",
-            line=number,
-            remedy="Write TGT_DATA[target] and REF_DATA_FWD[target,cycle]",
+        raise MeasurementFileError(
+            "number_of_indices", name=label, indices=len(indices), place=source.at(number)
         )
 
 
@@ -205,10 +193,8 @@ def _add_target(
     source: SourceText, content: _Content, index: int, position: float, number: int
 ) -> None:
     if index in content.targets:
-        raise source.error(
-            f"target {index} is stated twice, in line {content.targets[index][1]} and here",
-            line=number,
-            remedy="Keep one of the two",
+        raise MeasurementFileError(
+            "stated_twice", name=f"TGT_DATA[{index}]", place=source.at(number)
         )
     content.targets[index] = (position, number)
 
@@ -217,12 +203,7 @@ def _read_unit(source: SourceText, content: _Content) -> Unit:
     text, number = content.settings.get("UNIT", ("", None))
     unit = unit_named(text or DEFAULT_UNIT)
     if unit is None or unit not in map(unit_named, _UNITS):
-        raise source.error(
-            f"the unit '{text}' is not known",
-            line=number,
-            column="UNIT",
-            remedy=f"Write one of {', '.join(_UNITS)}, with the positions in it",
-        )
+        raise MeasurementFileError("unknown_unit", unit=text, place=source.at(number, "UNIT"))
     return unit
 
 
@@ -230,11 +211,9 @@ def _read_count(source: SourceText, content: _Content, key: str, default: int) -
     text, number = content.settings.get(key, ("", None))
     if not text:
         return default
-    count = parse_whole_number(text, path=source.path, line=number, column=key)
+    count = parse_whole_number(text, source.at(number, key))
     if count < 1:
-        raise source.error(
-            f"{key} is {count}", line=number, column=key, remedy="Write the number in the file"
-        )
+        raise MeasurementFileError("not_positive", value=count, place=source.at(number, key))
     return count
 
 
@@ -244,12 +223,13 @@ def _check_indices(source: SourceText, content: _Content, targets: int, cycles: 
     if not outside.size:
         return
     k = int(outside[0])
-    raise source.error(
-        f"there is no target {content.target_index[k] + 1} in cycle {content.cycle[k]}:"
-        f" the file has {targets} targets and {cycles} cycles"
-        f" ({_stated_or_default(content, 'POSITIONS')}, {_stated_or_default(content, 'CYCLES')})",
-        line=content.line[k],
-        remedy="Correct the indices, or state POSITIONS and CYCLES of the run",
+    raise MeasurementFileError(
+        "reading_outside_plan",
+        target=content.target_index[k] + 1,
+        cycle=content.cycle[k],
+        targets=targets,
+        cycles=cycles,
+        place=source.at(content.line[k]),
     )
 
 
@@ -257,41 +237,28 @@ def _check_declared_cycles(source: SourceText, content: _Content, cycles: int) -
     text, number = content.settings.get("CYCLES", ("", None))
     measured = len(set(content.cycle))
     if text and cycles > _MOST_DECLARED_PER_MEASURED * measured:
-        raise source.error(
-            f"CYCLES states {cycles} cycles, and the readings are of"
-            f" {measured} cycle{'s' if measured > 1 else ''} only",
-            line=number,
-            column="CYCLES",
-            remedy="Copy or export the file again; if the run was stopped early, set CYCLES to"
-            " the number that was measured",
+        raise MeasurementFileError(
+            "cycles_cut_short", stated=cycles, measured=measured, place=source.at(number, "CYCLES")
         )
-
-
-def _stated_or_default(content: _Content, key: str) -> str:
-    stated = bool(content.settings.get(key, ("", 0))[0])
-    return f"{key} {'stated' if stated else 'not stated, default'}"
 
 
 def _read_targets(source: SourceText, content: _Content, targets: int) -> FloatArray:
     count = len(content.targets)
     missing = next((k for k in range(1, targets + 1) if k not in content.targets), None)
     if missing is not None or count != targets:
-        which = f"target {missing} is not" if missing else "other targets are"
-        raise source.error(
-            f"POSITIONS is {targets} ({_stated_or_default(content, 'POSITIONS')}), {count} targets"
-            f" are listed, and {which} among them",
-            remedy="List every target as TGT_DATA[1] and so on, and state their number",
+        raise MeasurementFileError(
+            "target_count", stated=targets, listed=count, place=source.at(column="POSITIONS")
         )
     listed = np.array([content.targets[k][0] for k in range(1, targets + 1)])
     steps = np.diff(listed)
     wrong = np.flatnonzero(steps >= 0 if listed[-1] < listed[0] else steps <= 0)
     if wrong.size:
         k = int(wrong[0]) + 2
-        raise source.error(
-            f"target {k} ({listed[k - 1]:.10g}) does not follow target {k - 1}"
-            f" ({listed[k - 2]:.10g}): targets neither rise nor fall throughout",
-            line=content.targets[k][1],
-            remedy="List every target once, in the order along the axis",
+        raise MeasurementFileError(
+            "targets_not_in_order",
+            target=listed[k - 1].item(),
+            before=listed[k - 2].item(),
+            place=source.at(content.targets[k][1]),
         )
     return listed
 
@@ -320,11 +287,8 @@ def _check_complete(
     )
     if int(rank.max()) == have - 1:
         # the tool writes forward before backward, cycle by cycle: only the tail is missing
-        raise source.error(
-            f"the file is cut short: it ends after {have} of {stops} readings",
-            line=content.line[int(np.argmax(rank))],
-            remedy="Copy or export the file again; if the run was stopped early, set CYCLES",
-        )
+        place = source.at(content.line[int(np.argmax(rank))])
+        raise MeasurementFileError("readings_cut_short", readings=have, expected=stops, place=place)
     names = list(islice(_missing(rank, stops, cycles, targets, approaches), 6))
     named = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")
     return (f"{stops - have} of {stops} readings are missing: {named}",)
@@ -347,11 +311,7 @@ def _check_last_number(source: SourceText, content: _Content) -> None:
     if content.line[-1] != last_line or len(content.decimals) < 2:
         return
     if content.decimals[-1] < min(content.decimals[:-1]):
-        raise source.error(
-            "the file is cut short inside a number",
-            line=last_line,
-            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
-        )
+        raise MeasurementFileError("cut_short", place=source.at(last_line))
 
 
 def _unknown_remarks(content: _Content) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
 from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
 from thermaxis.files.runs._environment_factor import environment_factor_remarks, reduction_to_20_c
 from thermaxis.files.table import (
@@ -23,6 +23,7 @@ from thermaxis.files.table import (
     parse_number,
     parse_whole_number,
     read_text,
+    unwritable,
 )
 from thermaxis.positioning import (
     BACKWARD,
@@ -180,7 +181,7 @@ def rtl_test(source: SourceText) -> PositioningTest:
     descending = bool(listed[0] > listed[-1])
     target = listed[::-1] if descending else listed
     assembled = assemble_readings(
-        path=source.path,
+        at=source.at,
         target=target,
         target_index=targets - 1 - rows.target if descending else rows.target,
         cycle=(rows.run + 1) // 2,
@@ -213,7 +214,7 @@ def rtl_test(source: SourceText) -> PositioningTest:
             _time_remark(interpolated=time_s is not None),
         ),
     )
-    check_enough_readings(test, source.path)
+    check_enough_readings(test, source.at())
     return test
 
 
@@ -260,11 +261,7 @@ def write_rtl(
     try:
         Path(path).write_bytes(text.encode(encoding, errors="replace"))
     except (OSError, LookupError, UnicodeError, ValueError) as error:
-        raise ConfigurationError(
-            f"the file cannot be written ({error})",
-            where=str(path),
-            remedy="Check the folder, the permissions and the encoding",
-        ) from error
+        raise unwritable(path, error, ConfigurationError) from error
 
 
 # ---------------------------------------------------------------------------------- sections
@@ -280,17 +277,9 @@ def _split_into_sections(source: SourceText) -> _Sections:
             continue
         title = _section_name(text, inside=name)
         if not name and title != "HEADER":
-            raise source.error(
-                "the file does not begin with HEADER::",
-                line=number,
-                remedy="Name an .rtl file as the capture software saved it",
-            )
+            raise MeasurementFileError("no_rtl_header", place=source.at(number))
         if title is not None and title in sections:
-            raise source.error(
-                f"the section {title} appears a second time",
-                line=number,
-                remedy="Keep one measurement per file",
-            )
+            raise MeasurementFileError("section_twice", section=title, place=source.at(number))
         if title is not None:
             name = title
             sections[name] = []
@@ -321,13 +310,8 @@ def _check_sections(source: SourceText, sections: _Sections) -> None:
         if name in sections.lines:
             continue
         if sections.ended:
-            raise source.error(
-                f"the section {name}:: is missing", remedy="Export the measurement again"
-            )
-        raise source.error(
-            f"the file is cut short: it has neither {name}:: nor EOF::",
-            remedy="Copy or export the file again",
-        )
+            raise MeasurementFileError("section_missing", section=name, place=source.at())
+        raise MeasurementFileError("cut_short", place=source.at())
 
 
 def _key(text: str) -> str:
@@ -385,16 +369,11 @@ def _check_linear(source: SourceText, header: Mapping[str, str]) -> None:
     owner = header.get("owner", "").lower()
     if file_type in {"", "rtl"} and (owner.startswith("linear") or (not owner and file_type)):
         return
-    said = ", ".join(
-        f"{label} '{header[name]}'"
-        for label, name in (("File type", "file_type"), ("Owner", "owner"))
-        if name in header
-    )
-    raise source.error(
-        f"this is not a linear measurement ({said or 'neither File type nor Owner is stated'}),"
-        " and such a file does not state the unit of its deviations",
-        remedy="Write the readings as tidy CSV with the unit in the column name,"
-        " such as target_deg and deviation_arcsec",
+    raise MeasurementFileError(
+        "not_linear_rtl",
+        file_type=header.get("file_type", ""),
+        owner=header.get("owner", ""),
+        place=source.at(),
     )
 
 
@@ -414,7 +393,7 @@ def _read_targets(source: SourceText, lines: Sequence[_Line]) -> FloatArray:
             break
         if inside:
             words = text.split()
-            values += (parse_number(w, path=source.path, line=number) for w in words)
+            values += (parse_number(w, source.at(number)) for w in words)
             numbers += [number] * len(words)
     _check_target_count(source, lines, len(values))
     target = np.array(values)
@@ -425,16 +404,12 @@ def _read_targets(source: SourceText, lines: Sequence[_Line]) -> FloatArray:
 def _check_target_count(source: SourceText, lines: Sequence[_Line], listed: int) -> None:
     pairs = _pairs(lines)
     if "target count" not in pairs:
-        raise source.error(
-            "Target-count is missing in TARGET DATA", remedy="Export the measurement again"
-        )
+        raise MeasurementFileError("missing_key", place=source.at(column="Target-count"))
     text, number = pairs["target count"]
-    stated = parse_whole_number(text, path=source.path, line=number, column="Target-count")
+    stated = parse_whole_number(text, source.at(number, "Target-count"))
     if stated != listed or not listed:
-        raise source.error(
-            f"Target-count states {stated} targets, but {listed} are listed",
-            line=number,
-            remedy="Export the measurement again, or correct the list",
+        raise MeasurementFileError(
+            "target_count", stated=stated, listed=listed, place=source.at(number)
         )
 
 
@@ -445,11 +420,9 @@ def _check_monotonic(source: SourceText, target: FloatArray, lines: Sequence[int
     if not wrong.size:
         return
     k = int(wrong[0])
-    raise source.error(
-        f"target {k + 2} ({target[k + 1]:.10g} mm) does not follow target {k + 1}"
-        f" ({target[k]:.10g} mm): targets neither rise nor fall throughout",
-        line=lines[k + 1],
-        remedy="List every target once, in the order along the axis",
+    place = source.at(lines[k + 1])
+    raise MeasurementFileError(
+        "targets_not_in_order", target=target[k + 1].item(), before=target[k].item(), place=place
     )
 
 
@@ -462,20 +435,16 @@ def _read_flags(
     text, number = pairs["flags"]
     words = text.split()
     if len(words) < 2 or words[1] not in {"0", "1"}:
-        raise source.error(
-            f"Flags '{text}' do not say whether the run is bidirectional (second number 0 or 1)",
-            line=number,
-            remedy="Export the measurement again",
-        )
+        raise MeasurementFileError("unreadable_flags", text=text, place=source.at(number, "Flags"))
     return {"flags": clean_text(text)}, words[1] == "1", ()
 
 
 def _read_run_count(source: SourceText, lines: Sequence[_Line]) -> int:
     pairs = _pairs(lines)
     if "run count" not in pairs:
-        raise source.error("Run-count is missing in RUNS", remedy="Export the measurement again")
+        raise MeasurementFileError("missing_key", place=source.at(column="Run-count"))
     text, number = pairs["run count"]
-    return parse_whole_number(text, path=source.path, line=number, column="Run-count")
+    return parse_whole_number(text, source.at(number, "Run-count"))
 
 
 # --------------------------------------------------------------------------------- deviations
@@ -486,7 +455,6 @@ def _read_rows(source: SourceText, sections: _Sections, targets: int, run_count:
     indices: list[int] = []
     deviations: list[float] = []
     numbers: list[int] = []
-    path = source.path
     lines = sections.lines["DEVIATIONS"]
     for number, text in lines:
         if text[0].isalpha() and text.endswith(":"):
@@ -494,23 +462,19 @@ def _read_rows(source: SourceText, sections: _Sections, targets: int, run_count:
         words = text.split()
         if len(words) != 3:
             raise _bad_row(source, sections, number, len(words))
-        run = parse_whole_number(words[0], path=path, line=number, column="Run")
-        index = parse_whole_number(words[1], path=path, line=number, column="Target")
+        run = parse_whole_number(words[0], source.at(number, "Run"))
+        index = parse_whole_number(words[1], source.at(number, "Target"))
         if not 1 <= run <= run_count:
-            raise source.error(
-                f"run {run} does not exist: Run-count states {run_count} runs",
-                line=number,
-                remedy="Export the measurement again, or correct the number",
+            raise MeasurementFileError(
+                "unknown_run", run=run, runs=run_count, place=source.at(number)
             )
         if not 1 <= index <= targets:
-            raise source.error(
-                f"target {index} does not exist: {targets} targets are listed",
-                line=number,
-                remedy="Export the measurement again, or correct the number",
+            raise MeasurementFileError(
+                "unknown_target", target=index, targets=targets, place=source.at(number)
             )
         runs.append(run)
         indices.append(index - 1)
-        deviations.append(parse_number(words[2], path=path, line=number, column="Data"))
+        deviations.append(parse_number(words[2], source.at(number, "Data")))
         numbers.append(number)
     _check_last_row(source, sections, lines)
     return _Rows(
@@ -523,16 +487,8 @@ def _read_rows(source: SourceText, sections: _Sections, targets: int, run_count:
 
 def _bad_row(source: SourceText, sections: _Sections, number: int, words: int) -> Exception:
     if not sections.ended and number == sections.lines["DEVIATIONS"][-1][0] and words < 3:
-        return source.error(
-            "the file is cut short inside a row",
-            line=number,
-            remedy="Copy or export the file again",
-        )
-    return source.error(
-        f"a row has {words} words instead of three (run, target, deviation)",
-        line=number,
-        remedy="Export the measurement again, or correct the row",
-    )
+        return MeasurementFileError("cut_short", place=source.at(number))
+    return MeasurementFileError("words_in_row", words=words, needed=3, place=source.at(number))
 
 
 def _check_last_row(source: SourceText, sections: _Sections, lines: Sequence[_Line]) -> None:
@@ -542,11 +498,7 @@ def _check_last_row(source: SourceText, sections: _Sections, lines: Sequence[_Li
         return
     last, before = (len(text.split()[-1].partition(".")[2]) for _, text in (lines[-1], lines[-2]))
     if last < before:
-        raise source.error(
-            "the file is cut short inside a number",
-            line=lines[-1][0],
-            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
-        )
+        raise MeasurementFileError("cut_short", place=source.at(lines[-1][0]))
 
 
 def _without_padding(source: SourceText, rows: _Rows) -> _Rows:
@@ -554,10 +506,8 @@ def _without_padding(source: SourceText, rows: _Rows) -> _Rows:
     filled = np.flatnonzero(even & (rows.deviation_um != 0.0))
     if filled.size:
         k = int(filled[0])
-        raise source.error(
-            f"Flags call the run unidirectional, but run {rows.run[k]}, a return run, has readings",
-            line=int(rows.line[k]),
-            remedy="Set the second number of Flags to 0 if the return was measured too",
+        raise MeasurementFileError(
+            "readings_in_return_run", run=int(rows.run[k]), place=source.at(int(rows.line[k]))
         )
     odd = ~even
     return _Rows(rows.run[odd], rows.target[odd], rows.deviation_um[odd], rows.line[odd])
@@ -576,9 +526,8 @@ def _check_complete(
     stops = len(expected) * targets
     have = int(rows.run.size)
     if not sections.ended and have < stops:
-        raise source.error(
-            f"the file is cut short: it has no EOF:: and only {have} of {stops} readings",
-            remedy="Copy or export the file again; a run that was stopped early ends with EOF::",
+        raise MeasurementFileError(
+            "readings_cut_short", readings=have, expected=stops, place=source.at()
         )
     remarks: list[str] = []
     if not sections.ended:
@@ -683,7 +632,7 @@ def _start_end(source: SourceText, text: str, number: int, name: str) -> StartEn
     """Read the values at start and end; the flag behind them is kept as text by the caller."""
     both: list[float | None] = []
     for word in text.split()[:2]:
-        value = parse_number(word, path=source.path, line=number, column=name)
+        value = parse_number(word, source.at(number, name))
         absent = name in _MATERIAL_KEYS and abs(value - SENSOR_ABSENT_C) < 1e-6
         both.append(None if absent else value)
     return StartEnd(both[0], both[1] if len(both) > 1 else None)
@@ -724,19 +673,11 @@ def _time_of_day(text: str) -> datetime | None:
 
 def _check_writable(test: PositioningTest) -> None:
     if test.kind is not AxisKind.LINEAR:
-        raise DataError(
-            "an .rtl file holds linear axes only", remedy="Write a rotary axis as tidy CSV"
-        )
+        raise DataError("rtl_is_linear")
     if test.cycle is not Cycle.STANDARD:
-        raise DataError(
-            f"an .rtl file cannot state the order of visits of a {test.cycle} cycle",
-            remedy="Write it as tidy CSV",
-        )
+        raise DataError("rtl_cycle", cycle=test.cycle)
     if bool(np.any(np.diff(np.round(test.target, _TARGET_DECIMALS)) <= 0)):
-        raise DataError(
-            f"targets are the same when printed with {_TARGET_DECIMALS} decimals of a millimetre",
-            remedy="Write the run as tidy CSV",
-        )
+        raise DataError("targets_same_when_printed", decimals=_TARGET_DECIMALS)
 
 
 def _header_lines(test: PositioningTest) -> list[str]:

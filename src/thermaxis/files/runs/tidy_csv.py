@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.errors import DataError
+from thermaxis.errors import DataError, MeasurementFileError
 from thermaxis.files.runs._assemble import Assembled, assemble_readings, check_enough_readings
 from thermaxis.files.runs._travel import (
     FULL_TURN_DEG,
@@ -21,7 +21,6 @@ from thermaxis.files.runs._travel import (
 from thermaxis.files.table import (
     CHANNEL_PREFIX,
     FALLBACK_ENCODING,
-    MOMENT_REMEDY,
     NUMBER_LIMIT,
     TARGET_RESOLUTION,
     Heading,
@@ -97,10 +96,7 @@ def read_tidy_csv(
     """
     table = read_csv_table(path, fallback_encoding=fallback_encoding)
     if table.layout is not Layout.TIDY:
-        raise table.error(
-            "the columns are headed by run numbers: this is a wide table, not a tidy one",
-            remedy="Read it as a wide table",
-        )
+        raise MeasurementFileError("other_layout", layout=table.layout, place=table.at())
     return tidy_test(table)
 
 
@@ -117,10 +113,7 @@ def tidy_test(table: Table) -> PositioningTest:
 
     given = ~np.isnan(deviation)
     if not bool(given.any()):
-        raise table.error(
-            "there are no readings in the file",
-            remedy="Export the run again, with its measured values",
-        )
+        raise MeasurementFileError("no_readings_in_file", place=table.at())
     times = _times(table, given)
     order = times.readings.order
     place = np.arange(row_target.size, dtype=np.float64) if order is None else order
@@ -129,7 +122,7 @@ def tidy_test(table: Table) -> PositioningTest:
         turn_remarks += rows_against_direction(row_target, cycle, approach)
     target, target_index = group_targets(row_target)
     assembled = assemble_readings(
-        path=table.source.place,
+        at=table.source.at,
         target=target,
         target_index=target_index,
         cycle=cycle,
@@ -139,7 +132,6 @@ def tidy_test(table: Table) -> PositioningTest:
         order=order,
         time_s=times.readings.time_s,
         channels=channels,
-        line_word=table.source.row_word,
     )
     remarks += [*turn_remarks, *times.readings.remarks, *assembled.remarks]
     return _checked_test(table, unit.kind, target, assembled, times, remarks)
@@ -233,10 +225,8 @@ def _deviations(
         stated = stated_unit.deviations(table.numbers(deviation_column))
     if measured_column is None:
         if stated is None:
-            raise table.error(
-                "there is no column of deviations and none of measured positions"
-                + _not_understood(table),
-                remedy="Name it deviation_um or measured_mm, or deviation_arcsec or measured_deg",
+            raise MeasurementFileError(
+                "no_deviation_column", unknown=_not_understood(table), place=table.at()
             )
         return stated, []
     measured_unit = unit_of_kind(table, measured_column, unit.kind, "measured_mm")
@@ -337,25 +327,20 @@ def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[str]]:
             return table.whole_numbers(cycle_column), approach, []
         if run_column is not None:
             return _cycles_of_runs(table.whole_numbers(run_column), approach)
-        raise table.error(
-            f"there is no column of cycle numbers{_not_understood(table)}",
-            remedy="Name it cycle: 1 for the first time through all targets, 2 for the second",
+        raise MeasurementFileError(
+            "no_cycle_column", unknown=_not_understood(table), place=table.at()
         )
     if run_column is None:
-        raise table.error(
-            f"there is no column that says the direction of approach{_not_understood(table)}",
-            remedy="Name it direction, with the words forward and backward",
+        raise MeasurementFileError(
+            "no_direction_column", unknown=_not_understood(table), place=table.at()
         )
     run = table.whole_numbers(run_column)
     cycle, approach = (run + 1) // 2, (run + 1) % 2
     if cycle_column is not None:
         wrong = np.flatnonzero(table.whole_numbers(cycle_column) != cycle)
         if wrong.size:
-            raise table.error(
-                "the cycle number does not fit the run number, and no column says the direction",
-                index=int(wrong[0]),
-                column=cycle_column,
-                remedy="Add a column direction with the words forward and backward",
+            raise MeasurementFileError(
+                "cycle_and_run_disagree", place=table.at(int(wrong[0]), cycle_column)
             )
     remark = "directions come from the run numbers: odd runs are forward, even runs are backward"
     return cycle, approach, [remark]
@@ -366,9 +351,8 @@ def _directions(table: Table, column: int) -> _IntArray:
     known = {word: direction_named(word) for word in set(words)}
     if None in known.values():
         index = next(i for i, word in enumerate(words) if known[word] is None)
-        found = f"'{words[index]}' is not a direction" if words[index] else "a direction is missing"
-        raise table.error(
-            found, index=index, column=column, remedy="Write forward or backward, or + or -"
+        raise MeasurementFileError(
+            "not_a_direction", text=words[index], place=table.at(index, column)
         )
     return np.array([known[word] for word in words], dtype=np.int64)
 
@@ -402,7 +386,7 @@ def _not_understood(table: Table) -> str:
         for heading in table.headings
         if heading.text and heading.role is None and not heading.text.startswith(CHANNEL_PREFIX)
     ]
-    return f" (headings that were not understood: {listed(unknown)})" if unknown else ""
+    return listed(unknown)
 
 
 def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:
@@ -450,18 +434,15 @@ def _times(table: Table, given: NDArray[np.bool_]) -> _Times:
         else:
             time_s = table.numbers(time_column) * seconds
             if bool(np.any(np.abs(time_s) > NUMBER_LIMIT)):
-                raise table.error(
-                    "a time is too large",
-                    column=time_column,
-                    remedy="Check the unit of the column",
+                raise MeasurementFileError(
+                    "magnitude_too_large", most=NUMBER_LIMIT, place=table.at(column=time_column)
                 )
     readings = reading_times(
         given=given,
         order=order,
         time_s=time_s,
         line=table.row,
-        path=table.source.place,
-        line_word=table.source.row_word,
+        at=table.source.at,
     )
     start, end = _bounds(table, start, end, readings.time_s, given)
     return _Times(readings, start, end)
@@ -482,20 +463,10 @@ def _moments(table: Table, column: int) -> list[datetime | None]:
     for index, cell in enumerate(table.columns[column]):
         moment = parse_moment(cell) if cell else None
         if cell and moment is None:
-            raise table.error(
-                f"'{cell}' is not a date with time",
-                index=index,
-                column=column,
-                remedy=f"{MOMENT_REMEDY}, or name a column of seconds time_s",
-            )
+            raise MeasurementFileError("not_a_moment", text=cell, place=table.at(index, column))
         if moment is not None:
             if zoned is not None and zoned != (moment.tzinfo is not None):
-                raise table.error(
-                    "some times state a zone and others do not",
-                    index=index,
-                    column=column,
-                    remedy="Write all times with a zone, or all without",
-                )
+                raise MeasurementFileError("zones_mixed", place=table.at(index, column))
             zoned = moment.tzinfo is not None
         moments.append(moment)
     return moments
@@ -548,25 +519,19 @@ def _checked_test(
         environment=metadata.environment,
         header=metadata.header,
     )
-    check_enough_readings(test, table.source.place)
+    check_enough_readings(test, table.source.at())
     # A file that was written before carries the remarks of its first reading.
     return replace(test, remarks=tuple(dict.fromkeys(remarks)))
 
 
 def _check_readable(test: PositioningTest) -> None:
     if np.unique(np.rint(test.target / TARGET_RESOLUTION)).size < test.target.size:
-        raise DataError(
-            "two targets are closer together than 1e-6 mm or deg",
-            remedy="A tidy file cannot tell them apart: remove one of them",
-        )
+        raise DataError("targets_too_close", least=TARGET_RESOLUTION)
     stated = [v for pair in test.environment.values() for v in (pair.start, pair.end)]
     environment = np.array([np.nan if value is None else value for value in stated])
     for values in (test.target, test.deviation, test.time_s, environment):
         if values is not None and bool(np.any(np.abs(values) > NUMBER_LIMIT)):
-            raise DataError(
-                f"a number is larger than {NUMBER_LIMIT:g} and could not be read again",
-                remedy="Check the units of the measurement",
-            )
+            raise DataError("magnitude_too_large", most=NUMBER_LIMIT)
 
 
 def _cells_to_write(test: PositioningTest) -> NDArray[np.bool_]:

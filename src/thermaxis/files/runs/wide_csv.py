@@ -6,6 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.errors import MeasurementFileError
 from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
 from thermaxis.files.runs._travel import targets_through_a_turn
 from thermaxis.files.table import (
@@ -73,10 +74,7 @@ def read_wide_csv(
     """
     table = read_csv_table(path, fallback_encoding=fallback_encoding)
     if table.layout is not Layout.WIDE:
-        raise table.error(
-            "the columns are not headed by run numbers: this is a tidy table, not a wide one",
-            remedy="Read it as a tidy table",
-        )
+        raise MeasurementFileError("other_layout", layout=table.layout, place=table.at())
     return wide_test(table)
 
 
@@ -87,7 +85,7 @@ def wide_test(table: Table) -> PositioningTest:
     runs = _run_columns(table)
     unit, remarks = _unit_of_runs(table, runs, target_unit)
     values = np.column_stack([table.numbers(column) for column in runs.values()])
-    _check_not_positions(table, values, row_target, unit, target_unit)
+    _check_not_positions(table, values, row_target, unit)
     remarks += _left_out(table, {target_column, *runs.values()})
 
     rows = np.arange(row_target.size)
@@ -109,7 +107,7 @@ def wide_test(table: Table) -> PositioningTest:
     travelled = target.size - 1 - index if falling else index
     run = np.array(list(runs), dtype=np.int64)
     assembled = assemble_readings(
-        path=table.source.place,
+        at=table.source.at,
         target=target,
         target_index=np.repeat(index, run.size),
         cycle=np.tile((run + 1) // 2, index.size),
@@ -117,7 +115,6 @@ def wide_test(table: Table) -> PositioningTest:
         deviation=unit.deviations(values).reshape(-1),
         line=np.repeat(table.row, run.size),
         order=_deduced_order(travelled, target.size, run, values).reshape(-1),
-        line_word=table.source.row_word,
     )
     metadata = table.metadata
     check_start_and_end(table, metadata.start, metadata.end)
@@ -134,7 +131,7 @@ def wide_test(table: Table) -> PositioningTest:
         header=metadata.header,
         remarks=(*metadata.remarks, *remarks, _ORDER_REMARK, *assembled.remarks),
     )
-    check_enough_readings(test, table.source.place)
+    check_enough_readings(test, table.source.at())
     return test.with_cycle(metadata.cycle)
 
 
@@ -146,17 +143,12 @@ def _run_columns(table: Table) -> dict[int, int]:
         if run is None:
             continue
         if run in columns:
-            raise table.error(
-                f"two columns are headed as run {run}",
-                column=column,
-                remedy="Number the runs 1, 2, 3 and so on",
-            )
+            raise MeasurementFileError("run_twice", run=run, place=table.at(column=column))
         stated = direction_named(heading.unit_text) if heading.unit_text else None
         if stated is not None and stated != _approach(run):
-            raise table.error(
-                f"run {run} is headed as {APPROACHES[stated]}, but runs alternate from forward",
-                column=column,
-                remedy="Number the passes in the order in which they were taken, odd ones forward",
+            place = table.at(column=column)
+            raise MeasurementFileError(
+                "run_of_other_direction", run=run, direction=APPROACHES[stated], place=place
             )
         columns[run] = column
     return dict(sorted(columns.items()))
@@ -176,10 +168,11 @@ def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tupl
             continue
         unit = unit_of_kind(table, column, target_unit.kind, "run_1_um")
         if stated is not None and unit is not stated:
-            raise table.error(
-                f"the runs have different units, {stated.name} and {unit.name}",
-                column=column,
-                remedy="Give the deviations of all runs in one unit",
+            raise MeasurementFileError(
+                "units_of_runs_differ",
+                first=stated.name,
+                second=unit.name,
+                place=table.at(column=column),
             )
         stated = unit
     if stated is not None:
@@ -188,10 +181,8 @@ def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tupl
     if named is not None:
         unit = unit_named(named)
         if unit is None or unit.kind is not target_unit.kind:
-            raise table.error(
-                f"'{named}', stated above the headings, is no unit of the deviations of a"
-                f" {target_unit.kind} axis",
-                remedy="Write # unit: um, or # unit: arcsec",
+            raise MeasurementFileError(
+                "unit_of_deviations", unit=named, kind=target_unit.kind, place=table.at()
             )
         return unit, []
     assumed = deviation_unit(target_unit.kind)
@@ -204,7 +195,7 @@ def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tupl
 
 
 def _check_not_positions(
-    table: Table, values: FloatArray, row_target: FloatArray, unit: Unit, target_unit: Unit
+    table: Table, values: FloatArray, row_target: FloatArray, unit: Unit
 ) -> None:
     """Refuse measured positions: deviations in the unit of positions must stay near zero."""
     if unit.kind.units.deviation == unit.name:
@@ -215,11 +206,7 @@ def _check_not_positions(
     positions = unit.positions(values)
     distance = np.abs(positions - row_target[:, None])[given]
     if float(np.median(distance)) < float(np.median(np.abs(positions[given]))) / 2:
-        raise table.error(
-            f"the runs seem to hold measured positions in {unit.name}, not deviations",
-            remedy=f"Write one reading per row, with columns target_{target_unit.name} and"
-            f" measured_{unit.name}",
-        )
+        raise MeasurementFileError("positions_not_deviations", unit=unit.name, place=table.at())
 
 
 def _left_out(table: Table, used: set[int]) -> list[str]:

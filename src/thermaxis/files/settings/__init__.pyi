@@ -3,10 +3,8 @@ from ._moments import (
     duration_of as duration_of,
     moment_of as moment_of,
 )
-from ._settings_file import (
-    as_table as as_table,
-    read_toml as read_toml,
-    unknown_key as unknown_key,
+from ._reading import (
+    settings_of as settings_of,
 )
 from .budget_toml import (
     read_budget as read_budget,
@@ -46,6 +44,7 @@ from .regions_toml import (
     read_regions as read_regions,
 )
 from .thermal_mapping_toml import (
+    TIME_UNITS_S as TIME_UNITS_S,
     ColumnMapping as ColumnMapping,
     ThermalMapping as ThermalMapping,
     read_thermal_mapping as read_thermal_mapping,

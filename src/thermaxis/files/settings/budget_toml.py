@@ -5,7 +5,7 @@ from pathlib import Path
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings import as_table, read_toml, unknown_key
+from thermaxis.files.settings._reading import read_toml, settings_of, unknown_key
 from thermaxis.positioning import UncertaintyBudget
 from thermaxis.quantities import AxisKind
 
@@ -39,39 +39,15 @@ _ROTARY: Mapping[str, Mapping[str, str]] = {
 """The same of a rotary axis: angles neither expand nor have a length."""
 
 
-def _known(kind: AxisKind) -> Mapping[str, Mapping[str, str]]:
-    return _LINEAR if kind is AxisKind.LINEAR else _ROTARY
-
-
-def _other(kind: AxisKind) -> Mapping[str, Mapping[str, str]]:
-    return _ROTARY if kind is AxisKind.LINEAR else _LINEAR
-
-
-def _check_name(path: Path, table: str, key: str | None, kind: AxisKind) -> None:
+def _check_name(file: str, name: str, kind: AxisKind) -> None:
     """Raise the error for a table or a key that an axis of this kind does not have."""
-    known, other = _known(kind), _other(kind)
-    name = table if key is None else f"{table}.{key}"
-    if table in known and (key is None or key in known[table]):
+    known, other = (_LINEAR, _ROTARY) if kind is AxisKind.LINEAR else (_ROTARY, _LINEAR)
+    table, _, key = name.partition(".")
+    if table in known and (not key or key in known[table]):
         return
-    if table in other and (key is None or key in other[table]):
-        there = AxisKind.ROTARY if kind is AxisKind.LINEAR else AxisKind.LINEAR
-        raise ConfigurationError(
-            "key_of_other_axis",
-            place=Place(file=str(path), key=name),
-            kind=str(there),
-            axis=str(kind),
-        )
-    listed = known if key is None else [f"{table}.{k}" for k in known[table]]
-    raise unknown_key(path, name, listed)
-
-
-def _number(path: Path, name: str, value: object) -> float:
-    number = value if isinstance(value, int | float) and not isinstance(value, bool) else -1.0
-    if not 0.0 <= number < _LARGEST:
-        raise ConfigurationError(
-            "not_a_number_from_zero", place=Place(file=str(path), key=name), text=str(value)
-        )
-    return float(number)
+    if table in other and (not key or key in other[table]):
+        raise ConfigurationError("other_kind_of_axis", kind=kind, place=Place(file, key=name))
+    raise unknown_key(file, name, known[table] if key else known)
 
 
 def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
@@ -94,20 +70,24 @@ def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
     ConfigurationError
         If the file cannot be read, a table or key is unknown, or a value is not possible.
     """
+    file = str(path)
     values: dict[str, float] = {}
-    example = "Write [device] on a line and expanded_uncertainty_um = 0.2 below it"
-    for table, content in read_toml(path, remedy=example).items():
-        _check_name(path, table, None, kind)
-        for key, value in as_table(path, table, content).items():
-            _check_name(path, table, key, kind)
-            field = _known(kind)[table][key]
-            values[field] = _number(path, f"{table}.{key}", value)
+    content = read_toml(path)
+    for table in content:
+        _check_name(file, table, kind)
+    terms = _LINEAR if kind is AxisKind.LINEAR else _ROTARY
+    for table, keys in settings_of(dict[str, dict[str, float]], content, file=file).items():
+        for key, value in keys.items():
+            _check_name(file, f"{table}.{key}", kind)
+            if not 0.0 <= value < _LARGEST:
+                place = Place(file, key=f"{table}.{key}")
+                raise ConfigurationError(
+                    "outside_range", value=value, least=0.0, most=_LARGEST, place=place
+                )
+            values[terms[table][key]] = value
     if not values.keys() - {"expansion_coefficient_ppm_per_k", "largest_difference_to_20_c_k"}:
-        example = "expanded_uncertainty_" + kind.units.deviation_suffix
-        raise ConfigurationError(
-            "budget_without_terms", place=Place(file=str(path)), example=example
-        )
+        raise ConfigurationError("no_uncertainty_term", place=Place(file))
     try:
         return UncertaintyBudget(**values)
     except ConfigurationError as error:
-        raise error.at(Place(file=str(path))) from None
+        raise error.at(Place(file)) from None

@@ -7,16 +7,21 @@
     largest_rate_um_per_s = 0.05
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import Form, SettingsTable, read_all
-from thermaxis.files.settings._settings_file import read_toml
+from thermaxis.files.settings._reading import read_toml, settings_of
 
-_FORM = Form("limits")
-_EXAMPLE = "Write a table such as [Z_um] with largest_um = 100.0 and largest_rate_um_per_s = 0.05"
+
+@dataclass(frozen=True, slots=True)
+class _Stated:
+    """Keys of an output: what else is limited stands in the configuration of a machine."""
+
+    largest_um: float
+    largest_rate_um_per_s: float
 
 
 def read_correction_limits(path: Path | str) -> dict[str, Limits]:
@@ -38,20 +43,14 @@ def read_correction_limits(path: Path | str) -> dict[str, Limits]:
         If the file cannot be read, is no TOML, or a table lacks a limit, has an unknown key, or a
         value that cannot be.
     """
-    name = str(path)
+    file = str(path)
+    stated = settings_of(dict[str, _Stated], read_toml(path), file=file)
+    if not stated:
+        raise ConfigurationError("no_limits", place=Place(file))
     limits: dict[str, Limits] = {}
-    for output, table in read_toml(path, remedy=_EXAMPLE).items():
-        keys = SettingsTable(_FORM, name, printable(output, 60), table)
+    for output, one in stated.items():
         try:
-            limits[output] = read_all(keys, _limits)
+            limits[output] = Limits(one.largest_um, one.largest_rate_um_per_s)
         except ConfigurationError as error:
-            if error.where.startswith(name):
-                raise
-            raise keys.wrong(error.where, error.what.removeprefix("the value is ")) from None
-    if not limits:
-        raise ConfigurationError("the file states no limits", where=name, remedy=_EXAMPLE)
+            raise error.at(Place(file, key=f"{output}.{error.place.key}")) from None
     return limits
-
-
-def _limits(of: SettingsTable) -> Limits:
-    return Limits(of.number("largest_um"), of.number("largest_rate_um_per_s"))

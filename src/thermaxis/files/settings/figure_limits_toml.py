@@ -7,9 +7,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings import as_table, read_toml, unknown_key
+from thermaxis.files.settings._reading import as_table, read_toml, settings_of, unknown_key
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.quantities import AxisKind
 
@@ -55,34 +55,18 @@ class FigureLimits:
     """Name of the file without its folder."""
 
 
-def _numbers(
-    path: Path, table: str, values: Mapping[str, object], kind: AxisKind
-) -> Mapping[str, float]:
+def _numbers(file: str, table: str, content: object, kind: AxisKind) -> Mapping[str, float]:
     suffix = "_" + kind.units.deviation_suffix
     known = {key + suffix: key for key in FIGURE_KEYS}
-    numbers: dict[str, float] = {}
-    for key, value in values.items():
+    stated = settings_of(dict[str, float], content, file=file, key=table)
+    for key, value in stated.items():
         if key not in known:
-            raise unknown_key(path, f"{table}.{key}", [f"{table}.{k}" for k in known])
-        number = value if isinstance(value, int | float) and not isinstance(value, bool) else 0.0
-        if not 0.0 < number < _LARGEST:
-            raise ConfigurationError(
-                "not_positive", place=Place(file=str(path), key=f"{table}.{key}"), value=str(value)
-            )
-        numbers[known[key]] = float(number)
+            raise unknown_key(file, f"{table}.{key}", known)
+        if not 0.0 < value < _LARGEST:
+            place = Place(file, key=f"{table}.{key}")
+            raise ConfigurationError("not_positive", value=value, place=place)
+    numbers = {known[key]: value for key, value in stated.items()}
     return MappingProxyType({key: numbers[key] for key in FIGURE_KEYS if key in numbers})
-
-
-def _decision_rule(path: Path, value: object) -> DecisionRule:
-    choices = [str(rule) for rule in DecisionRule]
-    if not isinstance(value, str) or value not in choices:
-        raise ConfigurationError(
-            "unknown_choice",
-            place=Place(file=str(path), key="limits.decision_rule"),
-            name=str(value),
-            known=", ".join(choices),
-        )
-    return DecisionRule(value)
 
 
 def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
@@ -108,27 +92,21 @@ def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
         If the file cannot be read, a key is unknown, a value is not a positive number, no figure
         is limited, or the rule needs an uncertainty that is not there.
     """
-    suffix = kind.units.deviation_suffix
-    content = read_toml(path, remedy=f"Write [limits] on a line and A_{suffix} = 12.0 below it")
+    file = str(path)
+    content = read_toml(path)
     for key in content:
         if key not in ("limits", "expanded_uncertainty"):
-            raise unknown_key(path, key, ("limits", "expanded_uncertainty"))
-    table = dict(as_table(path, "limits", content.get("limits", {})))
-    rule = _decision_rule(path, table.pop("decision_rule", "simple"))
-    limit = _numbers(path, "limits", table, kind)
-    stated = as_table(path, "expanded_uncertainty", content.get("expanded_uncertainty", {}))
-    uncertainty = _numbers(path, "expanded_uncertainty", stated, kind)
+            raise unknown_key(file, key, ("limits", "expanded_uncertainty"))
+    table = dict(as_table(file, "limits", content.get("limits", {})))
+    stated_rule = table.pop("decision_rule", "simple")
+    rule = settings_of(DecisionRule, stated_rule, file=file, key="limits.decision_rule")
+    limit = _numbers(file, "limits", table, kind)
+    stated = content.get("expanded_uncertainty", {})
+    uncertainty = _numbers(file, "expanded_uncertainty", stated, kind)
     if not limit:
-        raise ConfigurationError(
-            "no_limit_stated",
-            place=Place(file=str(path), key="limits"),
-            example=f"A_{suffix} = 12.0",
-        )
-    without = [key for key in limit if key not in uncertainty]
+        raise ConfigurationError("no_limits", place=Place(file, key="limits"))
+    without = tuple(printable(key) for key in limit if key not in uncertainty)
     if rule is DecisionRule.ISO14253_1 and without:
-        raise ConfigurationError(
-            "rule_needs_uncertainty",
-            place=Place(file=str(path), key="expanded_uncertainty"),
-            figures=", ".join(without),
-        )
+        place = Place(file, key="expanded_uncertainty")
+        raise ConfigurationError("uncertainty_missing", figures=without, place=place)
     return FigureLimits(limit, rule, uncertainty, path.name)

@@ -9,10 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.files.settings._moments import day_of, duration_of, moment_of
+from thermaxis.files.settings._reading import as_table, read_toml, unknown_key
 from thermaxis.quantities import AxisKind
 
 LONGEST_TEXT = 300
@@ -258,7 +258,7 @@ HEADER_FIELDS: Mapping[str, HeaderField] = MappingProxyType(
 """All fields by their key."""
 
 
-def _text_of(place: Place, value: object, field: HeaderField) -> str:
+def _text_of(value: object, field: HeaderField, place: Place) -> str:
     """Return a value as text; the kinds that TOML knows and a field takes."""
     match value:
         case bool() if not field.unit:
@@ -272,27 +272,24 @@ def _text_of(place: Place, value: object, field: HeaderField) -> str:
         case str():
             text = value.strip()
         case _:
-            if field.unit:
-                raise ConfigurationError(
-                    "number_needed", place=place, label=field.label, unit=field.unit
-                )
-            raise ConfigurationError("header_value_needed", place=place, label=field.label)
+            raise ConfigurationError("impossible_value", text=printable(str(value)), place=place)
     longest = LONGEST_COMMENT if field.key == "comments" else LONGEST_TEXT
     if len(text) > longest:
-        raise ConfigurationError("text_too_long", place=place, characters=len(text), most=longest)
+        characters = len(text)
+        raise ConfigurationError("text_too_long", characters=characters, most=longest, place=place)
     if text:
-        _check_sense(place, text, field)
+        _check_sense(text, field, place)
     return text
 
 
-def _check_sense(place: Place, text: str, field: HeaderField) -> None:
+def _check_sense(text: str, field: HeaderField, place: Place) -> None:
     """Refuse a value that its field cannot have."""
     if field.takes is Takes.SIZE and (number_of(text) or 0.0) < 0.0:
-        raise ConfigurationError("negative", place=place, value=number_of(text))
+        raise ConfigurationError("negative", value=float(text), place=place)
     if field.takes is Takes.DAY and not _is_day(text):
-        raise ConfigurationError("not_a_date", place=place, text=text)
+        raise ConfigurationError("not_a_date", text=text, place=place)
     if field.takes is Takes.MOMENT and not _is_day(text) and moment_of(text) is None:
-        raise ConfigurationError("not_a_moment", place=place, text=text)
+        raise ConfigurationError("not_a_moment", text=text, place=place)
 
 
 def number_of(text: str) -> float | None:
@@ -307,24 +304,12 @@ def _is_day(text: str) -> bool:
     return len(text) == 10 and day_of(text) is not None
 
 
-def _check_order(path: Path, header: Mapping[str, str]) -> None:
-    """Refuse an end before the start."""
+def _ends_before_start(header: Mapping[str, str]) -> bool:
     start, end = header.get("start", ""), header.get("end", "")
     moments, days = (moment_of(start), moment_of(end)), (day_of(start), day_of(end))
     if None not in moments:
-        before = (duration_of(*moments) or 0.0) < 0.0
-    else:
-        before = days[0] is not None and days[1] is not None and days[1] < days[0]
-    if before:
-        raise ConfigurationError("end_before_start", place=Place(file=str(path), key="time.end"))
-
-
-def _check_kind(place: Place, field: HeaderField, kind: AxisKind | None) -> None:
-    """Refuse a field that only the other kind of axis has."""
-    if kind is not None and field.only not in (None, kind):
-        raise ConfigurationError(
-            "key_of_other_axis", place=place, kind=str(field.only), axis=str(kind)
-        )
+        return (duration_of(*moments) or 0.0) < 0.0
+    return days[0] is not None and days[1] is not None and days[1] < days[0]
 
 
 def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str]:
@@ -350,22 +335,22 @@ def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str
         is of a wrong kind, negative where it is a size, no date where it is one, or too long, or
         the end lies before the start.
     """
-    content = read_toml(path, remedy='Write [machine] on a line and name = "text" below it')
+    file = str(path)
     groups = {group.name: group for group in HEADER_GROUPS}
-    known = [f"{group.name}.{field.name}" for group in HEADER_GROUPS for field in group.fields]
     header: dict[str, str] = {}
-    for name, value in content.items():
-        group = groups.get(name)
-        if group is None:
-            raise unknown_key(path, name, [*groups, *known])
-        fields = {field.name: field for field in group.fields}
-        for key, entry in as_table(path, name, value).items():
+    for name, value in read_toml(path).items():
+        if name not in groups:
+            raise unknown_key(file, name, groups)
+        fields = {field.name: field for field in groups[name].fields}
+        for key, entry in as_table(file, name, value).items():
+            place = Place(file, key=f"{name}.{key}")
             if key not in fields:
-                raise unknown_key(path, f"{name}.{key}", known)
-            place = Place(file=str(path), key=f"{name}.{key}")
-            _check_kind(place, fields[key], kind)
-            text = _text_of(place, entry, fields[key])
+                raise unknown_key(file, place.key, fields)
+            if kind is not None and fields[key].only not in (None, kind):
+                raise ConfigurationError("other_kind_of_axis", kind=kind, place=place)
+            text = _text_of(entry, fields[key], place)
             if text:
                 header[fields[key].key] = text
-    _check_order(path, header)
+    if _ends_before_start(header):
+        raise ConfigurationError("end_before_start", place=Place(file, key="time.end"))
     return MappingProxyType(header)

@@ -31,20 +31,21 @@ One object. A key that is not listed here is an error; keys marked (*) may be le
 """
 
 import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
+from typing import Any, cast
 
-from thermaxis.compensation import (
-    START,
-    CompensationModel,
-    GainPoint,
-    Output,
-    Part,
-    Provenance,
-    Section,
-    TrainingLog,
+from thermaxis.codes import Place
+from thermaxis.compensation import CompensationModel
+from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings._document import (
+    Form,
+    content_sha256,
+    read_document,
+    write_document,
 )
-from thermaxis.files.settings._document import Form, SettingsTable, content_sha256, read_document
-from thermaxis.files.settings._settings_file import write_json_text
+from thermaxis.files.settings._reading import settings_of
 
 FORMAT = "thermaxis-compensation-model"
 """What every model says that it is."""
@@ -56,15 +57,10 @@ SIGN = (
 )
 """The sign convention, as it stands in every model."""
 
-FORM = Form(
-    noun="model",
-    format=FORMAT,
-    version=VERSION,
-    largest_bytes=5_000_000,
-    largest_number=1e12,
-    longest_text=2000,
-    remedy="Give a model that thermaxis identify or combine has written",
-    again="identify the model again",
+_FORM = Form(FORMAT, VERSION, largest_bytes=5_000_000)
+_ORDER = (
+    *("sample_time_s", "reference", "reference_c", "input_filter_s", "longest_gap_s"),
+    *("longest_hold_s", "limits", "outputs", "provenance", "warnings"),
 )
 
 
@@ -92,58 +88,30 @@ def model_sha256(model: CompensationModel) -> str:
 
 
 def _content(model: CompensationModel) -> dict[str, object]:
-    provenance = model.provenance
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "sign": SIGN,
-        "sample_time_s": float(model.sample_time_s),
-        "reference": model.reference,
-        "reference_c": {c: float(v) for c, v in model.reference_c.items()},
-        "input_filter_s": float(model.input_filter_s),
-        "longest_gap_s": float(model.longest_gap_s),
-        "longest_hold_s": float(model.longest_hold_s),
-        "limits": None,
-        "outputs": [_output_as_json(output) for output in model.outputs],
-        "provenance": {
-            "method": provenance.method,
-            "program": provenance.program,
-            "date": provenance.date,
-            "logs": [
-                {"name": g.name, "sha256": g.sha256, "rows": g.rows, "first_row": g.first_row}
-                for g in provenance.logs
-            ],
-            "figures": {name: float(v) for name, v in provenance.figures.items()},
-        },
-        "warnings": list(model.warnings),
+    plain = {**_plain(model), "limits": None}
+    content: dict[str, object] = {"format": FORMAT, "version": VERSION, "sign": SIGN}
+    return content | {key: plain[key] for key in _ORDER}
+
+
+def _plain(of: Any) -> dict[str, Any]:
+    """Return what a dataclass was made of as JSON has it, lists of others last."""
+    plain = {
+        field.name: _plain_value(getattr(of, field.name), whole=field.type is int)
+        for field in fields(of)
+        if field.init
     }
+    return dict(sorted(plain.items(), key=lambda one: one[0] == "parts"))
 
 
-def _output_as_json(output: Output) -> dict[str, object]:
-    return {
-        "name": output.name,
-        "offset_um": float(output.offset_um),
-        "parts": [_part_as_json(part) for part in output.parts],
-    }
-
-
-def _part_as_json(part: Part) -> dict[str, object]:
-    sections = [(s.gain_um_per_k, s.time_constant_s) for s in part.sections]
-    points = [(p.diameter_mm, p.gain) for p in part.gain_by_diameter]
-    low, high, static = part.lowest_k, part.highest_k, part.static_gain_um_per_k
-    return {
-        "name": part.name,
-        "plus": part.plus,
-        "minus": part.minus,
-        "direct_gain_um_per_k": float(part.direct_gain_um_per_k),
-        "sections": [{"gain_um_per_k": float(g), "time_constant_s": float(t)} for g, t in sections],
-        "delay_s": float(part.delay_s),
-        "gain_by_diameter": [{"diameter_mm": float(d), "gain": float(g)} for d, g in points],
-        "tool_gain": float(part.tool_gain),
-        "lowest_k": None if low is None else float(low),
-        "highest_k": None if high is None else float(high),
-        "static_gain_um_per_k": None if static is None else float(static),
-    }
+def _plain_value(value: object, *, whole: bool = False) -> object:
+    if is_dataclass(value):
+        return _plain(value)
+    if isinstance(value, Mapping):
+        table = cast("Mapping[str, object]", value)
+        return {name: _plain_value(one) for name, one in table.items()}
+    if isinstance(value, tuple):
+        return [_plain_value(one) for one in cast("tuple[object, ...]", value)]
+    return float(value) if isinstance(value, int | float) and not whole else value
 
 
 def format_model(model: CompensationModel) -> str:
@@ -177,7 +145,7 @@ def write_model(model: CompensationModel, path: Path | str) -> None:
     ConfigurationError
         If it cannot be written.
     """
-    write_json_text(format_model(model), path)
+    write_document(format_model(model), path)
 
 
 def read_model(path: Path | str) -> CompensationModel:
@@ -199,70 +167,25 @@ def read_model(path: Path | str) -> CompensationModel:
         If the file cannot be read, is too large, is not JSON or no model, has another version, an
         unknown, missing or repeated key, a value that cannot be, or a hash that does not fit.
     """
-    return read_document(path, FORM, _model, model_sha256)
+    return read_document(path, _FORM, _model, model_sha256)
 
 
-def _model(of: SettingsTable) -> CompensationModel:
-    if of.word("sign", SIGN) != SIGN:
-        raise of.wrong("sign", "another convention than this program's", f"It must be: {SIGN}")
-    of.null("limits", "Limits are not part of this version's models: write null")
-    plain = CompensationModel(outputs=(Output("any", (Part("any", "any"),)),))
-    return CompensationModel(
-        sample_time_s=of.number("sample_time_s", plain.sample_time_s),
-        reference=of.word("reference", START),
-        reference_c=of.numbers("reference_c"),
-        input_filter_s=of.number("input_filter_s", plain.input_filter_s),
-        longest_gap_s=of.number("longest_gap_s", plain.longest_gap_s),
-        longest_hold_s=of.number("longest_hold_s", plain.longest_hold_s),
-        outputs=of.entries("outputs", _output, needed=True),
-        provenance=of.inner("provenance", _provenance),
-        warnings=of.texts("warnings"),
-    )
-
-
-def _output(of: SettingsTable) -> Output:
-    return Output(
-        name=of.word("name"),
-        offset_um=of.number("offset_um", 0.0),
-        parts=of.entries("parts", _part, needed=True),
-    )
-
-
-def _part(of: SettingsTable) -> Part:
-    return Part(
-        name=of.word("name"),
-        plus=of.word("plus"),
-        minus=of.word("minus", ""),
-        direct_gain_um_per_k=of.number("direct_gain_um_per_k"),
-        sections=of.entries("sections", _section, needed=True),
-        delay_s=of.number("delay_s", 0.0),
-        gain_by_diameter=of.entries("gain_by_diameter", _gain_point, needed=False),
-        tool_gain=of.number("tool_gain", 1.0),
-        lowest_k=of.number_or_none("lowest_k"),
-        highest_k=of.number_or_none("highest_k"),
-        static_gain_um_per_k=of.number_or_none("static_gain_um_per_k"),
-    )
-
-
-def _section(of: SettingsTable) -> Section:
-    return Section(of.number("gain_um_per_k"), of.number("time_constant_s"))
-
-
-def _gain_point(of: SettingsTable) -> GainPoint:
-    return GainPoint(of.number("diameter_mm"), of.number("gain"))
-
-
-def _provenance(of: SettingsTable) -> Provenance:
-    return Provenance(
-        method=of.word("method", ""),
-        program=of.word("program", ""),
-        date=of.word("date", ""),
-        logs=of.entries("logs", _log, needed=False),
-        figures=of.numbers("figures"),
-    )
-
-
-def _log(of: SettingsTable) -> TrainingLog:
-    return TrainingLog(
-        of.word("name"), of.word("sha256", ""), of.whole("rows"), of.whole("first_row")
-    )
+def _model(content: dict[str, object], file: str) -> CompensationModel:
+    if content.pop("sign", SIGN) != SIGN:
+        place = Place(file, key="sign")
+        raise ConfigurationError("other_sign_convention", expected=SIGN, place=place)
+    if content.pop("limits", None) is not None:
+        raise ConfigurationError("limits_in_model", place=Place(file, key="limits"))
+    model = settings_of(CompensationModel, content, file=file)
+    # What has a default in a program must be stated in a file that may act on a machine.
+    for i, output in enumerate(cast("list[dict[str, Any]]", content["outputs"])):
+        for k, part in enumerate(output["parts"]):
+            for key in ("direct_gain_um_per_k", "sections"):
+                if key not in part:
+                    place = Place(file, key=f"outputs[{i}].parts[{k}].{key}")
+                    raise ConfigurationError("missing_key", place=place)
+    for k, log in enumerate(model.provenance.logs):
+        if min(log.rows, log.first_row) < 0:
+            place = Place(file, key=f"provenance.logs[{k}].rows")
+            raise ConfigurationError("negative", value=min(log.rows, log.first_row), place=place)
+    return model

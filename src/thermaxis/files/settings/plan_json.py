@@ -21,13 +21,21 @@ One object. The kind of the axis fixes the unit at the end of a key, mm or deg:
 """
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import Form, SettingsTable, content_sha256, read_document
-from thermaxis.files.settings._settings_file import write_json_text
+from thermaxis.files.settings._document import (
+    Form,
+    content_sha256,
+    read_document,
+    write_document,
+)
+from thermaxis.files.settings._reading import settings_of, unknown_key
 from thermaxis.positioning import APPROACHES, Cycle, FloatArray, TestPlan
 from thermaxis.quantities import AxisKind
 
@@ -35,17 +43,27 @@ FORMAT = "thermaxis-plan"
 """What every plan says that it is."""
 VERSION = 1
 """Version of the format that is written, and the only one that is read. [1]"""
-FORM = Form(
-    noun="plan",
-    format=FORMAT,
-    version=VERSION,
-    largest_bytes=1_000_000,  # ten thousand targets take a fifth of it
-    largest_number=1e9,
-    longest_text=200,
-    remedy="Give a plan that thermaxis plan -o has written",
-    again="make the plan again, or use a newer one",
-)
-_OPTIONAL = ("title", "recording_s", "pitch", "interval", "random_part", "seed")
+_FORM = Form(FORMAT, VERSION, largest_bytes=1_000_000)  # ten thousand targets take a fifth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Content:
+    """What a file states, by the names of a plan's fields."""
+
+    axis: str
+    title: str | None = None
+    cycle: Cycle
+    approaches: tuple[Literal["forward", "backward"], ...]
+    cycles: int
+    target: tuple[float, ...]
+    feed: float
+    dwell_s: float
+    recording_s: float | None = None
+    overrun: float
+    pitch: float | None = None
+    interval: float | None = None
+    random_part: float | None = None
+    seed: int | None = None
 
 
 def _keys(kind: AxisKind) -> dict[str, str]:
@@ -153,7 +171,7 @@ def write_plan(plan: TestPlan, path: Path | str) -> None:
     ConfigurationError
         If it cannot be written.
     """
-    write_json_text(format_plan(plan), path)
+    write_document(format_plan(plan), path)
 
 
 def read_plan(path: Path | str) -> TestPlan:
@@ -175,52 +193,43 @@ def read_plan(path: Path | str) -> TestPlan:
         If the file cannot be read, is too large, is not JSON or no plan, has another version, an
         unknown, missing or repeated key, a value that cannot be, or a hash that does not fit.
     """
-    return read_document(path, FORM, _plan, plan_sha256)
+    return read_document(path, _FORM, _plan, plan_sha256)
 
 
-def _plan(of: SettingsTable) -> TestPlan:
-    kind_word = of.word("kind")
-    if kind_word not in set(AxisKind):
-        raise of.wrong("kind", "neither linear nor rotary")
-    kind = AxisKind(kind_word)
+def _plan(content: dict[str, object], file: str) -> TestPlan:
+    kind = settings_of(AxisKind, content.pop("kind", None), file=file, key="kind")
     keys = _keys(kind)
-    for field in _OPTIONAL:
-        if of.left.get(keys[field], "") is None:
-            del of.left[keys[field]]
-    cycle = of.word("cycle")
-    if cycle not in set(Cycle):
-        raise of.wrong("cycle", f"none of {', '.join(Cycle)}")
-    approaches = of.texts("approaches", needed=True)
-    if not 1 <= len(approaches) <= 2 or not set(approaches) <= set(APPROACHES):
-        raise of.wrong("approaches", "neither forward nor backward", 'Write ["forward"] or both')
+    fields = {key: field for field, key in keys.items()}
+    for key in content:
+        if key not in fields:
+            raise unknown_key(file, key, fields)
     try:
+        stated = settings_of(_Content, {fields[k]: v for k, v in content.items()}, file=file)
+        target = np.array(stated.target)
+        _check_decimals(target)
         return TestPlan(
             kind=kind,
-            axis=of.word("axis"),
-            target=_targets(of, keys["target"]),
-            cycles=of.whole("cycles", None),
-            feed=of.number(keys["feed"]),
-            dwell_s=of.number("dwell_s"),
-            overrun=of.number(keys["overrun"]),
-            cycle=Cycle(cycle),
-            approaches=tuple(APPROACHES.index(word) for word in approaches),
-            recording_s=of.number("recording_s", 0.0),
-            pitch=of.number_or_none(keys["pitch"]),
-            interval=of.number_or_none(keys["interval"]),
-            random_part=of.number_or_none(keys["random_part"]),
-            seed=of.whole("seed", None) if "seed" in of.left else None,
-            title=of.word("title", ""),
+            axis=stated.axis,
+            target=target,
+            cycles=stated.cycles,
+            feed=stated.feed,
+            dwell_s=stated.dwell_s,
+            overrun=stated.overrun,
+            cycle=stated.cycle,
+            approaches=tuple(APPROACHES.index(word) for word in stated.approaches),
+            recording_s=stated.recording_s or 0.0,
+            pitch=stated.pitch,
+            interval=stated.interval,
+            random_part=stated.random_part,
+            seed=stated.seed,
+            title=stated.title or "",
         )
     except ConfigurationError as error:
-        if error.where.startswith(of.name):
-            raise
-        key = keys.get(error.where, error.where)
-        raise ConfigurationError(error.what, where=f"key {key}", remedy=error.remedy) from None
+        field, bracket, index = error.place.key.partition("[")
+        place = Place(file, key=keys.get(field, field) + bracket + index)
+        raise error.at(place) from None
 
 
-def _targets(of: SettingsTable, key: str) -> FloatArray:
-    listed = of.items(key, needed=True)
-    exact = np.array([of.as_number(f"{key}[{k}]", v) for k, v in enumerate(listed, start=1)])
-    if bool(np.any(np.abs(exact - np.round(exact, 3)) > 1e-9)):
-        raise of.wrong(key, "stated to more than three decimals", "Round the targets")
-    return exact
+def _check_decimals(target: FloatArray) -> None:
+    if bool(np.any(np.abs(target - np.round(target, 3)) > 1e-9)):
+        raise ConfigurationError("targets_too_fine", decimals=3, place=Place(key="target"))

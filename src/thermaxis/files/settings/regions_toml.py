@@ -1,16 +1,30 @@
 """Regions of a thermal field, from a file."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings import as_table, read_toml, unknown_key
+from thermaxis.files.settings._reading import read_toml, settings_of
 from thermaxis.thermal import Region
 
 MOST_REGIONS = 100
 """More would be no table that a person reads. [1]"""
-_KEYS = ("x_px", "y_px", "x_mm", "y_mm")
+_LARGEST = 1e9
+_Edges = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Rectangle:
+    x_px: _Edges | None = None
+    y_px: _Edges | None = None
+    x_mm: _Edges | None = None
+    y_mm: _Edges | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Regions:
+    regions: dict[str, _Rectangle] = field(default_factory=dict[str, _Rectangle])
 
 
 def read_regions(path: Path, *, mm_per_pixel: float | None) -> tuple[Region, ...]:
@@ -35,57 +49,38 @@ def read_regions(path: Path, *, mm_per_pixel: float | None) -> tuple[Region, ...
         If the file cannot be read, a key is unknown or missing, an edge is not a number, edges are
         not ascending, there are no regions or more than 100, or mm are used without a scale.
     """
-    example = "Write [regions.motor] on a line, x_px = [0, 20] and y_px = [0, 40] below it"
-    content = read_toml(path, remedy=example)
-    for key in content:
-        if key != "regions":
-            raise unknown_key(path, key, ("regions",))
-    tables = as_table(path, "regions", content.get("regions", {}))
+    file = str(path)
+    tables = settings_of(_Regions, read_toml(path), file=file).regions
     if not 0 < len(tables) <= MOST_REGIONS:
+        place = Place(file, key="regions")
         raise ConfigurationError(
-            "wrong_number_of_regions",
-            place=Place(file=str(path), key="regions"),
-            regions=len(tables),
-            most=MOST_REGIONS,
+            "number_of_regions", regions=len(tables), most=MOST_REGIONS, place=place
         )
-    return tuple(_region(path, name, table, mm_per_pixel) for name, table in tables.items())
+    return tuple(_region(file, name, table, mm_per_pixel) for name, table in tables.items())
 
 
-def _region(path: Path, name: str, value: object, mm_per_pixel: float | None) -> Region:
-    shown = f"regions.{printable(name, 40)}"
-    table = as_table(path, shown, value)
-    for key in table:
-        if key not in _KEYS:
-            raise unknown_key(path, f"{shown}.{key}", [f"{shown}.{k}" for k in _KEYS])
-    left, right = _edges(path, shown, table, "x", mm_per_pixel)
-    top, bottom = _edges(path, shown, table, "y", mm_per_pixel)
-    return Region(printable(name, 40), left, right, top, bottom)
+def _region(file: str, name: str, stated: _Rectangle, mm_per_pixel: float | None) -> Region:
+    shown = printable(name, 40)
+    x, y = (Place(file, key=f"regions.{shown}.{axis}") for axis in "xy")
+    x_px = _edges(x, stated.x_px, stated.x_mm, mm_per_pixel)
+    y_px = _edges(y, stated.y_px, stated.y_mm, mm_per_pixel)
+    return Region(shown, *x_px, *y_px)
 
 
 def _edges(
-    path: Path, shown: str, table: Mapping[str, object], axis: str, mm_per_pixel: float | None
-) -> tuple[float, float]:
+    place: Place, in_px: _Edges | None, in_mm: _Edges | None, mm_per_pixel: float | None
+) -> _Edges:
     """Return the edges along one axis in pixels."""
-    stated = [key for key in (f"{axis}_px", f"{axis}_mm") if key in table]
-    if len(stated) != 1:
-        raise ConfigurationError("region_edges", place=Place(file=str(path), key=shown), axis=axis)
-    key = stated[0]
-    low, high = _pair(path, f"{shown}.{key}", table[key])
-    if key.endswith("_px"):
-        return low, high
+    stated = in_px or in_mm
+    place = place._replace(key=f"{place.key}_{'mm' if in_px is None and in_mm else 'px'}")
+    if stated is None:
+        raise ConfigurationError("edges_missing", place=place)
+    if in_px is not None and in_mm is not None:
+        raise ConfigurationError("edges_stated_twice", place=place)
+    if max(map(abs, stated)) >= _LARGEST or not stated[0] < stated[1]:
+        raise ConfigurationError("edges_not_rising", place=place)
+    if in_px is not None:
+        return in_px
     if mm_per_pixel is None:
-        raise ConfigurationError("scale_needed", place=Place(file=str(path), key=f"{shown}.{key}"))
-    return low / mm_per_pixel, high / mm_per_pixel
-
-
-def _pair(path: Path, shown: str, value: object) -> tuple[float, float]:
-    numbers = [
-        float(v)
-        for v in (value if isinstance(value, list) else [])  # pyright: ignore[reportUnknownVariableType] - TOML
-        if isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < 1e9
-    ]
-    if not isinstance(value, list) or len(value) != 2 or len(numbers) != 2:  # pyright: ignore[reportUnknownArgumentType] - TOML
-        raise ConfigurationError("not_a_pair", place=Place(file=str(path), key=shown))
-    if not numbers[0] < numbers[1]:
-        raise ConfigurationError("not_rising", place=Place(file=str(path), key=shown))
-    return numbers[0], numbers[1]
+        raise ConfigurationError("scale_missing", place=place)
+    return stated[0] / mm_per_pixel, stated[1] / mm_per_pixel

@@ -1,21 +1,24 @@
 """Mapping file, TOML: what the columns of a log are called and what their numbers mean."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import Form, SettingsTable, read_all
-from thermaxis.files.settings._settings_file import parse_toml
+from thermaxis.files.settings._reading import (
+    LARGEST_TOML_BYTES,
+    as_table,
+    parse_toml,
+    settings_of,
+)
 from thermaxis.files.table import read_text
 from thermaxis.thermal.log import unit_named
 
-_FORM = Form("mapping")
-_TIME_UNITS = ("us", "ms", "s", "min", "h", "d")
-_LIMIT_BYTES = 1_000_000
+TIME_UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
+"""Length of the units of a column of times. [s]"""
 
 
 @final
@@ -78,61 +81,67 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
         If it is no TOML, a key is not known, or a value has the wrong type or makes no sense.
     """
     text = read_text(path)
-    if len(text.text) > _LIMIT_BYTES:
-        raise ConfigurationError(
-            "the mapping is longer than a million characters",
-            where=text.path,
-            remedy="Name the mapping file itself",
-        )
-    remedy = 'Write entries such as [columns."Temp 1"] and name = "T_spindle_c"'
-    tables = parse_toml(text.text, where=text.path, remedy=remedy)
-    return read_all(SettingsTable(_FORM, text.path, "", tables), _mapping)
-
-
-def _mapping(of: SettingsTable) -> ThermalMapping:
-    columns = of.tables("columns", _column, short="name")
-    names = [entry.name for entry in columns.values() if entry.name]
+    file = text.path
+    if len(text.text) > LARGEST_TOML_BYTES:
+        size_mb, most_mb = len(text.text) / 1e6, LARGEST_TOML_BYTES / 1e6
+        place = Place(file)
+        raise ConfigurationError("file_too_large", size_mb=size_mb, most_mb=most_mb, place=place)
+    tables = parse_toml(text.text, file=file)
+    columns = {
+        heading: {"name": entry} if isinstance(entry, str) else entry  # a text is the name
+        for heading, entry in as_table(file, "columns", tables.get("columns", {})).items()
+    }
+    stated = settings_of(_Mapping, {**tables, "columns": columns}, file=file)
+    _check_time(stated.time, file)
+    read = {heading: _checked(one, heading, file) for heading, one in stated.columns.items()}
+    names = [one.name for one in read.values() if one.name]
     for name in names:
         if names.count(name) > 1:
-            raise of.wrong("columns", f"the name {name} for two of them", "Name each differently")
-    return of.inner("time", partial(_with_times, columns=columns))
-
-
-def _with_times(of: SettingsTable, *, columns: Mapping[str, ColumnMapping]) -> ThermalMapping:
-    unit = of.word_or_none("unit")
-    if unit is not None and unit not in _TIME_UNITS:
-        raise of.wrong("unit", f"'{unit}'", f"Write one of {', '.join(_TIME_UNITS)}, or no unit")
-    step = of.number_or_none("sample_time_s")
-    if step is not None and not 0.0 < step <= 1e9:
-        raise of.wrong("sample_time_s", f"{step:g}", "Write a positive time in seconds")
-    column = of.word_or_none("column")
-    if step is not None and column is not None:
-        raise of.wrong("column", "stated beside sample_time_s", "Leave one of them out")
+            place = Place(file, key="columns")
+            raise ConfigurationError("stated_twice", name=printable(name), place=place)
     return ThermalMapping(
-        columns=MappingProxyType(dict(columns)),
-        time_column=None if column is None else column.strip(),
-        time_unit=unit,
-        time_format=of.word_or_none("format"),
-        sample_time_s=step,
+        columns=MappingProxyType(read),
+        time_column=None if stated.time.column is None else stated.time.column.strip(),
+        time_unit=stated.time.unit,
+        time_format=stated.time.format,
+        sample_time_s=stated.time.sample_time_s,
     )
 
 
-def _column(of: SettingsTable) -> ColumnMapping:
-    stated = of.word_or_none("unit")
-    unit = unit_named(stated) if stated else stated
-    if stated and unit is None:
-        raise of.wrong(
-            "unit",
-            f"'{stated}', which is not known",
-            "Write one such as degC, K, um, mm or rpm, and convert with factor and offset",
+@dataclass(frozen=True, slots=True)
+class _Time:
+    column: str | None = None
+    unit: str | None = None
+    format: str | None = None
+    sample_time_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Mapping:
+    columns: dict[str, ColumnMapping] = field(default_factory=dict[str, ColumnMapping])
+    time: _Time = field(default_factory=_Time)
+
+
+def _check_time(time: _Time, file: str) -> None:
+    if time.unit is not None and time.unit not in TIME_UNITS_S:
+        name, place = printable(time.unit, 60), Place(file, key="time.unit")
+        raise ConfigurationError("unknown_choice", name=name, known=(*TIME_UNITS_S,), place=place)
+    step = time.sample_time_s
+    if step is not None and not 0.0 < step <= 1e9:
+        raise ConfigurationError(
+            "not_positive", value=step, place=Place(file, key="time.sample_time_s")
         )
-    factor = of.number("factor", 1.0)
-    if factor == 0.0:
-        raise of.wrong("factor", "zero", "Write leave_out = true to leave a column out")
-    return ColumnMapping(
-        name=of.word("name", "").strip(),
-        unit=unit,
-        factor=factor,
-        offset=of.number("offset", 0.0),
-        leave_out=of.flag("leave_out"),
-    )
+    if step is not None and time.column is not None:
+        raise ConfigurationError("times_stated_twice", place=Place(file, key="time.column"))
+
+
+def _checked(one: ColumnMapping, heading: str, file: str) -> ColumnMapping:
+    """Return what is said of a column, with its unit as logs name it."""
+    key = f"columns.{printable(heading)}"
+    unit = unit_named(one.unit) if one.unit else one.unit
+    if one.unit and unit is None:
+        place = Place(file, key=f"{key}.unit")
+        raise ConfigurationError("unknown_unit", unit=printable(one.unit, 60), place=place)
+    if one.factor == 0.0:
+        raise ConfigurationError("factor_zero", place=Place(file, key=f"{key}.factor"))
+    return replace(one, name=one.name.strip(), unit=unit)

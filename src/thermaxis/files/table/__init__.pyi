@@ -9,8 +9,10 @@ from ._columns import (
     unit_named as unit_named,
 )
 from ._csv_rows import (
+    best_split as best_split,
     csv_table as csv_table,
     is_comment_line as is_comment_line,
+    is_separator_line as is_separator_line,
     read_csv_table as read_csv_table,
     split_cells as split_cells,
 )
@@ -39,16 +41,19 @@ from ._source import (
     FALLBACK_ENCODING as FALLBACK_ENCODING,
     NUMBER_LIMIT as NUMBER_LIMIT,
     SourceText as SourceText,
+    check_is_text as check_is_text,
     clean_text as clean_text,
     decode_text as decode_text,
     first_few as first_few,
     is_number as is_number,
     kind_of_content as kind_of_content,
+    opened as opened,
     parse_number as parse_number,
     parse_whole_number as parse_whole_number,
     read_content as read_content,
     read_start as read_start,
     read_text as read_text,
+    unwritable as unwritable,
     write_content as write_content,
 )
 from ._table import (
@@ -61,13 +66,13 @@ from ._table import (
     unique_names as unique_names,
 )
 from ._times import (
-    MOMENT_REMEDY as MOMENT_REMEDY,
     ReadingTimes as ReadingTimes,
     parse_moment as parse_moment,
     reading_times as reading_times,
 )
 from ._workbook import (
     Cells as Cells,
+    cell_text as cell_text,
     opened_sheets as opened_sheets,
     workbook_table as workbook_table,
 )

@@ -2,18 +2,16 @@
 
 import csv
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table._columns import Heading
 from thermaxis.files.table._metadata import Metadata
 from thermaxis.files.table._source import FALLBACK_ENCODING, SourceText, read_text
 from thermaxis.files.table._table import (
     HEADER_ROWS,
-    Layout,
     Row,
     Table,
     TableSource,
@@ -25,17 +23,17 @@ from thermaxis.files.table._table import (
     recognise,
 )
 
-DELIMITERS = (",", ";", "\t")
+DELIMITERS = (";", "\t", ",")
 """Signs that may stand between cells."""
 LONGEST_LINE = 1_000_000
 """Longest line of a table. [character]"""
 
 _LINES_ABOVE = 20_000
 _LINES_OF_A_CELL = 20
-_REMEDY = "Export one run per file, with one row per reading or per target"
 _SEPARATOR_LINE = re.compile(r"[ \t]*sep=.?[ \t]*", re.IGNORECASE)  # for spreadsheet programs
 _OPENING_QUOTE = re.compile(r'(?:^|[,;\t])[ ]*"')
 
+_T = TypeVar("_T")
 _Line: TypeAlias = tuple[int, str]
 
 
@@ -59,7 +57,7 @@ def _plain_rows(text: SourceText, source: TableSource) -> Iterator[Row]:
     for number, line in _lines(text.text, source):
         if number > _LINES_ABOVE:
             return
-        if line.strip() and not _SEPARATOR_LINE.fullmatch(line) and not is_comment_line(line):
+        if line.strip() and not is_separator_line(line) and not is_comment_line(line):
             split = (split_cells(line, delimiter) for delimiter in DELIMITERS)
             cells = max((found for found in split if found), key=len, default=[line.strip()])
             yield number, cells
@@ -73,17 +71,17 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
     for number, line in lines:
         if number > _LINES_ABOVE or len(above) == HEADER_ROWS:
             return None
-        if not line.strip() or _SEPARATOR_LINE.fullmatch(line):
+        if not line.strip() or is_separator_line(line):
             continue
         comment = is_comment_line(line)
-        found = None if comment and not commented else _headings(line.lstrip("# "))
+        found = None if comment and not commented else best_split(line.lstrip("# "), recognise)
         if found is None:
             if comment:
                 read_comment_row(metadata, (number, _comment_cells(line)), source)
             else:
                 above.append((number, line))
             continue
-        delimiter, layout, headings = found
+        delimiter, (layout, headings) = found
         for row, text_above in above:
             cells = split_cells(text_above, delimiter)
             read_above(metadata, (row, [text_above] if cells is None else cells))
@@ -98,14 +96,15 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
     return None
 
 
-def _headings(line: str) -> tuple[str, Layout, tuple[Heading, ...]] | None:
-    best: tuple[str, Layout, tuple[Heading, ...]] | None = None
+def best_split(line: str, accepted: Callable[[list[str]], _T | None]) -> tuple[str, _T] | None:
+    """Return delimiter and headings where most cells come out that are headings at all."""
+    best: tuple[int, str, _T] | None = None
     for delimiter in DELIMITERS:
         cells = split_cells(line, delimiter)
-        found = None if cells is None else recognise(cells)
-        if found is not None and (best is None or len(found[1]) > len(best[2])):
-            best = (delimiter, *found)
-    return best
+        found = None if cells is None else accepted(cells)
+        if cells is not None and found is not None and (best is None or len(cells) > best[0]):
+            best = len(cells), delimiter, found
+    return None if best is None else best[1:]
 
 
 def _rows(lines: Iterator[_Line], delimiter: str, source: TableSource) -> Iterator[Row]:
@@ -117,11 +116,7 @@ def _rows(lines: Iterator[_Line], delimiter: str, source: TableSource) -> Iterat
             continue
         cells = split_cells(line, delimiter)
         if cells is None:
-            raise source.error(
-                "the quotation marks of this line do not match",
-                row=number,
-                remedy='Close every quotation mark, and write "" for one inside a text',
-            )
+            raise MeasurementFileError("quotation_marks", place=source.at(number))
         yield number, cells
 
 
@@ -136,11 +131,8 @@ def _check_open_end(table: Table, last_line: int) -> None:
         for cell in cells
     ]
     if len(lengths) > 1 and lengths[-1] < min(lengths[:-1]):
-        raise table.error(
-            "the file is cut short inside its last cell",
-            index=len(cells) - 1,
-            column=len(table.columns) - 1,
-            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
+        raise MeasurementFileError(
+            "cut_short", place=table.at(len(cells) - 1, len(table.columns) - 1)
         )
     table.metadata.remarks.append(
         "the last line of the file has no line end: check that the file is complete"
@@ -156,6 +148,11 @@ def split_cells(line: str, delimiter: str) -> list[str] | None:
     except csv.Error:
         return None
     return [cell.strip() for cell in rows[0]] if rows else None
+
+
+def is_separator_line(line: str) -> bool:
+    """Say whether a line tells a spreadsheet program what separates cells."""
+    return _SEPARATOR_LINE.fullmatch(line) is not None
 
 
 def is_comment_line(line: str) -> bool:
@@ -181,7 +178,7 @@ def _lines(text: str, source: TableSource) -> Iterator[_Line]:
     while start <= len(text):
         end = _end_of_line(text, start)
         if end - start > LONGEST_LINE:
-            raise _too_long(source, number)
+            raise MeasurementFileError("line_too_long", most=LONGEST_LINE, place=source.at(number))
         line = text[start:end]
         joined = 0
         if line.count('"') % 2 and not is_comment_line(line) and _OPENING_QUOTE.search(line):
@@ -207,11 +204,3 @@ def _end_of_quoted(text: str, start: int, first_end: int) -> tuple[int, int]:
         if text.count('"', start, end) % 2 == 0:
             return end, joined
     return first_end, 0
-
-
-def _too_long(source: TableSource, number: int) -> MeasurementFileError:
-    return source.error(
-        f"the line is longer than {LONGEST_LINE} characters",
-        row=number,
-        remedy=_REMEDY,
-    )

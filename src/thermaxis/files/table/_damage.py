@@ -7,6 +7,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Final
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 
 # Readers of binary files have no error of their own for damaged ones: whatever a missing part, a
@@ -21,11 +22,11 @@ DAMAGE: Final = (
 
 @contextmanager
 def damage_named(
-    what: str, *, path: str, remedy: str, damage: tuple[type[BaseException], ...] = DAMAGE
+    place: Place, *, damage: tuple[type[BaseException], ...] = DAMAGE
 ) -> Generator[None]:
     """Turn what the reader of a damaged file raises into an error that names the file."""
     try:
         yield
     except damage as error:
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise MeasurementFileError(f"{what} ({reason[:150]})", path=path, remedy=remedy) from error
+        cause = (str(error).partition("\n")[0] or type(error).__name__)[:150]
+        raise MeasurementFileError("file_damaged", cause=cause, place=place) from error

@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._quoting import decoded, encoded, quoted
 from thermaxis.files.table._source import clean_text, parse_number
-from thermaxis.files.table._times import MOMENT_REMEDY, parse_moment
+from thermaxis.files.table._times import parse_moment
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 
 MAX_FIELDS = 500
@@ -55,7 +56,7 @@ class Metadata:
     kind: str | None = None
     """Stated kind of the axis."""
 
-    def read_comment(self, text: str, *, path: str, line: int) -> None:
+    def read_comment(self, text: str, place: Place) -> None:
         """Take what a line of comment says."""
         named = _NAMED.fullmatch(text)
         if named is not None:
@@ -63,13 +64,13 @@ class Metadata:
             if key and named[1] == "header":
                 self._keep(key, value)
             elif key and len(self.environment) < MAX_FIELDS:
-                self.environment[key] = _start_end(value, path, line)
+                self.environment[key] = _start_end(value, place)
             return
         key, separator, value = text.partition(":")
         if not separator:
             return
         key = _field_name(key)
-        if not self._take_known(key, value.strip(), path, line):
+        if not self._take_known(key, value.strip(), place):
             self.read_pair(key, decoded(value.strip()))
 
     def read_pair(self, key: str, value: str) -> None:
@@ -86,11 +87,11 @@ class Metadata:
         if key in self.header or len(self.header) < MAX_FIELDS:
             self.header[key] = value
 
-    def _take_known(self, key: str, value: str, path: str, line: int) -> bool:
+    def _take_known(self, key: str, value: str, place: Place) -> bool:
         if key == "start":
-            self.start = _moment(value, key, path, line)
+            self.start = _moment(value, key, place)
         elif key == "end":
-            self.end = _moment(value, key, path, line)
+            self.end = _moment(value, key, place)
         elif key == "remark":
             if len(self.remarks) < MAX_FIELDS:
                 self.remarks.append(_allowed(decoded(value)))
@@ -170,29 +171,16 @@ def _number(value: float | None) -> str:
     return "none" if value is None else repr(float(value))
 
 
-def _start_end(text: str, path: str, line: int) -> StartEnd:
+def _start_end(text: str, place: Place) -> StartEnd:
     words = text.split()
     if len(words) != 2:
-        raise MeasurementFileError(
-            f"'{text}' is not a value at the start and a value at the end",
-            path=path,
-            line=line,
-            remedy="Write two numbers with a blank between them, or the word none",
-        )
-    start, end = (
-        None if word == "none" else parse_number(word, path=path, line=line) for word in words
-    )
+        raise MeasurementFileError("not_start_and_end", text=text, place=place)
+    start, end = (None if word == "none" else parse_number(word, place) for word in words)
     return StartEnd(start, end)
 
 
-def _moment(text: str, key: str, path: str, line: int) -> datetime:
+def _moment(text: str, key: str, place: Place) -> datetime:
     moment = parse_moment(text)
     if moment is None:
-        raise MeasurementFileError(
-            f"'{text}' is not a date with time",
-            path=path,
-            line=line,
-            column=key,
-            remedy=MOMENT_REMEDY,
-        )
+        raise MeasurementFileError("not_a_moment", text=text, place=place._replace(column=key))
     return moment

@@ -6,6 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._columns import Role, Unit
 from thermaxis.files.table._table import Table
 from thermaxis.positioning import FloatArray
@@ -21,17 +22,12 @@ def target_column_of(table: Table) -> tuple[int, Unit]:
     """Return the index of the column of targets, from 0, and its unit."""
     column = table.column_of(Role.TARGET)
     if column is None:
-        raise table.error(
-            "there is no column of target positions",
-            remedy="Name it target_mm, or target_deg for a rotary axis",
-        )
+        raise MeasurementFileError("no_target_column", place=table.at())
     unit = _known_unit(table, column, "target_mm, or target_deg for a rotary axis")
     stated = table.metadata.kind
     if stated in set(AxisKind) and stated != unit.kind:
-        raise table.error(
-            f"the file says that the axis is {stated}, and this column has the unit {unit.name}",
-            column=column,
-            remedy="Correct the one that is wrong",
+        raise MeasurementFileError(
+            "kind_and_unit_disagree", kind=stated, unit=unit.name, place=table.at(column=column)
         )
     return column, unit
 
@@ -42,10 +38,9 @@ def unit_of_kind(table: Table, column: int, kind: AxisKind, example: str) -> Uni
         example = example.replace("_um", "_arcsec").replace("_mm", "_deg")
     unit = _known_unit(table, column, example)
     if unit.kind is not kind:
-        raise table.error(
-            f"the unit {unit.name} does not fit the targets of a {kind} axis",
-            column=column,
-            remedy=f"Name the column {example}, if that is its unit, or convert it",
+        place = table.at(column=column)
+        raise MeasurementFileError(
+            "unit_of_other_kind", unit=unit.name, kind=kind, example=example, place=place
         )
     return unit
 
@@ -62,21 +57,14 @@ def check_start_and_end(table: Table, start: datetime | None, end: datetime | No
     if start is None or end is None:
         return
     if (start.tzinfo is None) != (end.tzinfo is None) or start > end:
-        raise table.error(
-            f"the start {start.isoformat()} and the end {end.isoformat()} of the run do not fit",
-            remedy="Correct the lines start and end above the headings",
-        )
+        raise MeasurementFileError("end_before_start", place=table.at())
 
 
 def _known_unit(table: Table, column: int, example: str) -> Unit:
     heading = table.headings[column]
     if heading.unit is not None:
         return heading.unit
-    stated = (
-        f"the unit '{heading.unit_text}' is not known" if heading.unit_text else "no unit is stated"
-    )
-    raise table.error(
-        f"{stated} in the heading '{heading.text}'",
-        column=column,
-        remedy=f"Name the column {example}",
-    )
+    if heading.unit_text:
+        place = table.at(column=column)
+        raise MeasurementFileError("unknown_unit", unit=heading.unit_text, place=place)
+    raise MeasurementFileError("unit_not_stated", example=example, place=table.at(column=column))

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
 
 TEXT_LIMIT_BYTES = 100_000_000
 """Largest text file that is read. [byte]"""
@@ -30,20 +31,20 @@ HEADER_TEXT_LIMIT = 1000
 
 _ARCHIVE_START = b"PK"
 _SIGNATURES: tuple[tuple[bytes, str], ...] = (
-    (b"\x89PNG", "a picture (PNG)"),
-    (b"\xff\xd8\xff", "a picture (JPEG)"),
-    (b"GIF8", "a picture (GIF)"),
-    (b"II*\x00", "a picture (TIFF)"),
-    (b"MM\x00*", "a picture (TIFF)"),
-    (b"%PDF-", "a PDF document"),
-    (b"PK\x03\x04", "a workbook (.xlsx) or another zip archive"),
-    (b"PK\x05\x06", "an empty zip archive"),
-    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a workbook of the old kind (.xls) or encrypted"),
-    (b"\x1f\x8b", "a compressed file (gzip)"),
-    (b"7z\xbc\xaf\x27\x1c", "a compressed archive (7z)"),
-    (b"Rar!\x1a\x07", "a compressed archive (RAR)"),
-    (b"SQLite format 3\x00", "a database (SQLite)"),
-    (b"\x7fELF", "a program"),
+    (b"\x89PNG", "picture"),
+    (b"\xff\xd8\xff", "picture"),
+    (b"GIF8", "picture"),
+    (b"II*\x00", "picture"),
+    (b"MM\x00*", "picture"),
+    (b"%PDF-", "pdf"),
+    (b"PK\x03\x04", "workbook"),
+    (b"PK\x05\x06", "archive"),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "old_workbook"),
+    (b"\x1f\x8b", "archive"),
+    (b"7z\xbc\xaf\x27\x1c", "archive"),
+    (b"Rar!\x1a\x07", "archive"),
+    (b"SQLite format 3\x00", "database"),
+    (b"\x7fELF", "program"),
 )
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _WHOLE_NUMBER = re.compile(r"[0-9]{1,10}")
@@ -73,87 +74,76 @@ class SourceText:
         """The lines without their ends; line 1 has the index 0."""
         return self.text.split("\n")
 
-    def error(
-        self, what: str, *, line: int | None = None, column: str | None = None, remedy: str
-    ) -> MeasurementFileError:
-        """Make the error that says what is wrong in this file."""
-        return MeasurementFileError(what, path=self.path, line=line, column=column, remedy=remedy)
+    def at(self, line: int | None = None, column: str = "") -> Place:
+        """Return a place in this file."""
+        return Place(self.path, line, column)
 
 
 def kind_of_content(start: bytes) -> str | None:
-    """Say what a file seems to be that is not text."""
+    """Return what a file is that is no text, as a word of the catalogue."""
     if start[:4] == b"RIFF" and start[8:12] == b"WEBP":
-        return "a picture (WebP)"
-    return next((name for magic, name in _SIGNATURES if start.startswith(magic)), None)
+        return "picture"
+    return next((kind for magic, kind in _SIGNATURES if start.startswith(magic)), None)
 
 
 def read_start(path: Path | str, count: int, *, limit_bytes: int) -> tuple[bytes, int]:
     """Return the first bytes of a regular file of bounded size, and its size. [byte]"""
-    with _opened(path, limit_bytes) as (stream, size):
+    with opened(path, limit_bytes) as (stream, size):
         return stream.read(count), size
 
 
 def read_content(path: Path | str) -> bytes:
     """Read a regular, non-empty file of bounded size, once."""
-    with _opened(path, TEXT_LIMIT_BYTES) as (stream, size):
+    with opened(path, TEXT_LIMIT_BYTES) as (stream, size):
         is_archive = stream.peek(len(_ARCHIVE_START)).startswith(_ARCHIVE_START)
         limit_bytes = WORKBOOK_LIMIT_BYTES if is_archive else TEXT_LIMIT_BYTES
         content = b"" if size > limit_bytes else stream.read(limit_bytes + 1)
-    size = max(size, len(content))  # it may have grown since its size was asked for
-    if size > limit_bytes:
-        raise _too_large(str(path), size, limit_bytes)
+    _check_size(path, max(size, len(content)), limit_bytes, MeasurementFileError)
     if not content:
-        raise MeasurementFileError(
-            "the file is empty", path=str(path), remedy="Export the measurement again"
-        )
+        raise MeasurementFileError("file_empty", place=Place(str(path)))
     return content
 
 
 @contextmanager
-def _opened(path: Path | str, limit_bytes: int) -> Generator[tuple[io.BufferedReader, int]]:
+def opened(
+    path: Path | str, limit_bytes: int, *, error: type[ThermaxisError] = MeasurementFileError
+) -> Generator[tuple[io.BufferedReader, int]]:
     """Open a regular file of bounded size; whatever the system says becomes one of our errors."""
-    name = str(path)
+    place = Place(str(path))
     try:
         status = Path(path).stat()
-        if stat.S_ISDIR(status.st_mode):
-            raise MeasurementFileError(
-                "this is a folder, not a file", path=name, remedy="Name one file in it"
-            )
         if not stat.S_ISREG(status.st_mode):  # opening a pipe would wait for a writer
-            raise MeasurementFileError(
-                "this is not a regular file", path=name, remedy="Save the measurement as a file"
-            )
-        if status.st_size > limit_bytes:
-            raise _too_large(name, status.st_size, limit_bytes)
+            raise error("not_a_file", place=place)
+        _check_size(path, status.st_size, limit_bytes, error)
         with Path(path).open("rb") as stream:
             yield stream, status.st_size
     except FileNotFoundError:
-        raise MeasurementFileError(
-            "there is no such file", path=name, remedy="Check the name and the folder"
-        ) from None
-    except OSError as error:
-        raise MeasurementFileError(
-            f"the file cannot be read ({error.strerror or type(error).__name__})",
-            path=name,
-            remedy="Check the name, the permissions and whether another program holds it open",
-        ) from error
-    except ValueError as error:  # a NUL character in the name
-        raise MeasurementFileError(
-            "this cannot be the name of a file", path=name, remedy="Check the name"
-        ) from error
+        raise error("file_not_found", place=place) from None
+    except (OSError, ValueError) as failure:  # ValueError: a NUL character in the name
+        raise error("file_unreadable", cause=_cause(failure), place=place) from failure
+
+
+def _cause(failure: Exception) -> str:
+    return getattr(failure, "strerror", None) or str(failure)
+
+
+def _check_size(path: Path | str, size: int, most: int, error: type[ThermaxisError]) -> None:
+    if size > most:
+        place = Place(str(path))
+        raise error("file_too_large", size_mb=size / 1e6, most_mb=most / 1e6, place=place)
+
+
+def unwritable(path: Path | str, failure: Exception, error: type[ThermaxisError]) -> ThermaxisError:
+    """Return the error of a file that the system does not let us write."""
+    return error("file_unwritable", cause=_cause(failure), place=Place(str(path)))
 
 
 def write_content(path: Path | str, content: bytes) -> None:
     """Write a file; whatever the system says becomes one of our errors."""
     try:
         Path(path).write_bytes(content)
-    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
-        reason = getattr(error, "strerror", None) or "this cannot be the name of a file"
-        raise MeasurementFileError(
-            f"the file cannot be written ({reason})",
-            path=str(path),
-            remedy="Check the folder, its permissions and the space that is left",
-        ) from error
+    except (OSError, ValueError) as failure:  # ValueError: a NUL character in the name
+        raise unwritable(path, failure, MeasurementFileError) from failure
 
 
 def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> SourceText:
@@ -172,53 +162,28 @@ def decode_text(
     _check_fallback(fallback_encoding)
     source = _decode(path, content, fallback_encoding)
     if not source.text.strip():
-        raise source.error("the file is empty", remedy="Export the measurement again")
+        raise MeasurementFileError("file_empty", place=Place(path))
     return source
 
 
-def parse_number(
-    text: str,
-    *,
-    path: str,
-    line: int | None = None,
-    column: str | None = None,
-    cell: str | None = None,
-    decimal: str = ".",
-) -> float:
+def parse_number(text: str, place: Place, *, decimal: str = ".") -> float:
     """Read a finite decimal number."""
     word = text.strip(" \t")
-    plain = word if decimal == "." else _with_point(word, decimal)
-    if len(plain) <= _LONGEST_NUMBER and _NUMBER.fullmatch(plain) is not None:
-        value = float(plain)
-        if abs(value) <= NUMBER_LIMIT:
-            return value
-        what, remedy = (
-            f"'{word}' is too large for a measured value",
-            "Check the unit and the digits",
-        )
-    elif not word:
-        what, remedy = "a number is missing", "Write the number, or leave the whole reading out"
-    else:
-        what = f"'{word}' is not a number"
-        remedy = f"Write digits with a decimal {'point' if decimal == '.' else 'comma'}"
-    raise MeasurementFileError(what, path=path, line=line, column=column, cell=cell, remedy=remedy)
+    if not is_number(word, decimal=decimal):
+        if not word:
+            raise MeasurementFileError("number_missing", place=place)
+        raise MeasurementFileError("not_a_number", text=word, place=place)
+    value = float(word.replace(decimal, "."))
+    if abs(value) > NUMBER_LIMIT:
+        raise MeasurementFileError("magnitude_too_large", most=NUMBER_LIMIT, place=place)
+    return value
 
 
-def parse_whole_number(
-    text: str,
-    *,
-    path: str,
-    line: int | None = None,
-    column: str | None = None,
-    cell: str | None = None,
-) -> int:
+def parse_whole_number(text: str, place: Place) -> int:
     """Read a whole number from 0 up, such as a run number or a count."""
     word = text.strip(" \t")
     if _WHOLE_NUMBER.fullmatch(word) is None:
-        what = f"'{word}' is not a whole number" if word else "a whole number is missing"
-        raise MeasurementFileError(
-            what, path=path, line=line, column=column, cell=cell, remedy="Write digits only"
-        )
+        raise MeasurementFileError("not_a_whole_number", text=word, place=place)
     return int(word)
 
 
@@ -258,45 +223,21 @@ def _with_point(word: str, decimal: str) -> str:
     return "" if "." in word else word.replace(decimal, ".")
 
 
-def _too_large(name: str, size: int, limit: int) -> MeasurementFileError:
-    return MeasurementFileError(
-        f"the file has {size / 1e6:.1f} MB, more than the limit of {limit / 1e6:.0f} MB",
-        path=name,
-        remedy="Export one run per file, without raw samples",
-    )
-
-
 def _check_fallback(encoding: str) -> None:
     try:
         known = all(bytes([byte]).decode(encoding) == chr(byte) for byte in range(32, 127))
     except (LookupError, UnicodeError, ValueError):
         known = False
     if not known:
-        raise ConfigurationError(
-            f"'{encoding}' is not a usable text encoding",
-            where="fallback encoding",
-            remedy="Name one that contains ASCII, such as cp1250, cp1252 or gbk",
-        )
+        place = Place(key="fallback_encoding")
+        raise ConfigurationError("unusable_encoding", name=encoding, place=place)
 
 
 def _decode(name: str, content: bytes, fallback: str) -> SourceText:
-    seems = kind_of_content(content[:16])
-    if seems is not None:
-        raise MeasurementFileError(
-            f"this is {seems}, not a text file",
-            path=name,
-            remedy="Name the measurement file itself, or export the measurement as text",
-        )
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        _check_lines(name, content)
-        return _decode_utf16(name, content)
-    if b"\x00" in content:
-        raise MeasurementFileError(
-            "the file contains zero bytes: it is binary, or UTF-16 without byte order mark",
-            path=name,
-            remedy="Export the measurement as text, or save it as UTF-8",
-        )
+    check_is_text(content, Place(name))
     _check_lines(name, content)
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return _decode_utf16(name, content)
     content = content.removeprefix(codecs.BOM_UTF8)
     try:
         return SourceText(name, _one_line_end(content.decode("utf-8")), "utf-8")
@@ -313,6 +254,16 @@ def _decode(name: str, content: bytes, fallback: str) -> SourceText:
     return SourceText(name, text, fallback, (remark,))
 
 
+def check_is_text(content: bytes, place: Place) -> None:
+    """Refuse what is no text: files of other kinds, and zero bytes that UTF-16 does not explain."""
+    kind = kind_of_content(content[:16])
+    if kind is not None:
+        raise MeasurementFileError("not_text", kind=kind, place=place)
+    utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    if b"\x00" in content and not utf16:
+        raise MeasurementFileError("not_text", kind="binary", place=place)
+
+
 def _check_lines(name: str, content: bytes) -> None:
     """Refuse too many or too long lines before the text takes as much memory again."""
     ends = (b"\n", b"\r")
@@ -320,21 +271,16 @@ def _check_lines(name: str, content: bytes) -> None:
         ends = (b"\n\x00", b"\r\x00")
     elif content.startswith(codecs.BOM_UTF16_BE):
         ends = (b"\x00\n", b"\x00\r")
-    remedy = "Export one run per file, with one row per reading or per target"
     if any(content.count(end) > MAX_LINES for end in ends):
-        raise MeasurementFileError(
-            f"the file has more than {MAX_LINES} lines", path=name, remedy=remedy
-        )
+        raise MeasurementFileError("too_many_lines", most=MAX_LINES, place=Place(name))
     start = 0
     while len(content) - start > LONGEST_LINE_BYTES:
         window = start, start + LONGEST_LINE_BYTES
         end = max(content.rfind(end, *window) for end in ends)
         if end < 0:
-            raise MeasurementFileError(
-                f"a line is longer than {LONGEST_LINE_BYTES / 1e6:.0f} MB, from byte {start} on",
-                path=name,
-                remedy=remedy,
-            )
+            line = 1 + content.count(ends[0], 0, start)
+            most = LONGEST_LINE_BYTES // 4
+            raise MeasurementFileError("line_too_long", most=most, place=Place(name, line))
         start = end + 1
 
 
@@ -357,17 +303,9 @@ def _decode_utf16(name: str, content: bytes) -> SourceText:
     try:
         text = content.decode("utf-16")
     except UnicodeDecodeError as error:
-        raise MeasurementFileError(
-            "the file starts as UTF-16 and is not",
-            path=name,
-            remedy="Copy or export the file again; it is damaged or cut short",
-        ) from error
+        raise MeasurementFileError("cut_short", place=Place(name)) from error
     if "\x00" in text:
-        raise MeasurementFileError(
-            "the file contains zero characters: it is binary",
-            path=name,
-            remedy="Export the measurement as text",
-        )
+        raise MeasurementFileError("not_text", kind="binary", place=Place(name))
     return SourceText(name, _one_line_end(text), "utf-16")
 
 

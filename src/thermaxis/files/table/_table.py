@@ -9,6 +9,7 @@ from typing import NoReturn, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._columns import QUANTITIES, Heading, Role, parse_heading, unit_named
 from thermaxis.files.table._metadata import Metadata
@@ -70,35 +71,16 @@ class TableSource:
     """Sheet of a workbook, None for a text file."""
 
     @property
-    def place(self) -> str:
-        """The file, and the sheet of a workbook."""
-        return self.path if self.sheet is None else f"{self.path}, sheet {self.sheet}"
-
-    @property
     def row_word(self) -> str:
         """What a row is called in this kind of file."""
         return "line" if self.sheet is None else "row"
 
-    def cell(self, row: int, column: int) -> str | None:
-        """Name a cell of a workbook; None in a text file."""
-        return None if self.sheet is None else f"{self.sheet}!{column_letters(column)}{row}"
-
-    def error(
-        self,
-        what: str,
-        *,
-        row: int | None = None,
-        column: int | None = None,
-        heading: str | None = None,
-        remedy: str,
-    ) -> MeasurementFileError:
-        """Make the error that says what is wrong in which cell."""
+    def at(self, row: int | None = None, column: int = 0, heading: str = "") -> Place:
+        """Return the place of a row, or of the whole table."""
         if self.sheet is None:
-            return MeasurementFileError(
-                what, path=self.path, line=row, column=heading, remedy=remedy
-            )
-        place = self.sheet if row is None else self.cell(row, column or 0)
-        return MeasurementFileError(what, path=self.path, column=heading, cell=place, remedy=remedy)
+            return Place(self.path, row, heading)
+        cell = "" if row is None else f"!{column_letters(column)}{row}"
+        return Place(self.path, column=heading, cell=self.sheet + cell)
 
 
 @final
@@ -123,13 +105,11 @@ class Table:
     metadata: Metadata
     """What stands in comments and above the headings."""
 
-    def error(
-        self, what: str, *, index: int | None = None, column: int | None = None, remedy: str
-    ) -> MeasurementFileError:
-        """Make the error that says what is wrong in which cell."""
+    def at(self, index: int | None = None, column: int | None = None) -> Place:
+        """Return the place of a cell by the index of its row; without one, of the headings."""
         row = self.heading_row if index is None else int(self.row[index])
-        heading = None if column is None else self.headings[column].text
-        return self.source.error(what, row=row, column=column, heading=heading, remedy=remedy)
+        heading = "" if column is None else self.headings[column].text
+        return self.source.at(row, column or 0, heading)
 
     def column_of(self, role: Role) -> int | None:
         """Return the index of the column with a role, None if there is none.
@@ -141,11 +121,12 @@ class Table:
             with_unit = [i for i in found if self.headings[i].unit is not None]
             found = with_unit if len(with_unit) == 1 else found
         if len(found) > 1:
-            names = " and ".join(f"'{self.headings[i].text}'" for i in found[:2])
-            raise self.error(
-                f"the columns {names} both look like the {role}",
-                column=found[1],
-                remedy="Rename or remove one of them",
+            raise MeasurementFileError(
+                "two_columns_of_a_role",
+                first=self.headings[found[0]].text,
+                second=self.headings[found[1]].text,
+                role=role,
+                place=self.at(column=found[1]),
             )
         return found[0] if found else None
 
@@ -155,11 +136,8 @@ class Table:
         if values is None or bool(np.any(np.abs(values) > NUMBER_LIMIT)):
             self._raise_first_wrong(column)
         if required and bool(np.isnan(values).any()):
-            raise self.error(
-                "a number is missing",
-                index=int(np.flatnonzero(np.isnan(values))[0]),
-                column=column,
-                remedy="Write the number, or leave the whole reading out",
+            raise MeasurementFileError(
+                "number_missing", place=self.at(int(np.flatnonzero(np.isnan(values))[0]), column)
             )
         return values
 
@@ -168,39 +146,20 @@ class Table:
         values = self.numbers(column, required=True)
         wrong = np.flatnonzero(values != np.rint(values))
         if wrong.size:
-            raise self.error(
-                f"'{self.columns[column][int(wrong[0])]}' is not a whole number",
-                index=int(wrong[0]),
-                column=column,
-                remedy="Write 1, 2, 3 and so on",
+            place = self.at(int(wrong[0]), column)
+            raise MeasurementFileError(
+                "not_a_whole_number", text=self.columns[column][int(wrong[0])], place=place
             )
         return values.astype(np.int64)
 
     def _raise_first_wrong(self, column: int) -> NoReturn:
-        heading = self.headings[column].text
         for index, cell in enumerate(self.columns[column]):
             if not cell:
                 continue
             if cell.startswith("=") and self.source.sheet is not None:
-                raise self.error(
-                    "the formula of this cell has no stored value",
-                    index=index,
-                    column=column,
-                    remedy="Open the workbook in a spreadsheet program and save it again",
-                )
-            row = int(self.row[index])
-            place = self.source.cell(row, column)
-            parse_number(
-                cell,
-                path=self.source.path,
-                line=row if place is None else None,
-                column=heading,
-                cell=place,
-                decimal=self.decimal,
-            )
-        raise self.error(
-            "the column holds something that is not a number", column=column, remedy="Remove it"
-        )
+                raise MeasurementFileError("formula_without_value", place=self.at(index, column))
+            parse_number(cell, self.at(index, column), decimal=self.decimal)
+        raise MeasurementFileError("column_of_no_numbers", place=self.at(column=column))
 
 
 def column_letters(column: int) -> str:
@@ -265,7 +224,7 @@ def read_above(metadata: Metadata, row: Row) -> None:
 
 def read_comment_row(metadata: Metadata, row: Row, source: TableSource) -> None:
     """Take what a row of comment says."""
-    metadata.read_comment(row[1][0].lstrip("# \t"), path=source.place, line=row[0])
+    metadata.read_comment(row[1][0].lstrip("# \t"), source.at(row[0]))
 
 
 def build_table(
@@ -300,18 +259,12 @@ def build_table(
         if len(chunk) == _CHUNK_ROWS:
             _move_to_columns(chunk, columns)
         if len(numbers) > MAX_ROWS:
-            raise source.error(
-                f"the table has more than {MAX_ROWS} rows",
-                row=number,
-                remedy="Export one run per file",
+            raise MeasurementFileError(
+                "too_many_rows_to_read", most=MAX_ROWS, place=source.at(number)
             )
     _move_to_columns(chunk, columns)
     if not numbers:
-        raise source.error(
-            "there are no readings below the headings",
-            row=heading_row,
-            remedy="Export the run again, with its measured values",
-        )
+        raise MeasurementFileError("no_readings_in_file", place=source.at(heading_row))
     row = np.array(numbers, dtype=np.int64)
     decimal = _decimal_sign(source, headings[:width], row, columns) if decimal_comma else "."
     return Table(
@@ -320,23 +273,20 @@ def build_table(
 
 
 def no_table(source: TableSource, rows: Sequence[tuple[TableSource, Row]]) -> MeasurementFileError:
-    """Make the error of a file in which no row of headings was found."""
-    what = f"no column headings of a positioning run were found in the first {HEADER_ROWS} rows"
-    number = None
-    if rows:
-        known = [_reading_roles(cells) for _, (_, cells) in rows]
-        nearest = max(range(len(rows)), key=lambda k: len(known[k]))  # the first of equals
-        source, (number, cells) = rows[nearest]
-        words = listed([clean_text(cell, limit=_LONGEST_SHOWN) for cell in cells if cell])
-        missing = [" or ".join(one_of) for one_of in _REQUIRED if not known[nearest] & set(one_of)]
-        what += f"; nearest to them is {words}, which lacks {'; '.join(missing)}"
-    return source.error(
-        what,
-        row=number,
-        remedy=(
-            "Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the"
-            " numbers of the runs; docs/files.md lists the words that are understood"
-        ),
+    """Make the error of a file in which no row of headings was found; it names the nearest row."""
+    if not rows:
+        return MeasurementFileError("no_run_headings", rows=HEADER_ROWS, place=source.at())
+    known = [_reading_roles(cells) for _, (_, cells) in rows]
+    nearest = max(range(len(rows)), key=lambda k: len(known[k]))  # the first of equals
+    source, (number, cells) = rows[nearest]
+    words = listed([clean_text(cell, limit=_LONGEST_SHOWN) for cell in cells if cell])
+    missing = [" or ".join(one_of) for one_of in _REQUIRED if not known[nearest] & set(one_of)]
+    return MeasurementFileError(
+        "run_headings_incomplete",
+        rows=HEADER_ROWS,
+        nearest=words,
+        missing=tuple(missing),
+        place=source.at(number),
     )
 
 
@@ -380,10 +330,8 @@ def _fitted(
     if len(cells) > width and not any(cells[width:]):
         return cells[:width]
     if source.sheet is None:
-        raise source.error(
-            f"the row has {len(cells)} cells under {width} headings",
-            row=row,
-            remedy="Complete the row, or remove it if it does not belong to the table",
+        raise MeasurementFileError(
+            "cells_and_headings", cells=len(cells), headings=width, place=source.at(row)
         )
     if len(cells) > width and _BESIDE_REMARK not in metadata.remarks:
         metadata.remarks.append(_BESIDE_REMARK)
@@ -412,14 +360,8 @@ def _decimal_sign(
                     break
     if len(first) == 2:
         (i, _), (j, column) = first["."], first[","]
-        raise source.error(
-            f"this number has a decimal comma, another one has a decimal point"
-            f" ({source.row_word} {row[i]})",
-            row=int(row[j]),
-            column=column,
-            heading=headings[column].text,
-            remedy="Write all numbers with the same decimal sign",
-        )
+        place = source.at(int(row[j]), column, headings[column].text)
+        raise MeasurementFileError("decimal_signs_mixed", row=int(row[i]), place=place)
     return "," if "," in first else "."
 
 

@@ -1,6 +1,7 @@
 """When each reading of a table was taken, and in which order."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import final
@@ -8,11 +9,10 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.positioning import FloatArray, TimeSource
 
-MOMENT_REMEDY = "Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00"
-"""How a date with time is written, for errors."""
 _YEARS = range(1900, 2201)
 _DAY_FIRST = re.compile(
     r"([0-9]{1,2})\. ?([0-9]{1,2})\. ?([0-9]{4})[ T]+([0-9]{1,2})(:[0-9]{2}.*)", re.ASCII
@@ -53,8 +53,7 @@ def reading_times(
     order: FloatArray | None,
     time_s: FloatArray | None,
     line: NDArray[np.int64],
-    path: str,
-    line_word: str = "line",
+    at: Callable[[int], Place],
 ) -> ReadingTimes:
     """Decide what the columns of order and time are worth."""
     remarks: list[str] = []
@@ -67,7 +66,7 @@ def reading_times(
     if time_s is not None:
         time_s = time_s - time_s[given].min()
     if order is not None:
-        _check_distinct(order[given], line[given], path, line_word)
+        _check_distinct(order[given], line[given], at)
         found = _ordered_by_number(order, time_s, given)
     elif time_s is not None:
         found = _ordered_by_time(time_s, given)
@@ -76,16 +75,12 @@ def reading_times(
     return replace(found, remarks=(*remarks, *found.remarks))
 
 
-def _check_distinct(order: FloatArray, line: NDArray[np.int64], path: str, line_word: str) -> None:
+def _check_distinct(order: FloatArray, line: NDArray[np.int64], at: Callable[[int], Place]) -> None:
     ranked = np.argsort(order, kind="stable")
     twice = np.flatnonzero(np.diff(order[ranked]) == 0)
     if twice.size:
         first, second = line[ranked[twice[0]]], line[ranked[twice[0] + 1]]
-        raise MeasurementFileError(
-            f"{line_word} {first} and {line_word} {second} have the same order number",
-            path=path,
-            remedy="Number the readings 1, 2, 3 in the order in which they were taken",
-        )
+        raise MeasurementFileError("order_number_twice", first=int(first), place=at(int(second)))
 
 
 def _ordered_by_number(

@@ -7,6 +7,7 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._damage import damage_named
 from thermaxis.files.table._metadata import Metadata
@@ -23,7 +24,7 @@ from thermaxis.files.table._table import (
     read_comment_row,
     recognise,
 )
-from thermaxis.files.table._workbook_parts import CELL_LIMIT, DAMAGED, REMEDY, check_parts
+from thermaxis.files.table._workbook_parts import CELL_LIMIT, check_parts
 
 if TYPE_CHECKING:
     from openpyxl import Workbook
@@ -38,13 +39,9 @@ def opened_sheets(
 ) -> Generator[Iterator[tuple[TableSource, Iterator[Cells]]]]:
     """Give the visible sheets of a workbook and their rows; empty rows count."""
     if not content.startswith(b"PK"):
-        seems = kind_of_content(content[:16]) or "not a workbook"
-        raise MeasurementFileError(
-            f"this is {seems}, not a workbook of the kind .xlsx",
-            path=name,
-            remedy="Open it in a spreadsheet program and save it as .xlsx, without a password",
-        )
-    has_formulas = check_parts(content, path=name)
+        kind = kind_of_content(content[:16]) or "text"
+        raise MeasurementFileError("not_a_workbook", kind=kind, place=Place(name))
+    has_formulas = check_parts(content, Place(name))
     with ExitStack() as stack, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of parts that are not read: styles, extensions
         books = [_opened(name, content, data_only=True)]
@@ -57,20 +54,20 @@ def opened_sheets(
             for index, sheet in enumerate(books[0].worksheets)
             if sheet.sheet_state == "visible"
         )
-        yield ((source, _cells(source.place, books, index)) for index, source in sources)
+        yield ((source, _cells(source.at(), books, index)) for index, source in sources)
 
 
 def _opened(name: str, content: bytes, *, data_only: bool) -> "Workbook":
     from openpyxl import load_workbook  # noqa: PLC0415  takes a quarter of a second
 
-    with damage_named(DAMAGED, path=name, remedy=REMEDY):
+    with damage_named(Place(name)):
         return load_workbook(
             io.BytesIO(content), read_only=True, data_only=data_only, keep_links=False
         )
 
 
-def _cells(place: str, books: Sequence["Workbook"], index: int) -> Iterator[Cells]:
-    with damage_named(DAMAGED, path=place, remedy=REMEDY):
+def _cells(place: Place, books: Sequence["Workbook"], index: int) -> Iterator[Cells]:
+    with damage_named(place):
         rows: list[Iterator[Sequence[object]]] = []
         for book in books:
             sheet = book.worksheets[index]
@@ -118,11 +115,7 @@ def _text_rows(source: TableSource, cells: Iterator[Cells]) -> Iterator[Row]:
     for number, (row, formulas) in enumerate(cells, start=1):
         width = max(width, len(row))
         if number * width > CELL_LIMIT:
-            raise source.error(
-                f"the sheet spans more than {CELL_LIMIT} cells",
-                row=number,
-                remedy="Clear the cells far from the table, or copy the table to a new workbook",
-            )
+            raise MeasurementFileError("too_many_cells", most=CELL_LIMIT, place=source.at(number))
         texts = [cell_text(value) for value in row]
         for column, formula in enumerate(formulas[: len(row)]):
             if row[column] is None and formula is not None:

@@ -9,14 +9,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._damage import damage_named
 
 UNPACKED_LIMIT_BYTES = 80_000_000
 """Largest sum of the unpacked parts: a million cells of about 55 bytes, and texts. [byte]"""
-DAMAGED = "the workbook is damaged"
-REMEDY = "Open it in a spreadsheet program and save it again, or export it as CSV"
-"""What is said of a workbook that cannot be unpacked or parsed."""
 CELL_LIMIT = 1_000_000
 """Largest number of cells of all sheets, and of the rectangle that a sheet spans. [1]"""
 
@@ -59,117 +57,93 @@ class _Counts:
     formulas: int = 0
 
 
-def check_parts(content: bytes, *, path: str) -> bool:
+def check_parts(content: bytes, place: Place) -> bool:
     """Check the parts of a workbook before it is parsed.
 
     Everything is checked in the archive's directory first, then in the stream of unpacked bytes:
     nothing is held in memory, and no part can unpack to more than its stated size.
     """
-    _check_directory_size(content, path)
+    _check_directory_size(content, place)
     counts = _Counts()
     with (
-        damage_named(DAMAGED, path=path, remedy=REMEDY),
+        damage_named(place),
         zipfile.ZipFile(io.BytesIO(content)) as archive,
     ):
         parts = archive.infolist()
-        _check_directory(parts, path)
+        _check_directory(parts, place)
         for part in parts:
             if not part.is_dir():
-                _check_part(archive, part, counts, path)
+                _check_part(archive, part, counts, place)
         for part in parts:
             if _SHEET.fullmatch(part.filename) is not None:
-                _check_places(archive, part, path)
+                _check_places(archive, part, place)
     return counts.formulas > 0
 
 
-def _refused(path: str, what: str, remedy: str) -> MeasurementFileError:
-    return MeasurementFileError(what, path=path, remedy=remedy)
-
-
-def _too_large(path: str, what: str) -> MeasurementFileError:
-    return _refused(path, what, "Save only the sheet with the measured run, or export it as CSV")
-
-
-def _check_directory_size(content: bytes, path: str) -> None:
+def _check_directory_size(content: bytes, place: Place) -> None:
     """Refuse a directory that would not fit into memory, wherever a reader may look for it."""
     tail_start = max(0, len(content) - _END_RECORD_BYTES - _LONGEST_COMMENT_BYTES)
-    place = content.find(_END_RECORD, tail_start)
+    at = content.find(_END_RECORD, tail_start)
     found = False
-    while place >= 0:
-        record = content[place : place + _END_RECORD_BYTES]
-        locator = content[max(0, place - _BIG_LOCATOR_BYTES) : place]
+    while at >= 0:
+        record = content[at : at + _END_RECORD_BYTES]
+        locator = content[max(0, at - _BIG_LOCATOR_BYTES) : at]
         if len(record) == _END_RECORD_BYTES:
             found = True
             (size,) = struct.unpack_from("<I", record, 12)
             if size > _DIRECTORY_LIMIT_BYTES or locator.startswith(_BIG_LOCATOR):
-                raise _too_large(path, "the directory of the workbook's parts is too large")
-        place = content.find(_END_RECORD, place + 1)
+                raise MeasurementFileError("workbook_too_large", place=place)
+        at = content.find(_END_RECORD, at + 1)
     if not found:
-        raise _refused(
-            path,
-            "the workbook is damaged or cut short: its directory of parts is missing",
-            "Copy or save the file again",
-        )
+        cause = "its directory of parts is missing"
+        raise MeasurementFileError("file_damaged", cause=cause, place=place)
 
 
-def _check_directory(parts: list[zipfile.ZipInfo], path: str) -> None:
+def _check_directory(parts: list[zipfile.ZipInfo], place: Place) -> None:
     names = [part.filename for part in parts]
     if "[Content_Types].xml" not in names:
-        seems = "an OpenDocument file" if "mimetype" in names else "a zip archive"
-        raise _refused(
-            path, f"this is {seems}, not a workbook", "Save the sheet as .xlsx or as CSV"
-        )
+        kind = "open_document" if "mimetype" in names else "archive"
+        raise MeasurementFileError("not_a_workbook", kind=kind, place=place)
     if len(parts) > _PART_LIMIT:
-        raise _too_large(path, f"the workbook has {len(parts)} parts")
+        raise MeasurementFileError("workbook_too_large", place=place)
     name, count = Counter(names).most_common(1)[0]
     if count > 1:
-        raise _refused(
-            path,
-            f"the workbook has two parts named {name}",
-            "Save it again in a spreadsheet program",
-        )
+        raise MeasurementFileError("part_twice", part=name, place=place)
     unpacked = sum(part.file_size for part in parts)
     if unpacked > UNPACKED_LIMIT_BYTES:
-        raise _too_large(
-            path,
-            f"the workbook unpacks to {unpacked / 1e6:.0f} MB,"
-            f" more than {UNPACKED_LIMIT_BYTES / 1e6:.0f} MB",
+        raise MeasurementFileError(
+            "unpacked_too_large",
+            size_mb=unpacked / 1e6,
+            most_mb=UNPACKED_LIMIT_BYTES / 1e6,
+            place=place,
         )
     for part in parts:
         if part.flag_bits & 1:
-            raise _refused(path, "the workbook has a password", "Save it without a password")
+            raise MeasurementFileError("workbook_has_password", place=place)
         if part.compress_type not in _METHODS:
-            raise _refused(
-                path,
-                f"the part {part.filename} is packed in a way that workbooks do not use",
-                "Save it again in a spreadsheet program",
-            )
+            raise MeasurementFileError("unusual_workbook", part=part.filename, place=place)
 
 
 def _check_part(
-    archive: zipfile.ZipFile, part: zipfile.ZipInfo, counts: _Counts, path: str
+    archive: zipfile.ZipFile, part: zipfile.ZipInfo, counts: _Counts, place: Place
 ) -> None:
     is_sheet = _SHEET.fullmatch(part.filename) is not None
     end = b""
     with archive.open(part) as stream:
         chunk = stream.read(_CHUNK_BYTES)
         if _is_xml(chunk):
-            _check_start(part, chunk, is_sheet=is_sheet, path=path)
+            _check_start(part, chunk, place, is_sheet=is_sheet)
         while chunk:
             window = end + chunk
             if b"<!DOCTYPE" in window or b"<!ENTITY" in window:
-                raise _refused(
-                    path,
-                    f"the part {part.filename} declares a document type, which no workbook does",
-                    "Save it again in a spreadsheet program",
-                )
+                raise MeasurementFileError("unusual_workbook", part=part.filename, place=place)
             if is_sheet:
                 _count(window, len(end), counts)
-                _check_counts(counts, path)
+                _check_counts(counts, place)
             end = window[-_OVERLAP_BYTES:]
             chunk = stream.read(_CHUNK_BYTES)
     if counts.tags > _TAGS_PER_CELL * (counts.cells + counts.rows) + _OTHER_TAGS:
-        raise _too_large(path, f"the part {part.filename} holds far more than cells")
+        raise MeasurementFileError("part_too_large", part=part.filename, place=place)
 
 
 def _is_xml(start: bytes) -> bool:
@@ -177,29 +151,18 @@ def _is_xml(start: bytes) -> bool:
     return head.startswith((b"\xff\xfe", b"\xfe\xff")) or b"<" in head[:2]
 
 
-def _check_start(part: zipfile.ZipInfo, start: bytes, *, is_sheet: bool, path: str) -> None:
+def _check_start(part: zipfile.ZipInfo, start: bytes, place: Place, *, is_sheet: bool) -> None:
     stated = _ENCODING.search(start[:256])
     encoding = b"utf-8" if stated is None else stated[1].lower()
     if b"\x00" in start or encoding not in {b"utf-8", b"us-ascii"} or start[:1] in b"\xfe\xff":
-        raise _refused(
-            path,
-            f"the part {part.filename} is not UTF-8",
-            "Save it again in a spreadsheet program",
-        )
+        raise MeasurementFileError("unusual_workbook", part=part.filename, place=place)
     texts = part.filename.lower().lstrip("/") == _TEXTS
-    limit = _TEXT_LIMIT_BYTES if texts else _TREE_LIMIT_BYTES
-    if part.file_size > limit and not is_sheet:
-        raise _too_large(
-            path, f"the part {part.filename} unpacks to more than {limit / 1e6:.0f} MB"
-        )
+    if part.file_size > (_TEXT_LIMIT_BYTES if texts else _TREE_LIMIT_BYTES) and not is_sheet:
+        raise MeasurementFileError("part_too_large", part=part.filename, place=place)
     if part.filename == "[Content_Types].xml":
         main = b" ".join(tag for tag in start.split(b"<") if b"main+xml" in tag)
         if b"/worksheets/" in main or b"sharedStrings" in main:
-            raise _refused(
-                path,
-                "the workbook names one of its sheets as its list of sheets",
-                "Save it again in a spreadsheet program",
-            )
+            raise MeasurementFileError("unusual_workbook", part=part.filename, place=place)
 
 
 def _count(window: bytes, overlap: int, counts: _Counts) -> None:
@@ -214,12 +177,12 @@ def _count(window: bytes, overlap: int, counts: _Counts) -> None:
         counts.formulas += window.count(tag, max(0, overlap - len(tag) + 1))
 
 
-def _check_counts(counts: _Counts, path: str) -> None:
+def _check_counts(counts: _Counts, place: Place) -> None:
     if max(counts.cells, counts.rows) > CELL_LIMIT:
-        raise _too_large(path, f"the workbook has more than {CELL_LIMIT} cells")
+        raise MeasurementFileError("too_many_cells", most=CELL_LIMIT, place=place)
 
 
-def _check_places(archive: zipfile.ZipFile, part: zipfile.ZipInfo, path: str) -> None:
+def _check_places(archive: zipfile.ZipFile, part: zipfile.ZipInfo, place: Place) -> None:
     """Check that rows and cells rise: the parser drops those that do not, without a word."""
     row = column = 0
     columns: dict[bytes, int] = {}
@@ -228,7 +191,9 @@ def _check_places(archive: zipfile.ZipFile, part: zipfile.ZipInfo, path: str) ->
             before, column = row, 0
             row = int(digits) if digits else row + 1
             if row <= before:
-                raise _not_rising(path, part, f"row {row} stands behind row {before}")
+                raise MeasurementFileError(
+                    "cells_out_of_order", place=place._replace(cell=f"{part.filename} row {row}")
+                )
             continue
         before = column
         if letters not in columns:
@@ -236,9 +201,13 @@ def _check_places(archive: zipfile.ZipFile, part: zipfile.ZipInfo, path: str) ->
         column = columns[letters] if letters else column + 1
         if column <= before:
             cell = letters.decode().upper()
-            raise _not_rising(path, part, f"the cell {cell}{row} is not in the order of columns")
+            raise MeasurementFileError(
+                "cells_out_of_order", place=place._replace(cell=f"{part.filename} {cell}{row}")
+            )
         if column > _COLUMN_LIMIT:
-            raise _too_large(path, f"row {row} has more than {_COLUMN_LIMIT} columns")
+            raise MeasurementFileError(
+                "too_many_columns", most=_COLUMN_LIMIT, place=place._replace(cell=f"row {row}")
+            )
 
 
 def _places(
@@ -263,11 +232,3 @@ def _column_number(letters: bytes) -> int:
     for letter in letters.upper():
         number = 26 * number + letter - ord("A") + 1
     return number
-
-
-def _not_rising(path: str, part: zipfile.ZipInfo, what: str) -> MeasurementFileError:
-    return _refused(
-        path,
-        f"{what} in the part {part.filename}: some cells would be lost",
-        "Open it in a spreadsheet program and save it again",
-    )

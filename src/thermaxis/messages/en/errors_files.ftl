@@ -1,0 +1,287 @@
+### Errors of files: runs, logs, thermal images, models, plans and settings
+
+## Any file
+
+error-not_a_file = This is a folder, a pipe or a device, not a file.
+    .remedy = Name a file.
+error-not_text = This is { $kind ->
+        [picture] a picture
+        [pdf] a PDF document
+        [workbook] a workbook or another zip archive
+        [old_workbook] a workbook of the old kind (.xls), or encrypted
+        [archive] a compressed archive
+        [database] a database
+        [program] a program
+       *[binary] a binary file, or UTF-16 without byte order mark
+    }, not text.
+    .remedy = Name the measurement file itself, or export the measurement as text.
+error-file_damaged = The file is damaged, or of another kind ({ $cause }).
+    .remedy = Copy, save or export it again.
+error-cut_short = The file is cut short.
+    .remedy = Copy or export it again; if it is complete, add an empty line at the end.
+error-unusable_encoding = '{ $name }' is not a usable text encoding.
+    .remedy = Name one that contains ASCII, such as cp1250, cp1252 or gbk.
+error-package_missing = Such files need the package { $package }, which is not installed.
+    .remedy = Install { $package }, or export the data as CSV.
+
+## Sizes
+
+error-too_many_lines = The file has more than { $most } lines.
+    .remedy = Export one run per file, with one row per reading or per target.
+error-too_many_rows_to_read = There are more than { $most } rows.
+    .remedy = Export one run per file, or split the log into several files.
+error-too_many_columns = There are more than { $most } columns.
+    .remedy = Export one channel per column and one row per time.
+error-log_too_large = The file has more than { $most } values.
+    .remedy = Split it into several files, or read it with a sample time such as 60 s.
+error-too_many_cells = The sheet spans more than { $most } cells.
+    .remedy = Clear the cells far from the table, or export the table as CSV.
+error-too_many_groups = The file has { $groups } groups; at most { $most } are read.
+    .remedy = Export the log as CSV.
+error-line_too_long = The line is longer than { $most } characters.
+    .remedy = Export one row per reading, target or time.
+error-cells_and_headings = The row has { $cells } cells under { $headings } headings.
+    .remedy = Complete the row, give every column a heading, or remove the row.
+error-quotation_marks = The quotation marks of this line do not match.
+    .remedy = Close every quotation mark, and write "" for one inside a text.
+
+## Cells
+
+error-number_missing = A number is missing.
+    .remedy = Write the number, or leave the whole reading out.
+error-magnitude_too_large = The number is larger than { $most } in magnitude.
+    .remedy = Check the unit and the digits.
+error-not_a_whole_number = '{ $text }' is not a whole number.
+    .remedy = Write digits only.
+error-not_a_moment = '{ $text }' is not a date with time.
+    .remedy = Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00.
+error-zones_mixed = Some times state a zone and others do not.
+    .remedy = Write all times with a zone such as +01:00, or all without.
+error-formula_without_value = The formula of this cell has no stored value.
+    .remedy = Open the workbook in a spreadsheet program and save it again.
+error-column_of_no_numbers = The column holds something that is not a number.
+    .remedy = Remove it.
+error-decimal_signs_mixed = This number has a decimal comma, the one in row { $row } a decimal point.
+    .remedy = Write all numbers with the same decimal sign.
+error-not_start_and_end = '{ $text }' is not a value at the start and a value at the end.
+    .remedy = Write two numbers with a blank between them, or the word none.
+
+## Workbooks
+
+error-not_a_workbook = This is { $kind ->
+        [open_document] an OpenDocument file
+        [archive] a zip archive
+        [old_workbook] a workbook of the old kind, or encrypted
+       *[other] another kind of file
+    }, not a workbook of the kind .xlsx.
+    .remedy = Save it as .xlsx without a password, or as CSV.
+error-workbook_has_password = The workbook has a password.
+    .remedy = Save it without a password.
+error-workbook_too_large = The workbook has too many parts.
+    .remedy = Save only the sheet with the measurement, or export it as CSV.
+error-unpacked_too_large = The workbook unpacks to { $size_mb } MB; at most { $most_mb } MB are read.
+    .remedy = Save only the sheet with the measurement, or export it as CSV.
+error-part_too_large = The part { $part } of the workbook is far larger than its cells.
+    .remedy = Save only the sheet with the measurement, or export it as CSV.
+error-part_twice = The workbook has two parts named { $part }.
+    .remedy = Save it again in a spreadsheet program.
+error-unusual_workbook = The part { $part } of the workbook is written as no spreadsheet program writes it.
+    .remedy = Save it again in a spreadsheet program.
+error-cells_out_of_order = Rows or cells are not in rising order: some would be lost.
+    .remedy = Open the workbook in a spreadsheet program and save it again.
+
+## Tables of a run
+
+error-no_run_headings = No column headings of a positioning run were found in the first { $rows } rows.
+    .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs; docs/files.md lists the words that are understood.
+error-run_headings_incomplete = No column headings of a positioning run were found in the first { $rows } rows; nearest to them is { $nearest }, which lacks { $missing }.
+    .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs; docs/files.md lists the words that are understood.
+error-other_layout = This is a { $layout } table, not one of the other layout.
+    .remedy = Read it as a { $layout } table.
+error-no_readings_in_file = There are no readings in the file.
+    .remedy = Export the run again, with its measured values.
+error-no_target_column = There is no column of target positions.
+    .remedy = Name it target_mm, or target_deg for a rotary axis.
+error-no_deviation_column = There is no column of deviations and none of measured positions; headings that were not understood: { $unknown }.
+    .remedy = Name it deviation_um or measured_mm, or deviation_arcsec or measured_deg.
+error-no_cycle_column = There is no column of cycle numbers; headings that were not understood: { $unknown }.
+    .remedy = Name it cycle: 1 for the first time through all targets, 2 for the second.
+error-no_direction_column = There is no column that says the direction of approach; headings that were not understood: { $unknown }.
+    .remedy = Name it direction, with the words forward and backward.
+error-two_columns_of_a_role = The columns '{ $first }' and '{ $second }' both look like the { $role }.
+    .remedy = Rename or remove one of them.
+error-not_a_direction = '{ $text }' is not a direction.
+    .remedy = Write forward or backward, or + or -.
+error-cycle_and_run_disagree = The cycle number does not fit the run number, and no column says the direction.
+    .remedy = Add a column direction with the words forward and backward.
+error-run_twice = Two columns are headed as run { $run }.
+    .remedy = Number the runs 1, 2, 3 and so on.
+error-run_of_other_direction = Run { $run } is headed as { $direction }, but runs alternate from forward.
+    .remedy = Number the passes in the order in which they were taken, odd ones forward.
+error-order_number_twice = This reading has the order number of the one in row { $first }.
+    .remedy = Number the readings 1, 2, 3 in the order in which they were taken.
+error-end_before_start = The end of the run is before its start, or only one of them states a zone.
+    .remedy = Correct one of the two.
+
+## Units
+
+error-unknown_unit = The unit '{ $unit }' is not known.
+    .remedy = Write one such as mm, um, deg, arcsec, degC, K or rpm.
+error-unit_not_stated = No unit is stated.
+    .remedy = Name the column { $example }.
+error-unit_of_other_kind = The unit { $unit } does not fit the targets of a { $kind } axis.
+    .remedy = Name the column { $example }, if that is its unit, or convert it.
+error-unit_of_deviations = '{ $unit }' is no unit of the deviations of a { $kind } axis.
+    .remedy = Write # unit: um, or # unit: arcsec, above the headings.
+error-units_of_runs_differ = The runs have different units, { $first } and { $second }.
+    .remedy = Give the deviations of all runs in one unit.
+error-kind_and_unit_disagree = The file says that the axis is { $kind }, and this column has the unit { $unit }.
+    .remedy = Correct the one that is wrong.
+error-positions_not_deviations = The runs seem to hold measured positions in { $unit }, not deviations.
+    .remedy = Write one reading per row, with columns of targets and of measured positions.
+
+## Readings of a run
+
+error-too_many_targets = There are { $targets } different target positions; at most { $most } are read.
+    .remedy = Check that each target has the same position in every cycle, and export one reading per stop instead of a continuous record.
+error-one_target = The run has only one target position ({ $target }).
+    .remedy = A positioning run needs at least two targets.
+error-too_few_readings_of_target = Target { $target } has { $readings } readings { $direction }, and { $others } more have too few; ISO 230-2 needs at least { $needed } per target and direction.
+    .remedy = Measure the missing readings, or take the target out of the file.
+error-cycle_below_one = Cycle { $cycle } is none: cycles count from 1.
+    .remedy = Number the cycles 1, 2, 3 and so on.
+error-table_too_sparse = { $targets } targets and cycle numbers up to { $cycles } do not fit { $readings } readings.
+    .remedy = Check that each target has the same position in every cycle, and the cycle numbers.
+error-too_many_channels = { $channels } columns of further readings are too many for so many targets and cycles.
+    .remedy = Remove the columns that are not needed.
+error-reading_twice = The reading of cycle { $cycle }, { $direction }, target { $target } was given before, in row { $first }.
+    .remedy = Remove one of the two.
+error-targets_not_in_order = Target { $target } does not follow target { $before }: targets neither rise nor fall throughout.
+    .remedy = List every target once, in the order along the axis.
+error-target_count = { $stated } targets are stated, but { $listed } are listed, or not each of them.
+    .remedy = List every target, and state their number.
+error-readings_cut_short = The file is cut short: it has { $readings } of { $expected } readings.
+    .remedy = Copy or export it again; if the run was stopped early, state the number of cycles that was measured.
+
+## Renishaw .rtl
+
+error-no_rtl_header = The file does not begin with HEADER::.
+    .remedy = Name an .rtl file as the capture software saved it.
+error-section_twice = The section { $section } appears a second time.
+    .remedy = Keep one measurement per file.
+error-section_missing = The section { $section }:: is missing.
+    .remedy = Export the measurement again.
+error-not_linear_rtl = This is not a linear measurement (File type '{ $file_type }', Owner '{ $owner }'), and such a file does not state the unit of its deviations.
+    .remedy = Write the readings as tidy CSV with the unit in the column name, such as target_deg and deviation_arcsec.
+error-unreadable_flags = Flags '{ $text }' do not say whether the run is bidirectional (second number 0 or 1).
+    .remedy = Export the measurement again.
+error-unknown_run = Run { $run } does not exist: the file states { $runs } runs.
+    .remedy = Export the measurement again, or correct the number.
+error-unknown_target = Target { $target } does not exist: { $targets } targets are listed.
+    .remedy = Export the measurement again, or correct the number.
+error-words_in_row = The row has { $words } words instead of { $needed } (run, target, deviation).
+    .remedy = Export the measurement again, or correct the row.
+error-readings_in_return_run = Flags call the run unidirectional, but run { $run }, a return run, has readings.
+    .remedy = Set the second number of Flags to 0 if the return was measured too.
+error-rtl_is_linear = An .rtl file holds linear axes only.
+    .remedy = Write a rotary axis as tidy CSV.
+error-rtl_cycle = An .rtl file cannot state the order of visits of a { $cycle } cycle.
+    .remedy = Write it as tidy CSV.
+error-targets_same_when_printed = Targets are the same when printed with { $decimals } decimals of a millimetre.
+    .remedy = Write the run as tidy CSV.
+error-targets_too_close = Two targets are closer together than { $least } mm or deg.
+    .remedy = A tidy file cannot tell them apart: remove one of them.
+
+## _ISO230.dat
+
+error-not_key_and_value = '{ $text }' is neither a comment nor KEY=value.
+    .remedy = Start comments with #, or name an _ISO230.dat file.
+error-stated_differently = { $name } is stated in line { $first } with another value.
+    .remedy = Keep one of the two.
+error-number_of_indices = { $name } has { $indices } indices.
+    .remedy = Write TGT_DATA[target] and REF_DATA_FWD[target,cycle].
+error-reading_outside_plan = There is no target { $target } in cycle { $cycle }: the file has { $targets } targets and { $cycles } cycles, stated or by default.
+    .remedy = Correct the indices, or state POSITIONS and CYCLES of the run.
+error-cycles_cut_short = { $stated } cycles are stated, and readings are there of { $measured } only.
+    .remedy = Copy or export the file again; if the run was stopped early, set CYCLES to the number that was measured.
+
+## Thermal logs
+
+error-no_time_column = There is no column of times.
+    .remedy = Name it time_s (seconds) or time (ISO 8601), or name the column or the sample time in a mapping.
+error-no_channel_in_log = There is no channel of numbers beside the times.
+    .remedy = Export at least one temperature or displacement as numbers.
+error-no_rows = There is no row below the headings.
+    .remedy = Export the log again.
+error-no_such_column = The mapping names a column '{ $name }' that is not there.
+    .remedy = Columns are { $known }.
+error-columns_of_same_name = Columns { $first } and { $second } have the same name { $name }.
+    .remedy = Rename one of them in the file.
+error-times_not_apart = The times are too large to be told apart.
+    .remedy = Write times in seconds from the start of the log.
+error-time_too_large = The first time, { $time_s } s, is more than three thousand years.
+    .remedy = State the unit of the times, such as time_ms or time_us.
+error-no_vector = The file has no vector of numbers.
+    .remedy = Save times and channels as numeric vectors; a table or timetable is stored in a form that only MATLAB reads.
+
+## Thermal images
+
+error-image_too_small = The image has { $columns } x { $rows } pixels: it is no matrix.
+    .remedy = Export the matrix of temperatures in degrees Celsius as CSV, one line per row of pixels.
+error-image_too_large = The image has { $columns } x { $rows } pixels or more; at most { $most_pixels }, and 100000 in a row or column, are read.
+    .remedy = Export a smaller image, or average pixels.
+error-no_temperature_in_image = No pixel of the image has a temperature.
+    .remedy = Export the matrix of temperatures in degrees Celsius as CSV, one line per row of pixels.
+error-row_of_other_length = This row has { $pixels } pixels, the first one { $expected }.
+    .remedy = Make all rows equally long; leave the cell of a missing pixel empty.
+error-not_radiometric = This is no radiometric JPEG of a FLIR camera: it holds no temperatures.
+    .remedy = Give the camera's original file, or export the temperatures as CSV.
+error-pixels_without_temperature = The thermal image of this file has pixels without a temperature.
+    .remedy = Export the temperatures as CSV with the camera's own software.
+error-not_an_emissivity = { $value } is no emissivity.
+    .remedy = Give a number above 0, at most 1.
+
+## Settings, models and plans
+
+error-not_a_line = This is no printable line of at most { $most } characters.
+    .remedy = Shorten it, and write it in one line.
+error-list_too_long = The list has more than { $most } entries.
+error-impossible_value = The value { $text } cannot be used here.
+error-other_format = The format is { $found }, not { $expected }.
+    .remedy = Give a file that this program has written.
+error-other_version = Version { $found } of the format is not known; this program reads version { $expected }.
+    .remedy = Make the plan or identify the model again, or use a newer program.
+error-hash_mismatch = The hash does not fit the content: the file was changed after it was written.
+    .remedy = Restore it, or leave the hash out: the changed one has its own.
+error-other_sign_convention = The sign convention is another one than this program's.
+    .remedy = It must be: { $expected }
+error-limits_in_model = Limits are not part of a model.
+    .remedy = Write null; limits belong to the configuration of a machine.
+error-targets_too_fine = The targets are stated to more than { $decimals } decimals.
+    .remedy = Round them.
+error-no_limits = No limit is stated.
+    .remedy = Write a table for each output, such as [Z_um] with largest_um = 100.0 and largest_rate_um_per_s = 0.05, or [limits] with a line such as A_um = 12.0.
+error-times_stated_twice = The column of times is stated beside the sample time.
+    .remedy = Leave one of them out.
+error-factor_zero = The factor is zero.
+    .remedy = Write leave_out = true to leave a column out.
+error-other_kind_of_axis = A { $kind } axis does not have this key.
+    .remedy = Leave it out, or write the one that has the unit of this axis.
+error-no_uncertainty_term = No term of the uncertainty is stated.
+    .remedy = Write a table [device] with a line such as expanded_uncertainty_um = 0.5.
+error-uncertainty_missing = The rule iso14253-1 needs the expanded uncertainty of { $figures }.
+    .remedy = Write it below [expanded_uncertainty], or choose the rule simple.
+error-number_of_regions = The file has { $regions } regions, not 1 to { $most }.
+    .remedy = Write a table such as [regions.left] with x_px = [0, 20] and y_px = [0, 60].
+error-edges_missing = The edges are not stated.
+    .remedy = Write either _px = [from, to] or _mm = [from, to].
+error-edges_stated_twice = The edges are stated in pixels and in millimetres.
+    .remedy = Leave one of them out.
+error-edges_not_rising = The edges do not rise.
+    .remedy = Write the smaller edge first; x counts from the left, y from the top.
+error-scale_missing = An edge in millimetres needs the scale of the image.
+    .remedy = Give --scale with the millimetres of one pixel, or state the region in pixels.
+error-text_too_long = The text has { $characters } characters; at most { $most } fit.
+    .remedy = Shorten it.
+error-not_a_date = '{ $text }' is not a date.
+    .remedy = Write it as 2026-03-31.
