@@ -1,5 +1,6 @@
 """The catalogues: Fluent files in a folder for each language, and the functions in them."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import resources
@@ -14,7 +15,15 @@ from thermaxis.messages._formats import ABSENT, duration_text, number_text, shor
 
 LANGUAGES: Final = ("en", "de", "cs")
 """Languages that have a catalogue; the first is complete and stands in for the others."""
+FREE_TEXT: Final = frozenset({"detail", "failure", "finding", "problem", "said", "why"})
+"""Values that hold sentences of free text, as an operating system or a server has said them."""
+ISOLATE, END_OF_ISOLATE = "\N{FIRST STRONG ISOLATE}", "\N{POP DIRECTIONAL ISOLATE}"
+"""What stands around English within a sentence of another language; invisible where it is shown."""
+_GAP: Final = re.compile(r"\$(\w+)")
 _LONGEST_VALUE: Final = 1000
+
+
+_Argument = str | FluentType
 
 
 class AlarmSentences(NamedTuple):
@@ -48,12 +57,14 @@ def sentence(
     str
         The sentence; the English one where the language has none; key and values where there is
         no sentence at all, or a value is missing, as of a program that is newer than this one.
+        What is English in a sentence of another language stands between `ISOLATE` and
+        `END_OF_ISOLATE`.
     """
     values = values or {}
     for one in dict.fromkeys((language, LANGUAGES[0])):
-        text = _formatted(key, values, one)
+        text = _formatted(key, {n: _named(n, value, one) for n, value in values.items()}, one)
         if text is not None:
-            return text
+            return text if one == language else isolated(text)
     said = ", ".join(f"{name}={_plain(value)}" for name, value in values.items())
     return printable(f"{key} ({said})" if said else key, _LONGEST_VALUE)
 
@@ -166,6 +177,25 @@ def place_text(place: Place, *, language: str = LANGUAGES[0]) -> str:
     )
 
 
+def template(key: str, *, language: str = LANGUAGES[0]) -> str:
+    """Return a sentence whose values are filled in where it is shown, such as a local time.
+
+    Parameters
+    ----------
+    key : str
+        Key in the catalogue, as of `sentence`.
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    str
+        The sentence with ``{name}`` for each value, such as ``since {time}``.
+    """
+    gaps = _catalogue(language).gaps.get(key.partition(".")[0], ())
+    return _formatted(key, {name: f"{{{name}}}" for name in gaps}, language) or key
+
+
 def keys(language: str) -> frozenset[str]:
     """Return every key of a catalogue.
 
@@ -182,7 +212,7 @@ def keys(language: str) -> frozenset[str]:
     return _catalogue(language).keys
 
 
-def _formatted(key: str, values: Mapping[str, Value], language: str) -> str | None:
+def _formatted(key: str, values: Mapping[str, _Argument], language: str) -> str | None:
     """Return a sentence of one catalogue; None where it has none, or a value is missing."""
     name, _, part = key.partition(".")
     bundle = _catalogue(language).bundle
@@ -192,29 +222,38 @@ def _formatted(key: str, values: Mapping[str, Value], language: str) -> str | No
     pattern = entry.attributes.get(part) if part else entry.value
     if pattern is None:
         return None
-    shown = {name: _argument(value, language) for name, value in values.items()}
-    text, errors = bundle.format_pattern(pattern, shown)
+    text, errors = bundle.format_pattern(pattern, dict(values))
     return None if errors else str(text)
+
+
+def isolated(text: str) -> str:
+    """Return English as it stands within a sentence of another language."""
+    return f"{ISOLATE}{text}{END_OF_ISOLATE}" if text else text
 
 
 class _Catalogue(NamedTuple):
     bundle: FluentBundle
     keys: frozenset[str]
+    gaps: Mapping[str, tuple[str, ...]]
 
 
 @cache
 def _catalogue(language: str) -> _Catalogue:
     bundle = FluentBundle([language], _functions(language), use_isolating=False)
     found: set[str] = set()
+    gaps: dict[str, tuple[str, ...]] = {}
     for file in (resources.files("thermaxis.messages") / language).iterdir():
         if file.name.endswith(".ftl"):
-            resource = FluentResource(file.read_text("utf-8"))
+            text = file.read_text("utf-8")
+            resource = FluentResource(text)
             bundle.add_resource(resource)
             for entry in resource.body:
                 if isinstance(entry, ast.Message):
                     found.add(entry.id.name)
                     found.update(f"{entry.id.name}.{one.id.name}" for one in entry.attributes)
-    return _Catalogue(bundle, frozenset(found))
+                    span = cast("ast.Span", entry.span)
+                    gaps[entry.id.name] = tuple(_GAP.findall(text[span.start : span.end]))
+    return _Catalogue(bundle, frozenset(found), gaps)
 
 
 # ---- values -------------------------------------------------------------------------------------
@@ -243,7 +282,11 @@ class _Several(FluentType):
         return "; ".join(self.parts)
 
 
-_Argument = str | FluentType
+def _named(name: str, value: Value, language: str) -> _Argument:
+    """Return a value by its name: free text is English."""
+    found = _argument(value, language)
+    free = name in FREE_TEXT and isinstance(found, str) and isinstance(value, str) and found
+    return isolated(str(found)) if free and language != LANGUAGES[0] else found
 
 
 def _argument(value: Value, language: str) -> _Argument:

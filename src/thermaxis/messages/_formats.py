@@ -7,6 +7,8 @@ from typing import Final
 ABSENT: Final = "–"
 """What is shown for a number that is not known."""
 _UNIT_OF_NAME: Final = re.compile(r"_(?:um|C)$")
+_FIRST_WORD: Final = re.compile(r"[^\s:;,]*")
+_NAME: Final = re.compile(r"[._/\\]\S|\d")
 _SPACE: Final = "\N{NO-BREAK SPACE}"
 
 
@@ -81,3 +83,23 @@ def short_names(names: str) -> str:
         ``Z`` of ``Z_um``, ``T_spindle`` of ``T_spindle_C``.
     """
     return ", ".join(_UNIT_OF_NAME.sub("", name) for name in names.split(", "))
+
+
+def as_sentence(text: str) -> str:
+    """Return what stands within a sentence as one of its own.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``an operator holds it``.
+
+    Returns
+    -------
+    str
+        With a large first letter and a full stop. What begins with the name of a file or a value
+        keeps its first letter: with another one it would be another name.
+    """
+    first = _FIRST_WORD.match(text)
+    named = first is not None and _NAME.search(first[0])
+    begun = text if named else text[:1].upper() + text[1:]
+    return begun if not text or text[-1] in ".!?" else f"{begun}."

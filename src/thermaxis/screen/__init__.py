@@ -5,6 +5,7 @@ hands requests to the status server under the name of whoever has logged in; it 
 else, and the loop does not notice whether it lives.
 """
 
-from lazy_loader import attach_stub
+from thermaxis.screen._assets import CHART_SCRIPT, Assets
+from thermaxis.screen._server import serve
 
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
+__all__ = ["CHART_SCRIPT", "Assets", "serve"]

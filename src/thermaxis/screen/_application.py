@@ -11,6 +11,7 @@ from starlette.responses import HTMLResponse, Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp
 
+from thermaxis.messages import sentence
 from thermaxis.screen import _live_socket
 from thermaxis.screen._assets import Assets
 from thermaxis.screen.access import (
@@ -18,10 +19,10 @@ from thermaxis.screen.access import (
     ScreenParts,
     _login_page,
     answer_json,
-    parts_of,
     plain_page,
     reference_of,
     refuse,
+    render,
     spoken,
     wants_page,
 )
@@ -32,7 +33,8 @@ from thermaxis.screen.pages import (
 )
 from thermaxis.screen.pages.history import close_history, page as _history_page
 from thermaxis.screen.pages.model import page as _model_page
-from thermaxis.screen.pages.positioning import close_work, page as _positioning_page
+from thermaxis.screen.pages.positioning import page as _positioning_page
+from thermaxis.screen.work import close_work
 
 _NOT_FOUND, _MISTAKE = 404, 500
 _PAGES = (
@@ -87,7 +89,6 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
         application,
         hosts,
         secure=parts.secure,
-        words=parts.words,
         language=parts.settings.language,
     )
 
@@ -96,22 +97,22 @@ async def _no_route(request: Request, error: Exception) -> Response:
     """Answer what no route takes: a page with the way to every other, or JSON for a script."""
     status = error.status_code if isinstance(error, HTTPException) else _NOT_FOUND
     if status != _NOT_FOUND:
-        answer = refuse(request, status, "common.refused_method")
+        answer = refuse(request, status, "common-refused_method")
         answer.headers.update(getattr(error, "headers", None) or {})
         return answer
     if not wants_page(request.headers.get("accept")):
-        return refuse(request, status, "common.no_page")
-    found = parts_of(request).render(request, "missing.html", page="missing")
+        return refuse(request, status, "common-no_page")
+    found = render(request, "missing.html", page="missing")
     found.status_code = status
     return found
 
 
 async def _mistake(request: Request, error: Exception) -> Response:
     """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
-    words, language = parts_of(request).words, spoken(request)
-    text = words.say(language, "common.mistake", reference=reference_of(error))
+    language = spoken(request)
+    text = sentence("common-mistake", {"reference": reference_of(error)}, language=language)
     if not wants_page(request.headers.get("accept")):
-        return answer_json({"error": "common.mistake", "text": text}, _MISTAKE)
-    title = words.say(language, "common.not_shown")
-    back = words.say(language, "common.to_the_machine")
+        return answer_json({"error": "common-mistake", "text": text}, _MISTAKE)
+    title = sentence("common-not_shown", language=language)
+    back = sentence("common-to_the_machine", language=language)
     return HTMLResponse(plain_page(language, title, text, back=back), _MISTAKE)

@@ -9,9 +9,11 @@ import anyio
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from thermaxis.codes import Message
+from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.screen.access import OUT, Person, ScreenParts, Visitor, visitor_of
-from thermaxis.screen.feed import Told
+from thermaxis.screen.feed import Told, said_status
 
 MOST_VIEWERS = 64
 """Pages that are open at once. Default: three times what a shop needs. [1]"""
@@ -39,6 +41,7 @@ class LiveSocket:
     def __init__(self, parts: ScreenParts) -> None:
         self._parts = parts
         self._open: Counter[tuple[bool, str]] = Counter()
+        self._said: dict[str, tuple[str, str]] = {}
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one page until it is closed."""
@@ -76,8 +79,8 @@ class LiveSocket:
 
     async def _refuse(self, socket: WebSocket, language: str) -> None:
         """Say to a page why it is told nothing; it asks again by itself."""
-        key = "common.too_many_pages"
-        text = self._parts.words.say(language, key)
+        key = "common-too_many_pages"
+        text = sentence(key, language=language)
         said = json.dumps({"kind": "no_data", "key": key, "text": text, "since": None})
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await socket.send_text(said)
@@ -110,30 +113,38 @@ class LiveSocket:
             now_s = self._parts.clock.monotonic_s()
             age_s = max(0.0, now_s - told.received_s)
             times = f'"age_s":{age_s:.3f},"sent_s":{now_s:.3f}'
-            return f'{{"kind":"status",{times},"status":{told.text}}}'
-        key = told.why or "feed.starting"
+            return f'{{"kind":"status",{times},"status":{self._status(told, language)}}}'
+        key = told.why or "feed-starting"
         return json.dumps(
             {
                 "kind": "no_data",
                 "key": key,
-                "text": self._parts.words.say(language, key),
+                "text": sentence(key, language=language),
                 "since": told.status.get("utc"),
             }
         )
 
+    def _status(self, told: Told, language: str) -> str:
+        """Return the status with its sentences in a language; made once for all its pages."""
+        known = self._said.get(language)
+        if known is None or known[0] != told.text:
+            known = told.text, json.dumps(said_status(told.status, language), separators=(",", ":"))
+            self._said[language] = known
+        return known[1]
+
     def _lost(self, visitor: Visitor) -> str:
         """Say why a person may only look on; empty where that is not so."""
         key = "" if visitor.person is None else visitor.person.lost
-        return self._parts.words.say(visitor.language, key) if key else ""
+        return sentence(key, language=visitor.language) if key else ""
 
     def _changed(self, now: Visitor) -> str:
-        words, language = self._parts.words, now.language
-        role = words.say(language, f"common.role_{now.role.value}")
-        text = self._lost(now) or words.say(language, "login.role_changed", role=role)
+        role = Message(f"common-role_{now.role.value}")
+        changed = sentence("login-role_changed", {"role": role}, language=now.language)
+        text = self._lost(now) or changed
         return json.dumps({"kind": "role", "role": now.role.value, "text": text})
 
     def _ended(self, person: Person, language: str) -> str:
-        text = self._parts.words.say(language, person.ended or OUT)
+        text = sentence(person.ended or OUT, language=language)
         return json.dumps({"kind": "ended", "text": text})
 
 

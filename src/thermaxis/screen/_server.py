@@ -18,7 +18,6 @@ from thermaxis.runtime.host import is_loopback, server_context
 from thermaxis.screen._application import build_application
 from thermaxis.screen._connections import MOST_CONNECTIONS, Connection, Listener
 from thermaxis.screen._log_lines import speak_plainly
-from thermaxis.screen._words import Words
 from thermaxis.screen.access import Persons, ScreenParts
 from thermaxis.screen.feed import StatusFeed
 
@@ -69,7 +68,6 @@ async def serve(
             idle_s=settings.idle_s,
             longest_s=settings.longest_login_s,
         ),
-        words=Words.read(),
         program=secrets.token_hex(8),
         secure=context is not None,
         configuration_sha256=configuration_sha256(configuration),

@@ -15,7 +15,8 @@ from starlette.testclient import TestClient
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.engineer_bench import KnownFeed, application
 from thermaxis.screen import Assets
-from thermaxis.screen.access import ScreenParts
+from thermaxis.screen.access import ScreenParts, render
+from thermaxis.screen.feed import said_status
 from thermaxis.screen.pages import sensors_page as _sensors_page
 from thermaxis.screen.pages.model import page as _model_page
 
@@ -34,12 +35,8 @@ class Pages:
         self.feed = feed
         self.faults: list[str] = []
         self.asked: list[tuple[str, Any]] = []
-        self.answer: Mapping[str, Any] = {
-            "accepted": True,
-            "answer": "accepted",
-            "reason": "",
-            "reason_en": "",
-        }
+        self.answer: Mapping[str, Any] = {"answer": "accepted", "reason": ""}
+        self.language = "en"
         self._sockets: list[WebSocketRoute] = []
         assets = Assets()
 
@@ -47,7 +44,7 @@ class Pages:
             return assets.answer(request)
 
         async def blank(request: Request) -> Response:
-            return parts.render(request, "base.html", page="model", charts=True)
+            return render(request, "base.html", page="model", charts=True)
 
         async def ask(request: Request) -> Response:
             self.asked.append((request.headers["x-thermaxis-token"], await request.json()))
@@ -107,9 +104,14 @@ class Pages:
         """Send what the feed knows to the open page."""
         status = self.feed.status
         message = (
-            {"kind": "status", "age_s": 0.1, "sent_s": time.monotonic(), "status": status}
+            {
+                "kind": "status",
+                "age_s": 0.1,
+                "sent_s": time.monotonic(),
+                "status": said_status(status, self.language),
+            }
             if status is not None and self.feed.live
-            else {"kind": "no_data", "key": "feed.no_connection", "text": "gone", "since": None}
+            else {"kind": "no_data", "key": "feed-no_connection", "text": "gone", "since": None}
         )
         for socket in self._sockets:
             socket.send(json.dumps(message))
@@ -130,6 +132,7 @@ def opened(browser: Browser, pages: Pages, path: str, **context: Any) -> Iterato
     """Open a page in a browser of its own settings; close it afterwards."""
     made = browser.new_context(timezone_id="Europe/Prague", **context)
     try:
+        pages.language = str(context.get("locale", "en"))[:2]
         page = pages.attach(made)
         page.goto(HOST + path)
         yield page

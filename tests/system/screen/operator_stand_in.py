@@ -19,7 +19,7 @@ from starlette.routing import Route
 
 from tests.unit.screen.people import People
 from thermaxis.runtime import Role, SystemClock, read_machine
-from thermaxis.screen import CHART_SCRIPT, Assets, Words, _live_socket
+from thermaxis.screen import CHART_SCRIPT, Assets, _live_socket
 from thermaxis.screen.access import Outcome, ScreenParts, _login_page
 from thermaxis.screen.feed import StatusFeed, Told
 from thermaxis.screen.pages import operator_page as _operator_page
@@ -145,7 +145,7 @@ class StandIn:
         if self.live:
             self.status["number"] += 1
             self.status["utc"] = datetime.now(UTC).isoformat(timespec="milliseconds")
-        why = "" if self.live else "feed.no_connection"
+        why = "" if self.live else "feed-no_connection"
         now_s = time.monotonic()
         text = json.dumps(self.status)
         return Told(self.looks, text, self.status, now_s, START, self.live, why, "")
@@ -220,7 +220,6 @@ def application(stand_in: StandIn) -> Starlette:
         clock=SystemClock(),
         feed=cast("StatusFeed", stand_in),
         persons=cast("Persons", stand_in.people),
-        words=Words.read(),
         program="this run",
     )
     assets = Assets()

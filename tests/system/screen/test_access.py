@@ -213,7 +213,7 @@ def test_what_is_no_question_is_refused_in_words(people: Callable[[str], Visitor
 
 def test_a_trim_that_the_loop_refuses_says_why(people: Callable[[str], Visitor]) -> None:
     said = people("operator").request("Trim", "Z_um", 1e3, 60.0)
-    assert (said["accepted"], said["code"]) == (False, "trim_range")
+    assert (said["answer"], said["code"]) == ("refused", "answer-trim_range")
     assert said["values"] == {"lowest_um": -10.0, "largest_um": 10.0}
 
 

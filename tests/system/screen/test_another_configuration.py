@@ -11,9 +11,9 @@ from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_browser import LOCALES, SCROLLS
 from tests.system.screen.operator_stand_in import EXAMPLE, StandIn, served
 from thermaxis import __version__
+from thermaxis.messages import sentence
 from thermaxis.runtime import read_machine
 from thermaxis.runtime.config import configuration_sha256
-from thermaxis.screen import Words
 from thermaxis.screen.access import ScreenParts
 
 SIZES = ((1024, 600), (1920, 1080))
@@ -41,7 +41,7 @@ def test_it_is_said_while_the_hashes_differ_and_only_then(
         page = context.new_page()
         stand_in.status["configuration_sha256"] = "ab" * 32
         live(page, stand_in)
-        assert page.inner_text("#differs") == Words.read().say("en", "common.differs")
+        assert page.inner_text("#differs") == sentence("common-differs")
         stand_in.status["configuration_sha256"] = own
         page.wait_for_selector("#differs", state="hidden")
         stand_in.status["configuration_sha256"] = "cd" * 32
@@ -54,18 +54,19 @@ def test_it_is_said_while_the_hashes_differ_and_only_then(
 def test_where_the_versions_differ_too_they_are_what_is_said(
     browser: Browser, stand_in: StandIn, language: str
 ) -> None:
-    words = Words.read()
     with browser.new_context(locale=LOCALES[language]) as context:
         page = context.new_page()
         stand_in.status |= {"configuration_sha256": "ab" * 32, "program_version": "9.8.7 <b>"}
         live(page, stand_in)
         page.wait_for_selector("#differs")
-        said = words.say(language, "common.differs_version", told="9.8.7 <b>", own=__version__)
+        said = sentence(
+            "common-differs_version", {"told": "9.8.7 <b>", "own": __version__}, language=language
+        )
         assert page.inner_text("#differs") == said
         stand_in.status["program_version"] = __version__
         page.wait_for_function(
             "said => document.getElementById('differs').innerText === said",
-            arg=words.say(language, "common.differs"),
+            arg=sentence("common-differs", language=language),
         )
         stand_in.status |= {
             "configuration_sha256": configuration_sha256(read_machine(EXAMPLE)),
@@ -99,7 +100,7 @@ def test_the_page_says_it_in_its_language_and_does_not_scroll(
             page = context.new_page()
             live(page, stand_in)
             page.wait_for_selector("#differs")
-            assert page.inner_text("#differs") == Words.read().say(language, "common.differs")
+            assert page.inner_text("#differs") == sentence("common-differs", language=language)
             assert max(page.evaluate(SCROLLS)) <= 0, (width, height)
 
 

@@ -73,7 +73,7 @@ def active(stand: Stand, people: Callable[[str], Visitor]) -> None:
     operator = people("operator")
     for question in (("Enable",), ("Trim", "Z_um", 1.0, 3600.0)):
         answer = operator.request(*question)
-        assert answer["accepted"], answer
+        assert answer["answer"] == "accepted", answer
     wait_until("an offset in the lathe", lambda: abs(stand.offset_um()) > 5.0)
 
 

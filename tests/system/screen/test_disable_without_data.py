@@ -7,9 +7,10 @@ from playwright.sync_api import Browser, BrowserContext, Page
 
 from tests.system.screen.operator_browser import LOCALES, SCROLLS
 from tests.system.screen.operator_stand_in import StandIn, an_output, made_up
+from thermaxis.codes import Message
+from thermaxis.messages import sentence
 from thermaxis.runtime import Role
-from thermaxis.screen import Words
-from thermaxis.screen.access import LOOP_GONE, NO_ANSWER, Outcome
+from thermaxis.screen.access import LOOP_GONE, NO_ANSWER, Answer, Outcome
 
 OTHERS = ("Enable", "Hold", "Resume", "Trim", "Diameter", "Acknowledge")
 
@@ -127,11 +128,11 @@ def test_a_session_that_is_gone_refuses_and_a_silent_loop_leaves_it_open(
     context: BrowserContext, stand_in: StandIn
 ) -> None:
     page = blind(context, stand_in)
-    stand_in.answer = Outcome(accepted=False, reason="gone", key=LOOP_GONE)
+    stand_in.answer = Outcome(Answer.REFUSED, Message(LOOP_GONE))
     disable(page)
     page.wait_for_selector('[data-requests][data-answer="refused"]')
     assert "to act, log in again" in (page.text_content("[data-requests]") or "")
-    stand_in.answer = Outcome(accepted=False, reason="silent", key=NO_ANSWER)
+    stand_in.answer = Outcome(Answer.UNKNOWN, Message(NO_ANSWER))
     disable(page)
     page.wait_for_selector('[data-requests][data-answer="unknown"]')
     assert "it may still take effect" in (page.text_content("[data-requests]") or "")
@@ -166,7 +167,7 @@ def test_the_page_without_data_fits_on_the_smallest_screen(
         safe = page.locator('[data-ask="Disable"]').bounding_box()
         assert safe is not None
         assert safe["height"] >= 48, "too small for a glove"
-        unknown = Words.read().say(language, "operator.effective_unknown")
+        unknown = sentence("operator-effective_unknown", language=language)
         page.locator("#request").get_by_text(unknown).wait_for()
         assert page.locator("#request").evaluate(IN_SIGHT, unknown)
         page.click('[data-ask="Disable"]')

@@ -9,12 +9,11 @@ from playwright.sync_api import Browser, BrowserContext, Page
 from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_browser import LOCALES
 from tests.system.screen.operator_stand_in import StandIn, made_up, served
-from thermaxis.runtime import LoopAnswer
-from thermaxis.screen import Words
-from thermaxis.screen.access import Outcome
+from thermaxis.codes import Message
+from thermaxis.messages import keys, sentence, template
+from thermaxis.screen.access import Answer, Outcome
 
 Look = Callable[..., Looked]
-WORDS = Words.read()
 FINDING = "[input.T_spindle_C]: the server does not know the node. Look at the address."
 EXAMPLES = Path(__file__).parents[3] / "examples"
 RUN = EXAMPLES / "x_axis_100_cycles.csv"
@@ -68,7 +67,7 @@ def test_the_sentence_of_a_self_test_is_marked_in_banner_and_list(
     page.wait_for_selector("dialog .op-alarm-item")
     whole = ["Something that this screen does not know.", "A cause.", "A remedy."]
     assert page.evaluate(MARKED % "dialog") == ([FINDING, *whole] if foreign else [])
-    note = page.get_by_text(WORDS.say(language, "common.details_english"))
+    note = page.get_by_text(sentence("common-details_english", language=language))
     assert note.count() == (1 if foreign else 0)
 
 
@@ -76,12 +75,7 @@ def test_a_reason_without_a_translation_is_marked_in_the_line_and_where_it_is_sh
     context: BrowserContext, stand_in: StandIn, language: str
 ) -> None:
     why = "the model is no JSON"
-    stand_in.answer = Outcome(
-        accepted=False,
-        reason=f"the model cannot be used: {why}",
-        code=LoopAnswer.MODEL_UNUSABLE,
-        values={"why": why},
-    )
+    stand_in.answer = Outcome(Answer.REFUSED, Message("answer-model_unusable", {"why": why}))
     page = opened(context, stand_in)
     page.click('[data-ask="Hold"]')
     page.click("dialog .main")
@@ -100,14 +94,14 @@ def test_a_run_that_is_refused_and_one_that_is_diagnosed_mark_what_evaluate_says
 ) -> None:
     seen = look("engineer", locale=LOCALES[tongue])
     page = seen.open("/positioning")
-    note = page.get_by_text(WORDS.say(tongue, "common.details_english"))
+    note = page.get_by_text(sentence("common-details_english", language=tongue))
     assert note.count() == 1
     wrong = tmp_path / "wrong.csv"
     wrong.write_text("this is no measured run\n", "utf-8")
     page.set_input_files("input[name=file]", wrong)
     page.click("#run-submit")
     page.wait_for_selector("#run-wrong:visible", timeout=60_000)
-    begin = WORDS.say(tongue, "positioning.refused", said="")
+    begin = template("positioning-refused", language=tongue).replace("{said}", "")
     (said,) = page.evaluate(MARKED % "#run-wrong")
     assert page.inner_text("#run-wrong") == begin + said
     assert "wrong.csv" in said
@@ -118,7 +112,7 @@ def test_a_run_that_is_refused_and_one_that_is_diagnosed_mark_what_evaluate_says
         "[...document.querySelectorAll('#run-shown li:has(b)')].map(li =>"
         " [li.querySelector('b').textContent, li.querySelector('[lang=en]').textContent])"
     )
-    names = {said[tongue] for key, said in WORDS.sentences.items() if ".finding_" in key}
+    names = {sentence(key, language=tongue) for key in keys("en") if "positioning-finding_" in key}
     assert rows
     for name, text in rows:
         assert name.removesuffix(": ") in names
@@ -128,5 +122,5 @@ def test_a_run_that_is_refused_and_one_that_is_diagnosed_mark_what_evaluate_says
 def test_the_page_of_the_model_says_it_once_where_it_is_not_english(look: Look) -> None:
     for language, locale in LOCALES.items():
         page = look("viewer", locale=locale).open("/model")
-        note = page.get_by_text(WORDS.say(language, "common.details_english"))
+        note = page.get_by_text(sentence("common-details_english", language=language))
         assert note.count() == (0 if language == "en" else 1)

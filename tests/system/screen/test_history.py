@@ -24,7 +24,7 @@ def asked(stand: Stand, people: Callable[[str], Visitor]) -> Generator[None]:
 
         def accepted(method: str = method, arguments: list[object] = arguments) -> bool:
             found = operator.ask("/ask", {"method": method, "arguments": arguments}).json()
-            return bool(found.get("accepted"))
+            return bool(found.get("answer") == "accepted")
 
         wait_until(f"{method} is accepted", accepted)
     wait_until("an offset in the lathe", lambda: abs(stand.offset_um()) > 5.0)

@@ -61,7 +61,7 @@ def active(stand: Stand, people: Callable[[str], Visitor], operating: Looked) ->
         ("NoDiameter", ()),
     ):
         answer = person.request(method, *arguments)
-        assert answer["accepted"], answer
+        assert answer["answer"] == "accepted", answer
     wait_state(operating.page, "Active")
     wait_at_rest(stand)
     return operating
@@ -301,7 +301,7 @@ def test_an_engineer_chooses_another_model_and_the_operator_may_not(
     seen.until(f"document.getElementById('model-file').textContent.includes('{OTHER_MODEL}')")
     wait_recorded(stand, "model: accepted", since, "engineer")
     answer = people("engineer").request("ChooseModel", "quick.json")
-    assert answer["accepted"], answer
+    assert answer["answer"] == "accepted", answer
     assert seen.unexpected() == []
 
 

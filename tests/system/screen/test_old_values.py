@@ -57,7 +57,7 @@ def lonely(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
         operator = found.visitor()
         assert operator.log_in("operator").status == 200
         for method, arguments in (("Enable", ()), ("Trim", ("Z_um", 2.0, 600.0))):
-            assert operator.request(method, *arguments)["accepted"]
+            assert operator.request(method, *arguments)["answer"] == "accepted"
         wait_until("an offset in the lathe", lambda: abs(found.offset_um()) > 5.0)
         yield found
 

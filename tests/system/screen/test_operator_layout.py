@@ -21,10 +21,11 @@ from tests.system.screen.operator_browser import (
 )
 from tests.system.screen.operator_stand_in import StandIn, an_input, an_output, made_up
 from tests.system.screen.stand import wait_until
+from thermaxis.codes import Message
 from thermaxis.compensation import GainPoint, Part, SampleQuality, gain_of
+from thermaxis.messages import as_sentence, sentence
 from thermaxis.runtime import Role
-from thermaxis.screen import Words
-from thermaxis.screen.access import LOST, NO_ANSWER, Outcome
+from thermaxis.screen.access import LOST, NO_ANSWER, Answer, Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -221,7 +222,7 @@ def test_values_that_are_old_are_marked_and_come_back_by_themselves(
         asks = "els => els.map(e => e.dataset.ask)"
         enabled = page.locator(".op-buttons button:enabled").evaluate_all(asks)
         assert enabled == ["Disable"]  # the safe direction
-        assert page.inner_text("#asks-why") == Words.read().say("en", "operator.why_only_disable")
+        assert page.inner_text("#asks-why") == sentence("operator-why_only_disable")
         mark = "getComputedStyle(document.querySelector('.op-value b'), '::after').content"
         assert page.evaluate(mark) == '" ?"'
         assert max(page.evaluate(SCROLLS)) <= 0
@@ -309,16 +310,15 @@ def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
 def test_a_refusal_shows_the_reason_in_the_language_of_the_page(
     browser: Browser, stand_in: StandIn
 ) -> None:
-    stand_in.answer = Outcome(
-        accepted=False, reason="there is nothing to hold: it is not enabled, or in the state Fault"
-    )
+    stand_in.answer = Outcome(Answer.REFUSED, Message("answer-nothing_to_hold"))
     with context_of(browser, "de") as context:
         page, _ = opened(context, stand_in)
         page.click('[data-ask="Hold"]')
         page.click("dialog .main")
         line = page.locator("[data-requests]")
         line.get_by_text("abgelehnt").wait_for()
-        assert stand_in.answer.reason not in line.inner_text()
+        said = as_sentence(sentence("answer-nothing_to_hold", language="de"))
+        line.get_by_text(said).wait_for()
         assert line.get_attribute("data-answer") == "refused"
 
 
@@ -368,7 +368,7 @@ def test_every_plain_request_says_what_will_happen_and_when_it_has(
 def test_a_request_without_an_answer_is_watched_until_it_is_effective(
     browser: Browser, stand_in: StandIn, key: str
 ) -> None:
-    stand_in.answer = Outcome(accepted=False, reason="no answer came", key=key)
+    stand_in.answer = Outcome(Answer.UNKNOWN, Message(key))
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
         page.click('[data-ask="Hold"]')
@@ -417,7 +417,7 @@ def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
         page.click('[data-ask="Hold"]')
         page.click("dialog .main")
         line.get_by_text("accepted").wait_for()
-        stand_in.answer = Outcome(accepted=False, reason="it may not be")
+        stand_in.answer = Outcome(Answer.REFUSED, Message("ask-told", {"said": "it may not be"}))
         page.click('[data-ask="Disable"]')
         page.click("dialog .main")
         line.get_by_text("It may not be").wait_for()
@@ -509,7 +509,8 @@ def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
     browser: Browser, stand_in: StandIn, language: str
 ) -> None:
     reason = "the machine does not report the offset that was written still: "
-    stand_in.answer = Outcome(accepted=False, reason=reason + "check the connection and the axis")
+    told = Message("ask-told", {"said": reason + "check the connection and the axis"})
+    stand_in.answer = Outcome(Answer.REFUSED, told)
     with context_of(browser, language) as context:
         page, _ = opened(context, stand_in)
         shown(page, stand_in, made_up(state="Fault", alarms=ALARMS))

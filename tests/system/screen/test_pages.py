@@ -28,7 +28,7 @@ WORDS: Final = {"en": "Hold", "de": "Halten", "cs": "Podržet"}
 def active(stand: Stand, people: Callable[[str], Visitor]) -> None:
     """Let the loop compensate, so that the pages have something to show."""
     answer = people("operator").request("Enable")
-    assert answer["accepted"], answer
+    assert answer["answer"] == "accepted", answer
     wait_until("an offset in the lathe", lambda: abs(stand.offset_um()) > 5.0)
 
 

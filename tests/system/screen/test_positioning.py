@@ -24,8 +24,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.people import People
+from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Role, SystemClock
-from thermaxis.screen import LANGUAGES, Assets, Words
+from thermaxis.screen import Assets
 from thermaxis.screen.access import Guard, ScreenParts
 from thermaxis.screen.pages.positioning import page as _positioning_page
 
@@ -52,7 +53,6 @@ class Server:
             clock=SystemClock(),
             feed=cast("Any", None),
             persons=cast("Any", self.people),
-            words=Words.read(),
             program="p",
         )
         assets = Assets()

@@ -47,9 +47,9 @@ def test_thirty_wrong_log_ins_from_one_address_keep_out_that_address_alone(
         log_in(guessed_at, GUESSER, f"nobody{i}", "wrong" if i % 2 else "\ud800")
         for i in range(FAILURES_IN_ALL)
     ]
-    assert wrong[:FAILURES_BY_ADDRESS] == [(401, "login.refused")] * FAILURES_BY_ADDRESS
-    assert set(wrong[FAILURES_BY_ADDRESS:]) == {(429, "login.too_many_from_here")}
+    assert wrong[:FAILURES_BY_ADDRESS] == [(401, "login-refused")] * FAILURES_BY_ADDRESS
+    assert set(wrong[FAILURES_BY_ADDRESS:]) == {(429, "login-too_many_from_here")}
     right = guessed_at.passwords["operator"]
-    assert log_in(guessed_at, GUESSER, "operator", right) == (429, "login.too_many_from_here")
+    assert log_in(guessed_at, GUESSER, "operator", right) == (429, "login-too_many_from_here")
     assert log_in(guessed_at, SHOP, "operator", right) == (200, "")
-    assert log_in(guessed_at, SHOP, "operator", "wrong") == (401, "login.refused")
+    assert log_in(guessed_at, SHOP, "operator", "wrong") == (401, "login-refused")

@@ -1,5 +1,6 @@
 """The catalogues: whole, alike in every language, and a sentence for every code."""
 
+import re
 from collections import Counter
 from importlib import resources
 
@@ -17,7 +18,7 @@ from thermaxis.compensation import (
     SampleQuality,
     SupervisorState,
 )
-from thermaxis.messages import LANGUAGES, keys
+from thermaxis.messages import LANGUAGES, keys, template
 from thermaxis.runtime import PRIORITIES, AlarmCode, LoopAnswer, Role
 
 FOLDER = resources.files("thermaxis.messages")
@@ -136,3 +137,64 @@ def test_every_code_has_a_sentence_and_every_sentence_a_code(kind: str) -> None:
 def test_every_alarm_has_a_cause_and_a_remedy() -> None:
     alarms = {key for key in keys("en") if key.startswith("alarm-") and "." not in key}
     assert {f"{one}.{part}" for one in alarms for part in ("cause", "remedy")} <= keys("en")
+
+
+# ---- language -----------------------------------------------------------------------------------
+
+ALIKE = {
+    "model": "the same word in Czech",
+    "name": "the same word in German",
+    "program": "the same word in Czech",
+    "alarm": "the same word in both",
+    "alarms": "the same word in Czech",
+    "drift": "the same word in both",
+    "details": "the same word in German",
+    "start": "the same word in German",
+    "status": "the same word in German",
+    "position": "the same word in German",
+    "export": "the same word in both",
+    "offset": "the same word in both",
+    "parameter": "the same word in German",
+    "sensor": "the same word in German",
+    "version": "the same word in German",
+    "format": "the same word in German",
+    "test": "the same word in both",
+    "minimum": "the same word in both",
+    "maximum": "the same word in both",
+}
+"""Words that are written alike."""
+SAME = {f"common-language_{language}" for language in LANGUAGES}
+"""Each language names itself."""
+TEXTS = {
+    language: {key: template(key, language=language) for key in keys(language)}
+    for language in LANGUAGES
+}
+BARE = re.compile(r"\{\w+\}")
+
+
+@pytest.mark.parametrize("language", LANGUAGES[1:])
+def test_no_english_is_left_over_by_accident(language: str) -> None:
+    odd: set[str] = set()
+    for key, text in TEXTS[language].items():
+        bare = BARE.sub("", text)
+        if text == TEXTS["en"][key] and re.search(r"[a-z]{3}", bare) and key not in SAME:
+            odd |= {key} if bare.strip(" .:,()+-0123456789").lower() not in ALIKE else set()
+    assert odd == set()
+
+
+@pytest.mark.parametrize("language", LANGUAGES[1:])
+def test_sentences_end_as_the_english_ones_do(language: str) -> None:
+    ends = (".", ":", "?")
+    english = TEXTS["en"]
+    texts = {key: text for key, text in TEXTS[language].items() if not key.startswith("error-")}
+    odd = {key for key, text in texts.items() if english[key].endswith(ends) != text.endswith(ends)}
+    assert odd == set()
+
+
+def test_no_text_has_spaces_at_its_ends_or_letters_of_another_language() -> None:
+    german, czech = set("äöüßÄÖÜ"), set("áčďéěíňóřšťúůýžÁČĎÉĚÍŇÓŘŠŤÚŮÝŽ")
+    foreign = {"en": german | czech, "de": czech, "cs": german - czech}
+    for language, texts in TEXTS.items():
+        own = {key: text for key, text in texts.items() if key not in SAME}
+        assert [key for key, text in own.items() if text != text.strip()] == []
+        assert [key for key, text in own.items() if foreign[language] & set(text)] == []

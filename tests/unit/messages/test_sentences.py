@@ -5,14 +5,18 @@ from hypothesis import given, strategies as st
 
 from thermaxis.codes import Message, Place
 from thermaxis.messages import (
+    ISOLATE,
     LANGUAGES,
     alarm_sentences,
+    as_sentence,
     duration_text,
+    isolated,
     keys,
     number_text,
     place_text,
     sentence,
     sentence_of,
+    template,
 )
 
 
@@ -125,3 +129,36 @@ def test_times_are_told_in_two_units_at_most(time_s: float, text: str) -> None:
 )
 def test_a_place_is_told_from_file_to_column(language: str, text: str) -> None:
     assert place_text(Place("a.csv", 7, "Z"), language=language) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("an operator holds it", "An operator holds it."),
+        ("žádná porucha", "Žádná porucha."),
+        ("model.json does not fit", "model.json does not fit."),
+        ("models/lathe: gone", "models/lathe: gone."),
+        ("2 of 3 are there", "2 of 3 are there."),
+        ("node_9 is read only!", "node_9 is read only!"),
+        ("", ""),
+    ],
+)
+def test_a_sentence_of_its_own_keeps_the_name_that_it_begins_with(text: str, said: str) -> None:
+    assert as_sentence(text) == said
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_is_english_in_another_language_is_isolated(language: str) -> None:
+    free = {"why": Message("why-damaged", {"file": "a.json", "detail": "no JSON"})}
+    said = sentence("event-no_saved_state", free, language=language)
+    assert (isolated("no JSON") in said) is (language != "en")
+    error = sentence(
+        "answer-model_unusable", {"why": Message("error-file_empty")}, language=language
+    )
+    assert (isolated("The file is empty.") in error) is (language != "en")
+    assert ISOLATE not in sentence("answer-unknown_output", {"names": ("X_um",)}, language=language)
+
+
+def test_values_that_are_filled_in_later_stand_as_their_names() -> None:
+    assert template("operator-since", language="de") == "seit {time}"
+    assert template("operator-nothing_to_ask", language="cs").endswith("{why}.")

@@ -7,7 +7,7 @@ from scipy import stats
 
 from tests.refusals import refused
 from tests.unit.positioning.builders import closed_form, run, stop_times
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.positioning import (
     FIGURE_KEYS,
     DriftResult,
@@ -271,7 +271,7 @@ def test_systematic_terms_alone_give_their_root_sum_of_squares_and_nothing_for_t
         assert stated.expanded_uncertainty[key] == pytest.approx(expected, rel=0.03)
         assert abs(stated.bias[key]) < 0.1
     assert not {"B", "B_mean", "R", "A"} & stated.expanded_uncertainty.keys()
-    assert "scatter: one reading does not tell it" in stated.left_out
+    assert Message("left_out-one_reading") in stated.left_out
 
 
 def with_extremes_at_one_place(n: int) -> PositioningTest:
@@ -335,7 +335,7 @@ def test_environmental_variation_does_not_touch_the_drift_free_figures(
     assert without.drift_free is not None
     assert given.drift_free is not None
     assert given.drift_free.expanded_uncertainty == without.drift_free.expanded_uncertainty
-    assert "environmental variation: it would count the drift twice" in given.drift_free.left_out
+    assert Message("left_out-counted_twice") in given.drift_free.left_out
     assert [t.key for t in given.measured.terms] == ["noise", "drift", "environmental_variation"]
     for key in FIGURE_KEYS:
         before = without.measured.standard_uncertainty[key]
@@ -371,12 +371,12 @@ def test_without_a_budget_the_result_says_what_is_in_it_and_what_is_not(
     for stated in (result.measured, result.drift_free):
         assert [term.key for term in stated.terms] == ["noise", "drift"]
         assert stated.included[0] == "scatter of the readings"
-        assert stated.left_out == ("instrument and environment: no budget was given",)
+        assert stated.left_out == (Message("left_out-no_budget"),)
         assert not stated.closed_form
         assert list(stated.expanded_uncertainty) == list(FIGURE_KEYS)
     alone = evaluate_uncertainty(test, None)
     assert alone.drift_free is None
-    assert "drift: it is not known" in alone.measured.left_out
+    assert Message("left_out-drift_unknown") in alone.measured.left_out
 
 
 def test_coefficient_and_temperatures_of_the_run_serve_where_the_budget_has_none() -> None:
@@ -398,7 +398,8 @@ def test_a_rotary_axis_has_no_terms_of_length() -> None:
     test = run(np.zeros((4, 1, 2)) + np.arange(4.0)[:, None, None], kind=AxisKind.ROTARY)
     stated = evaluate_uncertainty(test, None, budget=UncertaintyBudget(device=0.5)).measured
     assert [term.key for term in stated.terms] == ["device"]
-    assert not any("expansion" in words or "misalignment" in words for words in stated.left_out)
+    terms = {str(one.values.get("term", "")) for one in stated.left_out}
+    assert not any("expansion" in term or "misalignment" in term for term in terms)
     with refused("linear_axis_only", Place(key="misalignment_mm")):
         evaluate_uncertainty(test, None, budget=UncertaintyBudget(misalignment_mm=1.0))
 

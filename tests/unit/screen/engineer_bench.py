@@ -33,7 +33,6 @@ from thermaxis.runtime import (
     run_in_virtual_time,
 )
 from thermaxis.runtime.status import Snapshot, as_json, facts_of
-from thermaxis.screen import Words
 from thermaxis.screen.access import ScreenParts
 from thermaxis.screen.feed import Told
 from thermaxis.screen.feed._status_feed import parse_status
@@ -109,10 +108,10 @@ class KnownFeed:
     @property
     def latest(self) -> Told:
         if self.status is None:
-            return Told(1, "", {}, 0.0, None, live=False, why="feed.no_connection", detail="")
+            return Told(1, "", {}, 0.0, None, live=False, why="feed-no_connection", detail="")
         text = json.dumps(self.status)
         parsed = parse_status(text)
-        why = "" if self.live else "feed.no_connection"
+        why = "" if self.live else "feed-no_connection"
         utc = datetime.fromisoformat(parsed["utc"])
         return Told(self.number, text, parsed, 1000.0, utc, live=self.live, why=why, detail="")
 
@@ -140,7 +139,6 @@ def parts_with(
         clock=VirtualClock(),
         feed=cast("Any", feed),
         persons=cast("Any", People().come(role)),
-        words=Words.read(),
         program="p1",
     )
 

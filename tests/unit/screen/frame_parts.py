@@ -1,6 +1,7 @@
 """What the pages share, with a feed and log-ins that a test moves by hand."""
 
 import asyncio
+import json
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,27 +14,34 @@ from starlette.testclient import TestClient
 
 from tests.unit.screen.people import HERE, PASSWORD, People
 from thermaxis.runtime import MachineConfiguration, ScreenSettings, Secret, SystemClock
-from thermaxis.screen import Words
 from thermaxis.screen.access import ScreenParts
 from thermaxis.screen.feed import StatusFeed, Told
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import Persons
 
-WORDS = Words.read()
-
 
 def status(**changes: object) -> dict[str, Any]:
     """Return a status as small as one can be."""
-    return {"utc": "2026-11-20T10:00:00.000+00:00", "number": 7, "cycle_s": 1.0, **changes}
+    return {
+        "utc": "2026-11-20T10:00:00.000+00:00",
+        "number": 7,
+        "cycle_s": 1.0,
+        "state": "Off",
+        "reasons": ["disabled"],
+        "inputs": {},
+        "alarms": [],
+        **changes,
+    }
 
 
-def told(number: int, *, live: bool = True, why: str = "", text: str = '{"number":7}') -> Told:
+def told(look: int, *, live: bool = True, why: str = "", **changes: object) -> Told:
     """Return a look at the loop."""
+    found = status(**changes)
     return Told(
-        number,
-        text,
-        MappingProxyType(status()),
+        look,
+        json.dumps(found),
+        MappingProxyType(found),
         SystemClock().monotonic_s(),
         datetime(2026, 11, 20, 10, tzinfo=UTC),
         live,
@@ -100,7 +108,6 @@ def parts(
         clock=SystemClock(),
         feed=cast("StatusFeed", Feed()),
         persons=cast("Persons", People()),
-        words=WORDS,
         program="run-1",
         secure=secure,
     )

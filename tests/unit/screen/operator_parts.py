@@ -8,7 +8,6 @@ from starlette.applications import Starlette
 
 from tests.unit.screen.people import TOKEN, People
 from thermaxis.runtime import MachineConfiguration, Role, SystemClock, read_machine
-from thermaxis.screen import Words
 from thermaxis.screen.access import Outcome, ScreenParts
 from thermaxis.screen.feed import StatusFeed, Told
 from thermaxis.screen.pages import operator_page as _operator_page
@@ -60,7 +59,6 @@ async def sent(
         clock=SystemClock(),
         feed=cast("StatusFeed", somebody),
         persons=cast("Persons", somebody.people),
-        words=Words.read(),
         program="this run",
     )
     application = Starlette(routes=_operator_page.routes(parts))

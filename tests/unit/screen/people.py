@@ -1,11 +1,10 @@
 """Log-ins without a loop's server: the one stand-in for `Persons`, for all tests of pages."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
+from thermaxis.codes import Message
 from thermaxis.runtime import Clock, Role, SystemClock
-from thermaxis.screen.access import OUT, Outcome, Person
-from thermaxis.screen.access._answers import variants_of
+from thermaxis.screen.access import OUT, Answer, Outcome, Person, Question
 from thermaxis.screen.access._persons import BUSY, NO_ROLE, REFUSED, SCREEN_ENDS, Refusal
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ class People:
         """Signs of persons."""
         self.refusal: Refusal | None = None
         """Why nobody is logged in."""
-        self.answer = Outcome(accepted=True, reason="as you wish")
+        self.answer = Outcome(Answer.ACCEPTED, Message("answer-resumed"))
         """What the loop answers."""
         self.asked: list[tuple[Person, str, tuple[float | str, ...]]] = []
         """What reached the loop, from whom."""
@@ -129,16 +128,11 @@ class People:
         """Return why the log-in of a cookie has ended."""
         return self._ended.get(cookie or "", "")
 
-    async def ask(
-        self, person: Person, method: str, arguments: Sequence[float | str] = ()
-    ) -> Outcome:
+    async def ask(self, person: Person, question: Question) -> Outcome:
         """Note what is asked, and answer it."""
         key = person.ended or person.lost
         if key:
-            return Outcome(accepted=False, reason="the session is gone", key=key)
-        variants = variants_of(method, arguments)
-        if isinstance(variants, Outcome):
-            return variants
+            return Outcome(Answer.REFUSED, Message(key))
         person.seen_s = self._clock.monotonic_s()
-        self.asked.append((person, method, tuple(arguments)))
+        self.asked.append((person, question.ask.name, question.arguments))
         return self.answer

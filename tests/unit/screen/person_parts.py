@@ -18,7 +18,7 @@ from thermaxis.runtime import (
     hash_password,
     write_users,
 )
-from thermaxis.screen.access import Person, Persons
+from thermaxis.screen.access import Outcome, Person, Persons, Question, question_of
 from thermaxis.screen.access._persons import Refusal
 
 HERE = "127.0.0.1"
@@ -49,6 +49,9 @@ class Shop:
         assert isinstance(found, Refusal)
         return found
 
+    async def ask(self, person: Person, method: str, *arguments: float | str) -> Outcome:
+        return await self.persons.ask(person, asks(method, *arguments))
+
     @property
     def sessions(self) -> int:
         """How many connections the loop's server has."""
@@ -67,6 +70,15 @@ def appoint(path: Path, roles: dict[str, Role], password: str = PASSWORD) -> Non
 
 
 HASHES: dict[str, str] = {}
+
+
+def asks(method: str, *arguments: float | str) -> Question:
+    """Return what a page asks, checked."""
+    found = question_of({"method": method, "arguments": list(arguments)})
+    assert isinstance(found, Question), found
+    return found
+
+
 ROLES = {
     "novak": Role.OPERATOR,
     "dvorak": Role.ENGINEER,

@@ -16,11 +16,12 @@ from uvicorn.server import ServerState
 
 from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import run
-from tests.unit.screen.frame_parts import WORDS, parts
+from tests.unit.screen.frame_parts import parts
 from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.web_server import served
+from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
-from thermaxis.screen import LANGUAGES, _log_lines
+from thermaxis.screen import _log_lines
 from thermaxis.screen._application import build_application
 from thermaxis.screen._log_lines import LOGGERS, SAME_LINE_S, PlainLines, speak_plainly
 from thermaxis.screen.access import Guard, plain_page, reference_of, wants_page
@@ -60,8 +61,8 @@ def browser(base_url: str = HERE) -> TestClient:
 def test_an_unknown_page_is_a_page_with_the_way_to_every_other(language: str) -> None:
     answer = browser().get("/nowhere", headers={**PAGE, "Accept-Language": language})
     assert answer.status_code == 404
-    assert WORDS.say(language, "common.no_page") in answer.text
-    assert f'<html lang="{language}">' in answer.text
+    assert sentence("common-no_page", language=language) in answer.text
+    assert f'<html lang="{language}' in answer.text
     for page in ("/model", "/sensors", "/history", "/probe", "/positioning"):
         assert f'href="{page}"' in answer.text
 
@@ -69,12 +70,15 @@ def test_an_unknown_page_is_a_page_with_the_way_to_every_other(language: str) ->
 def test_an_unknown_page_is_json_for_a_script() -> None:
     answer = browser().get("/nowhere", headers={**SCRIPT, "Accept-Language": "de"})
     assert answer.status_code == 404
-    assert answer.json() == {"error": "common.no_page", "text": WORDS.say("de", "common.no_page")}
+    assert answer.json() == {
+        "error": "common-no_page",
+        "text": sentence("common-no_page", language="de"),
+    }
 
 
 def test_a_method_that_a_route_does_not_take_is_refused_in_words() -> None:
     answer = browser().get("/ask", headers=PAGE)
-    assert (answer.status_code, answer.json()["error"]) == (405, "common.refused_method")
+    assert (answer.status_code, answer.json()["error"]) == (405, "common-refused_method")
     assert "POST" in answer.headers["allow"]
 
 
@@ -82,9 +86,9 @@ def test_a_method_that_a_route_does_not_take_is_refused_in_words() -> None:
 @pytest.mark.parametrize(
     ("address", "path", "status", "key"),
     [
-        ("http://evil.example", "/", 421, "login.host"),
-        (HERE, "/static/%2e%2e/x", 404, "common.no_page"),
-        (HERE, "/?" + "x" * 5000, 414, "common.refused_long"),
+        ("http://evil.example", "/", 421, "login-host"),
+        (HERE, "/static/%2e%2e/x", 404, "common-no_page"),
+        (HERE, "/?" + "x" * 5000, 414, "common-refused_long"),
     ],
 )
 def test_a_refusal_before_any_page_speaks_the_language_of_the_browser(
@@ -94,19 +98,19 @@ def test_a_refusal_before_any_page_speaks_the_language_of_the_browser(
     assert page.status_code == status
     assert page.headers["content-type"] == "text/html; charset=utf-8"
     assert f'<html lang="{language}">' in page.text
-    assert WORDS.say(language, key) in page.text
+    assert sentence(key, language=language) in page.text
     assert 'href="/"' in page.text or status == 421
     assert "<script" not in page.text
     said = browser(address).get(path, headers={**SCRIPT, "Accept-Language": language})
     assert said.status_code == status
-    assert said.json()["text"] == WORDS.say(language, key)
+    assert said.json()["text"] == sentence(key, language=language)
 
 
 def test_a_chosen_language_counts_more_than_that_of_the_browser() -> None:
     visitor = browser()
     visitor.cookies.set("thermaxis_language", "cs")
     answer = visitor.get("/?" + "x" * 5000, headers={**PAGE, "Accept-Language": "de"})
-    assert WORDS.say("cs", "common.refused_long") in answer.text
+    assert sentence("common-refused_long", language="cs") in answer.text
 
 
 @pytest.mark.parametrize("path", ["/ask", "/login"])
@@ -130,7 +134,7 @@ def test_what_is_sent_to_ask_or_to_log_in_calls_itself_json(
     answer = browser().post(path, content=b"{}", headers=headers)
     assert (answer.status_code != 415) is through
     if not through:
-        assert answer.json() == {"error": "kind", "text": WORDS.say("en", "common.refused_kind")}
+        assert answer.json() == {"error": "kind", "text": sentence("common-refused_kind")}
 
 
 @pytest.mark.parametrize(

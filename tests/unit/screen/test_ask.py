@@ -3,8 +3,6 @@
 import asyncio
 import json
 import math
-from types import SimpleNamespace
-from typing import cast
 
 import httpx2 as httpx
 import pytest
@@ -12,22 +10,20 @@ from hypothesis import given, strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
 from tests.unit.screen.people import TOKEN
-from thermaxis.messages import sentence
+from thermaxis.codes import Message
+from thermaxis.messages import LANGUAGES, as_sentence, keys, sentence, sentence_of
 from thermaxis.runtime import Role
 from thermaxis.runtime.opcua import MethodAnswer
 from thermaxis.runtime.status import ASKS, Kind
-from thermaxis.screen import Words
-from thermaxis.screen.access import LOOP_GONE, LOST, NO_ANSWER, Outcome, Person
-from thermaxis.screen.access._answers import (
-    ARGUMENTS,
-    NOT_ALLOWED,
-    NOT_TAKEN,
-    TOO_MANY_ASKED,
-    UNKNOWN,
+from thermaxis.screen.access import (
+    LOST,
+    NO_ANSWER,
     Answer,
+    Outcome,
+    Question,
     outcome_of,
+    question_of,
 )
-from thermaxis.screen.pages.operator_page import Question, Refused, question_of
 
 HOLD: dict[str, object] = {"method": "Hold", "arguments": []}
 TRIM: dict[str, object] = {"method": "Trim", "arguments": ["Z_um", 2.0, 3600]}
@@ -39,80 +35,68 @@ def ask(somebody: Somebody, question: object, **options: object) -> httpx.Respon
 
 
 def test_a_question_reaches_the_loop_under_the_name_of_who_has_logged_in() -> None:
-    somebody = Somebody(answer=Outcome(accepted=True, reason="the trim is added", code="trim_set"))
+    held = Message("answer-held", {"longest_s": 3600.0})
+    somebody = Somebody(answer=Outcome(Answer.ACCEPTED, held))
     answer = ask(somebody, TRIM)
     assert answer.status_code == 200
-    reason = "the trim is added"
-    said = {
-        "accepted": True,
+    assert answer.json() == {
         "answer": "accepted",
-        "reason": reason,
-        "code": "trim_set",
-        "values": {},
-        "reason_en": reason,
+        "code": "answer-held",
+        "values": {"longest_s": 3600.0},
+        "reason": "It is held, for at most 1\N{NO-BREAK SPACE}h.",
     }
-    assert answer.json() == said
     assert somebody.asked == [("Trim", ("Z_um", 2.0, 3600.0))]
 
 
 def test_a_refusal_of_the_loop_is_told_in_the_language_of_who_asks() -> None:
-    reason = "it is in the state Fault: remove the cause and acknowledge first"
-    refused = Outcome(accepted=False, reason=reason, code="acknowledge_first")
-    somebody = Somebody(answer=refused)
-    answer = ask(somebody, HOLD, headers={"Accept-Language": "cs"}).json()
-    assert answer["accepted"] is False
-    assert answer["reason_en"] == reason
-    assert answer["code"] == "acknowledge_first"
-    assert answer["reason"] == sentence("answer-acknowledge_first", language="cs") != reason
+    code = "answer-acknowledge_first"
+    somebody = Somebody(answer=Outcome(Answer.REFUSED, Message(code)))
+    for language in LANGUAGES:
+        answer = ask(somebody, HOLD, headers={"Accept-Language": language}).json()
+        assert (answer["answer"], answer["code"]) == ("refused", code)
+        assert answer["reason"] == as_sentence(sentence(code, language=language))
 
 
 def test_what_the_loop_itself_has_not_answered_is_told_in_words_too() -> None:
-    somebody = Somebody(answer=Outcome(accepted=False, reason="lost", key=LOST))
+    somebody = Somebody(answer=Outcome(Answer.UNKNOWN, Message(LOST)))
     answer = ask(somebody, HOLD, headers={"Accept-Language": "de"}).json()
-    assert answer["reason"] == Words.read().say("de", LOST)
+    assert answer["reason"] == sentence(LOST, language="de")
 
 
-@pytest.mark.parametrize("key", [LOST, NO_ANSWER])
-def test_a_request_without_an_answer_is_neither_accepted_nor_refused(key: str) -> None:
-    answer = ask(Somebody(answer=Outcome(accepted=False, reason="no answer", key=key)), HOLD)
-    assert answer.status_code == 200
-    assert answer.json()["answer"] == Answer.UNKNOWN
-    assert answer.json()["accepted"] is False
+OUTCOMES = [
+    ("Good", (True, "the hold is ended", "resumed", "{}"), "accepted", "answer-resumed"),
+    ("Good", (False, "nothing is held", "nothing_to_hold", "{}"), "refused", None),
+    ("Good", (False, "nothing came", "no_answer", "{}"), "unknown", NO_ANSWER),
+    ("Good", (True, "nothing came", "no_answer", "{}"), "unknown", NO_ANSWER),
+    ("Good", (False, "it may still take effect", "in_fault", "{}"), "refused", "answer-in_fault"),
+    ("Good", (True, "of tomorrow", "of_tomorrow", "{}"), "accepted", "ask-told"),
+    ("Good", (False, "of tomorrow", "of_tomorrow", "{}"), "refused", "ask-told"),
+    ("Good", (False, "no values", "in_fault", "no JSON"), "unknown", NO_ANSWER),
+    ("Good", (True, "of another program"), "unknown", NO_ANSWER),
+    ("Good", (), "unknown", NO_ANSWER),
+    ("BadInternalError", (), "unknown", NO_ANSWER),
+    ("BadUnexpectedError", (), "unknown", NO_ANSWER),
+    ("BadTimeout", (), "unknown", NO_ANSWER),
+    ("BadRequestTimeout", (), "unknown", NO_ANSWER),
+    ("BadUserAccessDenied", (), "refused", "ask-role"),
+    ("BadArgumentsMissing", (), "refused", "ask-arguments"),
+    ("BadMethodInvalid", (), "refused", "ask-not_taken"),
+]
 
 
-@pytest.mark.parametrize(
-    ("answer", "expected"),
-    [
-        (MethodAnswer("Good", (True, "the hold is ended", "resumed", "{}")), Answer.ACCEPTED),
-        (
-            MethodAnswer("Good", (False, "there is nothing to hold", "nothing_to_hold", "{}")),
-            Answer.REFUSED,
-        ),
-        (MethodAnswer("Good", (False, "nothing came", "no_answer", "{}")), Answer.UNKNOWN),
-        (
-            MethodAnswer("Good", (False, "it may still take effect", "in_fault", "{}")),
-            Answer.REFUSED,
-        ),
-        (MethodAnswer("Good", (False, "no values", "in_fault", "no JSON")), Answer.UNKNOWN),
-        (MethodAnswer("Good", (True, "of another program")), Answer.UNKNOWN),
-        (MethodAnswer("Good", ()), Answer.UNKNOWN),
-        (MethodAnswer("BadInternalError", ()), Answer.UNKNOWN),
-        (MethodAnswer("BadTimeout", ()), Answer.UNKNOWN),
-        (MethodAnswer("BadUserAccessDenied", ()), Answer.REFUSED),
-        (MethodAnswer("BadArgumentsMissing", ()), Answer.REFUSED),
-        (MethodAnswer("BadMethodInvalid", ()), Answer.REFUSED),
-    ],
-)
+@pytest.mark.parametrize(("status", "values", "answer", "code"), OUTCOMES)
 def test_an_answer_after_which_the_request_may_have_run_is_no_refusal(
-    answer: MethodAnswer, expected: Answer
+    status: str, values: tuple[object, ...], answer: str, code: str | None
 ) -> None:
-    person = cast("Person", SimpleNamespace(role=Role.OPERATOR))
-    assert outcome_of(answer, "Hold", person).answer is expected
+    found = outcome_of(MethodAnswer(status, values))
+    assert found.answer == answer
+    assert code is None or found.message.code == code
+    assert found.message.code in keys("en")
 
 
-def test_what_was_kept_back_is_refused_for_certain() -> None:
-    for key in (LOOP_GONE, NOT_ALLOWED, ARGUMENTS, TOO_MANY_ASKED, UNKNOWN, NOT_TAKEN, ""):
-        assert Outcome(accepted=False, reason="no", key=key).answer is Answer.REFUSED
+def test_the_words_of_an_answer_that_is_newer_than_the_screen_are_the_loops_own() -> None:
+    found = outcome_of(MethodAnswer("Good", (False, "of tomorrow", "of_tomorrow", "{}")))
+    assert sentence_of(found.message) == "of tomorrow"
 
 
 @pytest.mark.parametrize("wanted", ASKS, ids=lambda wanted: wanted.name)
@@ -130,7 +114,7 @@ def test_every_method_needs_its_role(wanted: object) -> None:
 def test_nobody_asks_without_a_log_in() -> None:
     somebody = Somebody(role=None)
     answer = ask(somebody, HOLD)
-    assert (answer.status_code, answer.json()["error"]) == (401, "login.needed")
+    assert (answer.status_code, answer.json()["error"]) == (401, "login-needed")
     assert somebody.asked == []
 
 
@@ -141,7 +125,7 @@ def test_a_request_without_the_pages_token_reaches_nobody(token: str) -> None:
     assert somebody.asked == []
 
 
-@pytest.mark.parametrize("why", ["feed.stands_still", "feed.no_connection", "feed.old"])
+@pytest.mark.parametrize("why", ["feed-stands_still", "feed-no_connection", "feed-old"])
 def test_to_disable_is_asked_also_without_data_by_whoever_has_the_role(why: str) -> None:
     disable: dict[str, object] = {"method": "Disable", "arguments": []}
     for role in Role:
@@ -163,45 +147,50 @@ def test_a_question_with_a_key_twice_reaches_nobody() -> None:
 
 
 def test_nothing_is_asked_while_nobody_sees_what_the_loop_says() -> None:
-    somebody = Somebody(why="feed.stands_still")
+    somebody = Somebody(why="feed-stands_still")
     answer = ask(somebody, HOLD)
-    assert (answer.status_code, answer.json()["error"]) == (409, "feed.stands_still")
-    assert answer.json()["text"] == Words.read().say("en", "feed.stands_still")
+    assert (answer.status_code, answer.json()["error"]) == (409, "feed-stands_still")
+    assert answer.json()["text"] == sentence("feed-stands_still")
     assert somebody.asked == []
 
 
+FORM, METHOD, ARGUMENTS, VALUE = ("form", "method", "arguments", "value")
+
+
 @pytest.mark.parametrize(
-    "question",
+    ("question", "why"),
     [
-        None,
-        [],
-        "Hold",
-        {},
-        {"method": "Hold"},
-        {"method": "Hold", "arguments": [], "who": "somebody else"},
-        {"method": "WhoAmI", "arguments": []},
-        {"method": "hold", "arguments": []},
-        {"method": ["Hold"], "arguments": []},
-        {"method": "Hold", "arguments": [1.0]},
-        {"method": "Hold", "arguments": {}},
-        {"method": "Trim", "arguments": ["Z_um", 1.0]},
-        {"method": "Trim", "arguments": [1.0, 1.0, 1.0]},
-        {"method": "Trim", "arguments": ["Z_um", "1.0", 60.0]},
-        {"method": "Trim", "arguments": ["Z_um", True, 60.0]},
-        {"method": "Trim", "arguments": ["Z_um", None, 60.0]},
-        {"method": "Trim", "arguments": ["", 1.0, 60.0]},
-        {"method": "Trim", "arguments": ["../Z_um", 1.0, 60.0]},
-        {"method": "Trim", "arguments": ["Z_um", 10**400, 60.0]},
-        {"method": "ChooseModel", "arguments": ["folder/model.json"]},
-        {"method": "ChooseModel", "arguments": ["a\u202egpj.nosj"]},
-        {"method": "ChooseModel", "arguments": ["x" * 201]},
+        (None, FORM),
+        ([], FORM),
+        ("Hold", FORM),
+        ({}, FORM),
+        ({"method": "Hold"}, FORM),
+        ({"method": "Hold", "arguments": [], "who": "somebody else"}, FORM),
+        ({"method": "WhoAmI", "arguments": []}, METHOD),
+        ({"method": "../WhoAmI", "arguments": []}, METHOD),
+        ({"method": "hold", "arguments": []}, METHOD),
+        ({"method": ["Hold"], "arguments": []}, METHOD),
+        ({"method": "Hold", "arguments": [1.0]}, ARGUMENTS),
+        ({"method": "Hold", "arguments": {}}, ARGUMENTS),
+        ({"method": "Trim", "arguments": ["Z_um", 1.0]}, ARGUMENTS),
+        ({"method": "Trim", "arguments": [1.0, 1.0, 1.0]}, ARGUMENTS),
+        ({"method": "Trim", "arguments": ["Z_um", "1.0", 60.0]}, ARGUMENTS),
+        ({"method": "Trim", "arguments": ["Z_um", True, 60.0]}, ARGUMENTS),
+        ({"method": "Trim", "arguments": ["Z_um", None, 60.0]}, ARGUMENTS),
+        ({"method": "Trim", "arguments": ["Z_um", [1.0], 60.0]}, ARGUMENTS),
+        ({"method": "Trim", "arguments": ["Z_um", 10**400, 60.0]}, ARGUMENTS),
+        ({"method": "Trim", "arguments": ["", 1.0, 60.0]}, VALUE),
+        ({"method": "Trim", "arguments": ["../Z_um", 1.0, 60.0]}, VALUE),
+        ({"method": "ChooseModel", "arguments": [""]}, VALUE),
+        ({"method": "ChooseModel", "arguments": ["folder/model.json"]}, VALUE),
+        ({"method": "ChooseModel", "arguments": ["a\u202egpj.nosj"]}, VALUE),
+        ({"method": "ChooseModel", "arguments": ["x" * 201]}, VALUE),
     ],
 )
-def test_what_is_no_request_is_refused_before_anybody_is_asked(question: object) -> None:
+def test_what_is_no_request_is_refused_before_anybody_is_asked(question: object, why: str) -> None:
     somebody = Somebody(Role.ENGINEER)
     answer = ask(somebody, question)
-    assert answer.status_code == 400
-    assert answer.json()["text"]
+    assert (answer.status_code, answer.json()["error"]) == (400, f"operator-ask_{why}")
     assert somebody.asked == []
 
 
@@ -243,8 +232,8 @@ _METHODS = st.sampled_from([ask.name for ask in ASKS]) | st.text(max_size=8)
 @given(_JSON | st.fixed_dictionaries({"method": _METHODS | _JSON, "arguments": _JSON}))
 def test_a_question_that_passes_is_one_that_the_loops_server_takes(found: object) -> None:
     checked = question_of(found)
-    if isinstance(checked, Refused):
-        assert Words.read().say("en", checked.key, reason=checked.reason)
+    if isinstance(checked, Message):
+        assert checked.code in keys("en")
         return
     assert isinstance(checked, Question)
     assert checked.ask in ASKS

@@ -1,14 +1,13 @@
 """How far a request came, by the scripts of the pages: never more than a status can show."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen import _words
+from thermaxis.screen.access import asset_folder
 
-STATIC = Path(_words.__file__).parent / "static"
+STATIC = asset_folder()
 MINUTES_MS = 60_000
 BENCH = """
 const given = JSON.parse(await new Promise((take) => {
@@ -75,7 +74,6 @@ def course(method: str = "Enable", *args: object, **changed: object) -> dict[str
         "answer": "accepted",
         "answered": 0,
         "reason": "",
-        "english": [],
         "started": "a",
         "number": 90,
         "model": "old.json ab",
@@ -131,10 +129,10 @@ def test_a_trim_that_is_taken_back_is_effective_in_every_state(state: str) -> No
 @pytest.mark.parametrize(
     ("sha256", "model", "effective", "stage"),
     [
-        (None, "old.json ab", True, "ask.model_waits"),
-        (None, "new.json ab", False, "operator.effective_unknown"),  # nothing shows the choice
-        (None, "new.json cd", True, "ask.model_waits"),
-        ("ab", "new.json ab", True, "ask.model_waits"),
+        (None, "old.json ab", True, "ask-model_waits"),
+        (None, "new.json ab", False, "operator-effective_unknown"),  # nothing shows the choice
+        (None, "new.json cd", True, "ask-model_waits"),
+        ("ab", "new.json ab", True, "ask-model_waits"),
         ("cd", "new.json ab", False, ""),
     ],
 )

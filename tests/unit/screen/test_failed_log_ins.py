@@ -10,8 +10,8 @@ from hypothesis import given, strategies as st
 
 from tests.unit.runtime.status_server_parts import HandClock
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Secret
-from thermaxis.screen import LANGUAGES, Words
 from thermaxis.screen.access import FAILURES_BY_ADDRESS, Persons, _persons
 from thermaxis.screen.access._failed_log_ins import FailuresByAddress, counted_as
 from thermaxis.screen.access._login_page import _STATUS
@@ -238,9 +238,8 @@ def test_no_minute_holds_more_failures_of_an_address_than_its_share(
 
 def test_the_page_says_that_it_is_the_address_and_for_how_long() -> None:
     assert _STATUS[TOO_MANY_FROM_HERE] == 429
-    words = Words.read()
     for language in LANGUAGES:
-        said = words.say(language, TOO_MANY_FROM_HERE, seconds="48").lower()
+        said = sentence(TOO_MANY_FROM_HERE, {"seconds": "48"}, language=language).lower()
         assert "48" in said
         # several computers may stand behind one address: it is addresses that are told apart
         assert len(re.findall("add?res", said)) == 2

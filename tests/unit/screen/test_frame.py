@@ -14,7 +14,6 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from tests.unit.screen.frame_parts import (
-    WORDS,
     Feed,
     client,
     parts,
@@ -22,6 +21,7 @@ from tests.unit.screen.frame_parts import (
     told,
 )
 from tests.unit.screen.people import PASSWORD, TOKEN, People
+from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.screen import Assets, _live_socket
 from thermaxis.screen._live_socket import MOST_VIEWERS
@@ -112,9 +112,9 @@ def test_a_request_after_the_end_of_a_log_in_is_told_why_it_ended() -> None:
     given = parts()
     people = cast("People", given.persons)
     browser = client(given, routes, name="operator")
-    people.end(people.standing["cookie-operator"], "login.loop_gone")
+    people.end(people.standing["cookie-operator"], "login-loop_gone")
     answer = browser.get("/guarded")
-    assert (answer.status_code, answer.json()["error"]) == (401, "login.loop_gone")
+    assert (answer.status_code, answer.json()["error"]) == (401, "login-loop_gone")
 
 
 def test_a_refusal_speaks_the_language_of_who_asks() -> None:
@@ -126,7 +126,7 @@ def test_a_refusal_speaks_the_language_of_who_asks() -> None:
         language: browser.get("/guarded", headers={"Accept-Language": language}).json()
         for language in ("en", "de", "cs")
     }
-    assert {one["error"] for one in said.values()} == {"login.role_too_low"}
+    assert {one["error"] for one in said.values()} == {"login-role_too_low"}
     assert len({one["text"] for one in said.values()}) == 3
     assert "engineer" in said["en"]["text"]
 
@@ -190,8 +190,8 @@ def test_a_lost_session_is_told_once_to_an_open_page_which_is_then_closed() -> N
             assert socket.receive_json()["lost"] == ""
             socket.receive_json()
             lose(given, "operator")
-            feed.tell(told(2, live=False, why="feed.no_connection"))
-            words = given.words.say("en", LOOP_GONE)
+            feed.tell(told(2, live=False, why="feed-no_connection"))
+            words = sentence(LOOP_GONE)
             assert socket.receive_json() == {"kind": "role", "role": "viewer", "text": words}
             with pytest.raises(WebSocketDisconnect):
                 socket.receive_json()
@@ -231,13 +231,13 @@ def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
     given = parts(view=False)
     people = cast("People", given.persons)
     assert state_of(given, None)["why"] == ""
-    assert state_of(given, "of another run")["why"] == given.words.say("en", "login.started_anew")
-    people.end_cookie("cookie-x", "login.idle")
-    assert state_of(given, "cookie-x")["why"] == given.words.say("en", "login.idle")
+    assert state_of(given, "of another run")["why"] == sentence("login-started_anew")
+    people.end_cookie("cookie-x", "login-idle")
+    assert state_of(given, "cookie-x")["why"] == sentence("login-idle")
     client(given, _login_page.routes, name="operator")
     assert state_of(given, "cookie-operator")["why"] == ""
     lose(given, "operator")
-    assert state_of(given, "cookie-operator")["why"] == given.words.say("en", LOOP_GONE)
+    assert state_of(given, "cookie-operator")["why"] == sentence(LOOP_GONE)
 
 
 def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() -> None:
@@ -249,14 +249,14 @@ def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() ->
         "viewing": False,
         "why": "",
         "live": True,
-        "text": given.words.say("en", "login.loop_there"),
+        "text": sentence("login-loop_there"),
         "since": None,
     }
-    feed.tell(told(2, live=False, why="feed.no_connection"))
+    feed.tell(told(2, live=False, why="feed-no_connection"))
     away = state_of(given, None)
     assert away["live"] is False
     assert away["since"] == "2026-11-20T10:00:00.000+00:00"
-    assert away["text"] == given.words.say("en", "feed.no_connection")
+    assert away["text"] == sentence("feed-no_connection")
     feed.tell(told(3))
     assert state_of(given, None) == there
 
@@ -436,16 +436,16 @@ def test_an_open_page_is_told_who_it_is_then_every_look_then_why_there_is_none()
             "lost": "",
         }
         first = socket.receive_json()
-        assert (first["kind"], first["status"]) == ("status", {"number": 7})
+        assert (first["kind"], first["status"]["number"]) == ("status", 7)
         assert 0.0 <= first["age_s"] < 5.0
         received_s = first["sent_s"] - first["age_s"]  # by the server's own clock
         assert received_s == pytest.approx(feed.latest.received_s, abs=2e-3)
-        feed.tell(told(2, text='{"number":8}'))
-        assert socket.receive_json()["status"] == {"number": 8}
-        feed.tell(told(3, live=False, why="feed.stands_still"))
+        feed.tell(told(2, number=8))
+        assert socket.receive_json()["status"]["number"] == 8
+        feed.tell(told(3, live=False, why="feed-stands_still"))
         none = socket.receive_json()
     assert (none["kind"], none["since"]) == ("no_data", "2026-11-20T10:00:00.000+00:00")
-    assert none["text"] == given.words.say("en", "feed.stands_still")
+    assert none["text"] == sentence("feed-stands_still")
 
 
 def test_an_open_page_is_told_when_its_log_in_ends() -> None:
@@ -455,10 +455,10 @@ def test_an_open_page_is_told_when_its_log_in_ends() -> None:
     with browser.websocket_connect(LIVE) as socket:
         assert socket.receive_json()["name"] == "operator"
         socket.receive_json()
-        people.end(people.standing["cookie-operator"], "login.idle")
+        people.end(people.standing["cookie-operator"], "login-idle")
         feed.tell(told(2))
         ended = socket.receive_json()
-        assert ended == {"kind": "ended", "text": given.words.say("en", "login.idle")}
+        assert ended == {"kind": "ended", "text": sentence("login-idle")}
         with pytest.raises(WebSocketDisconnect):
             socket.receive_json()
 
@@ -500,7 +500,7 @@ def assert_too_many(browser: TestClient, language: str = "en") -> None:
     """Assert that a page is told why it is told nothing."""
     with browser.websocket_connect(LIVE, headers={"accept-language": language}) as refused:
         said = refused.receive_json()
-        expected = WORDS.say(language, "common.too_many_pages")
+        expected = sentence("common-too_many_pages", language=language)
         assert (said["kind"], said["text"], said["since"]) == ("no_data", expected, None)
         with pytest.raises(WebSocketDisconnect) as ended:
             refused.receive_json()

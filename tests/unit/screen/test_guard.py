@@ -242,7 +242,7 @@ def test_every_name_of_the_server_is_answered(host: str) -> None:
 def test_any_other_name_is_refused(host: str) -> None:
     answer = ask(host=host)
     assert answer.status_code == 421
-    assert answer.json()["error"] == "login.host"
+    assert answer.json()["error"] == "login-host"
     assert "evil" not in answer.text + repr(answer.headers)
 
 

@@ -21,9 +21,10 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from tests.unit.screen.history_parts import write_history
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import SupervisorState
-from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
+from thermaxis.errors import DataError, ThermaxisError
+from thermaxis.messages import LANGUAGES, sentence, sentence_of
 from thermaxis.runtime import EventRecord, VirtualClock, run_in_virtual_time
 from thermaxis.runtime.historian import HistoryReader, Trend
 from thermaxis.screen.pages.history import (
@@ -31,12 +32,13 @@ from thermaxis.screen.pages.history import (
     NoHistoryError,
     line_of,
     points_within,
+    said_event,
     shortened,
     span_of,
     to_ms,
 )
-from thermaxis.screen.pages.history._events import MARKED, event_json, events_of, names_now, trend8
-from thermaxis.screen.pages.history._rows import History, reason_for_people
+from thermaxis.screen.pages.history._events import MARK_LENGTH, MARKED, events_of, names_now, trend8
+from thermaxis.screen.pages.history._rows import History, cause_for_people
 from thermaxis.screen.pages.history._series import lines_of, moment_of, unit_of
 
 HOUR = timedelta(hours=1)
@@ -67,8 +69,8 @@ def test_a_history_that_is_not_there_is_said_in_words_and_found_once_it_is(tmp_p
         for _ in range(2):
             with pytest.raises(NoHistoryError) as refused:
                 await history.ask(lambda reader: reader.span())
-            assert refused.value.key == "history.unreadable"
-            assert "no such file" in refused.value.values["why"]
+            assert refused.value.message.code == "history-unreadable"
+            assert "no such file" in sentence_of(refused.value.message)
         await asyncio.to_thread(write_history, path, [cycle_record(k) for k in range(3)])
         assert await history.ask(lambda reader: reader.starts()) == 1
         await history.close()
@@ -134,8 +136,8 @@ def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -
         history = History("sqlite:///x", limit_s=0.1, opened=OneReader())
         with pytest.raises(NoHistoryError) as refused:
             await history.ask(hang)
-        assert refused.value.key == "history.hangs"
-        assert refused.value.values == {"limit": "0.1"}
+        assert refused.value.message.code == "history-hangs"
+        assert refused.value.message.values == {"limit": 0.1}
         history._limit_s = 600.0  # whoever waited for it now would not come back in this test
         history._since_s = -1e9
         for _ in range(100):
@@ -168,7 +170,7 @@ def test_a_question_that_is_given_up_ends_in_the_database_too(tmp_path: Path) ->
         history._limit_s = 0.3  # for the one question that has no end, in a real thread
         with pytest.raises(NoHistoryError) as refused:
             await history.ask(ask_for_ever)
-        assert refused.value.key == "history.hangs"
+        assert refused.value.message.code == "history-hangs"
         history._limit_s = 50.0
         async with asyncio.timeout(20.0):
             while history._since_s is not None:
@@ -240,7 +242,7 @@ def test_one_visitor_has_one_question_asked_and_a_few_waiting_and_keeps_nobody_o
 
     found = asyncio.run(play())
     refused = [one for one in found if isinstance(one, NoHistoryError)]
-    assert (len(refused), {one.key for one in refused}) == (12, {"history.busy"})
+    assert (len(refused), {one.message.code for one in refused}) == (12, {"history-busy"})
     assert running[1] == "other"  # before the others of the first
 
 
@@ -286,7 +288,7 @@ def test_no_more_than_a_few_questions_wait() -> None:
         found = await asyncio.gather(*tasks, return_exceptions=True)
         await history.close()
         refused = [one for one in found if isinstance(one, NoHistoryError)]
-        assert {one.key for one in refused} == {"history.busy"}
+        assert {one.message.code for one in refused} == {"history-busy"}
         return len(refused), sum(one is True for one in found)
 
     refused, answered = asyncio.run(play())
@@ -303,8 +305,9 @@ def test_an_error_closes_the_reader_and_the_next_question_opens_another() -> Non
     async def play() -> None:
         history = History("sqlite:///x", opened=reader)
         await history.ask(lambda _: None)
-        with pytest.raises(NoHistoryError, match="damaged"):
+        with pytest.raises(NoHistoryError) as refused:
             await history.ask(damaged)
+        assert "damaged" in sentence_of(refused.value.message)
         assert (reader.opened, reader.closed) == (1, 1)
         await history.ask(lambda _: None)
         await history.close()
@@ -521,16 +524,15 @@ def state_event(utc: datetime, *reasons: str) -> EventRecord:
     return EventRecord.of(utc, "state", "", Message("event-state_reasons", values))
 
 
-def test_events_carry_what_another_language_needs() -> None:
-    state = event_json(state_event(BEGIN, "input_bad", "settling"))
-    assert (state["state"], state["reasons"]) == ("Holding", ["input_bad", "settling"])
-    assert (state["code"], state["values"]["state"]) == ("event-state_reasons", "Holding")
+def test_a_mark_has_few_words_and_what_is_grave_comes_first() -> None:
+    state = said_event(state_event(BEGIN, "input_bad", "settling"), "en")
+    assert (state["kind"], state["state"], state["mark"]) == ("state", "Holding", "Hold")
     late = Message("alarm-late", {"lateness_s": 1.5})
     values = {"priority": "high", "alarm": late}
-    came = event_json(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm", values)))
-    gone = event_json(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm_gone", values)))
-    assert (came["priority"], came["alarm"]) == ("high", "A cycle came 1.5 s late.")
-    assert (gone["priority"], gone["alarm"]) == ("", "A cycle came 1.5 s late.")
+    came = said_event(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm", values)), "en")
+    gone = said_event(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm_gone", values)), "en")
+    assert (came["priority"], came["mark"]) == ("high", "A cycle came 1.5 s late.")
+    assert (gone["priority"], gone["said"]) == ("", "gone: A cycle came 1.5 s late.")
     details: dict[str, str | float | bool | None] = {
         "kind": "trim",
         "output": "Z_um",
@@ -541,11 +543,14 @@ def test_events_carry_what_another_language_needs() -> None:
     }
     refused = {"request": "trim", "answer": Message("answer-in_fault")}
     message = Message("event-request_refused", refused)
-    asked = event_json(EventRecord.of(BEGIN, "request", "Novak", message, details))
-    assert (asked["request"], asked["output"], asked["value"]) == ("trim", "Z_um", 2.0)
-    assert (asked["accepted"], asked["reason"]) == (False, "it is in the state Fault")
-    assert asked["duration_s"] is None
-    assert (asked["who"], asked["t"]) == ("Novak", to_ms(BEGIN))
+    asked = said_event(EventRecord.of(BEGIN, "request", "Novak", message, details), "en")
+    assert (asked["request"], asked["accepted"], asked["t"]) == ("trim", False, to_ms(BEGIN))
+    assert asked["said"] == "Trim Z +2.0 µm for –: refused; it is in the state Fault"
+    assert asked["mark"] == "✕ trim (Novak)"
+    assert came["rank"] < state["rank"] < asked["rank"] < gone["rank"]
+    for language in LANGUAGES:
+        long = EventRecord(BEGIN, "loss", "", "a loss " * 40)
+        assert len(said_event(long, language)["mark"]) <= MARK_LENGTH
 
 
 def test_only_the_newest_events_are_given_and_it_is_said_that_there_are_more(
@@ -558,7 +563,10 @@ def test_only_the_newest_events_are_given_and_it_is_said_that_there_are_more(
     with HistoryReader(url_of(path)) as reader:
         some, more = events_of(reader, span, newest=5)
         whole, none = events_of(reader, span, ["state"], newest=12)
-    assert ([one["reasons"] for one in some], more) == ([[str(k)] for k in range(7, 12)], True)
+    assert ([one.values["reasons"] for one in some], more) == (
+        [(str(k),) for k in range(7, 12)],
+        True,
+    )
     assert (len(whole), none) == (12, False)
 
 
@@ -585,7 +593,7 @@ def test_the_trend_of_eight_hours_has_corrections_temperatures_and_marks(tmp_pat
     at = line["t"].index(to_ms(BEGIN + timedelta(hours=2, seconds=30)))
     minute = [records[k].output.correction_um[0] for k in range(720, 726)]
     assert line["mean"][at] == pytest.approx(sum(minute) / 6.0, rel=1e-6)
-    assert [one["kind"] for one in found["events"]] == ["alarm"]
+    assert [one.kind for one in found["events"]] == ["alarm"]
     assert set(MARKED) == {"state", "request", "alarm"}
 
 
@@ -598,38 +606,30 @@ def test_names_are_the_loops_and_those_of_the_file_while_it_is_silent() -> None:
 # ---- what people are told -----------------------------------------------------------------------
 
 
+SQLITE, SERVER = "sqlite:////srv/secret/h.db", "postgresql+psycopg://secret@10.0.0.5/history"
+
+
 @pytest.mark.parametrize(
-    ("error", "url", "said"),
+    ("error", "url", "code"),
     [
+        (DataError("file_not_found", place=Place("/srv/secret/h.db")), SQLITE, "file_not_found"),
+        (PermissionError(13, "Permission denied", "/srv/secret/h.db"), SQLITE, None),
+        (OSError("/srv/secret/h.db: it is torn"), SQLITE, "history-fails"),
         (
-            ConfigurationError("there is no such file", where="/srv/secret/machine.history.db"),
-            "sqlite:////srv/secret/machine.history.db",
-            "machine.history.db: there is no such file",
+            DataError("file_unreadable", cause='connection to "10.0.0.5" failed: user "secret"'),
+            SERVER,
+            "history-no_database",
         ),
-        (
-            DataError("it cannot be read (unable to open /srv/secret/machine.history.db)"),
-            "sqlite:////srv/secret/machine.history.db",
-            "machine.history.db: it cannot be read (unable to open machine.history.db)",
-        ),
-        (
-            PermissionError(13, "Permission denied", "/srv/secret/machine.history.db"),
-            "sqlite:////srv/secret/machine.history.db",
-            "machine.history.db: Permission denied",
-        ),
-        (
-            DataError(
-                'the history cannot be read (connection to "10.0.0.5" failed: user "secret")',
-                where="postgresql+psycopg://secret@10.0.0.5/history",
-            ),
-            "postgresql+psycopg://secret@10.0.0.5/history",
-            "the history cannot be read",
-        ),
+        (OSError("10.0.0.5 refused secret"), SERVER, "history-no_database"),
     ],
 )
 def test_why_a_history_cannot_be_read_says_neither_folder_nor_host_nor_user(
-    error: ThermaxisError | OSError, url: str, said: str
+    error: ThermaxisError | OSError, url: str, code: str | None
 ) -> None:
-    assert reason_for_people(error, url) == said
+    cause = cause_for_people(error, url)
+    assert code is None or (isinstance(cause, Message) and cause.code.endswith(code))
+    said = sentence("history-unreadable", {"why": cause})
+    assert not any(word in said for word in ("secret", "/srv", "10.0.0.5"))
 
 
 def test_the_server_of_a_database_is_told_to_give_a_question_up(tmp_path: Path) -> None:

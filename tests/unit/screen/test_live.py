@@ -1,15 +1,14 @@
 """How old a page takes a status to be, and what it does with one that it cannot show."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen import _words
+from thermaxis.screen.access import asset_folder
 
-STATIC = Path(_words.__file__).parent / "static"
+STATIC = asset_folder()
 BENCH = """
 let now = 1000;
 let dateMs = 5e11;
@@ -66,8 +65,8 @@ def played(body: str) -> Any:
     return said_by(text)
 
 
-CANNOT_READ = "operator.page_cannot_read"  # the bench gives no words: keys stand for themselves
-NO_CONNECTION = "common.no_connection_to_screen"
+CANNOT_READ = "operator-page_cannot_read"  # the bench gives no words: keys stand for themselves
+NO_CONNECTION = "common-no_connection_to_screen"
 
 
 def test_the_time_on_the_way_beyond_the_shortest_one_counts_as_age() -> None:

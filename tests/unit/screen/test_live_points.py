@@ -1,14 +1,13 @@
 """What a page has seen itself: gaps stay gaps, and a clock that was set back loses nothing new."""
 
-from pathlib import Path
 from typing import Any
 
 from hypothesis import given, settings, strategies as st
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen import _words
+from thermaxis.screen.access import asset_folder
 
-SCRIPT = Path(_words.__file__).parent / "static" / "live_points.js"
+SCRIPT = asset_folder() / "live_points.js"
 
 
 def said(body: str) -> Any:

@@ -23,13 +23,13 @@ from tests.unit.screen.engineer_bench import (
 )
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_model, write_model
+from thermaxis.messages import ISOLATE, sentence_of
 from thermaxis.runtime import MachineConfiguration, Role, VirtualClock, read_machine
 from thermaxis.screen.pages.model import page as _model_page
 from thermaxis.screen.pages.model._choices import (
     LARGEST_JUDGED_BYTES,
     MOST_JUDGED,
     MOST_LISTED,
-    NOT_READ,
     Choice,
     ModelChoices,
 )
@@ -77,7 +77,7 @@ def test_the_model_in_force_is_shown_when_its_hash_is_the_loops(
     assert found["sha256"] == machine.model.sha256 == STATUS["model_sha256"]
     assert [output["name"] for output in found["model"]["outputs"]] == ["Z_um"]
     assert found["model"]["diameter_mm"] == STATUS["diameter_mm"] == 1200.0
-    assert (found["text"], found["detail"]) == ("", "")
+    assert found["text"] == ""
     assert [choice["name"] for choice in found["choices"] if choice["model"]] == ["lathe.json"]
 
 
@@ -99,7 +99,7 @@ def test_a_file_that_is_gone_or_no_model_is_said_in_words(machine: MachineConfig
     found = client(machine).get("/model/values").json()
     assert found["model"] is None
     assert "cannot be read" in found["text"]
-    assert "thermaxis-compensation-model" in found["detail"]
+    assert "thermaxis-compensation-model" in found["text"]
     assert str(machine.model.path.parent) not in json.dumps(found)
     machine.model.path.unlink()
     found = client(machine).get("/model/values").json()
@@ -250,13 +250,12 @@ def test_a_file_that_is_no_model_or_does_not_fit_is_listed_with_why_before_it_is
         assert [name for name, one in found.items() if one["model"]] == ["large.json", "lathe.json"]
         assert found["lathe.json"]["reason"] == ""
         assert not_read in found["large.json"]["reason"]
-        for name, why in (("foreign.json", "X_um"), ("notes.json", "-compensation-model")):
-            assert name not in found[name]["reason"], "it stands before it"
-            assert why in found[name]["reason"]
-            assert bool(found[name]["english"]) is (language != "en")
+        for name in ("foreign.json", "notes.json"):
+            assert (ISOLATE in found[name]["reason"]) is (language != "en")
             with pytest.raises(ThermaxisError) as refused:  # the loop would say the same
                 machine.other_model(name)
-            assert str(refused.value).endswith(found[name]["reason"])
+            assert sentence_of(refused.value.message) in found[name]["reason"]
+        assert "X_um" in found["foreign.json"]["reason"]
         assert str(folder) not in json.dumps(asked)
 
 
@@ -276,8 +275,8 @@ def test_a_file_is_read_for_the_list_once_for_each_content_and_little_at_once(
         (folder / f"padded{k}.json").write_text("{}" + " " * 900_000, "utf-8")
     choices = ModelChoices(machine)
     looks = [choices.look() for _ in range(4)]
-    assert looks[0][5:] == tuple(Choice(f"padded{k}.json", key=NOT_READ) for k in (4, 5, 6))
-    assert not any(choice.key for choice in looks[1])
+    assert looks[0][5:] == tuple(Choice(f"padded{k}.json", judged=False) for k in (4, 5, 6))
+    assert all(choice.judged for choice in looks[1])
     assert looks[1] == looks[2] == looks[3]
     assert sorted(read) == sorted(choice.name for choice in looks[1]), "each once"
     shutil.copy(machine.model.path, folder / "padded3.json")
@@ -324,7 +323,7 @@ def test_a_folder_that_hangs_stops_nobody_and_leaves_few_threads_behind(
             with pytest.raises(TimeoutError):
                 await models.hash_of("lathe.json")
         assert all(one == before for one in known)
-        assert {one.found for one in unknown} == {Found(None, NO_FILE, HANGS)}
+        assert all(one.found == Found(None, NO_FILE, HANGS) for one in unknown)
         assert all(one.choices == before.choices for one in unknown)
         assert 0 < left_behind() <= 1 + MOST_READING
         answers.set()
@@ -348,5 +347,5 @@ def test_only_so_many_files_of_a_folder_are_judged(machine: MachineConfiguration
         (folder / f"{k:03d}.json").write_text("{}", "utf-8")
     found = ModelChoices(machine).look()
     assert len(found) == MOST_JUDGED + 6
-    assert sum(bool(choice.reason) for choice in found) == MOST_JUDGED
-    assert sum(choice.key == NOT_READ for choice in found) == 6
+    assert sum(choice.refused is not None for choice in found) == MOST_JUDGED
+    assert sum(not choice.judged for choice in found) == 6

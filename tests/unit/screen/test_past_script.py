@@ -1,20 +1,24 @@
 """What stays on a page after a question that failed, by the script that history and probe share."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen import _words
+from thermaxis.screen.access import asset_folder
 
-SCRIPT = Path(_words.__file__).parent / "static" / "past.js"
+SCRIPT = asset_folder() / "past.js"
 BENCH = """
 const places = {};
+class Place {
+  dataset = {};
+  textContent = "";
+  replaceChildren(...nodes) { this.textContent = nodes.join(""); }
+}
 globalThis.document = {
   body: { dataset: {} },
   documentElement: { lang: "en" },
-  getElementById: (id) => id === "words" ? null : (places[id] ??= { dataset: {} }),
+  getElementById: (id) => id === "words" ? null : (places[id] ??= new Place()),
 };
 const past = await import("file://SCRIPT");
 const { asked, Refused, refused, shows, told } = past;

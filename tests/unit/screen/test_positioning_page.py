@@ -22,13 +22,12 @@ from starlette.applications import Starlette
 
 from tests.unit.screen.people import TOKEN, People
 from thermaxis.files import read_positioning
+from thermaxis.messages import sentence
 from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
 from thermaxis.runtime import Role
-from thermaxis.screen import Words
 from thermaxis.screen.access import ScreenParts
 from thermaxis.screen.pages.positioning import page as _positioning_page
 from thermaxis.screen.pages.positioning._results import KEPT_S, MOST_OF_A_PERSON
-from thermaxis.screen.pages.positioning._work import MOST_WAITING, Work
 from thermaxis.screen.pages.positioning.page import (
     LARGEST_BYTES,
     LARGEST_TABLE_BYTES,
@@ -36,6 +35,7 @@ from thermaxis.screen.pages.positioning.page import (
     shown_name,
     stored_name,
 )
+from thermaxis.screen.work._work import MOST_WAITING, Work
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 
@@ -78,7 +78,6 @@ class Stage:
             clock=cast("Any", self.clock),
             feed=cast("Any", None),
             persons=cast("Any", self.people),
-            words=Words.read(),
             program="p",
         )
         self.application = Starlette(routes=_positioning_page.routes(parts))
@@ -252,7 +251,7 @@ def test_no_place_of_this_computer_stands_in_what_comes_back(real: Real, tmp_pat
 
 def test_a_result_is_not_there_for_anybody_else(real: Real) -> None:
     assert [answer.status_code for answer in real.others] == [404, 404, 404]
-    assert {answer.json()["error"] for answer in real.others} == {"positioning.gone"}
+    assert {answer.json()["error"] for answer in real.others} == {"positioning-gone"}
     assert real.list_of_another.json() == {"results": []}
 
 
@@ -316,7 +315,7 @@ def test_what_is_no_run_is_refused_in_the_words_of_the_evaluation(
         answer = stage.send(CONTENTS[content](), name="../../etc/lauf.xlsx")
         assert answer.status_code == 422
         found = answer.json()
-        assert found["error"] == "positioning.refused"
+        assert found["error"] == "positioning-refused"
         assert found["text"].startswith("The run cannot be evaluated: ")
         assert "lauf.xlsx" in found["text"]
         assert "run.xlsx" not in found["text"]
@@ -421,7 +420,7 @@ def test_options_become_words_of_a_fixed_list(stage: Stage) -> None:
 def test_an_option_that_is_none_is_refused(stage: Stage, asked: dict[str, str]) -> None:
     answer = stage.send(b"1", name="a.csv", **asked)
     assert answer.status_code == 400
-    assert answer.json()["error"] == "positioning.bad_option"
+    assert answer.json()["error"] == "positioning-bad_option"
     assert stage.folders() == []
 
 
@@ -433,7 +432,7 @@ def test_an_upload_of_the_largest_size_is_taken_and_one_byte_more_is_not(stage: 
     kept = stage.folders()
     answer = stage.send(b"x" * (LARGEST_BYTES + 1), name="a.csv")
     assert answer.status_code == 413
-    assert answer.json()["error"] == "positioning.too_large"
+    assert answer.json()["error"] == "positioning-too_large"
     assert stage.folders() == kept
 
 
@@ -461,14 +460,14 @@ def test_an_upload_without_a_run_is_refused(
 ) -> None:
     answer = stage.send(body, name="a.csv", **asked)
     assert answer.status_code == 400
-    assert answer.json()["error"] == "positioning.empty"
+    assert answer.json()["error"] == "positioning-empty"
     assert stage.folders() == []
 
 
 def test_a_head_that_is_no_head_by_its_size_is_refused(stage: Stage) -> None:
     answer = stage.send(b"x", name="a.csv", head_bytes=str(LARGEST_TABLE_BYTES + 1))
     assert answer.status_code == 413
-    assert answer.json()["error"] == "positioning.table_too_large"
+    assert answer.json()["error"] == "positioning-table_too_large"
 
 
 def test_an_upload_that_does_not_come_is_given_up(
@@ -526,7 +525,7 @@ def test_uploads_beyond_those_that_may_wait_are_refused(stage: Stage) -> None:
         return [(one.status_code, one.json().get("error", "")) for one in answers]
 
     all_of_them = [f"engineer-{k}" for k in range(MOST_WAITING + 3)]
-    in_time, too_many = (200, ""), (429, "positioning.busy")
+    in_time, too_many = (200, ""), (429, "positioning-busy")
     assert stage.runner.run(crowd(all_of_them)) == [in_time] * (MOST_WAITING + 1) + [too_many] * 2
     assert stage.send(b"x", name="a.csv").status_code == 200
 
@@ -539,8 +538,8 @@ def test_a_second_upload_of_the_same_person_is_refused_until_the_first_is_done(
         answers = await asyncio.gather(*calls)
         return sorted((one.status_code, one.json().get("error", "")) for one in answers)
 
-    assert stage.runner.run(two()) == [(200, ""), (429, "positioning.own")]
-    assert stage.runner.run(two()) == [(200, ""), (429, "positioning.own")]
+    assert stage.runner.run(two()) == [(200, ""), (429, "positioning-own")]
+    assert stage.runner.run(two()) == [(200, ""), (429, "positioning-own")]
 
 
 # ---- names --------------------------------------------------------------------------------------
@@ -602,20 +601,20 @@ def test_names_are_stored_shown_and_offered_as_known(
 # ---- commands that go wrong ---------------------------------------------------------------------
 
 WRONG = {
-    "hangs": ("import time; time.sleep(600)", "positioning.too_long"),
-    "crashes": ("import os; os.kill(os.getpid(), 11)", "positioning.crashed"),
-    "is ended by the system": ("import os; os.kill(os.getpid(), 9)", "positioning.too_hungry"),
-    "eats": ("hoard = [bytes(100_000_000) for _ in range(90)]", "positioning.too_hungry"),
-    "floods": ("while True: print('x' * 65536)", "positioning.too_much"),
-    "raises": ("raise RuntimeError(__file__)", "positioning.crashed"),
-    "writes nothing": ("", "positioning.crashed"),
-    "is of another kind": ("import sys; sys.exit(2)", "positioning.crashed"),
+    "hangs": ("import time; time.sleep(600)", "positioning-too_long"),
+    "crashes": ("import os; os.kill(os.getpid(), 11)", "positioning-crashed"),
+    "is ended by the system": ("import os; os.kill(os.getpid(), 9)", "positioning-too_hungry"),
+    "eats": ("hoard = [bytes(100_000_000) for _ in range(90)]", "positioning-too_hungry"),
+    "floods": ("while True: print('x' * 65536)", "positioning-too_much"),
+    "raises": ("raise RuntimeError(__file__)", "positioning-crashed"),
+    "writes nothing": ("", "positioning-crashed"),
+    "is of another kind": ("import sys; sys.exit(2)", "positioning-crashed"),
     "writes too much": (
         (
             "open('result.json', 'wb').write(bytes(9_000_000));"
             "open('report.html', 'w'); open('certificate.pdf', 'w')"
         ),
-        "positioning.too_much",
+        "positioning-too_much",
     ),
 }
 
@@ -630,7 +629,7 @@ def test_a_command_that_goes_wrong_is_told_in_words_and_leaves_nothing(
         answer = stage.send(b"1", name="a.csv", headers={"Accept-Language": "de"})
         assert answer.status_code == 422
         assert answer.json()["error"] == key
-        assert answer.json()["text"] == Words.read().say("de", key, limit=f"{allowed_s:.0f}")
+        assert answer.json()["text"] == sentence(key, {"limit": f"{allowed_s:.0f}"}, language="de")
         assert kept_places(answer.text, tmp_path) == []
         assert stage.folders() == []
         assert stage.get("/positioning/results").status_code == 200  # the page goes on
@@ -661,9 +660,9 @@ def test_places_that_the_command_names_do_not_reach_the_page(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("role", "status", "key"),
     [
-        (None, 401, "login.needed"),
-        (Role.VIEWER, 403, "login.role_too_low"),
-        (Role.OPERATOR, 403, "login.role_too_low"),
+        (None, 401, "login-needed"),
+        (Role.VIEWER, 403, "login-role_too_low"),
+        (Role.OPERATOR, 403, "login-role_too_low"),
     ],
 )
 def test_only_engineers_send_files(stage: Stage, role: Role | None, status: int, key: str) -> None:
@@ -709,7 +708,7 @@ def test_results_go_after_an_hour(stage: Stage) -> None:
 
 def test_results_go_with_the_log_in(stage: Stage) -> None:
     stage.send(b"1", name="a.csv")
-    stage.leaves("login.idle")
+    stage.leaves("login-idle")
     stage.people.come(Role.ENGINEER, "svoboda")
     assert stage.get("/positioning/results").json() == {"results": []}
     assert stage.folders() == []
@@ -722,7 +721,7 @@ def test_results_go_with_the_log_in_though_nobody_asks_again(
     stage.send(b"1", name="a.csv")
     stage.send(b"1", name="b.csv")
     assert len(stage.folders()) == 2
-    stage.leaves("login.out")
+    stage.leaves("login-out")
 
     async def look() -> None:
         async with asyncio.timeout(20.0):
@@ -732,7 +731,7 @@ def test_results_go_with_the_log_in_though_nobody_asks_again(
     stage.runner.run(look())
     stage.people.come(Role.ENGINEER, "svoboda")
     assert stage.send(b"1", name="c.csv").status_code == 200  # and it is looked after again
-    stage.leaves("login.out")
+    stage.leaves("login-out")
     stage.runner.run(look())
 
 
@@ -751,7 +750,7 @@ def test_a_full_disk_is_told_in_words(stage: Stage, monkeypatch: pytest.MonkeyPa
     with monkeypatch.context() as patched:
         patched.setattr(Work, "folder", full)
         answer = stage.send(b"1", name="a.csv")
-    assert (answer.status_code, answer.json()["error"]) == (507, "positioning.not_stored")
+    assert (answer.status_code, answer.json()["error"]) == (507, "positioning-not_stored")
     assert "/srv" not in answer.text
     assert stage.send(b"1", name="a.csv").status_code == 200
 
@@ -784,9 +783,8 @@ def test_the_largest_sum_of_all_results_is_kept_to(
 def test_the_page_has_its_form_in_the_language_of_its_visitor(stage: Stage, language: str) -> None:
     page = stage.get("/positioning", **{"accept-language": language})
     assert page.status_code == 200
-    say = Words.read().say
-    for key in ("positioning.title", "positioning.submit", "positioning.cycle_pilgrim"):
-        assert say(language, key) in page.text
+    for key in ("positioning-title", "positioning-submit", "positioning-cycle_pilgrim"):
+        assert sentence(key, language=language) in page.text
     assert re.search(r"<iframe[^>]*\bsandbox\b(?!=)", page.text)
     assert 'data-largest="20000000"' in page.text
     assert os.sep + "tmp" not in page.text

@@ -9,9 +9,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from starlette.testclient import TestClient
 
 from tests.unit.runtime.history_records import BEGIN, cycle_record, url_of
 from tests.unit.runtime.simulated import SimulatedHistorian
+from tests.unit.screen.engineer_bench import (
+    KnownFeed,
+    application,
+    lathe as lathe_configuration,
+    parts_with,
+)
 from tests.unit.screen.history_parts import write_history
 from thermaxis.compensation import (
     Compensation,
@@ -250,3 +257,9 @@ def test_a_compensation_without_any_drift_has_no_ratio(tmp_path: Path) -> None:
     found = compare_by_hand(tmp_path / "h.db", [measured(k, 1.0, 0.0, 0.0) for k in range(5)])
     assert found["figures"]["uncompensated_um"] == 0.0
     assert found["figures"]["ratio"] is None
+
+
+def test_the_probes_of_a_page_are_named_as_everywhere_and_asked_for_by_their_own_name() -> None:
+    parts = parts_with(lathe_configuration(), KnownFeed(None))
+    page = TestClient(application(parts, _probe_page.routes(parts))).get("/probe").text
+    assert '<option value="Z_um">Z</option>' in page

@@ -106,7 +106,7 @@ def test_without_a_connection_a_look_comes_every_second_and_says_why() -> None:
         assert max(b - a for a, b in itertools.pairwise(times)) <= 1.0 + 1e-9
         told = feed.latest
         assert not told.live
-        assert told.why == "feed.no_connection"
+        assert told.why == "feed-no_connection"
         assert told.detail == loop.last_error
         assert told.text == ""
         assert told.status == {}
@@ -146,7 +146,7 @@ def test_a_loop_that_is_connected_and_silent_delays_no_look() -> None:
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         times = [await _time_of(feed, clock) for _ in range(30)]
         assert max(b - a for a, b in itertools.pairwise(times)) <= 1.0 + 1e-9
-        assert feed.latest.why == "feed.no_answer"
+        assert feed.latest.why == "feed-no_answer"
         assert not feed.latest.live
 
     look(loop, act)
@@ -164,7 +164,7 @@ def test_one_answer_that_is_missing_is_no_loss_and_three_seconds_of_silence_are(
         while feed.latest.live:
             await feed.after(feed.latest.number)
         assert 3.0 < clock.monotonic_s() - first.received_s <= 4.0
-        assert feed.latest.why == "feed.no_answer"
+        assert feed.latest.why == "feed-no_answer"
         assert feed.latest.text == first.text
         assert feed.latest.received_utc == first.received_utc
 
@@ -179,7 +179,7 @@ def test_the_first_look_after_a_lost_connection_is_not_live_and_keeps_what_was_k
         for number in range(2, 5):
             loop.lose()
             gone = await feed.after(feed.latest.number)
-            assert (gone.live, gone.why) == (False, "feed.no_connection")
+            assert (gone.live, gone.why) == (False, "feed-no_connection")
             assert gone.status["number"] == number - 1
             loop.find()
             loop.text = text_of(number)
@@ -203,7 +203,7 @@ def test_a_cycle_that_does_not_move_for_three_cycles_stands_still(
             assert clock.monotonic_s() - first.received_s <= bound_s
             await feed.after(feed.latest.number)
         assert bound_s < clock.monotonic_s() - first.received_s <= bound_s + 1.0
-        assert feed.latest.why == "feed.stands_still"
+        assert feed.latest.why == "feed-stands_still"
         assert feed.latest.received_s == first.received_s
         loop.text = text_of(8, cycle_s=cycle_s)
         moved = await feed.after(feed.latest.number)
@@ -249,14 +249,14 @@ def test_an_uncertain_status_is_never_live() -> None:
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         for number in range(2, 12):
             told = await feed.after(feed.latest.number)
-            assert (told.live, told.why) == (False, "feed.old")
+            assert (told.live, told.why) == (False, "feed-old")
             assert told.status == {}  # it is not taken for the loop's last good word either
             loop.text = text_of(number)
         loop.code = STATUS.Good
         assert (await feed.after(feed.latest.number)).live
         loop.code = STATUS.UncertainSubNormal
         last = await feed.after(feed.latest.number)
-        assert (last.live, last.why) == (False, "feed.old")
+        assert (last.live, last.why) == (False, "feed-old")
         assert "UncertainSubNormal" in last.detail
         assert last.text  # the last good one stays, for whoever shows it as old
 
@@ -272,7 +272,7 @@ def test_a_loop_that_has_no_status_yet_says_so(code: int) -> None:
 
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         told = await feed.after(0)
-        assert (told.live, told.why) == (False, "feed.no_status")
+        assert (told.live, told.why) == (False, "feed-no_status")
         assert "Bad" in told.detail
 
     look(loop, act)
@@ -285,7 +285,7 @@ def test_an_account_that_is_more_or_less_than_a_viewer_shows_nothing(role: str) 
 
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         for told in await looks(feed, 3):
-            assert (told.live, told.why) == (False, "feed.not_a_viewer")
+            assert (told.live, told.why) == (False, "feed-not_a_viewer")
             assert told.text == ""
             assert told.status == {}
         assert loop.read_times == 0
@@ -299,7 +299,7 @@ def test_a_refused_question_who_it_is_shows_nothing() -> None:
 
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         told = await feed.after(0)
-        assert told.why == "feed.not_a_viewer"
+        assert told.why == "feed-not_a_viewer"
         assert "BadUserAccessDenied" in told.detail
 
     look(loop, act)
@@ -315,7 +315,7 @@ def test_an_account_that_becomes_an_operator_shows_nothing_soon_and_forgets_what
         assert feed.recent("T_spindle_C")
         loop.role, began_s = "operator", clock.monotonic_s()
         number = 1
-        while feed.latest.why != "feed.not_a_viewer":
+        while feed.latest.why != "feed-not_a_viewer":
             number += 1
             loop.text = text_of(number)
             await feed.after(feed.latest.number)
@@ -339,7 +339,7 @@ def test_who_it_is_is_asked_with_every_connection_and_rarely_otherwise() -> None
         loop.find()
         loop.role = "operator"  # the next connection may be to another server
         told = (await looks(feed, 1))[0]
-        assert told.why == "feed.not_a_viewer"
+        assert told.why == "feed-not_a_viewer"
 
     look(loop, act)
 
@@ -388,7 +388,7 @@ def test_what_is_no_status_is_refused_in_words_and_ends_nothing(name: str) -> No
 
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         told = await feed.after(0)
-        assert (told.live, told.why) == (False, "feed.not_understood")
+        assert (told.live, told.why) == (False, "feed-not_understood")
         assert "the status" in told.detail
         assert len(told.detail) <= 500
         assert told.detail.isprintable()
@@ -560,7 +560,7 @@ def test_a_connection_that_was_made_anew_during_a_look_shows_nothing_unasked() -
         told = await feed.after(feed.latest.number)
         assert told.status["number"] == 1  # what the new connection said was not taken
         told = await feed.after(told.number)
-        assert told.why == "feed.not_a_viewer"
+        assert told.why == "feed-not_a_viewer"
 
     look(loop, act)
 
@@ -617,7 +617,7 @@ def test_whoever_waits_is_told_of_the_end() -> None:
         await feed.close()  # a second time is nothing
 
     look(loop, act)
-    assert (ended[0].live, ended[0].why) == (False, "feed.ended")
+    assert (ended[0].live, ended[0].why) == (False, "feed-ended")
 
 
 def test_many_wait_and_each_is_told_the_same() -> None:
@@ -654,7 +654,7 @@ def test_the_feed_is_live_again_by_itself_each_time_the_server_comes_back() -> N
         feed = StatusFeed(fast(url), SystemClock(), every_s=0.05)
         await feed.open()
         for time in range(3):
-            await until(lambda: feed.latest.why == "feed.no_connection")
+            await until(lambda: feed.latest.why == "feed-no_connection")
             assert not feed.latest.live
             async with served(settings) as server:
                 beating = asyncio.create_task(beat(server, HandClock(), 1000 * time))
@@ -678,10 +678,10 @@ def test_a_loop_that_stops_publishing_is_old_and_then_stands_still() -> None:
             await until(lambda: feed.latest.live)
             clock.now_s += 3.5  # by the server's clock; the feed's own has seen no three seconds
             await until(lambda: not feed.latest.live)
-            assert feed.latest.why == "feed.old"
+            assert feed.latest.why == "feed-old"
             assert feed.latest.text
             feed._moved_s -= 3.5
-            await until(lambda: feed.latest.why == "feed.stands_still")
+            await until(lambda: feed.latest.why == "feed-stands_still")
             server.publish(status(number=2))
             await until(lambda: feed.latest.live)
             await feed.close()
@@ -694,7 +694,7 @@ def test_a_server_before_its_first_cycle_has_no_status() -> None:
         async with served(viewers()) as server:
             feed = StatusFeed(fast(server.url), SystemClock(), every_s=0.05)
             await feed.open()
-            await until(lambda: feed.latest.why == "feed.no_status")
+            await until(lambda: feed.latest.why == "feed-no_status")
             server.publish(status())
             await until(lambda: feed.latest.live)
             await feed.close()
@@ -731,7 +731,7 @@ def test_the_account_of_an_operator_is_refused_by_the_feed_and_a_viewer_taken(
             )
             feed = StatusFeed(settings, SystemClock(), every_s=0.1)
             await feed.open()
-            await until(lambda: feed.latest.why == "feed.not_a_viewer")
+            await until(lambda: feed.latest.why == "feed-not_a_viewer")
             assert feed.latest.text == ""
             assert "operator" in feed.latest.detail
             appoint(Role.VIEWER)

@@ -1,4 +1,6 @@
 history-unreadable = Historii nelze přečíst: { $why }
+history-no_database = databáze je nedostupná nebo ji nelze číst.
+history-fails = nedaří se to.
 history-hangs = Historie neodpověděla do { $limit } s. Databáze je vytížená nebo nedostupná; zkuste to znovu.
 history-busy = Na historii čeká příliš mnoho dotazů. Zkuste to za okamžik.
 history-no_span = Toto není časové období. Konec musí být po začátku, nejvýše o deset let.
@@ -69,7 +71,7 @@ history-who = Kdo
 history-what = Co
 history-asked_accepted = { $what }: přijato; { $reason }
 history-asked_refused = { $what }: odmítnuto; { $reason }
-history-ask_trim = Ruční posun { NAME($output) } { $value } µm na { $length }
+history-ask_trim = Ruční posun { NAME($output) } { SIGNED($value, decimals: 1) } µm na { DURATION($length) }
 history-ask_diameter = Průměr obrobku { $value } mm
 history-ask_no_diameter = Bez průměru obrobku
 history-ask_model = Zvolit model { $file }

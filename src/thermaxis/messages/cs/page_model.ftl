@@ -1,6 +1,7 @@
 model-title = Aktivní model
 model-no_status = Kompenzace zatím nesdělila, který model je aktivní.
 model-other_file = Kompenzace pokračuje s modelem, který načetla: { $file }, sha256 { $hash }. Soubor v tomto počítači byl od té doby změněn; nic z něj se nezobrazuje. Obnovte původní soubor, nebo nahoře zvolte jiný model: při příštím spuštění kompenzace načte změněný soubor.
+model-hangs = Složka s modely neodpovídá.
 model-no_file = Kompenzace pokračuje s modelem, který načetla: { $file }, sha256 { $hash }. Soubor v tomto počítači už nelze přečíst. Obnovte soubor, nebo nahoře zvolte jiný model: bez čitelného souboru se kompenzace znovu nespustí.
 model-times = Identifikováno s periodou vzorkování { $sample }; po výpadku delším než { $gap } začíná znovu; vstup při poruše drží hodnotu { $hold }.
 model-filter = Každý vstup prochází filtrem s časovou konstantou { $time }.

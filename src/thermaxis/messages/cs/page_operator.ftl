@@ -10,7 +10,6 @@ operator-for = ({ $time })
 operator-before = Předtím: { $state }.
 operator-everything_there = Vše potřebné je k dispozici.
 operator-alarms = Alarmy:
-operator-alarm = Alarm
 operator-alarm_list = Alarmy
 operator-no_alarm = Žádný alarm
 operator-no_alarm_more = Nic neobvyklého.

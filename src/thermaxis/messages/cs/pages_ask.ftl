@@ -1,7 +1,7 @@
 ask-no_answer = Kompenzace neodpověděla; požadavek se ještě může projevit.
 ask-lost = Spojení se ztratilo před odpovědí; požadavek se ještě může projevit.
 ask-role = Kompenzace to tomuto uživateli nedovoluje.
-ask-unknown = Takový požadavek neexistuje.
+ask-told = { $said }
 ask-arguments = Požadavek není úplný, nebo některou hodnotu nelze použít.
 ask-too_many = Na odpověď již čeká několik vašich požadavků.
 ask-not_taken = Kompenzace požadavek nepřevzala. Více je v protokolu obrazovky.

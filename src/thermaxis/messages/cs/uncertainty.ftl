@@ -5,8 +5,8 @@ left_out-drift_unknown = drift: není znám
 left_out-drift_not_described = drift cílové polohy { $targets }, který model driftu nepopisuje
 left_out-one_reading = rozptyl: jediné čtení jej neurčí
 
-term-instrument = přístroj
+term-device = přístroj
 term-misalignment = seřízení paprsku
-term-temperature = teplota materiálu
-term-expansion = součinitel roztažnosti
-term-environment = vliv prostředí
+term-material_temperature = teplota materiálu
+term-expansion_coefficient = součinitel roztažnosti
+term-environmental_variation = vliv prostředí

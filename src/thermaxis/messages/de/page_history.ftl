@@ -1,4 +1,6 @@
 history-unreadable = Der Verlauf kann nicht gelesen werden: { $why }
+history-no_database = die Datenbank ist nicht erreichbar oder nicht lesbar.
+history-fails = es gelingt nicht.
 history-hangs = Der Verlauf hat nicht innerhalb von { $limit } s geantwortet. Die Datenbank ist ausgelastet oder nicht erreichbar; bitte erneut versuchen.
 history-busy = Zu viele Anfragen warten auf den Verlauf. Bitte gleich noch einmal versuchen.
 history-no_span = Das ist kein Zeitraum. Das Ende muss nach dem Beginn liegen, höchstens zehn Jahre danach.
@@ -69,7 +71,7 @@ history-who = Wer
 history-what = Was
 history-asked_accepted = { $what }: angenommen; { $reason }
 history-asked_refused = { $what }: abgelehnt; { $reason }
-history-ask_trim = Trimmung { NAME($output) } { $value } µm für { $length }
+history-ask_trim = Trimmung { NAME($output) } { SIGNED($value, decimals: 1) } µm für { DURATION($length) }
 history-ask_diameter = Werkstückdurchmesser { $value } mm
 history-ask_no_diameter = Kein Werkstückdurchmesser
 history-ask_model = Modell { $file } wählen

@@ -1,6 +1,7 @@
 model-title = Aktives Modell
 model-no_status = Die Kompensation hat noch nicht gemeldet, welches Modell aktiv ist.
 model-other_file = Die Kompensation arbeitet mit dem Modell weiter, das sie gelesen hat: { $file }, sha256 { $hash }. Die Datei auf diesem Rechner wurde seitdem geändert; es wird nichts daraus gezeigt. Die alte Datei wiederherstellen oder oben ein anderes Modell wählen: beim nächsten Start liest die Kompensation die geänderte Datei.
+model-hangs = Der Ordner der Modelle antwortet nicht.
 model-no_file = Die Kompensation arbeitet mit dem Modell weiter, das sie gelesen hat: { $file }, sha256 { $hash }. Die Datei kann auf diesem Rechner nicht mehr gelesen werden. Die Datei wiederherstellen oder oben ein anderes Modell wählen: ohne lesbare Datei startet die Kompensation nicht wieder.
 model-times = Identifiziert mit der Abtastzeit { $sample }; nach einer Lücke von mehr als { $gap } beginnt es neu; ein ausgefallener Eingang wird { $hold } lang gehalten.
 model-filter = Jeder Eingang läuft durch ein Filter mit der Zeitkonstante { $time }.

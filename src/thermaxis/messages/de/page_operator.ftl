@@ -10,7 +10,6 @@ operator-for = ({ $time })
 operator-before = Zuvor: { $state }.
 operator-everything_there = Alles Nötige ist vorhanden.
 operator-alarms = Alarme:
-operator-alarm = Alarm
 operator-alarm_list = Alarme
 operator-no_alarm = Kein Alarm
 operator-no_alarm_more = Nichts Ungewöhnliches.

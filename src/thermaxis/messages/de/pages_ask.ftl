@@ -1,7 +1,7 @@
 ask-no_answer = Die Kompensation hat keine Antwort gegeben; die Anforderung kann noch wirksam werden.
 ask-lost = Die Verbindung ging vor der Antwort verloren; die Anforderung kann noch wirksam werden.
 ask-role = Die Kompensation erlaubt das diesem Benutzer nicht.
-ask-unknown = Diese Anforderung gibt es nicht.
+ask-told = { $said }
 ask-arguments = Die Anforderung ist unvollständig, oder ein Wert darin ist nicht brauchbar.
 ask-too_many = Mehrere Ihrer Anforderungen warten bereits auf Antwort.
 ask-not_taken = Die Kompensation hat die Anforderung nicht übernommen. Das Protokoll des Bildschirms sagt mehr.

@@ -5,8 +5,8 @@ left_out-drift_unknown = Drift: sie ist nicht bekannt
 left_out-drift_not_described = Drift der Zielposition { $targets }, die das Driftmodell nicht beschreibt
 left_out-one_reading = Streuung: eine einzelne Ablesung sagt sie nicht
 
-term-instrument = Messgerät
+term-device = Messgerät
 term-misalignment = Ausrichtung des Strahls
-term-temperature = Temperatur des Materials
-term-expansion = Ausdehnungskoeffizient
-term-environment = Umgebungseinfluss
+term-material_temperature = Temperatur des Materials
+term-expansion_coefficient = Ausdehnungskoeffizient
+term-environmental_variation = Umgebungseinfluss

@@ -3,6 +3,8 @@
 ## answers
 
 history-unreadable = The history cannot be read: { $why }
+history-no_database = the database cannot be reached or read.
+history-fails = it fails.
 history-hangs = The history has not answered within { $limit } s. The database may be busy or out of reach; try again.
 history-busy = Too many questions wait for the history. Try again in a moment.
 history-no_span = This is no span of time. Choose an end after the begin, and at most ten years.
@@ -88,7 +90,7 @@ history-who = Who
 history-what = What
 history-asked_accepted = { $what }: accepted; { $reason }
 history-asked_refused = { $what }: refused; { $reason }
-history-ask_trim = Trim { NAME($output) } { $value } µm for { $length }
+history-ask_trim = Trim { NAME($output) } { SIGNED($value, decimals: 1) } µm for { DURATION($length) }
 history-ask_diameter = Workpiece diameter { $value } mm
 history-ask_no_diameter = No workpiece diameter
 history-ask_model = Choose the model { $file }

@@ -3,6 +3,7 @@
 model-title = Model in force
 model-no_status = The compensation has not told yet which model is in force.
 model-other_file = The compensation goes on with the model that it has read: { $file }, sha256 { $hash }. The file on this computer has been changed since; nothing of it is shown. Put the file back as it was, or choose another model above: at its next start the compensation reads the changed file.
+model-hangs = The folder of the models does not answer.
 model-no_file = The compensation goes on with the model that it has read: { $file }, sha256 { $hash }. The file cannot be read on this computer any more. Put the file back, or choose another model above: without a file that can be read the compensation does not start again.
 model-times = Identified with a sample time of { $sample }; after a gap of more than { $gap } it starts anew; a failed input is held for { $hold }.
 model-filter = Every input passes a filter with a time constant of { $time }.

@@ -17,7 +17,6 @@ operator-everything_there = Everything that it needs is there.
 ## alarms
 
 operator-alarms = Alarms:
-operator-alarm = Alarm
 operator-alarm_list = Alarms
 operator-no_alarm = No alarm
 operator-no_alarm_more = Nothing is out of the ordinary.

@@ -9,8 +9,8 @@ left_out-one_reading = scatter: one reading does not tell it
 
 ## Terms of an uncertainty budget
 
-term-instrument = instrument
+term-device = instrument
 term-misalignment = misalignment of the beam
-term-temperature = temperature of the material
-term-expansion = expansion coefficient
-term-environment = environmental variation
+term-material_temperature = temperature of the material
+term-expansion_coefficient = expansion coefficient
+term-environmental_variation = environmental variation

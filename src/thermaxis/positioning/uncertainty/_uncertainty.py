@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError, require_range
 from thermaxis.positioning.run import FloatArray, PositioningTest
 from thermaxis.positioning.standard import (
@@ -145,8 +145,8 @@ class FigureUncertainty:
     """Origin of each of these formulas: `own` or `M` (from memory)."""
     terms: tuple[UncertaintyTerm, ...]
     """What is in it."""
-    left_out: tuple[str, ...]
-    """What is not in it, in words."""
+    left_out: tuple[Message, ...]
+    """What is not in it."""
 
     @property
     def included(self) -> tuple[str, ...]:
@@ -284,7 +284,7 @@ class _Terms:
     systematic: tuple[UncertaintyTerm, ...]
     environment: UncertaintyTerm | None
     left_out: tuple[str, ...]
-    """Systematic terms that the budget does not state."""
+    """Keys of the systematic terms that the budget does not state."""
 
     @property
     def systematic_expanded(self) -> float:
@@ -319,7 +319,7 @@ def _terms(test: PositioningTest, budget: UncertaintyBudget) -> _Terms:
     return _Terms(
         systematic=systematic,
         environment=_environmental_variation(budget),
-        left_out=tuple(text for key, text in names.items() if key not in known),
+        left_out=tuple(key for key in names if key not in known),
     )
 
 
@@ -549,27 +549,26 @@ _DRIFT_FREE = UncertaintyTerm("drift", "estimate of the drift", None, OWN)
 _DRIFT_MEASURED = UncertaintyTerm(
     "drift", "drift during the run, as part of the bias, and its estimate", None, OWN
 )
-_NO_BUDGET = "instrument and environment: no budget was given"
 
 
 def _left_out(
     terms: _Terms, drift: "DriftResult | None", *, budget: bool, drift_free: bool
-) -> tuple[str, ...]:
-    said: list[str] = []
+) -> tuple[Message, ...]:
+    found: list[Message] = []
     if not budget:
-        said.append(_NO_BUDGET)
+        found.append(Message("left_out-no_budget"))
     else:
-        said += [f"{text}: not stated in the budget" for text in terms.left_out]
+        unstated = not drift_free and terms.environment is None
+        missing = (*terms.left_out, *(("environmental_variation",) if unstated else ()))
+        found += [Message("left_out-not_stated", {"term": key}) for key in missing]
         if drift_free and terms.environment is not None:
-            said.append("environmental variation: it would count the drift twice")
-        elif not drift_free and terms.environment is None:
-            said.append("environmental variation: not stated in the budget")
+            found.append(Message("left_out-counted_twice"))
     if drift is None:
-        said.append("drift: it is not known")
+        found.append(Message("left_out-drift_unknown"))
     elif drift.suspects:
         named = ", ".join(str(i) for i in drift.suspects)
-        said.append(f"drift of target {named}, which the drift model does not describe")
-    return tuple(said)
+        found.append(Message("left_out-drift_not_described", {"targets": named}))
+    return tuple(found)
 
 
 def _figure_uncertainty(
@@ -577,7 +576,7 @@ def _figure_uncertainty(
     truths: dict[str, FloatArray],
     terms: tuple[UncertaintyTerm, ...],
     closed_form: dict[str, float],
-    left_out: tuple[str, ...],
+    left_out: tuple[Message, ...],
 ) -> FigureUncertainty:
     expanded, bias, standard = _compared(figures, truths)
     stated = {k: v for k, v in closed_form.items() if k in expanded and np.isfinite(v)}
@@ -646,7 +645,7 @@ def evaluate_uncertainty(
     estimate = estimate or _without_noise(test)
     truths = _draw_figures(estimate, terms, samples, seed, noise_known=noise_known)
     noise = (_NOISE,) if noise_known else ()
-    no_noise = () if noise_known else ("scatter: one reading does not tell it",)
+    no_noise = () if noise_known else (Message("left_out-one_reading"),)
     closed = (float(np.min(estimate.readings)), test.target.size)
     given = budget is not None
     environment = () if terms.environment is None else (terms.environment,)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import FIGURE_KEYS, DriftResult, FloatArray, figures_by_key
 from thermaxis.report._document import Block, Column, ItemList, Paragraph, Picture, Section, Table
 from thermaxis.report._names import FIGURE_SYMBOLS
@@ -129,7 +130,8 @@ def _method(report: PositioningReport) -> str:
 
 def _contents(where: str, figures: "FigureUncertainty") -> str:
     included = "; ".join(figures.included) or "nothing"
-    return f"{where}: {included}. Left out: {'; '.join(figures.left_out) or 'nothing known'}."
+    left_out = "; ".join(map(sentence_of, figures.left_out)) or "nothing known"
+    return f"{where}: {included}. Left out: {left_out}."
 
 
 def _probability(p: float) -> str:

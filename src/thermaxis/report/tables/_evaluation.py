@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from thermaxis.codes import value_as_json
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     APPROACHES,
     BACKWARD,
@@ -297,7 +299,7 @@ def _drift_in_words(test: PositioningTest, drift: DriftResult) -> Iterator[str]:
 def _left_out(figures: FigureUncertainty | None) -> list[str]:
     if figures is None or not figures.left_out:
         return []
-    return [f"U by Monte Carlo (GUM), without: {'; '.join(figures.left_out)}"]
+    return [f"U by Monte Carlo (GUM), without: {'; '.join(map(sentence_of, figures.left_out))}"]
 
 
 def _uncertainty_alone(report: PositioningReport) -> Iterator[Part]:
@@ -327,8 +329,12 @@ def _uncertainty(report: PositioningReport) -> Part:
             parts.append(Value(key, None))
             continue
         numbers = [Value(name, _by_figure(getattr(figures, name))) for name in _UNCERTAINTIES]
-        names = ("closed_form_mark", "included", "left_out")
-        others = [Value(name, getattr(figures, name)) for name in names]
+        others = [
+            Value("closed_form_mark", figures.closed_form_mark),
+            Value("included", figures.included),
+            Value("left_out", tuple(map(sentence_of, figures.left_out))),
+            Value("left_out_codes", tuple(map(value_as_json, figures.left_out))),
+        ]
         parts.append(Section(key, [*numbers, *others]))
     return Section("uncertainty", parts)
 

@@ -4,24 +4,24 @@ import hmac
 import json
 from collections.abc import Awaitable, Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any, NamedTuple, cast, final
+from typing import Any, NamedTuple, final
 from urllib.parse import quote
 
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
+from thermaxis.codes import Message, Value
+from thermaxis.messages import sentence
 from thermaxis.runtime import Role
-from thermaxis.screen._words import FREE_TEXT, LANGUAGES, language_of
-
-if TYPE_CHECKING:
-    from thermaxis.screen.access._parts import ScreenParts
-    from thermaxis.screen.access._persons import Person
+from thermaxis.screen.access._language import language_of
+from thermaxis.screen.access._parts import ScreenParts, parts_of
+from thermaxis.screen.access._persons import Person
 
 LANGUAGE_COOKIE = "thermaxis_language"
 """Cookie with the language that somebody has chosen."""
 TOKEN_HEADER = "x-thermaxis-token"  # noqa: S105 - the header's name
 """Header that proves that a request comes from one of our pages."""
-STARTED_ANEW = "login.started_anew"
+STARTED_ANEW = "login-started_anew"
 """Key of the words for a cookie that this run of the screen has never given, or long forgotten."""
 _SAFE = frozenset({"GET", "HEAD"})
 _UNAUTHORIZED, _FORBIDDEN = 401, 403
@@ -41,16 +41,11 @@ class Visitor(NamedTuple):
     """``en``, ``de`` or ``cs``."""
     token: str
     """What a request of theirs must carry; empty without a log-in."""
-    person: "Person | None"
+    person: Person | None
     """The log-in, if there is one."""
 
 
-def parts_of(connection: HTTPConnection) -> "ScreenParts":
-    """Return what the pages share."""
-    return cast("ScreenParts", connection.app.state.parts)
-
-
-def cookie_name(parts: "ScreenParts", port: int | None) -> str:
+def cookie_name(parts: ScreenParts, port: int | None) -> str:
     """Return the name of the log-in's cookie.
 
     Cookies know no ports: two screens of one computer would log each other out.
@@ -122,15 +117,10 @@ def answer_json(value: object, status: int = 200) -> JSONResponse:
     return _Json(value, status)
 
 
-def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> JSONResponse:
+def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -> JSONResponse:
     """Return a refusal in the language of who asks."""
-    language = visitor_of(connection).language
-    text = parts_of(connection).words.say(language, key, **values)
-    answer: dict[str, object] = {"error": key, "text": text}
-    english = [value for name, value in values.items() if name in FREE_TEXT and value]
-    if english and language != LANGUAGES[0]:
-        answer["english"] = english
-    return _Json(answer, status)
+    text = sentence(key, values, language=spoken(connection))
+    return _Json({"error": key, "text": text}, status)
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:
@@ -144,7 +134,7 @@ def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[E
             if visitor.person is None and (named or not visitor.role.at_least(role)):
                 if page:
                     return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
-                return refuse(request, _UNAUTHORIZED, why_out(request) or "login.needed")
+                return refuse(request, _UNAUTHORIZED, why_out(request) or "login-needed")
             refusal = _refusal(request, visitor, role, acts=named and unsafe)
             return await endpoint(request) if refusal is None else refusal
 
@@ -160,10 +150,10 @@ def _refusal(request: Request, visitor: Visitor, role: Role, *, acts: bool) -> R
     if person is not None and (acts or not enough) and person.lost:
         return refuse(request, _UNAUTHORIZED, person.lost)
     if not enough:
-        needed = parts_of(request).words.say(visitor.language, f"common.role_{role.value}")
-        return refuse(request, _FORBIDDEN, "login.role_too_low", needed=needed)
+        needed = Message(f"common-role_{role.value}")
+        return refuse(request, _FORBIDDEN, "login-role_too_low", needed=needed)
     if request.method not in _SAFE and person is not None:
         token = request.headers.get(TOKEN_HEADER, "")
         if not hmac.compare_digest(token.encode(), visitor.token.encode()):
-            return refuse(request, _FORBIDDEN, "login.token")
+            return refuse(request, _FORBIDDEN, "login-token")
     return None

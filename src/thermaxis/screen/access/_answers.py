@@ -1,40 +1,33 @@
-"""A request to the loop as its server takes it, and what is known of how it was answered."""
+"""A request to the loop, checked as its server would, and what is known of how it was answered."""
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple, cast
 
 from asyncua import ua
 
-from thermaxis.codes import Value, printable, values_of_json
-from thermaxis.messages import sentence_of
+from thermaxis.codes import Message, printable, values_of_json
+from thermaxis.messages import LANGUAGES, keys
 from thermaxis.runtime import LoopAnswer
 from thermaxis.runtime.opcua import MethodAnswer
 from thermaxis.runtime.status import ASKS, Ask, Kind, refusal_of
 
-if TYPE_CHECKING:
-    from thermaxis.screen.access._persons import Person
-
-NO_ANSWER: Final = "ask.no_answer"
+NO_ANSWER: Final = "ask-no_answer"
 """No answer in time; the request may still take effect."""
-LOST: Final = "ask.lost"
+LOST: Final = "ask-lost"
 """The connection was lost before the answer; the request may still take effect."""
-NOT_ALLOWED: Final = "ask.role"
+NOT_ALLOWED: Final = "ask-role"
 """The server says that the person may not."""
-UNKNOWN: Final = "ask.unknown"
-"""There is no such request."""
-ARGUMENTS: Final = "ask.arguments"
-"""The arguments are of the wrong number or kind."""
-TOO_MANY_ASKED: Final = "ask.too_many"
+ARGUMENTS: Final = "ask-arguments"
+"""The server says that the arguments are of the wrong number or kind."""
+TOO_MANY_ASKED: Final = "ask-too_many"
 """The person already waits for the answers to several requests."""
-NOT_TAKEN: Final = "ask.not_taken"
-"""The server refuses for another reason, which is told in English."""
+NOT_TAKEN: Final = "ask-not_taken"
+"""The server refuses for another reason."""
 
-MAY_STILL: Final = "the request may still take effect"
-"""End of a reason where that is so."""
+TOLD: Final = "ask-told"
+"""The loop answers by a code that is newer than this screen: its own English words."""
 _ASKS: Final[Mapping[str, Ask]] = {ask.name: ask for ask in ASKS}
 _MAY_HAVE_RUN: Final = frozenset(
     {"Good", "BadInternalError", "BadUnexpectedError", "BadTimeout", "BadRequestTimeout"}
@@ -58,60 +51,86 @@ class Answer(StrEnum):
 class Outcome(NamedTuple):
     """How a request was answered."""
 
-    accepted: bool
-    """Whether it takes effect."""
-    reason: str
-    """Why not, or what follows, in English: the loop's own words, where it has answered."""
-    key: str = ""
-    """Key of the words where the loop itself has not answered; empty where it has."""
-    code: str = ""
-    """The loop's answer as a code; empty where it has not answered."""
-    values: Mapping[str, Value] = MappingProxyType({})
-    """Values that belong to the code."""
+    answer: Answer
+    """Accepted, refused, or neither."""
+    message: Message
+    """Why not, or what follows: the loop's answer, or why there is none."""
+
+
+class Question(NamedTuple):
+    """What a page asks of the loop, checked."""
+
+    ask: Ask
+    """The method."""
+    arguments: tuple[float | str, ...]
+    """Its arguments, of the right types and count."""
 
     @property
-    def answer(self) -> Answer:
-        """Accepted, refused, or neither."""
-        if self.key in {NO_ANSWER, LOST}:
-            return Answer.UNKNOWN
-        return Answer.ACCEPTED if self.accepted else Answer.REFUSED
+    def variants(self) -> list[ua.Variant]:
+        """The arguments as the server takes them."""
+        kinds = {Kind.TEXT: ua.VariantType.String}
+        return [
+            ua.Variant(value, kinds.get(wanted.kind, ua.VariantType.Double))
+            for wanted, value in zip(self.ask.arguments, self.arguments, strict=True)
+        ]
 
 
-def variants_of(method: str, arguments: Sequence[float | str]) -> list[ua.Variant] | Outcome:
-    """Return arguments as the server takes them, or why it would not."""
-    ask = _ASKS.get(method)
+def question_of(found: object) -> Question | Message:
+    """Return what a page asks, or why that is no question."""
+    question = cast("dict[object, object]", found) if isinstance(found, dict) else {}
+    if set(question) != {"method", "arguments"}:
+        return Message("operator-ask_form")
+    method, given = question["method"], question["arguments"]
+    ask = _ASKS.get(method) if isinstance(method, str) else None
     if ask is None:
-        return Outcome(accepted=False, reason="there is no such request", key=UNKNOWN)
-    wrong = f"{method} takes other arguments"
-    if len(arguments) != len(ask.arguments):
-        return Outcome(accepted=False, reason=wrong, key=ARGUMENTS)
+        return Message("operator-ask_method")
+    arguments = cast("list[object]", given) if isinstance(given, list) else []
+    if not isinstance(given, list) or len(arguments) != len(ask.arguments):
+        return Message("operator-ask_arguments")
     values: list[float | str] = []
-    variants: list[ua.Variant] = []
-    for wanted, given in zip(ask.arguments, arguments, strict=True):
-        value = _as_kind(wanted.kind, given)
-        if value is None:
-            return Outcome(accepted=False, reason=wrong, key=ARGUMENTS)
-        kind = ua.VariantType.String if isinstance(value, str) else ua.VariantType.Double
-        values.append(value)
-        variants.append(ua.Variant(value, kind))
-    refused = refusal_of(values)
-    if refused is None:
-        return variants
-    reason = sentence_of(refused.message)
-    return Outcome(accepted=False, reason=reason, key=ARGUMENTS, code=refused.code)
+    for wanted, value in zip(ask.arguments, arguments, strict=True):
+        fitting = _as_kind(wanted.kind, value)
+        if fitting is None:
+            return Message("operator-ask_arguments")
+        values.append(fitting)
+    wrong = refusal_of(values)
+    if wrong is not None:
+        return Message("operator-ask_value", {"reason": wrong.message})
+    return Question(ask, tuple(values))
 
 
-def _as_kind(kind: Kind, given: object) -> float | str | None:
-    """Return an argument from a browser in its kind; None if it is of another."""
+def _as_kind(kind: Kind, value: object) -> float | str | None:
+    """Return a value as its argument's type; None where it is of another one."""
     if kind is Kind.TEXT:
-        return given if isinstance(given, str) else None
-    if isinstance(given, bool) or not isinstance(given, int | float):
+        return value if isinstance(value, str) else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:
-        number = float(given)
+        return float(value)
     except OverflowError:
         return None
-    return number if math.isfinite(number) else None
+
+
+def outcome_of(answer: MethodAnswer) -> Outcome:
+    """Return what is known of a request after the server's answer."""
+    if answer.status == "BadUserAccessDenied":
+        return refused(NOT_ALLOWED)
+    if answer.status in _WRONG_ARGUMENTS:
+        return refused(ARGUMENTS)
+    told = _told(answer.values)
+    if told is not None:
+        return told
+    return unknown(NO_ANSWER) if answer.status in _MAY_HAVE_RUN else refused(NOT_TAKEN)
+
+
+def refused(code: str) -> Outcome:
+    """Return that a request changes nothing."""
+    return Outcome(Answer.REFUSED, Message(code))
+
+
+def unknown(code: str) -> Outcome:
+    """Return that nobody knows whether a request takes effect."""
+    return Outcome(Answer.UNKNOWN, Message(code))
 
 
 def _told(values: Sequence[object]) -> Outcome | None:
@@ -126,23 +145,9 @@ def _told(values: Sequence[object]) -> Outcome | None:
         said = values_of_json(json.loads(given))
     except (ValueError, RecursionError):
         return None
-    key = NO_ANSWER if code == LoopAnswer.NO_ANSWER else ""
-    return Outcome(values[0], printable(reason, 400), key, printable(code, 80), said)
-
-
-def outcome_of(answer: MethodAnswer, method: str, person: "Person") -> Outcome:
-    """Return what is known of a request after the server's answer."""
-    values = answer.values
-    if answer.status == "BadUserAccessDenied":
-        reason = f"the role {person.role.value} may not ask for {method}"
-        return Outcome(accepted=False, reason=reason, key=NOT_ALLOWED)
-    if answer.status in _WRONG_ARGUMENTS:
-        return Outcome(accepted=False, reason=f"{method} takes other arguments", key=ARGUMENTS)
-    told = _told(values)
-    if told is not None:
-        return told
-    shown = printable(answer.status, 80)
-    reason = f"the loop's server answers {shown}, which is not understood"
-    if answer.status in _MAY_HAVE_RUN:
-        return Outcome(accepted=False, reason=f"{reason}; {MAY_STILL}", key=NO_ANSWER)
-    return Outcome(accepted=False, reason=reason, key=NOT_TAKEN)
+    if code == LoopAnswer.NO_ANSWER:
+        return unknown(NO_ANSWER)
+    message = Message(f"answer-{code}", said)
+    if message.code not in keys(LANGUAGES[0]):
+        message = Message(TOLD, {"said": printable(reason, 400)})
+    return Outcome(Answer.ACCEPTED if values[0] else Answer.REFUSED, message)

@@ -10,14 +10,14 @@ import asyncio
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
 from typing import Final, NamedTuple, NoReturn, final
 
 from starlette.requests import ClientDisconnect, cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from thermaxis.screen._words import Words, language_of
+from thermaxis.messages import sentence
 from thermaxis.screen.access._access import LANGUAGE_COOKIE
+from thermaxis.screen.access._language import language_of
 from thermaxis.screen.access._plain_page import plain_page, wants_page
 
 LARGEST_BODY_BYTES: Final = 16 * 1024
@@ -75,17 +75,17 @@ class _Wrong(NamedTuple):
 
 _HOST_WRONG = _Wrong(
     421,
-    "login.host",
-    "login.host",
+    "login-host",
+    "login-host",
 )
-_ORIGIN_WRONG = _Wrong(403, "origin", "common.refused_origin")
-_PATH_WRONG = _Wrong(404, "path", "common.no_page")
-_LONG = _Wrong(414, "long", "common.refused_long")
-_METHOD_WRONG = _Wrong(405, "method", "common.refused_method")
-_LENGTH_WRONG = _Wrong(400, "length", "common.refused_length")
-_KIND_WRONG = _Wrong(415, "kind", "common.refused_kind")
-_TOO_LARGE = _Wrong(413, "large", "common.refused_large")
-_TOO_SLOW = _Wrong(408, "slow", "common.refused_slow")
+_ORIGIN_WRONG = _Wrong(403, "origin", "common-refused_origin")
+_PATH_WRONG = _Wrong(404, "path", "common-no_page")
+_LONG = _Wrong(414, "long", "common-refused_long")
+_METHOD_WRONG = _Wrong(405, "method", "common-refused_method")
+_LENGTH_WRONG = _Wrong(400, "length", "common-refused_length")
+_KIND_WRONG = _Wrong(415, "kind", "common-refused_kind")
+_TOO_LARGE = _Wrong(413, "large", "common-refused_large")
+_TOO_SLOW = _Wrong(408, "slow", "common-refused_slow")
 
 
 class Place(NamedTuple):
@@ -163,12 +163,10 @@ class Guard:
         hosts: Sequence[str],
         *,
         secure: bool,
-        words: Words | None = None,
         language: str = "en",
     ) -> None:
         self._app = app
         self._secure = secure
-        self._words = _own_words() if words is None else words
         self._language = language
         self._places: set[Place] = set()
         for host in hosts:
@@ -268,12 +266,7 @@ class Guard:
             cookies.get(LANGUAGE_COOKIE), _only(headers, b"accept-language"), self._language
         )
         page = scope["method"] in _SAFE and wants_page(_only(headers, b"accept"))
-        return _Refusal(self._words, language, page)
-
-
-@cache
-def _own_words() -> Words:
-    return Words.read()
+        return _Refusal(language, page)
 
 
 def _largest(path: str) -> int:
@@ -299,8 +292,6 @@ def _wrong_kind(headers: Headers, path: str) -> _Wrong | None:
 class _Refusal(NamedTuple):
     """How a refusal is told."""
 
-    words: Words
-    """What it says."""
     language: str
     """In which language."""
     page: bool
@@ -308,12 +299,12 @@ class _Refusal(NamedTuple):
 
     def told(self, wrong: _Wrong) -> tuple[bytes, bytes]:
         """Return kind and content of the answer."""
-        text = self.words.say(self.language, wrong.key)
+        text = sentence(wrong.key, language=self.language)
         if not self.page:
             return b"application/json", json.dumps({"error": wrong.error, "text": text}).encode()
-        title = self.words.say(self.language, "common.not_shown")
+        title = sentence("common-not_shown", language=self.language)
         own = wrong.status != _HOST_WRONG.status
-        back = self.words.say(self.language, "common.to_the_machine") if own else ""
+        back = sentence("common-to_the_machine", language=self.language) if own else ""
         return b"text/html; charset=utf-8", plain_page(self.language, title, text, back=back)
 
 

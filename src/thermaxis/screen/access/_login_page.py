@@ -6,20 +6,19 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
-from thermaxis.screen._words import LANGUAGES
 from thermaxis.screen.access._access import (
     LANGUAGE_COOKIE,
     answer_json,
     cookie_name,
     json_of,
     needs,
-    parts_of,
     refuse,
     visitor_of,
     why_out,
 )
-from thermaxis.screen.access._parts import ScreenParts
+from thermaxis.screen.access._parts import ScreenParts, parts_of
 from thermaxis.screen.access._persons import (
     BUSY,
     FULL,
@@ -30,6 +29,7 @@ from thermaxis.screen.access._persons import (
     TOO_MANY_IN_ALL,
     Refusal,
 )
+from thermaxis.screen.access._render import render
 
 _YEAR_S = 31_536_000
 _STATUS = {
@@ -45,17 +45,18 @@ _STATUS = {
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
     """Return the routes of the log-in."""
-
-    async def page(request: Request) -> Response:
-        return parts.render(request, "login.html", page="login")
-
+    del parts
     return [
-        Route("/login", page, methods=["GET"]),
+        Route("/login", _page, methods=["GET"]),
         Route("/login", _log_in, methods=["POST"]),
         Route("/login/state", _state, methods=["GET"]),
         Route("/logout", _log_out, methods=["POST"]),
         Route("/language", _choose_language, methods=["POST"]),
     ]
+
+
+async def _page(request: Request) -> Response:
+    return render(request, "login.html", page="login")
 
 
 async def _state(request: Request) -> Response:
@@ -65,15 +66,15 @@ async def _state(request: Request) -> Response:
     """
     parts, told = parts_of(request), parts_of(request).feed.latest
     visitor = visitor_of(request)
-    words, language = parts.words, visitor.language
-    out, why = why_out(request), "" if told.live else told.why or "feed.starting"
+    language = visitor.language
+    out, why = why_out(request), "" if told.live else told.why or "feed-starting"
     return answer_json(
         {
             "program": parts.program,
             "viewing": visitor.role.at_least(Role.VIEWER),
-            "why": words.say(language, out) if out else "",
+            "why": sentence(out, language=language) if out else "",
             "live": told.live,
-            "text": words.say(language, why or "login.loop_there"),
+            "text": sentence(why or "login-loop_there", language=language),
             "since": None if told.live else told.status.get("utc"),
         }
     )
@@ -84,7 +85,7 @@ async def _log_in(request: Request) -> Response:
     said = await _object_of(request)
     name, password = said.get("name"), said.get("password")
     if not (isinstance(name, str) and isinstance(password, str) and name and password):
-        return refuse(request, HTTPStatus.BAD_REQUEST, "login.incomplete")
+        return refuse(request, HTTPStatus.BAD_REQUEST, "login-incomplete")
     before = parts.persons.of(_cookie(request))
     looks_on = before is not None and bool(before.lost)
     if not looks_on:  # whoever looks on takes no place, and goes on to do so after a mistake
@@ -110,8 +111,7 @@ async def _log_in(request: Request) -> Response:
 
 def _refused(request: Request, found: Refusal) -> Response:
     status = _STATUS.get(found.key, HTTPStatus.BAD_GATEWAY)
-    values = {"seconds": str(found.left_s)} if found.left_s else {}
-    answer = refuse(request, status, found.key, **values)
+    answer = refuse(request, status, found.key, seconds=found.left_s)
     if found.left_s:
         answer.headers["Retry-After"] = str(found.left_s)
     return answer
@@ -135,7 +135,7 @@ async def _log_out(request: Request) -> Response:
 async def _choose_language(request: Request) -> Response:
     language = (await _object_of(request)).get("language")
     if not isinstance(language, str) or language not in LANGUAGES:
-        return refuse(request, HTTPStatus.BAD_REQUEST, "login.no_language")
+        return refuse(request, HTTPStatus.BAD_REQUEST, "login-no_language")
     visitor_of(request, touch=True)
     answer = answer_json({"language": language})
     answer.set_cookie(

@@ -1,31 +1,14 @@
-"""What the pages share: configuration, feed, people, words and templates."""
+"""What the pages share: configuration, feed and people."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import cast, final
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 from starlette.requests import HTTPConnection
-from starlette.responses import HTMLResponse
 
-from thermaxis import __version__
-from thermaxis.runtime import Clock, MachineConfiguration, Role, ScreenSettings
-from thermaxis.screen._words import LANGUAGES, Words, short_names
-from thermaxis.screen.access._access import visitor_of
+from thermaxis.runtime import Clock, MachineConfiguration, ScreenSettings
 from thermaxis.screen.access._persons import Persons
 from thermaxis.screen.feed import StatusFeed
-
-NAVIGATION = ("operator", "model", "sensors", "history", "probe", "positioning")
-"""Pages in the order of their buttons."""
-_TEMPLATES = Environment(
-    loader=PackageLoader("thermaxis.screen", "pages"),
-    autoescape=True,
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
 
 
 @final
@@ -43,8 +26,6 @@ class ScreenParts:
     """What the loop tells."""
     persons: Persons
     """Who has logged in."""
-    words: Words
-    """Texts in every language."""
     program: str
     """Name of this run of the screen; another one makes open pages load themselves again."""
     secure: bool = False
@@ -53,54 +34,10 @@ class ScreenParts:
     """Hash of the configuration's rules; a loop that tells another one works by others. Empty:
     pages do not compare it."""
 
-    def render(
-        self, request: HTTPConnection, template: str, *, page: str, **context: object
-    ) -> HTMLResponse:
-        """Return a page in the language of its visitor."""
-        visitor = visitor_of(request)
-        language = visitor.language
 
-        def word(key: str, **values: str) -> str:
-            return self.words.say(language, key, **values)
-
-        text = _TEMPLATES.get_template(template).render(
-            context,
-            page=page,
-            pages=NAVIGATION,
-            visitor=visitor,
-            people=self.configuration.server is not None
-            and self.configuration.server.users is not None,
-            viewing=visitor.role.at_least(Role.VIEWER),
-            language=language,
-            languages=LANGUAGES,
-            machine=self.configuration.name,
-            configuration_sha256=self.configuration_sha256,
-            program=self.program,
-            version=__version__,
-            word=word,
-            short_names=short_names,
-            static=static_address,
-            words_json=for_script(
-                {
-                    "words": self.words.catalog(language),
-                    "phrases": self.words.phrases(language),
-                }
-            ),
-        )
-        return HTMLResponse(text)
-
-
-def static_address(name: str) -> str:
-    """Return the address of a script or style."""
-    return f"/static/{name}"
-
-
-def for_script(value: object) -> Markup:
-    """Return a value as JSON that may stand inside a script element."""
-    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
-    for sign, escape in (("<", "\\u003c"), (">", "\\u003e"), ("&", "\\u0026")):
-        text = text.replace(sign, escape)
-    return Markup(text)  # noqa: S704 - no sign is left that HTML would read
+def parts_of(connection: HTTPConnection) -> ScreenParts:
+    """Return what the pages share."""
+    return cast("ScreenParts", connection.app.state.parts)
 
 
 def asset_folder() -> Path:

@@ -10,7 +10,7 @@ import asyncio
 import hashlib
 import math
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple, final
 
@@ -28,12 +28,13 @@ from thermaxis.runtime import (
 from thermaxis.runtime.opcua import FAILURES, explain
 from thermaxis.screen.access._answers import (
     LOST,
-    MAY_STILL,
     NO_ANSWER,
     TOO_MANY_ASKED,
     Outcome,
+    Question,
     outcome_of,
-    variants_of,
+    refused,
+    unknown,
 )
 from thermaxis.screen.access._failed_log_ins import FailuresByAddress
 from thermaxis.screen.access._person_session import LOG_IN_S, PersonSession, is_refusal
@@ -61,39 +62,39 @@ MOST_LOST: Final = 48
 _LONGEST_COOKIE: Final = 128
 _MOST_ENDED: Final = 64
 
-REFUSED: Final = "login.refused"
+REFUSED: Final = "login-refused"
 """Name or password is wrong."""
-TOO_MANY: Final = "login.too_many"
+TOO_MANY: Final = "login-too_many"
 """Too many failures of this name."""
-TOO_MANY_FROM_HERE: Final = "login.too_many_from_here"
+TOO_MANY_FROM_HERE: Final = "login-too_many_from_here"
 """Too many failures from this address, whatever the names."""
-TOO_MANY_IN_ALL: Final = "login.too_many_in_all"
+TOO_MANY_IN_ALL: Final = "login-too_many_in_all"
 """Too many failures of all names together, wherever they came from."""
-FULL: Final = "login.full"
+FULL: Final = "login-full"
 """As many persons have logged in as may at once."""
-BUSY: Final = "login.busy"
+BUSY: Final = "login-busy"
 """Too many log-ins wait for their passwords to be checked."""
-NO_CONNECTION: Final = "login.no_connection"
+NO_CONNECTION: Final = "login-no_connection"
 """The loop's server cannot be reached."""
-IMPOSSIBLE: Final = "login.impossible"
+IMPOSSIBLE: Final = "login-impossible"
 """The configuration lets nobody log in: without encryption, or with certificates that cannot be
 used."""
-NO_ROLE: Final = "login.no_role"
+NO_ROLE: Final = "login-no_role"
 """The password is right and the user may not even look, or the server says another name."""
-OUT: Final = "login.out"
+OUT: Final = "login-out"
 """The person has logged out."""
-IDLE: Final = "login.idle"
+IDLE: Final = "login-idle"
 """Nothing was heard of the person for the longest time."""
-TOO_LONG: Final = "login.too_long"
+TOO_LONG: Final = "login-too_long"
 """The log-in has lasted as long as any may."""
-LOOP_GONE: Final = "login.loop_gone"
+LOOP_GONE: Final = "login-loop_gone"
 """The session at the loop is gone: the loop, its server or the connection ended. The person may
 look, and logs in again to act."""
-ROLE_GONE: Final = "login.role_gone"
+ROLE_GONE: Final = "login-role_gone"
 """The user was struck off, or the password was changed."""
-ELSEWHERE: Final = "login.elsewhere"
+ELSEWHERE: Final = "login-elsewhere"
 """The same user has logged in too often elsewhere."""
-SCREEN_ENDS: Final = "login.screen_ends"
+SCREEN_ENDS: Final = "login-screen_ends"
 """The screen is being ended."""
 
 
@@ -424,34 +425,24 @@ class Persons:
         """Return why the log-in of a cookie has ended."""
         return self._ended.get(_hash(cookie), "")
 
-    async def ask(
-        self, person: Person, method: str, arguments: Sequence[float | str] = ()
-    ) -> Outcome:
+    async def ask(self, person: Person, question: Question) -> Outcome:
         """Ask the loop for something under the name of a person."""
-        ended = self._over(person)
+        ended = self._over(person) or person.lost
         if ended:
-            return Outcome(accepted=False, reason="the log-in has ended", key=ended)
-        if person.lost:
-            return Outcome(
-                accepted=False, reason="the session at the loop is gone", key=person.lost
-            )
-        variants = variants_of(method, arguments)
-        if isinstance(variants, Outcome):
-            return variants
+            return refused(ended)
         if person.waiting >= MOST_AT_ONCE:
-            reason = "several requests of this person wait for their answers"
-            return Outcome(accepted=False, reason=reason, key=TOO_MANY_ASKED)
+            return refused(TOO_MANY_ASKED)
         person.seen_s = self._clock.monotonic_s()
         person.waiting += 1
         try:
-            answer = await person.session.call(method, variants, self._answer_s)
+            answer = await person.session.call(question.ask.name, question.variants, self._answer_s)
         finally:
             person.waiting -= 1
         if answer is None:
-            return self._no_answer(person)
+            return unknown(LOST if self._over(person) or person.lost else NO_ANSWER)
         if answer.status == "BadUserAccessDenied":
             await self._ask_role(person)
-        return outcome_of(answer, method, person)
+        return outcome_of(answer)
 
     def _over(self, person: Person) -> str:
         """Return why a log-in is over, after ending one that should be; empty if it stands."""
@@ -462,13 +453,6 @@ class Persons:
 
     def _known(self, person: Person) -> bytes | None:
         return next((known for known, one in self._persons.items() if one is person), None)
-
-    def _no_answer(self, person: Person) -> Outcome:
-        if self._over(person) or person.lost:
-            reason = f"the connection to the loop was lost; {MAY_STILL}"
-            return Outcome(accepted=False, reason=reason, key=LOST)
-        reason = f"the loop has not answered; {MAY_STILL}"
-        return Outcome(accepted=False, reason=reason, key=NO_ANSWER)
 
     async def _ask_role(self, person: Person) -> None:
         known = self._known(person)

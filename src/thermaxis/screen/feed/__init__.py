@@ -1,5 +1,24 @@
 """The loop's status as the screen gets it."""
 
-from lazy_loader import attach_stub
+from thermaxis.screen.feed._said_status import said_code, said_status
+from thermaxis.screen.feed._status_feed import (
+    PATIENCE_S,
+    REQUESTS,
+    WHO_AM_I,
+    StatusFeed,
+    Told,
+    parse_status,
+    role_in,
+)
 
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
+__all__ = [
+    "PATIENCE_S",
+    "REQUESTS",
+    "WHO_AM_I",
+    "StatusFeed",
+    "Told",
+    "parse_status",
+    "role_in",
+    "said_code",
+    "said_status",
+]

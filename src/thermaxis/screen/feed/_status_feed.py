@@ -47,21 +47,21 @@ _LONGEST_NUMBER: Final = 20
 _LONGEST_CYCLE_S: Final = 1e6
 _NOTHING: Final[Mapping[str, Any]] = {}
 
-NO_CONNECTION: Final = "feed.no_connection"
+NO_CONNECTION: Final = "feed-no_connection"
 """There is no connection to the loop."""
-NO_ANSWER: Final = "feed.no_answer"
+NO_ANSWER: Final = "feed-no_answer"
 """There is a connection, and no answer on it."""
-STANDS_STILL: Final = "feed.stands_still"
+STANDS_STILL: Final = "feed-stands_still"
 """The loop answers, and its cycle does not move."""
-OLD: Final = "feed.old"
+OLD: Final = "feed-old"
 """The loop's server calls the status uncertain."""
-NO_STATUS: Final = "feed.no_status"
+NO_STATUS: Final = "feed-no_status"
 """The loop has not finished a cycle yet, or has no such value."""
-NOT_UNDERSTOOD: Final = "feed.not_understood"
+NOT_UNDERSTOOD: Final = "feed-not_understood"
 """What came is no status of the known format and version."""
-NOT_A_VIEWER: Final = "feed.not_a_viewer"
+NOT_A_VIEWER: Final = "feed-not_a_viewer"
 """The screen's own account has another role than viewer."""
-ENDED: Final = "feed.ended"
+ENDED: Final = "feed-ended"
 """The screen is being ended."""
 
 

@@ -20,7 +20,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.runtime import Role, probe_name
-from thermaxis.screen.access import answer_json, needs, parts_of, refuse
+from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render
 from thermaxis.screen.pages.history import (
     LENGTHS,
     Json,
@@ -77,7 +77,7 @@ async def _page(request: Request) -> Response:
     parts = parts_of(request)
     configuration = parts.configuration
     probes = tuple(configuration.probes)
-    return parts.render(
+    return render(
         request,
         "probe.html",
         page="probe",
@@ -94,9 +94,9 @@ async def _values(request: Request) -> Response:
     parts, span = parts_of(request), span_of(request)
     name = request.query_params.get("name", "")
     if name not in parts.configuration.probes:
-        return refuse(request, _NOT_FOUND, "probe.unknown")
+        return refuse(request, _NOT_FOUND, "probe-unknown")
     if span is None:
-        return refuse(request, _BAD_REQUEST, "history.no_span")
+        return refuse(request, _BAD_REQUEST, "history-no_span")
     cycle_s, points = parts.configuration.rules.cycle_s, points_of(request)
     try:
         found = await history_of(request).ask(

@@ -12,8 +12,8 @@ from starlette.routing import BaseRoute, Route
 
 from thermaxis.compensation import SensorRules
 from thermaxis.runtime import MachineConfiguration, Role, interlock_name, redundant_name
-from thermaxis.screen.access import answer_json, for_script, needs, parts_of
-from thermaxis.screen.pages.model import Json
+from thermaxis.screen.access import answer_json, for_script, needs, parts_of, render
+from thermaxis.screen.pages.history import Json
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import ScreenParts
@@ -133,9 +133,7 @@ def _one(told: "Told", values: Values) -> Json:
 async def _page(request: Request) -> Response:
     parts = parts_of(request)
     facts = facts_of(parts.configuration)
-    return parts.render(
-        request, "sensors.html", page="sensors", charts=True, facts=for_script(facts)
-    )
+    return render(request, "sensors.html", page="sensors", charts=True, facts=for_script(facts))
 
 
 @needs(Role.VIEWER)

@@ -6,17 +6,17 @@
 import { keep, kept } from "./ask_kept.js";
 import { modelOf } from "./ask_effects.js";
 import { LATE_MS, watch } from "./ask_watch.js";
-import { withEnglish } from "./english.js";
+import { made, style } from "./elements.js";
 import { post } from "./frame.js";
 import { latest, onNoData, onStatus } from "./live.js";
-import { asSentence, clock, duration, word } from "./words.js";
+import { clock, duration, word } from "./words.js";
 
 const LONGEST_MS = 60 * 1000;
 const MOST_COURSES = 3;
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {"accepted" | "refused" | "unknown"} Kind */
-/** @typedef {{kind: Kind, reason: string, english?: string[]}} Answer */
+/** @typedef {{kind: Kind, reason: string}} Answer */
 
 /**
  * A request and how far it came; times in milliseconds, all of it kept from page to page.
@@ -29,7 +29,6 @@ const MOST_COURSES = 3;
  * @property {"waits" | Kind} answer
  * @property {number | null} answered
  * @property {string} reason in words; may be empty
- * @property {string[]} english what of the reason is English on a page of another language
  * @property {string} started when the loop was started that was asked; empty if that is not known
  * @property {number} number the loop's number when it was asked
  * @property {string} model file and hash of the model in force when it was asked
@@ -58,7 +57,7 @@ let loud = false; // what another page has asked was read aloud there
 const saidAloud = made("p", "", "unseen");
 saidAloud.setAttribute("aria-live", "polite");
 
-style();
+style("ask.css");
 document.body.append(saidAloud);
 tell();
 onStatus(look);
@@ -101,7 +100,6 @@ function begin(method, args, wording) {
     answer: "waits",
     answered: null,
     reason: "",
-    english: [],
     started: latest()?.started ?? "",
     number: latest()?.number ?? -1,
     model: modelOf(latest()),
@@ -122,7 +120,6 @@ function take(course, answer) {
   course.answered = Date.now();
   course.answer = answer.kind;
   course.reason = answer.reason;
-  course.english = answer.english ?? [];
   tell();
   const now = latest();
   if (now) look(now);
@@ -139,12 +136,12 @@ async function answerOf(method, args) {
     answer = await post("/ask", { method, arguments: args });
   } catch (error) {
     if (!(error instanceof TypeError)) throw error;
-    return { kind: "unknown", reason: word("operator.ask_unreached") };
+    return { kind: "unknown", reason: word("operator-ask_unreached") };
   }
   const said = await answer.json().catch(() => null);
   if (answer.status >= 500 || said === null) return { kind: "unknown", reason: "" };
   if (!answer.ok) return { kind: "refused", reason: String(said.text ?? "") };
-  return { kind: kindOf(said.answer), reason: String(said.reason), english: said.english };
+  return { kind: kindOf(said.answer), reason: String(said.reason) };
 }
 
 /** @param {unknown} answer @returns {Kind} */
@@ -177,69 +174,59 @@ function tell() {
 
 /** @param {Course} course */
 function linesOf(course) {
-  const requested = word("operator.requested_at", { time: clock(course.requested) });
+  const requested = word("operator-requested_at", { time: clock(course.requested) });
   const lines = [made("span", requested, "ask-began")];
   const time = clock(course.answered);
-  if (course.answer === "waits") lines.push(made("span", "→ " + word("operator.answer_waits")));
+  if (course.answer === "waits") lines.push(made("span", "→ " + word("operator-answer_waits")));
   if (course.answer === "refused") {
-    lines.push(made("span", `→ ✕ ${word("operator.refused_at", { time })}`, "ask-wrong"));
-    if (course.reason) lines.push(reasonOf(course, "ask-why"));
+    lines.push(made("span", `→ ✕ ${word("operator-refused_at", { time })}`, "ask-wrong"));
+    if (course.reason) lines.push(made("span", course.reason, "ask-why"));
   }
   if (course.answer === "unknown") {
-    lines.push(made("span", `→ ? ${word("operator.answer_none")}`, "ask-wrong"));
+    lines.push(made("span", `→ ? ${word("operator-answer_none")}`, "ask-wrong"));
     lines.push(made("span", "→ " + effectOf(course), "ask-stands"));
-    if (course.reason) lines.push(reasonOf(course, "ask-why"));
+    if (course.reason) lines.push(made("span", course.reason, "ask-why"));
   }
   if (course.answer === "accepted") {
-    lines.push(made("span", "→ " + word("operator.accepted_at", { time }), "ask-taken"));
+    lines.push(made("span", "→ " + word("operator-accepted_at", { time }), "ask-taken"));
     lines.push(made("span", "→ " + effectOf(course), "ask-stands"));
-    if (course.reason) lines.push(reasonOf(course, "ask-reason"));
+    if (course.reason) lines.push(made("span", course.reason, "ask-reason"));
   }
   return lines;
-}
-
-/** @param {Course} course @param {string} name name of its class */
-function reasonOf(course, name) {
-  const line = made("span", "", name);
-  line.append(...withEnglish(asSentence(course.reason), course.english));
-  return line;
 }
 
 /** A course before the newest one: how it stands, and what was asked when. @param {Course} course */
 function shortOf(course) {
   const time = clock(course.answered);
   const stands = {
-    waits: () => word("operator.answer_waits"),
-    refused: () => `✕ ${word("operator.refused_at", { time })}. ${asSentence(course.reason)}`,
+    waits: () => word("operator-answer_waits"),
+    refused: () => `✕ ${word("operator-refused_at", { time })}. ${course.reason}`,
     unknown: () => course.came ? effectOf(course)
-      : `? ${word("operator.answer_none")}, ${effectOf(course)}`,
+      : `? ${word("operator-answer_none")}, ${effectOf(course)}`,
     accepted: () => effectOf(course),
   };
   const asked = `${clock(course.requested)} ${course.title}`;
-  const line = made("span", "", "ask-older");
-  const stood = stands[course.answer]().trim();
-  line.append(...withEnglish(`${stood} – ${asked}`, course.english));
-  return line;
+  return made("span", `${stands[course.answer]().trim()} – ${asked}`, "ask-older");
 }
 
 /** @type {Record<string, () => string>} */
 const ENDED = {
-  replaced: () => word("operator.effect_replaced"),
-  restarted: () => word("operator.effect_restarted"),
-  late: () => word("operator.effective_late", { time: duration(LATE_MS / 1000) }),
-  unseen: () => word("operator.effective_unknown"),
+  replaced: () => word("operator-effect_replaced"),
+  restarted: () => word("operator-effect_restarted"),
+  late: () => word("operator-effective_late", { time: duration(LATE_MS / 1000) }),
+  unseen: () => word("operator-effective_unknown"),
 };
 
 /** @param {Course} course */
 function effectOf(course) {
   if (course.came) {
     const time = clock(course.came);
-    return course.answer === "unknown" ? word("operator.as_asked_at", { time })
-      : `✓ ${word("operator.effective_at", { time })}`;
+    return course.answer === "unknown" ? word("operator-as_asked_at", { time })
+      : `✓ ${word("operator-effective_at", { time })}`;
   }
   if (course.ended) return ENDED[course.ended]?.() ?? "";
-  if (course.blind) return word("operator.effective_unknown");
-  return course.stage || word("operator.effective_waits");
+  if (course.blind) return word("operator-effective_unknown");
+  return course.stage || word("operator-effective_waits");
 }
 
 function ownPlace() {
@@ -260,7 +247,7 @@ function confirmed(wording) {
   const confirm = /** @type {HTMLButtonElement} */ (made("button", wording.title, "main"));
   confirm.type = "button";
   buttons.append(confirm);
-  const why = made("p", word("operator.why_no_data"), "ask-wrong");
+  const why = made("p", word("operator-why_no_data"), "ask-wrong");
   /** @param {Status | null} status */
   const show = (status) => {
     let may = false; // also where this fails
@@ -274,7 +261,7 @@ function confirmed(wording) {
    * @returns {boolean} whether it can be asked */
   const said = (status) => {
     if (status === null && !wording.blind) {
-      why.textContent = word("operator.why_no_data");
+      why.textContent = word("operator-why_no_data");
       why.hidden = false;
       delete body.dataset.told;
       return false;
@@ -285,7 +272,7 @@ function confirmed(wording) {
     if (body.dataset.told !== told) {
       body.dataset.told = told;
       why.hidden = blocked === "";
-      if (blocked) why.textContent = word("operator.nothing_to_ask", { why: blocked });
+      if (blocked) why.textContent = word("operator-nothing_to_ask", { why: blocked });
       body.replaceChildren(...lines.map((line) => made("p", line)), why);
     }
     return blocked === "";
@@ -312,7 +299,7 @@ function textOf(wording, status) {
   const text = typeof said === "function" ? said(/** @type {Status} */ (status)) : said;
   const lines = Array.isArray(text) ? text : [text];
   const name = document.body.dataset.name;
-  return name ? [...lines, word("operator.asks_under", { name })] : lines;
+  return name ? [...lines, word("operator-asks_under", { name })] : lines;
 }
 
 /**
@@ -320,7 +307,7 @@ function textOf(wording, status) {
  * @param {string} title
  * @param {string} [leave] text of the button that leaves it
  */
-export function openDialog(title, leave = word("common.cancel")) {
+export function openDialog(title, leave = word("common-cancel")) {
   const dialog = /** @type {HTMLDialogElement} */ (made("dialog", "", "ask"));
   const heading = made("h2", title);
   heading.id = `ask-${document.querySelectorAll("dialog").length}`;
@@ -334,25 +321,4 @@ export function openDialog(title, leave = word("common.cancel")) {
   dialog.append(heading, body, buttons);
   document.body.append(dialog);
   return { dialog, body, buttons };
-}
-
-/**
- * @param {string} tag
- * @param {string} text
- * @param {string} [name] name of its class
- * @returns {HTMLElement}
- */
-export function made(tag, text, name = "") {
-  const element = document.createElement(tag);
-  if (text) element.textContent = text;
-  if (name) element.className = name;
-  return element;
-}
-
-function style() {
-  if (document.querySelector('link[href*="ask.css"]')) return;
-  const link = document.createElement("link");
-  link.rel = "stylesheet";
-  link.href = new URL("./ask.css", import.meta.url).href;
-  document.head.append(link);
 }

@@ -85,10 +85,10 @@ export function acts(status, asked) {
  */
 export function stageOf(status, asked) {
   if (asked.method !== "ChooseModel") return "";
-  if (isNotKnown(status, asked)) return word("operator.effective_unknown");
+  if (isNotKnown(status, asked)) return word("operator-effective_unknown");
   if (!isLoaded(status, asked)) return "";
   return status.reasons.includes(SETTLING)
-    ? word("ask.model_settles") : word("ask.model_waits");
+    ? word("ask-model_settles") : word("ask-model_waits");
 }
 
 /** File and hash of the model in force. @param {Status | null} status */

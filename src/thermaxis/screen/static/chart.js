@@ -9,6 +9,7 @@ import { showLegend } from "./chart_legend.js";
 import { clustersOf, nameMarks } from "./chart_marks.js";
 import { colours, layoutOf, lookOf, tracesOf } from "./chart_plot.js";
 import { milliseconds, plotlyLocale } from "./chart_time.js";
+import { style } from "./elements.js";
 import { number, pageLocale, word } from "./words.js";
 
 /**
@@ -71,7 +72,6 @@ const SHOWN = /** @type {Set<HTMLElement>} */ (new Set());
 const TEXTS_SHOWN = 3;
 let watched = false; // whether charts follow the page's colours
 const plotly = () => /** @type {any} */ (globalThis).Plotly;
-const language = () => document.documentElement.lang || "en";
 
 /**
  * Draw a chart, or draw it anew.
@@ -89,7 +89,7 @@ export function drawChart(element, chart) {
 
 /** @param {HTMLElement} element @returns {Drawn} */
 function begin(element) {
-  style();
+  style("chart.css");
   const plot = document.createElement("div");
   const tools = document.createElement("div");
   const legend = document.createElement("ul");
@@ -112,14 +112,6 @@ function begin(element) {
   });
   drawn.watcher.observe(plot);
   return drawn;
-}
-
-function style() {
-  if (document.querySelector('link[href*="chart.css"]')) return;
-  const link = document.createElement("link");
-  link.rel = "stylesheet";
-  link.href = new URL("./chart.css", import.meta.url).href;
-  document.head.append(link);
 }
 
 /** Forget charts that left the page; one that comes back to it is begun anew. */
@@ -160,7 +152,7 @@ function draw(drawn) {
   const { plot, chart } = drawn;
   drawn.seen ||= drawn.element.isConnected;
   if (!plotly()) {
-    plot.textContent = word("chart.missing");
+    plot.textContent = word("chart-missing");
     return;
   }
   const paint = colours(plot);
@@ -173,7 +165,7 @@ function draw(drawn) {
   if (width < 40 || height < 40) return;
   plot.setAttribute("role", "img");
   plot.setAttribute("aria-label", chart.label ?? chart.yTitle ?? "");
-  if (language() !== "en") plotly().register(plotlyLocale(language(), pageLocale));
+  plotly().register(plotlyLocale(pageLocale));
   const traces = tracesOf(chart, axis, paint);
   const layout = layoutOf(drawn, axis, marks, paint, [width, height]);
   plotly().react(plot, traces, layout, {
@@ -181,7 +173,7 @@ function draw(drawn) {
     displaylogo: false,
     doubleClick: false,
     staticPlot: Boolean(chart.still),
-    locale: language(),
+    locale: pageLocale,
     showTips: false,
   });
   if (!drawn.wired) wire(drawn);
@@ -271,12 +263,12 @@ function entriesOf(drawn, axis, marks, paint) {
   for (const { letter, texts, grave } of marks) {
     const some = texts.slice(0, most).join("; ");
     const more = texts.length - most;
-    const text = more > 0 && most > 1 ? word("chart.and_more", { text: some, count: more }) : some;
+    const text = more > 0 && most > 1 ? word("chart-and_more", { text: some, count: more }) : some;
     const value = more > 0 && most === 1 ? `+${more}` : "";
     if (letter) entries.push({ kind: "mark", letter, text, value, grave });
   }
   const left = marks.filter((mark) => !mark.letter).flatMap((mark) => mark.marks).length;
-  const others = drawn.chart.still ? `+${left}` : word("chart.and_others", { count: left });
+  const others = drawn.chart.still ? `+${left}` : word("chart-and_others", { count: left });
   if (left) entries.push({ kind: "more", text: others });
   return entries;
 }
@@ -309,19 +301,19 @@ function showTools(drawn, axis) {
     });
     tools.append(made);
   };
-  button("◀", word("chart.earlier"), ({ first, last }, span) =>
+  button("◀", word("chart-earlier"), ({ first, last }, span) =>
     show(drawn, [first - span / 2, last - span / 2]),
   );
-  button("▶", word("chart.later"), ({ first, last }, span) =>
+  button("▶", word("chart-later"), ({ first, last }, span) =>
     show(drawn, [first + span / 2, last + span / 2]),
   );
-  button("−", word("chart.zoom_out"), ({ first, last }, span) =>
+  button("−", word("chart-zoom_out"), ({ first, last }, span) =>
     show(drawn, [first - span / 2, last + span / 2]),
   );
-  button("+", word("chart.zoom_in"), ({ first, last }, span) =>
+  button("+", word("chart-zoom_in"), ({ first, last }, span) =>
     show(drawn, [first + span / 4, last - span / 4]),
   );
-  button(word("chart.all"), word("chart.show_all"), () => show(drawn, null));
+  button(word("chart-all"), word("chart-show_all"), () => show(drawn, null));
 }
 
 /** @param {Drawn} drawn @param {[number, number] | null} view */

@@ -172,7 +172,7 @@ export function layoutOf({ chart }, axis, marks, paint, [width, height]) {
 /** @param {Axis} axis */
 function zoneTitle(axis) {
   const [begun, ended] = [axis.first, axis.last].map((at) => zoneName(at, pageLocale));
-  return word("chart.local_time", { zone: begun === ended ? begun : `${begun}, ${ended}` });
+  return word("chart-local_time", { zone: begun === ended ? begun : `${begun}, ${ended}` });
 }
 
 /** Plotly reads tags in texts; names come from files. @param {string} text */
@@ -216,7 +216,7 @@ function bandShapes(chart, paint) {
 /** @param {Record<string, string>} paint */
 function nothing(paint) {
   const middle = { xref: "paper", yref: "paper", x: 0.5, y: 0.5, showarrow: false };
-  return { ...middle, text: plain(word("chart.nothing")), font: { color: paint.muted } };
+  return { ...middle, text: plain(word("chart-nothing")), font: { color: paint.muted } };
 }
 
 /** @param {Axis} axis @param {number} width */

@@ -129,10 +129,9 @@ export function zoneName(time, language) {
 
 /**
  * Return a locale for Plotly: it brings no German and no Czech of its own.
- * @param {string} language by which Plotly is asked for it
- * @param {string} locale whose names and signs are taken
+ * @param {string} locale whose names and signs are taken, and by which Plotly is asked for it
  */
-export function plotlyLocale(language, locale) {
+export function plotlyLocale(locale) {
   /** @param {object} style @param {Date[]} dates */
   const names = (style, dates) =>
     dates.map((date) =>
@@ -145,7 +144,7 @@ export function plotlyLocale(language, locale) {
     parts.find((part) => part.type === type)?.value ?? otherwise;
   return {
     moduleType: "locale",
-    name: language,
+    name: locale,
     dictionary: {},
     format: {
       days: names({ weekday: "long" }, days),

@@ -1,39 +1,7 @@
 // @ts-check
 /** What the engineer's pages are made from: tables, bars of a range, verdicts. */
+import { made, say } from "./elements.js";
 import { number, word } from "./words.js";
-
-/**
- * Make an element with a text.
- * @param {string} tag
- * @param {string} [text]
- * @param {string} [name] name of its class
- */
-export function made(tag, text = "", name = "") {
-  const element = document.createElement(tag);
-  if (text) element.textContent = text;
-  if (name) element.className = name;
-  return element;
-}
-
-/**
- * Return an element of the page.
- * @param {string} id
- * @returns {HTMLElement}
- */
-export function part(id) {
-  const found = document.getElementById(id);
-  if (!found) throw new Error(`the page has no element ${id}`);
-  return found;
-}
-
-/**
- * Write a text, only if it is another one: who is reading it is not disturbed.
- * @param {HTMLElement} element
- * @param {string} text
- */
-export function say(element, text) {
-  if (element.textContent !== text) element.textContent = text;
-}
 
 /**
  * @typedef {string | HTMLElement | {number: string | HTMLElement}} Cell a text, an element, or
@@ -143,7 +111,7 @@ export function showRange(range, { low, high, value, digits = 1 }) {
     end.style.left = `${place(x)}%`;
   }
   const [lowest, highest] = [number(low, digits), number(high, digits)];
-  const text = word("model.range_said", { value: number(value, digits), lowest, highest });
+  const text = word("model-range_said", { value: number(value, digits), lowest, highest });
   if (track.getAttribute("aria-label") !== text) track.setAttribute("aria-label", text);
 }
 

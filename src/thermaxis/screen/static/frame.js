@@ -2,6 +2,7 @@
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
 import { forget } from "./ask_kept.js";
+import { say as show } from "./elements.js";
 import { noDataWords, onLive, onNoData, onStatus, onVisitor, startLive } from "./live.js";
 import { clock, word } from "./words.js";
 
@@ -24,11 +25,6 @@ export async function post(path, body) {
     },
     body: JSON.stringify(body),
   });
-}
-
-/** @param {HTMLElement} element @param {string} text */
-function show(element, text) {
-  if (element.textContent !== text) element.textContent = text;
 }
 
 const SHAPES = { critical: "1", high: "2", medium: "3", low: "4" };
@@ -59,12 +55,12 @@ function watch() {
       const version = document.body.dataset.version ?? "";
       const running = status.program_version ?? version;
       show(differs, running === version
-        ? word("common.differs")
-        : word("common.differs_version", { told: running, own: version }));
+        ? word("common-differs")
+        : word("common-differs_version", { told: running, own: version }));
     }
     if (state) {
       state.dataset.state = status.state;
-      show(state, word(`operator.state_${status.state.toLowerCase()}`));
+      show(state, status.state_said);
     }
     if (alarms) {
       const gravest = status.alarms[0]?.priority ?? "";
@@ -72,7 +68,7 @@ function watch() {
       if (alarms.dataset.shown !== `${gravest} ${status.alarms.length}`) {
         alarms.dataset.shown = `${gravest} ${status.alarms.length}`;
         alarms.replaceChildren(
-          alarmMark(gravest), ` ${word("common.alarms", { count: status.alarms.length })}`,
+          alarmMark(gravest), ` ${word("common-alarms", { count: status.alarms.length })}`,
         );
       }
     }
@@ -114,7 +110,7 @@ function offerLogIn() {
   again.id = "log-in-again";
   again.className = "button";
   again.href = `/login?next=${encodeURIComponent(location.pathname)}`;
-  again.textContent = word("login.again");
+  again.textContent = word("login-again");
   end.before(again);
   end.hidden = true;
 }
@@ -151,10 +147,10 @@ async function went(path, body) {
     const answer = await post(path, body);
     if (answer.ok) return true;
     const found = await answer.json().catch(() => ({}));
-    say(found.text ?? word("history.no_answer"));
+    say(found.text ?? word("history-no_answer"));
   } catch (error) {
     if (!(error instanceof TypeError)) throw error;
-    say(word("history.no_answer"));
+    say(word("history-no_answer"));
   }
   return false;
 }
@@ -163,7 +159,7 @@ byId("theme")?.addEventListener("click", chooseTheme);
 byId("language")?.addEventListener("change", async (event) => {
   const select = /** @type {HTMLSelectElement} */ (event.target);
   if (await went("/language", { language: select.value })) location.reload();
-  else select.value = document.documentElement.lang;
+  else select.value = [...select.options].find((one) => one.defaultSelected)?.value ?? "";
 });
 byId("logout")?.addEventListener("click", async () => {
   if (!(await went("/logout", {}))) return;

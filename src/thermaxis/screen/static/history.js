@@ -2,11 +2,12 @@
 // The history: any span, its series and events, a second span over it, exports.
 
 import { drawChart } from "./chart.js";
+import { byId } from "./elements.js";
 import { eventMark } from "./event_marks.js";
 import { showEvents } from "./history_events.js";
 import { bySeries, labelOf } from "./history_series.js";
 import {
-  asked, clearField, element, fieldTime, newQuestion, pointsFor, query, Refused, refused, saved,
+  asked, clearField, fieldTime, newQuestion, pointsFor, query, Refused, refused, saved,
   setField, shows, spanOf, stateSpan, tellWrong, told, wireSpan,
 } from "./past.js";
 import { duration, moment, shortNames, word } from "./words.js";
@@ -28,7 +29,7 @@ let span = null;
 let before = null;
 /** @type {number | null} */
 let secondFirst = null;
-const chart = element("chart");
+const chart = byId("chart");
 
 /** @param {Span} wanted @param {number | null} hours */
 async function show(wanted, hours = null) {
@@ -37,7 +38,7 @@ async function show(wanted, hours = null) {
   keep();
   const question = questionOf(shown);
   const signal = newQuestion();
-  element("told").textContent = word("history.loading");
+  byId("told").textContent = word("history-loading");
   let found;
   try {
     found = await Promise.all([
@@ -65,7 +66,7 @@ function questionOf(stated) {
 
 /** @param {Span} wanted @param {AbortSignal} signal @returns {Promise<Record<string, Past>>} */
 async function linesOf(wanted, signal) {
-  if (!chosen.length) throw new Refused(word("history.no_series"));
+  if (!chosen.length) throw new Refused(word("history-no_series"));
   const more = { names: chosen, points: pointsFor(chart) };
   return (await asked(`/history/trend?${query(wanted, more)}`, signal)).series;
 }
@@ -98,7 +99,7 @@ function draw(shown, lines, second, marks) {
     last: shown.last,
     yTitle: left,
     rightTitle: right ?? "",
-    label: word("history.series"),
+    label: word("history-series"),
     onSpan: (wanted) => {
       if (before === null) before = shown;
       void show(wanted ?? before);
@@ -143,16 +144,16 @@ function tell(shown, lines, second) {
   const stepS = Math.max(0, ...Object.values(lines).map((line) => line.step_s));
   const length = duration((shown.last - shown.first) / 1000);
   const values = { first: moment(shown.first), last: moment(shown.last), length };
-  element("told").textContent = stepS < 0.05
-    ? word("history.told_cycles", values)
-    : word("history.told", { ...values, step: duration(stepS) });
+  byId("told").textContent = stepS < 0.05
+    ? word("history-told_cycles", values)
+    : word("history-told", { ...values, step: duration(stepS) });
   tellSecond(shown, second);
 }
 
 /** @param {Span} shown @param {Record<string, Past>} second */
 function tellSecond(shown, second) {
-  const place = element("second-told");
-  element("second-off").setAttribute("aria-pressed", String(secondFirst === null));
+  const place = byId("second-told");
+  byId("second-off").setAttribute("aria-pressed", String(secondFirst === null));
   place.textContent = "";
   if (secondFirst === null) return;
   const shift = shown.first - secondFirst;
@@ -160,12 +161,12 @@ function tellSecond(shown, second) {
   const empty = !Object.values(second).some((line) => line.mean.some((y) => y !== null));
   if (empty) {
     const last = moment(secondFirst + (shown.last - shown.first));
-    place.textContent = word("history.second_empty", { first: values.first, last });
+    place.textContent = word("history-second_empty", { first: values.first, last });
     return;
   }
   place.textContent = shift > 0
-    ? word("history.second_told_later", values)
-    : word("history.second_told_earlier", values);
+    ? word("history-second_told_later", values)
+    : word("history-second_told_earlier", values);
 }
 
 function unitsOf() {
@@ -175,7 +176,7 @@ function unitsOf() {
 // ---- choice of series ----------------------------------------------------------------------
 
 function listSeries() {
-  const place = element("series");
+  const place = byId("series");
   place.replaceChildren();
   for (const [group, names] of bySeries(units)) {
     const title = document.createElement("h3");
@@ -199,11 +200,11 @@ function seriesButton(name) {
 function choose(name, button) {
   const wanted = chosen.includes(name) ? chosen.filter((one) => one !== name) : [...chosen, name];
   if (wanted.length > MOST_SERIES) {
-    tellWrong(word("history.too_many", { most: MOST_SERIES }));
+    tellWrong(word("history-too_many", { most: MOST_SERIES }));
     return;
   }
   if (new Set(wanted.map((one) => units[one] ?? "")).size > 2) {
-    tellWrong(word("history.two_units"));
+    tellWrong(word("history-two_units"));
     return;
   }
   chosen = wanted;
@@ -228,7 +229,7 @@ async function showLength(hours) {
   const found = spanOf(hours, all);
   before = null;
   if (found) await show(found, hours);
-  else tellWrong(word("history.nothing_recorded"));
+  else tellWrong(word("history-nothing_recorded"));
 }
 
 /** @param {AbortSignal} [signal] */
@@ -274,10 +275,10 @@ function layOver(first) {
 
 function wireSecond() {
   const back = (/** @type {number} */ ms) => () => span && layOver(span.first - ms);
-  element("second-day").addEventListener("click", back(DAY_MS));
-  element("second-week").addEventListener("click", back(7 * DAY_MS));
-  element("second-off").addEventListener("click", () => layOver(null));
-  element("second-from").addEventListener("change", () => {
+  byId("second-day").addEventListener("click", back(DAY_MS));
+  byId("second-week").addEventListener("click", back(7 * DAY_MS));
+  byId("second-off").addEventListener("click", () => layOver(null));
+  byId("second-from").addEventListener("change", () => {
     const first = fieldTime("second-from");
     if (Number.isFinite(first)) layOver(first);
   });
@@ -291,12 +292,12 @@ function wireExport() {
   for (const button of buttons) {
     button.addEventListener("click", async () => {
       if (!span || !place) return;
-      place.textContent = word("history.export_works");
+      place.textContent = word("history-export_works");
       turn(true);
       try {
         const format = button.dataset.format ?? "";
         const name = await saved(`/history/export?${query(span, { format })}`);
-        place.textContent = word("history.export_done", { name });
+        place.textContent = word("history-export_done", { name });
       } catch (error) {
         if (!(error instanceof Refused)) throw error;
         place.textContent = error.message;
@@ -311,7 +312,7 @@ async function start() {
   wireSpan((hours) => void showLength(hours), (wanted) => {
     before = null;
     void show(wanted);
-  }, () => refused(new Refused(word("history.no_span")), questionOf(null)));
+  }, () => refused(new Refused(word("history-no_span")), questionOf(null)));
   wireSecond();
   wireExport();
   const last = kept();

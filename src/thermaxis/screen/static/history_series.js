@@ -5,23 +5,23 @@ import { shortNames, word } from "./words.js";
 
 /** @type {Record<string, string>} */
 const QUANTITIES = {
-  correction: word("history.correction"),
-  wanted: word("history.wanted"),
-  model: word("history.model"),
-  weight: word("history.weight"),
-  trim: word("history.trim"),
-  before: word("history.before"),
-  requested: word("history.requested"),
-  accepted: word("history.accepted"),
-  effective: word("history.effective"),
+  correction: word("history-correction"),
+  wanted: word("history-wanted"),
+  model: word("history-model"),
+  weight: word("history-weight"),
+  trim: word("history-trim"),
+  before: word("history-before"),
+  requested: word("history-requested"),
+  accepted: word("history-accepted"),
+  effective: word("history-effective"),
 };
 
 /** What the loop records beside inputs and outputs. @type {Record<string, string>} */
 const OF_THE_LOOP = {
-  active: word("history.active"),
-  lateness_s: word("history.lateness"),
-  diameter_mm: word("history.diameter"),
-  other_compensation: word("history.other_compensation"),
+  active: word("history-active"),
+  lateness_s: word("history-lateness"),
+  diameter_mm: word("history-diameter"),
+  other_compensation: word("history-other_compensation"),
 };
 const INTERLOCK = "interlock.";
 
@@ -33,17 +33,17 @@ export function labelOf(name) {
   const own = OF_THE_LOOP[name];
   if (own) return own;
   if (name.startsWith(INTERLOCK)) {
-    return word("history.interlock", { name: name.slice(INTERLOCK.length) });
+    return word("history-interlock", { name: name.slice(INTERLOCK.length) });
   }
   const [whole, quantity, ...rest] = name.split(".");
   const head = shortNames(whole);
   if (quantity === undefined) return head;
   if (head === "probe") {
-    return `${shortNames([quantity, ...rest].join("."))} ${word("history.probe")}`;
+    return `${shortNames([quantity, ...rest].join("."))} ${word("history-probe")}`;
   }
   const part = rest.join(".");
-  if (quantity === "part" && part) return `${head} ${word("history.part", { name: part })}`;
-  if (quantity === "gain" && part) return `${head} ${word("history.gain", { name: part })}`;
+  if (quantity === "part" && part) return `${head} ${word("history-part", { name: part })}`;
+  if (quantity === "gain" && part) return `${head} ${word("history-gain", { name: part })}`;
   const known = QUANTITIES[quantity];
   return known && !part ? `${head} ${known}` : [head, quantity, ...rest].join(".");
 }
@@ -61,9 +61,9 @@ export function bySeries(units) {
     .map((name) => name.slice(0, -".correction".length));
   /** @type {Map<string, string[]>} */
   const groups = new Map(outputs.map((output) => [output, []]));
-  const inputs = word("history.group_inputs");
-  const others = word("history.group_others");
-  const loop = word("history.group_loop");
+  const inputs = word("history-group_inputs");
+  const others = word("history-group_others");
+  const loop = word("history-group_loop");
   groups.set(inputs, []);
   groups.set(loop, []);
   groups.set(others, []);

@@ -221,7 +221,7 @@ function went(act) {
 }
 
 function tellUnreadable() {
-  why = word("operator.page_cannot_read");
+  why = word("operator-page_cannot_read");
   whyKnown = true;
   tellNone(last?.utc ?? toldSince);
 }
@@ -237,7 +237,7 @@ function jumped() {
   if (!far) return false;
   lastMs = Number.NEGATIVE_INFINITY;
   again();
-  why = word("common.no_connection_to_screen");
+  why = word("common-no_connection_to_screen");
   tellNone(last?.utc ?? toldSince);
   return true;
 }
@@ -258,7 +258,7 @@ function again() {
 function isOld(hello) {
   const { program, name, role } = document.body.dataset;
   if (hello.program !== program) {
-    if (name && !hello.name) leaveNotice(word("login.started_anew"));
+    if (name && !hello.name) leaveNotice(word("login-started_anew"));
     return true;
   }
   if (hello.name === name && hello.role === role) return false;
@@ -281,7 +281,7 @@ function look() {
   if (performance.now() - heardMs > SILENT_MS) again();
   const waited = last ? ageS() : (performance.now() - openedMs) / 1000;
   if (waited > longestAgeS()) {
-    if (!whyKnown) why = word("common.no_connection_to_screen");
+    if (!whyKnown) why = word("common-no_connection_to_screen");
     tellNone(last?.utc ?? toldSince);
   }
 }
@@ -297,8 +297,8 @@ function tellNone(since) {
  * @param {NoData} none
  */
 export function noDataWords(none) {
-  if (none.since === null) return `${word("common.no_data")}. ${none.text}`;
+  if (none.since === null) return `${word("common-no_data")}. ${none.text}`;
   const day = new Date(none.since).toDateString() === new Date().toDateString();
   const time = day ? clock(none.since) : moment(none.since);
-  return `${word("common.no_data_since", { time })}. ${none.text}`;
+  return `${word("common-no_data_since", { time })}. ${none.text}`;
 }

@@ -38,7 +38,7 @@ async function look() {
     say(loop, state.live ? state.text : noDataWords(state));
     loop?.setAttribute("data-live", state.live ? "yes" : "no");
   } catch {
-    say(loop, word("common.no_connection_to_screen"));
+    say(loop, word("common-no_connection_to_screen"));
     loop?.setAttribute("data-live", "no");
   }
   setTimeout(look, LOOK_MS);
@@ -60,7 +60,7 @@ form.addEventListener("submit", async (event) => {
     }
     say(wrong, (await answer.json()).text);
   } catch {
-    say(wrong, word("common.no_connection_to_screen"));
+    say(wrong, word("common-no_connection_to_screen"));
   } finally {
     if (button) button.disabled = false;
   }

@@ -1,8 +1,8 @@
 // @ts-check
 /** The model in force: its numbers once, where its inputs stand in their ranges every second. */
 import { ask } from "./ask.js";
-import { fillTable, made, part, say, whole } from "./engineer.js";
-import { inEnglish, sayWithEnglish, withEnglish } from "./english.js";
+import { byId, inEnglish, made, say } from "./elements.js";
+import { fillTable, whole } from "./engineer.js";
 import { onNoData, onStatus } from "./live.js";
 import { contributionsPanel, limitsPanel, rangePanel } from "./model_now.js";
 import { drawGains, drawStep, gainPanel, partsPanel, stepPanel } from "./model_parts.js";
@@ -34,8 +34,8 @@ onStatus((status) => {
 onNoData(() => {
   if (wanted === "" && !loading) void load("");
 });
-part("choice").addEventListener("change", () => { part("choice").dataset.touched = "yes"; });
-part("choose").addEventListener("submit", (event) => {
+byId("choice").addEventListener("change", () => { byId("choice").dataset.touched = "yes"; });
+byId("choose").addEventListener("submit", (event) => {
   event.preventDefault();
   void choose();
 });
@@ -47,7 +47,7 @@ async function load(key) {
     const answer = await fetch("/model/values");
     const values = await answer.json().catch(() => ({}));
     if (!answer.ok) {
-      clear(values.text ?? word("model.not_told"));
+      clear(values.text ?? word("model-not_told"));
       return;
     }
     wanted = key;
@@ -63,8 +63,8 @@ async function load(key) {
 
 /** Values of another model than the one in force are told to be so. @param {boolean} old */
 function markOld(old) {
-  part("model-old").hidden = !old;
-  part("model").dataset.old = old ? "yes" : "no";
+  byId("model-old").hidden = !old;
+  byId("model").dataset.old = old ? "yes" : "no";
 }
 
 /** Show nothing, and why. @param {string} text */
@@ -72,7 +72,7 @@ function clear(text) {
   wanted = "";
   shownSha256 = "";
   markOld(false);
-  show({ model: null, file: "", sha256: "", text, detail: "", choices: [], outputs: [] });
+  show({ model: null, file: "", sha256: "", text, choices: [], outputs: [] });
 }
 
 /** @param {Data} values */
@@ -80,15 +80,15 @@ function show(values) {
   model = values.model;
   live = [];
   showFile(values.file, values.sha256);
-  const wrong = part("model-wrong");
+  const wrong = byId("model-wrong");
   wrong.hidden = model !== null;
-  sayWithEnglish(wrong, [values.text, values.detail].filter(Boolean).join(" "), [values.detail]);
+  say(wrong, values.text);
   showChoices(values);
   showWarnings(model?.warnings ?? []);
-  part("model-outputs").replaceChildren();
-  part("model-references").hidden = model === null;
-  part("model-provenance").hidden = model === null;
-  say(part("model-facts"), model === null ? "" : timesOf(model));
+  byId("model-outputs").replaceChildren();
+  byId("model-references").hidden = model === null;
+  byId("model-provenance").hidden = model === null;
+  say(byId("model-facts"), model === null ? "" : timesOf(model));
   if (model === null) {
     for (const name of values.outputs) showTold(name);
     return;
@@ -100,16 +100,16 @@ function show(values) {
 
 /** @param {string} file @param {string} sha256 */
 function showFile(file, sha256) {
-  say(part("model-file"), file || "–");
-  say(part("model-hash"), sha256 ? `sha256 ${sha256.slice(0, 16)}…` : "");
+  say(byId("model-file"), file || "–");
+  say(byId("model-hash"), sha256 ? `sha256 ${sha256.slice(0, 16)}…` : "");
 }
 
 /** @param {Data} model */
 function timesOf(model) {
   const filter = model.input_filter_s
-    ? word("model.filter", { time: duration(model.input_filter_s) })
-    : word("model.no_filter");
-  const times = word("model.times", {
+    ? word("model-filter", { time: duration(model.input_filter_s) })
+    : word("model-no_filter");
+  const times = word("model-times", {
     sample: duration(model.sample_time_s),
     gap: duration(model.longest_gap_s),
     hold: duration(model.longest_hold_s),
@@ -119,7 +119,7 @@ function timesOf(model) {
 
 /** @param {string[]} warnings */
 function showWarnings(warnings) {
-  const list = part("model-warnings");
+  const list = byId("model-warnings");
   list.hidden = warnings.length === 0;
   list.replaceChildren(...warnings.map((text) => inEnglish("li", text)));
 }
@@ -128,9 +128,9 @@ function showWarnings(warnings) {
 
 /** @param {Data} values */
 function showChoices(values) {
-  const form = part("choose");
-  const select = /** @type {HTMLSelectElement} */ (part("choice"));
-  const may = part("model").dataset.mayChoose === "yes";
+  const form = byId("choose");
+  const select = /** @type {HTMLSelectElement} */ (byId("choice"));
+  const may = byId("model").dataset.mayChoose === "yes";
   const chosen = fileChosen(select, values);
   form.hidden = values.choices.length === 0;
   select.replaceChildren(
@@ -147,7 +147,7 @@ function showChoices(values) {
   mayAsk = may && !none;
   turnAsk();
   showRefused(values.choices.filter((/** @type {Data} */ one) => one.reason));
-  part("choose-why").hidden = may;
+  byId("choose-why").hidden = may;
 }
 
 /**
@@ -164,22 +164,22 @@ function fileChosen(select, values) {
 }
 
 function turnAsk() {
-  /** @type {HTMLButtonElement} */ (part("choose-ask")).disabled = !mayAsk || asking;
+  /** @type {HTMLButtonElement} */ (byId("choose-ask")).disabled = !mayAsk || asking;
 }
 
 /** Files that cannot be chosen, or were not read, each with why. @param {Data[]} files */
 function showRefused(files) {
-  part("choose-refused").hidden = files.length === 0;
+  byId("choose-refused").hidden = files.length === 0;
   const lines = files.map((one) => {
-    const line = made("li", "");
-    line.append(made("b", one.name), ": ", ...withEnglish(one.reason, one.english));
+    const line = made("li");
+    line.append(made("b", one.name), ": ", made("span", one.reason));
     return line;
   });
-  part("choose-refused-list").replaceChildren(...lines);
+  byId("choose-refused-list").replaceChildren(...lines);
 }
 
 async function choose() {
-  const select = /** @type {HTMLSelectElement} */ (part("choice"));
+  const select = /** @type {HTMLSelectElement} */ (byId("choice"));
   const file = select.value;
   if (!file || asking) return;
   asking = true;
@@ -187,8 +187,8 @@ async function choose() {
   try {
     const sha256 = await hashOf(file);
     const answer = await ask("ChooseModel", [file], {
-      title: word("model.choose"),
-      text: [word("model.choose_text", { file }), word("model.choose_effect")],
+      title: word("model-choose"),
+      text: [word("model-choose_text", { file }), word("model-choose_effect")],
       sha256,
     });
     if (answer?.accepted) delete select.dataset.touched; // from now on it shows what is in force
@@ -222,7 +222,7 @@ async function hashOf(file) {
 function showTold(name) {
   const section = made("section", "", "output");
   section.append(contributionsPanel(name, follow), limitsPanel({ name }, follow));
-  part("model-outputs").append(section);
+  byId("model-outputs").append(section);
 }
 
 // ---- one output ------------------------------------------------------------------------------
@@ -237,7 +237,7 @@ function showOutput(output, model) {
     limitsPanel(output, follow),
     ...gainPanel(output).map(whole),
   );
-  part("model-outputs").append(section);
+  byId("model-outputs").append(section);
   drawStep(/** @type {HTMLElement} */ (section.querySelector(".step-chart")), output, model);
   const gains = /** @type {HTMLElement | null} */ (section.querySelector(".gain-chart"));
   if (gains) drawGains(gains, output, model);
@@ -248,8 +248,8 @@ function showOutput(output, model) {
 /** @param {Data} model */
 function showReferences(model) {
   const stated = model.reference === "stated";
-  const kind = stated ? word("model.reference_stated") : word("model.reference_start");
-  say(part("model-reference-kind"), kind);
+  const kind = stated ? word("model-reference_stated") : word("model-reference_start");
+  say(byId("model-reference-kind"), kind);
   const channels = new Set();
   for (const output of model.outputs) {
     for (const one of output.parts) {
@@ -263,26 +263,26 @@ function showReferences(model) {
     const trained = number(model.reference_c[name] ?? null, 2);
     return [shortNames(String(name)), { number: trained }, { number: now }];
   });
-  const table = part("reference-table");
-  const trained = stated ? word("model.reference_of_model") : word("model.reference_of_training");
-  fillTable(table, [word("model.channel"), trained, word("model.reference_now")], rows);
+  const table = byId("reference-table");
+  const trained = stated ? word("model-reference_of_model") : word("model-reference_of_training");
+  fillTable(table, [word("model-channel"), trained, word("model-reference_now")], rows);
 }
 
 /** @param {Data} provenance */
 function showProvenance(provenance) {
-  const facts = part("provenance-facts");
-  const none = word("model.not_stated");
+  const facts = byId("provenance-facts");
+  const none = word("model-not_stated");
   facts.replaceChildren(
-    made("dt", word("model.method")),
+    made("dt", word("model-method")),
     made("dd", provenance.method || none),
-    made("dt", word("model.program")),
+    made("dt", word("model-program")),
     made("dd", provenance.program || none),
-    made("dt", word("model.date")),
+    made("dt", word("model-date")),
     made("dd", provenance.date || none),
   );
   fillTable(
-    part("log-table"),
-    [word("model.log"), word("model.rows"), word("model.first_row"), "sha256"],
+    byId("log-table"),
+    [word("model-log"), word("model-rows"), word("model-first_row"), "sha256"],
     provenance.logs.map((/** @type {Data} */ log) => [
       log.name,
       { number: String(log.rows) },
@@ -292,8 +292,8 @@ function showProvenance(provenance) {
   );
   const figures = Object.entries(provenance.figures);
   fillTable(
-    part("figure-table"),
-    [word("model.figure"), word("model.value")],
+    byId("figure-table"),
+    [word("model-figure"), word("model-value")],
     figures.map(([name, value]) => [figureName(name), { number: number(value, 2) }]),
   );
 }
@@ -302,5 +302,5 @@ function showProvenance(provenance) {
 function figureName(name) {
   const at = name.lastIndexOf(".");
   const [of, figure] = [name.slice(0, Math.max(0, at)), name.slice(at + 1)];
-  return figure === "fit_percent" ? word("model.fit_percent", { output: shortNames(of) }) : name;
+  return figure === "fit_percent" ? word("model-fit_percent", { output: shortNames(of) }) : name;
 }

@@ -1,8 +1,7 @@
 // @ts-check
 /** What of a model moves with every status: contributions, inputs in their ranges, limits. */
-import {
-  fillTable, made, panel, rangeBar, say, showRange, showVerdict, verdict, wide,
-} from "./engineer.js";
+import { made, say } from "./elements.js";
+import { fillTable, panel, rangeBar, showRange, showVerdict, verdict, wide } from "./engineer.js";
 import { inputOf } from "./model_parts.js";
 import { number, shortNames, signed, word } from "./words.js";
 
@@ -23,7 +22,7 @@ export function contributionsPanel(name, follow) {
     if (parts.join("\n") !== drawn) {
       drawn = parts.join("\n");
       values = parts.map(() => made("span", "–", "live"));
-      fillTable(table, [word("model.part"), word("model.contribution")],
+      fillTable(table, [word("model-part"), word("model-contribution")],
         parts.map((one, k) => [one, { number: values[k] ?? "" }]));
     }
     parts.forEach((one, k) => {
@@ -32,7 +31,7 @@ export function contributionsPanel(name, follow) {
     const found = output?.weight ?? null;
     showVerdict(weight, found === null ? null : found >= 1, weightWords(found));
   });
-  return panel(word("model.contributions_title", { output: shortNames(name) }), wide(table), weight);
+  return panel(word("model-contributions_title", { output: shortNames(name) }), wide(table), weight);
 }
 
 // ---- where it may be believed ----------------------------------------------------------------
@@ -54,11 +53,11 @@ export function rangePanel(output, model, follow) {
   fillTable(
     table,
     [
-      word("model.part"),
-      word("model.input"),
-      word("model.input_now"),
-      word("model.trained"),
-      word("model.validity"),
+      word("model-part"),
+      word("model-input"),
+      word("model-input_now"),
+      word("model-trained"),
+      word("model-validity"),
     ],
     rows,
   );
@@ -67,11 +66,11 @@ export function rangePanel(output, model, follow) {
     const found = status.outputs[output.name]?.weight ?? null;
     showVerdict(weight, found === null ? null : found >= 1, weightWords(found));
   });
-  const rule = word("model.validity_rule", {
+  const rule = word("model-validity_rule", {
     margin: number(model.margin_k, 1),
     lowest: `${number(100 * model.lowest_weight, 0)} %`,
   });
-  const title = word("model.validity_title", { output: shortNames(output.name) });
+  const title = word("model-validity_title", { output: shortNames(output.name) });
   return panel(title, wide(table), weight, made("p", rule, "note"));
 }
 
@@ -102,20 +101,20 @@ function insideOf(one, value) {
 
 /** @param {Data} one @param {number | null} value */
 function insideWords(one, value) {
-  if (one.lowest_k === null) return word("model.range_unknown");
+  if (one.lowest_k === null) return word("model-range_unknown");
   const inside = insideOf(one, value);
-  if (value === null || inside === null) return word("model.no_value");
-  if (inside) return word("model.inside");
+  if (value === null || inside === null) return word("model-no_value");
+  if (inside) return word("model-inside");
   const distance = Math.max(one.lowest_k - value, value - one.highest_k);
-  return word("model.outside", { distance: number(distance, 1) });
+  return word("model-outside", { distance: number(distance, 1) });
 }
 
 /** @param {number | null} weight */
 function weightWords(weight) {
-  if (weight === null) return word("model.weight_unknown");
-  if (weight >= 1) return word("model.weight_full");
-  if (weight <= 0) return word("model.weight_none");
-  return word("model.weight_part", { weight: number(100 * weight, 0) });
+  if (weight === null) return word("model-weight_unknown");
+  if (weight >= 1) return word("model-weight_full");
+  if (weight <= 0) return word("model-weight_none");
+  return word("model-weight_part", { weight: number(100 * weight, 0) });
 }
 
 // ---- limits ----------------------------------------------------------------------------------
@@ -124,12 +123,12 @@ function weightWords(weight) {
 export function limitsPanel(output, follow) {
   const table = made("table");
   const rows = [
-    ["largest_um", word("model.limit_largest"), "µm", 1],
-    ["soft_um", word("model.limit_soft"), "µm", 1],
-    ["total_um", word("model.limit_total"), "µm", 1],
-    ["largest_rate_um_per_s", word("model.limit_rate"), "µm/s", 3],
-    ["deadband_um", word("model.limit_deadband"), "µm", 2],
-    ["largest_trim_um", word("model.limit_trim"), "µm", 1],
+    ["largest_um", word("model-limit_largest"), "µm", 1],
+    ["soft_um", word("model-limit_soft"), "µm", 1],
+    ["total_um", word("model-limit_total"), "µm", 1],
+    ["largest_rate_um_per_s", word("model-limit_rate"), "µm/s", 3],
+    ["deadband_um", word("model-limit_deadband"), "µm", 2],
+    ["largest_trim_um", word("model-limit_trim"), "µm", 1],
   ];
   const cells = rows.map(([key, name, unit, digits]) => {
     const value = made("span", "–", "live");
@@ -139,6 +138,6 @@ export function limitsPanel(output, follow) {
     });
     return [String(name), { number: value }, String(unit)];
   });
-  fillTable(table, [word("model.limit"), word("model.value"), word("model.unit")], cells);
-  return panel(word("model.limits_title", { output: shortNames(output.name) }), wide(table));
+  fillTable(table, [word("model-limit"), word("model-value"), word("model-unit")], cells);
+  return panel(word("model-limits_title", { output: shortNames(output.name) }), wide(table));
 }

@@ -1,7 +1,8 @@
 // @ts-check
 /** What one output of a model is made of: its parts with their steps, and gains by diameter. */
 import { drawChart } from "./chart.js";
-import { fillTable, made, panel, wide } from "./engineer.js";
+import { made } from "./elements.js";
+import { fillTable, panel, wide } from "./engineer.js";
 import { duration, exactly, number, shortNames, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
@@ -14,10 +15,10 @@ const MARKERS = ["circle", "square", "diamond", "triangle-up", "cross", "x"];
 /** @param {Data} output @param {Data} model */
 export function stepPanel(output, model) {
   const note = model.record_s === null
-    ? word("model.step_record_unknown")
-    : word("model.step_record", { record: duration(model.record_s) });
+    ? word("model-step_record_unknown")
+    : word("model-step_record", { record: duration(model.record_s) });
   return panel(
-    word("model.step_title", { output: shortNames(output.name) }),
+    word("model-step_title", { output: shortNames(output.name) }),
     made("div", "", "step-chart"),
     made("p", note, "note"),
   );
@@ -44,16 +45,16 @@ export function drawStep(element, output, model) {
     marks: [
       ...constantsOf(output).map(({ at, text }) => ({ x: at / unit.seconds, text })),
       ...(recorded
-        ? [{ x: model.record_s / unit.seconds, text: word("model.record_end"), kind: "alarm" }]
+        ? [{ x: model.record_s / unit.seconds, text: word("model-record_end"), kind: "alarm" }]
         : []),
     ],
     bands: output.parts.map((/** @type {Data} */ one) => ({
       high: one.dc_gain_um_per_k,
-      text: word("model.dc_of", { part: one.name, gain: signed(one.dc_gain_um_per_k, 2) }),
+      text: word("model-dc_of", { part: one.name, gain: signed(one.dc_gain_um_per_k, 2) }),
     })),
-    xTitle: word("model.step_time", { unit: unit.name }),
-    yTitle: word("model.step_axis"),
-    label: word("model.step_title", { output: shortNames(output.name) }),
+    xTitle: word("model-step_time", { unit: unit.name }),
+    yTitle: word("model-step_axis"),
+    label: word("model-step_title", { output: shortNames(output.name) }),
   });
 }
 
@@ -90,14 +91,14 @@ export function partsPanel(output) {
   const table = made("table", "", "parts-table");
   const head = ["part", "input", "direct", "sections", "delay", "dc", "static", "factor"];
   const names = {
-    part: word("model.part"),
-    input: word("model.input"),
-    direct: word("model.direct"),
-    sections: word("model.sections"),
-    delay: word("model.delay"),
-    dc: word("model.dc"),
-    static: word("model.static"),
-    factor: word("model.factor"),
+    part: word("model-part"),
+    input: word("model-input"),
+    direct: word("model-direct"),
+    sections: word("model-sections"),
+    delay: word("model-delay"),
+    dc: word("model-dc"),
+    static: word("model-static"),
+    factor: word("model-factor"),
   };
   fillTable(
     table,
@@ -114,9 +115,9 @@ export function partsPanel(output) {
     ]),
   );
   return panel(
-    word("model.parts_title", { output: shortNames(output.name) }),
+    word("model-parts_title", { output: shortNames(output.name) }),
     wide(table),
-    made("p", word("model.offset", { offset: signed(output.offset_um, 1) }), "note"),
+    made("p", word("model-offset", { offset: signed(output.offset_um, 1) }), "note"),
   );
 }
 
@@ -129,7 +130,7 @@ export function inputOf(one) {
 /** @param {Data} one */
 function sectionsOf(one) {
   const list = made("div", "", "sections");
-  if (!one.sections.length) list.textContent = word("model.no_sections");
+  if (!one.sections.length) list.textContent = word("model-no_sections");
   for (const { gain_um_per_k: gain, time_constant_s: tau } of one.sections) {
     list.append(made("div", `${signed(gain, 3)} µm/K, τ ${number(tau, 1)} s (${duration(tau)})`));
   }
@@ -145,21 +146,21 @@ export function gainPanel(output) {
   const table = made("table");
   fillTable(
     table,
-    [word("model.part"), word("model.diameter"), word("model.gain")],
+    [word("model-part"), word("model-diameter"), word("model-gain")],
     gained.flatMap((/** @type {Data} */ one) => [
       ...one.gain_by_diameter.map((/** @type {Data} */ point) => [
         one.name,
         { number: exactly(point.diameter_mm) },
         { number: number(point.gain, 3) },
       ]),
-      [one.name, word("model.tool_point"), { number: number(one.tool_gain, 3) }],
+      [one.name, word("model-tool_point"), { number: number(one.tool_gain, 3) }],
     ]),
   );
   const split = made("div", "", "outputs-split");
   split.append(made("div", "", "gain-chart"), wide(table));
   const held = gained.some((/** @type {Data} */ one) => one.gain_held);
-  const note = made("p", word(held ? "model.gain_held" : "model.gain_note"), "note");
-  return [panel(word("model.gain_title", { output: shortNames(output.name) }), split, note)];
+  const note = made("p", word(held ? "model-gain_held" : "model-gain_note"), "note");
+  return [panel(word("model-gain_title", { output: shortNames(output.name) }), split, note)];
 }
 
 /** @param {HTMLElement} element @param {Data} output @param {Data} model */
@@ -181,11 +182,11 @@ export function drawGains(element, output, model) {
     })),
     marks: at === null
       ? []
-      : [{ x: at, text: word("model.diameter_now", { diameter: exactly(at) }), kind: "alarm" }],
-    xTitle: word("model.diameter"),
-    yTitle: word("model.gain"),
+      : [{ x: at, text: word("model-diameter_now", { diameter: exactly(at) }), kind: "alarm" }],
+    xTitle: word("model-diameter"),
+    yTitle: word("model-gain"),
     still: true,
-    label: word("model.gain_title", { output: shortNames(output.name) }),
+    label: word("model-gain_title", { output: shortNames(output.name) }),
   });
 }
 

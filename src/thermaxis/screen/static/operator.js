@@ -1,22 +1,18 @@
 // @ts-check
 // The operator's page: state, alarms, corrections, inputs, trend, connections, interventions.
 
-import { made, openDialog } from "./ask.js";
-import { englishNote, englishOf, sayWithEnglish, withEnglish } from "./english.js";
+import { openDialog } from "./ask.js";
+import { byId, hasEnglish, made, overflows, say } from "./elements.js";
 import { alarmMark } from "./frame.js";
 import { lastKnown, latest, onNoData, onStatus } from "./live.js";
 import { showAsks, startAsks } from "./operator_asks.js";
 import { fillDetails, onCard, showAxes } from "./operator_axes.js";
 import { fillInputs, showInputs } from "./operator_inputs.js";
-import {
-  byId, overflows, priorityWord, reasonsSaid, show, stateWord,
-} from "./operator_parts.js";
 import { addLive, startTrend } from "./operator_trend.js";
-import { alarmWords, clock, duration, moment, number, word } from "./words.js";
+import { clock, duration, number, timeOf, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
-const HISTORY_FAILS = "historian_unstated";
 /** Of the list of requests, where it has no room: what is left out first. */
 const LEFT_OUT = ["ask-began", "ask-reason", "ask-taken", "ask-older", "ask-why"];
 
@@ -30,35 +26,21 @@ let redraw = null;
 function showState(status) {
   const box = byId("op");
   box.dataset.state = status.state;
-  show(byId("state-word"), stateWord(status.state));
-  show(byId("state-since"), word("operator.since", { time: timeOf(status.state_since) }));
-  const reasons = reasonsSaid(status);
-  show(byId("state-reasons"), reasons.join(" ")
-    || (status.state === "Active" ? word("operator.everything_there") : ""));
+  say(byId("state-word"), status.state_said);
+  say(byId("state-since"), word("operator-since", { time: timeOf(status.state_since) }));
+  say(byId("state-reasons"), status.reasons_said.join(" ")
+    || (status.state === "Active" ? word("operator-everything_there") : ""));
   tick();
-}
-
-/** The time of day; with the date if it was another day. @param {string} time */
-function timeOf(time) {
-  const today = new Date(time).toDateString() === new Date().toDateString();
-  return today ? clock(time) : moment(time);
 }
 
 function tick() {
   if (!latest()) return;
   const passed = Math.max(0, (performance.now() - stateBeganMs) / 1000);
-  show(byId("state-for"), Number.isFinite(passed)
-    ? word("operator.for", { time: duration(passed) }) : "");
+  say(byId("state-for"), Number.isFinite(passed)
+    ? word("operator-for", { time: duration(passed) }) : "");
 }
 
 // ---- alarms ----------------------------------------------------------------------------------
-
-/** One sentence of an alarm: why the history fails is for who looks at the details.
- * @param {Record<string, any>} alarm @param {"text" | "cause" | "remedy"} what */
-function told(alarm, what) {
-  const shown = alarm.code === "historian" ? { ...alarm, code: HISTORY_FAILS } : alarm;
-  return alarmWords(/** @type {any} */ (shown))[what];
-}
 
 /** @param {string} priority */
 function markAlarm(priority) {
@@ -74,13 +56,13 @@ function markAlarm(priority) {
 function showOldAlarm(status) {
   const first = status?.alarms[0];
   markAlarm("unknown");
-  show(byId("alarm-count"), "?");
-  show(byId("alarm-word"), "");
-  show(byId("alarm-text"), word("operator.alarms_unknown"));
-  show(byId("alarm-more"), !status ? "" : !first ? word("operator.alarms_before_none")
-    : word("operator.alarms_before", {
-      count: status.alarms.length, priority: priorityWord(first.priority),
-      text: told(first, "text"),
+  say(byId("alarm-count"), "?");
+  say(byId("alarm-word"), "");
+  say(byId("alarm-text"), word("operator-alarms_unknown"));
+  say(byId("alarm-more"), !status ? "" : !first ? word("operator-alarms_before_none")
+    : word("operator-alarms_before", {
+      count: status.alarms.length, priority: first.priority_said,
+      text: first.text,
     }));
 }
 
@@ -88,20 +70,18 @@ function showOldAlarm(status) {
 function showAlarm(status) {
   const [first] = status.alarms;
   const priority = first?.priority ?? "none";
-  show(byId("alarm-count"), String(status.alarms.length));
+  say(byId("alarm-count"), String(status.alarms.length));
   markAlarm(priority);
-  show(byId("alarm-word"), first ? `${priorityWord(priority)}:` : "");
-  const english = first ? englishOf(first) : [];
-  sayWithEnglish(byId("alarm-text"), first ? told(first, "text") : word("operator.no_alarm"),
-    english);
+  say(byId("alarm-word"), first ? `${first.priority_said}:` : "");
+  say(byId("alarm-text"), first ? first.text : word("operator-no_alarm"));
   const more = byId("alarm-more");
   if (!first) {
-    show(more, word("operator.no_alarm_more"));
+    say(more, word("operator-no_alarm_more"));
     return;
   }
-  const since = word("operator.since", { time: timeOf(first.since) });
-  const said = [since, told(first, "cause"), told(first, "remedy")];
-  sayWithEnglish(more, said.filter(Boolean).join(" · "), english);
+  const since = word("operator-since", { time: timeOf(first.since) });
+  const said = [since, first.cause, first.remedy];
+  say(more, said.filter(Boolean).join(" · "));
 }
 
 /** @param {HTMLElement} body @param {Status} status */
@@ -111,40 +91,35 @@ function fillAlarms(body, status) {
   if (body.dataset.told === drawn) return;
   body.dataset.told = drawn;
   const head = old
-    ? [made("p", word("operator.alarms_old", { time: timeOf(status.utc) }), "ask-wrong")] : [];
+    ? [made("p", word("operator-alarms_old", { time: timeOf(status.utc) }), "ask-wrong")] : [];
   if (!status.alarms.length) {
-    const none = old ? word("operator.alarms_before_none") : word("operator.no_alarm");
+    const none = old ? word("operator-alarms_before_none") : word("operator-no_alarm");
     body.replaceChildren(...head, made("p", none));
     return;
   }
-  const note = status.alarms.some((/** @type {Record<string, any>} */ one) =>
-    englishOf(one).length || one.code === "historian") ? englishNote() : "";
-  const foot = note ? [made("p", note, "op-quiet")] : [];
+  const foreign = status.alarms.some((/** @type {Record<string, any>} */ one) =>
+    [one.text, one.cause, one.remedy, one.detail ?? ""].some(hasEnglish));
+  const foot = foreign ? [made("p", word("common-details_english"), "op-quiet")] : [];
   body.replaceChildren(...head, ...status.alarms.map((/** @type {Record<string, any>} */ alarm) => {
-    const english = englishOf(alarm);
     const item = made("section", "", "op-alarm-item");
     const text = made("div", "");
-    const head = made("p", "");
+    const head = made("p");
     head.append(
-      made("b", `${priorityWord(alarm.priority)}: `),
-      ...withEnglish(`${told(alarm, "text")} `, english),
-      made("span", word("operator.came", { time: timeOf(alarm.since) }), "op-quiet"),
+      made("b", `${alarm.priority_said}: `), made("span", `${alarm.text} `),
+      made("span", word("operator-came", { time: timeOf(alarm.since) }), "op-quiet"),
     );
-    text.append(head, pair(word("operator.cause"), told(alarm, "cause"), english),
-      pair(word("operator.remedy"), told(alarm, "remedy"), english));
-    if (alarm.code === "historian") {
-      const failure = String(alarm.values?.failure ?? alarm.text);
-      text.append(pair(word("operator.detail"), failure, [failure]));
-    }
+    text.append(head, pair(word("operator-cause"), alarm.cause),
+      pair(word("operator-remedy"), alarm.remedy));
+    if (alarm.detail) text.append(pair(word("operator-detail"), alarm.detail));
     item.append(alarmMark(alarm.priority), text);
     return item;
   }), ...foot);
 }
 
-/** @param {string} label @param {string} text @param {string[]} english what of it is English */
-function pair(label, text, english) {
-  const line = made("p", "");
-  line.append(made("span", `${label}: `, "op-quiet"), ...withEnglish(text || "–", english));
+/** @param {string} label @param {string} text */
+function pair(label, text) {
+  const line = made("p");
+  line.append(made("span", `${label}: `, "op-quiet"), made("span", text || "–"));
   return line;
 }
 
@@ -157,12 +132,12 @@ function showStrip(status) {
     byId("beat").dataset.beat = status.number % 2 ? "odd" : "even";
   }
   const beat = { number: status.number, time: clock(status.utc) };
-  show(byId("beat-text"), word("operator.beat", beat));
-  link("link-source", status.source_connected, word("operator.source_good"),
-    word("operator.source_lost"));
-  link("link-sink", status.sink_connected, word("operator.sink_good"), word("operator.sink_lost"));
-  link("link-history", status.historian.storing, word("operator.history_good"),
-    word("operator.history_bad"));
+  say(byId("beat-text"), word("operator-beat", beat));
+  link("link-source", status.source_connected, word("operator-source_good"),
+    word("operator-source_lost"));
+  link("link-sink", status.sink_connected, word("operator-sink_good"), word("operator-sink_lost"));
+  link("link-history", status.historian.storing, word("operator-history_good"),
+    word("operator-history_bad"));
   const [good, text] = modelSaid(status);
   link("model-told", good, text, text);
 }
@@ -171,16 +146,16 @@ function showStrip(status) {
 function modelSaid(status) {
   const file = status.model_file.replace(/\.json$/, "");
   const weight = Math.min(1, ...Object.values(status.outputs).map((axis) => axis.weight ?? 1));
-  if (status.quality === "bad") return [false, word("operator.model_bad", { file })];
-  if (status.quality === "held") return [false, word("operator.model_held", { file })];
-  if (weight >= 1) return [true, word("operator.model_good", { file })];
-  return [false, word("operator.model_outside", { file, weight: number(100 * weight, 0) })];
+  if (status.quality === "bad") return [false, word("operator-model_bad", { file })];
+  if (status.quality === "held") return [false, word("operator-model_held", { file })];
+  if (weight >= 1) return [true, word("operator-model_good", { file })];
+  return [false, word("operator-model_outside", { file, weight: number(100 * weight, 0) })];
 }
 
 /** @param {string} id @param {boolean} good @param {string} well @param {string} ill */
 function link(id, good, well, ill) {
   byId(id).dataset.good = good ? "yes" : "no";
-  show(byId(id), good ? well : `▲ ${ill}`);
+  say(byId(id), good ? well : `▲ ${ill}`);
 }
 
 // ---- dialogs ---------------------------------------------------------------------------------
@@ -192,7 +167,7 @@ function link(id, good, well, ill) {
  */
 function openList(title, fill) {
   if (document.querySelector("dialog[open]")) return;
-  const { dialog, body } = openDialog(title, word("common.close"));
+  const { dialog, body } = openDialog(title, word("common-close"));
   dialog.classList.add("op-wide");
   redraw = () => {
     const status = lastKnown();
@@ -207,15 +182,15 @@ function openList(title, fill) {
 }
 
 function openAlarms() {
-  openList(word("operator.alarm_list"), fillAlarms);
+  openList(word("operator-alarm_list"), fillAlarms);
 }
 
 function openAxes() {
-  openList(word("operator.all_corrections"), fillDetails);
+  openList(word("operator-all_corrections"), fillDetails);
 }
 
 function openInputs() {
-  openList(word("operator.all_inputs"), (body, status) => {
+  openList(word("operator-all_inputs"), (body, status) => {
     const list = body.querySelector("ul")
       ?? body.appendChild(made("ul", "", "op-rows op-rows-all"));
     fillInputs(/** @type {HTMLElement} */ (list), status, Object.keys(status.inputs));
@@ -227,7 +202,7 @@ function watchRequest() {
   const place = byId("request");
   const open = () => {
     if (!place.childElementCount) return;
-    openList(word("operator.request"), (body) => {
+    openList(word("operator-request"), (body) => {
       if (body.textContent === place.textContent) return;
       body.replaceChildren(...[...place.children].map((line) => {
         const copy = made("p", "");
@@ -282,14 +257,13 @@ onStatus((status, ageS) => {
 });
 onNoData((none) => {
   byId("alarm-body").setAttribute("aria-live", "off"); // the frame says NO DATA aloud
-  const word_ = byId("state-word");
-  show(word_, word("common.no_data"));
-  show(byId("state-since"), none.since === null ? ""
-    : word("operator.since", { time: timeOf(none.since) }));
+  say(byId("state-word"), word("common-no_data"));
+  say(byId("state-since"), none.since === null ? ""
+    : word("operator-since", { time: timeOf(none.since) }));
   const before = lastKnown();
-  show(byId("state-for"), before
-    ? word("operator.before", { state: stateWord(before.state) }) : "");
-  show(byId("state-reasons"), none.text);
+  say(byId("state-for"), before
+    ? word("operator-before", { state: before.state_said }) : "");
+  say(byId("state-reasons"), none.text);
   showOldAlarm(before);
   if (before) showInputs(before);
   showAsks(null);

@@ -1,13 +1,14 @@
 // @ts-check
 // What a person may ask here: which buttons are offered and why not, and what each will do.
 
-import { ask, made, openDialog } from "./ask.js";
+import { ask, openDialog } from "./ask.js";
 import { foundElsewhere, isHeld, isZero, JUMPED } from "./ask_effects.js";
+import { byId, made, say } from "./elements.js";
 import { latest } from "./live.js";
+import { diameterWord, facts, gainAt, isTrimmed, modelAsksUm } from "./operator_parts.js";
 import {
-  byId, diameterWord, facts, gainAt, isTrimmed, modelAsksUm, reasonsSaid, shortName, show,
-} from "./operator_parts.js";
-import { alarmWords, clock, duration, number, pageLocale, signed, word } from "./words.js";
+  clock, duration, number, pageLocale, shortNames, signed, word,
+} from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -39,16 +40,16 @@ function blocked(status) {
   const held = isHeld(status);
   const trimmed = Object.values(status.outputs).some(isTrimmed);
   const jumped = Object.values(status.inputs).some((input) => input.quality === JUMPED);
-  const off = status.enabled ? "" : word("operator.why_disabled");
+  const off = status.enabled ? "" : word("operator-why_disabled");
   const waits = fault || jumped || foundElsewhere(status).length > 0;
-  const acknowledge = waits ? "" : word("operator.why_calm");
+  const acknowledge = waits ? "" : word("operator-why_calm");
   return {
-    Enable: fault ? word("operator.why_fault") : status.enabled ? word("operator.why_enabled") : "",
+    Enable: fault ? word("operator-why_fault") : status.enabled ? word("operator-why_enabled") : "",
     Disable: off && status.state !== "Fault" ? off : "",
-    Hold: fault ? word("operator.why_fault") : held ? word("operator.why_held") : off,
-    Resume: held ? "" : word("operator.why_not_held"),
+    Hold: fault ? word("operator-why_fault") : held ? word("operator-why_held") : off,
+    Resume: held ? "" : word("operator-why_not_held"),
     // To take back is always allowed.
-    Trim: fault && !trimmed ? word("operator.why_fault") : "",
+    Trim: fault && !trimmed ? word("operator-why_fault") : "",
     Diameter: "",
     Acknowledge: acknowledge,
   };
@@ -63,11 +64,11 @@ const SAFE_WITHOUT_DATA = "Disable";
 /** @param {Status | null} status null: no data */
 export function showAsks(status) {
   const may = ["operator", "engineer"].includes(document.body.dataset.role ?? "");
-  const blind = status === null ? word("operator.why_only_disable") : "";
-  const why = may ? blind : word("operator.why_role");
+  const blind = status === null ? word("operator-why_only_disable") : "";
+  const why = may ? blind : word("operator-why_role");
   const place = byId("asks-why");
   place.hidden = why === "";
-  show(place, why);
+  say(place, why);
   const reasons = status === null ? {} : blocked(status);
   for (const found of document.querySelectorAll("[data-ask]")) {
     const button = /** @type {HTMLButtonElement} */ (found);
@@ -76,7 +77,7 @@ export function showAsks(status) {
     button.disabled = !safe && (why !== "" || own !== "");
     const said = why === "" ? own : "";
     const diameterMm = status?.diameter_mm;
-    show(button.lastElementChild, button.dataset.ask === "Diameter" && status
+    say(button.lastElementChild, button.dataset.ask === "Diameter" && status
       ? diameterWord(diameterMm) : said);
   }
 }
@@ -98,16 +99,16 @@ export function startAsks() {
 function enable() {
   void ask("Enable", [], {
     blocked: (status) => blocked(status).Enable,
-    title: word("operator.enable_title"),
-    text: (status) => [word("operator.enable_text"), ...followed(status)],
+    title: word("operator-enable_title"),
+    text: (status) => [word("operator-enable_text"), ...followed(status)],
   });
 }
 
 /** Where each correction goes when it follows the model. @param {Status} status */
 function followed(status) {
   return axesOf(status).map(([name, axis]) => [
-    word("operator.enable_axis", {
-      axis: shortName(name),
+    word("operator-enable_axis", {
+      axis: shortNames(name),
       now: signed(axis.correction_um, 1),
       wanted: signed(axis.wanted_um, 1),
       rate: rate(axis),
@@ -121,9 +122,9 @@ function followed(status) {
 function askedFor(axis) {
   const model = signed(modelAsksUm(axis), 1);
   const said = axis.at_limit
-    ? word("operator.asks_over", { model, largest: number(axis.limits?.largest_um, 1) })
-    : word("operator.asks_model", { model });
-  return isTrimmed(axis) ? [said, word("operator.asks_trim", trimValues(axis))] : [said];
+    ? word("operator-asks_over", { model, largest: number(axis.limits?.largest_um, 1) })
+    : word("operator-asks_model", { model });
+  return isTrimmed(axis) ? [said, word("operator-asks_trim", trimValues(axis))] : [said];
 }
 
 /** @param {any} axis */
@@ -134,32 +135,32 @@ function trimValues(axis) {
 function disable() {
   void ask("Disable", [], {
     blocked: (status) => blocked(status).Disable,
-    title: word("operator.disable_title"),
-    text: (status) => [...fades(status), word("operator.disable_text")],
-    blind: [word("operator.disable_blind"), word("operator.disable_text"),
-      word("operator.disable_unseen")],
+    title: word("operator-disable_title"),
+    text: (status) => [...fades(status), word("operator-disable_text")],
+    blind: [word("operator-disable_blind"), word("operator-disable_text"),
+      word("operator-disable_unseen")],
   });
 }
 
 /** @param {Status} status */
 function fades(status) {
   return axesOf(status).map(([name, axis]) => {
-    const values = { axis: shortName(name), now: signed(axis.correction_um, 1),
+    const values = { axis: shortNames(name), now: signed(axis.correction_um, 1),
       rate: rate(axis), time: takes(axis, axis.correction_um) };
     return isZero(axis.correction_um)
-      ? word("operator.disable_zero", values) : word("operator.disable_axis", values);
+      ? word("operator-disable_zero", values) : word("operator-disable_axis", values);
   });
 }
 
 function hold() {
   void ask("Hold", [], {
     blocked: (status) => blocked(status).Hold,
-    title: word("operator.hold_title"),
+    title: word("operator-hold_title"),
     text: (status) => [
-      ...axesOf(status).map(([name, axis]) => word("operator.hold_axis", {
-        axis: shortName(name), now: signed(axis.correction_um, 1),
+      ...axesOf(status).map(([name, axis]) => word("operator-hold_axis", {
+        axis: shortNames(name), now: signed(axis.correction_um, 1),
       })),
-      word("operator.hold_text", { time: duration(facts.hold_operator_s) }),
+      word("operator-hold_text", { time: duration(facts.hold_operator_s) }),
     ],
   });
 }
@@ -167,28 +168,28 @@ function hold() {
 function resume() {
   void ask("Resume", [], {
     blocked: (status) => blocked(status).Resume,
-    title: word("operator.resume_title"),
-    text: (status) => [word("operator.resume_text"), ...followed(status)],
+    title: word("operator-resume_title"),
+    text: (status) => [word("operator-resume_text"), ...followed(status)],
   });
 }
 
 function acknowledge() {
   void ask("Acknowledge", [], {
     blocked: (status) => blocked(status).Acknowledge,
-    title: word("operator.acknowledge_title"),
+    title: word("operator-acknowledge_title"),
     text: (status) => {
       if (status.state === "Fault") {
-        const reason = reasonsSaid(status).join(" ");
-        return [word("operator.acknowledge_fault", { reason }), ...fades(status),
-          word("operator.acknowledge_after")];
+        const reason = status.reasons_said.join(" ");
+        return [word("operator-acknowledge_fault", { reason }), ...fades(status),
+          word("operator-acknowledge_after")];
       }
       const names = Object.entries(status.inputs)
         .filter(([, input]) => input.quality === JUMPED)
-        .map(([name, input]) => `${shortName(name)} (${number(input.read, 1)}\u00a0°C)`);
+        .map(([name, input]) => `${shortNames(name)} (${number(input.read, 1)}\u00a0°C)`);
       const offsets = foundElsewhere(status)
-        .map((alarm) => word("operator.acknowledge_found", { found: alarmWords(alarm).text }));
+        .map((alarm) => word("operator-acknowledge_found", { found: alarm.text }));
       if (names.length === 0 && offsets.length > 0) return offsets;
-      const sensors = word("operator.acknowledge_sensors", { names: names.join(", ") || "–" });
+      const sensors = word("operator-acknowledge_sensors", { names: names.join(", ") || "–" });
       return [...offsets, sensors];
     },
   });
@@ -202,8 +203,8 @@ function trim(status) {
   let output = names[0] ?? "";
   let value = Number(status.outputs[output]?.trim_um ?? 0);
   let seconds = facts.expiries_s.includes(DEFAULT_S) ? DEFAULT_S : facts.expiries_s[0] ?? DEFAULT_S;
-  const { dialog, body, buttons } = openDialog(word("operator.trim_title"));
-  const axes = choice(word("operator.trim_axis"), names.map((name) => [name, shortName(name)]),
+  const { dialog, body, buttons } = openDialog(word("operator-trim_title"));
+  const axes = choice(word("operator-trim_axis"), names.map((name) => [name, shortNames(name)]),
     () => output, (name) => {
       output = name;
       value = Number(latest()?.outputs[name]?.trim_um ?? 0);
@@ -216,14 +217,14 @@ function trim(status) {
   const steps = made("div", "", "op-steps");
   for (const step of STEPS_UM) {
     steps.append(button(`${signed(step, 0)}\u00a0µm`, () => { change(value + step); },
-      word("operator.trim_step", { step: signed(step, 0) })));
+      word("operator-trim_step", { step: signed(step, 0) })));
   }
-  const zero = button(word("operator.trim_zero"), () => { change(0); });
-  const expiry = choice(word("operator.trim_expires"),
+  const zero = button(word("operator-trim_zero"), () => { change(0); });
+  const expiry = choice(word("operator-trim_expires"),
     facts.expiries_s.map((s) => [String(s), duration(s)]), () => String(seconds),
     (text) => { seconds = Number(text); draw(); });
-  const owner = made("p", word("operator.trim_owner", { name: document.body.dataset.name ?? "" }));
-  const go = button(word("operator.continue"), () => { dialog.close("asked"); });
+  const owner = made("p", word("operator-trim_owner", { name: document.body.dataset.name ?? "" }));
+  const go = button(word("operator-continue"), () => { dialog.close("asked"); });
   go.className = "main";
   buttons.append(go);
   body.append(axes, now, shown, bound, steps, zero, expiry, owner);
@@ -240,12 +241,12 @@ function trim(status) {
     const backAlone = status?.state === "Fault";
     if (backAlone) value = 0;
     for (const step of steps.querySelectorAll("button")) step.disabled = backAlone;
-    show(now, isTrimmed(axis)
-      ? word("operator.trim_now_by", { ...trimValues(axis), left: duration(axis.trim_left_s) })
-      : word("operator.trim_now"));
-    show(shown, `${signed(value, 1)}\u00a0µm`);
+    say(now, isTrimmed(axis)
+      ? word("operator-trim_now_by", { ...trimValues(axis), left: duration(axis.trim_left_s) })
+      : word("operator-trim_now"));
+    say(shown, `${signed(value, 1)}\u00a0µm`);
     const [low, high] = [number(-largest(), 1), signed(largest(), 1)];
-    show(bound, word("operator.trim_bound", { low, high }));
+    say(bound, word("operator-trim_bound", { low, high }));
     expiry.toggleAttribute("data-idle", value === 0);
     for (const one of body.querySelectorAll("[data-choice]")) {
       const mine = one.getAttribute("data-choice");
@@ -268,30 +269,30 @@ function trim(status) {
  */
 function whyNoTrim(status, output, value) {
   const axis = status.outputs[output];
-  if (!axis) return word("operator.why_no_output");
-  if (value === 0) return isTrimmed(axis) ? "" : word("operator.why_no_trim");
-  return status.state === "Fault" ? word("operator.why_fault") : "";
+  if (!axis) return word("operator-why_no_output");
+  if (value === 0) return isTrimmed(axis) ? "" : word("operator-why_no_trim");
+  return status.state === "Fault" ? word("operator-why_fault") : "";
 }
 
 /** @param {string} output @param {number} value @param {number} seconds */
 function askTrim(output, value, seconds) {
-  const axisName = shortName(output);
+  const axisName = shortNames(output);
   void ask("Trim", [output, value, seconds], {
     blocked: (status) => whyNoTrim(status, output, value),
-    title: `${word("operator.trim_title")}: ${axisName} ${signed(value, 1)}\u00a0µm`,
+    title: `${word("operator-trim_title")}: ${axisName} ${signed(value, 1)}\u00a0µm`,
     text: (status) => {
       const axis = status.outputs[output];
       const until = clock(Date.now() + 1000 * seconds).slice(0, 5);
       const moves = value - (axis?.trim_um ?? 0);
       const values = { ...trimValues(axis ?? {}), axis: axisName, after: signed(value, 1), until };
       return [
-        value === 0 ? word("operator.trim_back", values)
-          : isTrimmed(axis) ? word("operator.trim_replaces", values)
-            : word("operator.trim_text", values),
+        value === 0 ? word("operator-trim_back", values)
+          : isTrimmed(axis) ? word("operator-trim_replaces", values)
+            : word("operator-trim_text", values),
         ...status.state === "Active"
-          ? [word("operator.trim_moves", { change: signed(moves, 1), rate: rate(axis) })]
-          : value === 0 ? [] : [word("operator.trim_waits")],
-        word("operator.sign"),
+          ? [word("operator-trim_moves", { change: signed(moves, 1), rate: rate(axis) })]
+          : value === 0 ? [] : [word("operator-trim_waits")],
+        word("operator-sign"),
       ];
     },
   });
@@ -301,13 +302,13 @@ function askTrim(output, value, seconds) {
 
 /** @param {Status} status */
 function diameter(status) {
-  const { dialog, body, buttons } = openDialog(word("operator.diameter_title"));
+  const { dialog, body, buttons } = openDialog(word("operator-diameter_title"));
   const mark = (1.5).toLocaleString(pageLocale).charAt(1);
   const field = /** @type {HTMLInputElement} */ (made("input", "", "op-pad-value"));
   field.inputMode = "none";
   field.maxLength = 9;
   field.autocomplete = "off";
-  field.setAttribute("aria-label", `${word("operator.diameter_title")} [mm]`);
+  field.setAttribute("aria-label", `${word("operator-diameter_title")} [mm]`);
   const box = made("div", "", "op-pad-field");
   box.append(field, made("span", "mm"));
   const pad = made("div", "", "op-pad");
@@ -316,20 +317,20 @@ function diameter(status) {
     pad.append(button(text, () => {
       field.value = key === "⌫" ? field.value.slice(0, -1) : (field.value + text).slice(0, 9);
       draw();
-    }, key === "⌫" ? word("operator.diameter_clear") : text));
+    }, key === "⌫" ? word("operator-diameter_clear") : text));
   }
-  const centre = button(word("operator.diameter_centre"), () => { dialog.close("centre"); });
-  const go = button(word("operator.continue"), () => { dialog.close("asked"); });
+  const centre = button(word("operator-diameter_centre"), () => { dialog.close("centre"); });
+  const go = button(word("operator-continue"), () => { dialog.close("asked"); });
   go.className = "main";
   buttons.append(centre, go);
-  const wrong = made("p", word("operator.diameter_wrong"), "ask-wrong");
+  const wrong = made("p", word("operator-diameter_wrong"), "ask-wrong");
   const range = rangeOf(status);
   const side = made("div", "", "op-pad-side");
   side.append(
-    made("p", word("operator.diameter_now", { diameter: diameterWord(status.diameter_mm) })),
+    made("p", word("operator-diameter_now", { diameter: diameterWord(status.diameter_mm) })),
     box, wrong,
-    ...(range ? [made("p", word("operator.diameter_range", range), "op-quiet")] : []),
-    ...(facts.diameter_read ? [made("p", word("operator.diameter_machine"), "op-quiet")] : []),
+    ...(range ? [made("p", word("operator-diameter_range", range), "op-quiet")] : []),
+    ...(facts.diameter_read ? [made("p", word("operator-diameter_machine"), "op-quiet")] : []),
   );
   const both = made("div", "", "op-pad-both");
   both.append(side, pad);
@@ -375,9 +376,9 @@ function rangeOf(status) {
 function askDiameter(value) {
   const method = value === null ? "NoDiameter" : "Diameter";
   void ask(method, value === null ? [] : [value], {
-    title: word("operator.diameter_is", { diameter: diameterWord(value) }),
+    title: word("operator-diameter_is", { diameter: diameterWord(value) }),
     text: (status) => [
-      word("operator.diameter_text", {
+      word("operator-diameter_text", {
         diameter: diameterWord(value), before: diameterWord(status.diameter_mm),
       }),
       ...counts(status, value),
@@ -388,17 +389,17 @@ function askDiameter(value) {
 /** Which gain counts for a diameter, for each part that has some. @param {Status} status
  * @param {number | null} mm */
 function counts(status, mm) {
-  if (status.model_sha256 !== facts.model_sha256) return [word("operator.gain_not_known")];
+  if (status.model_sha256 !== facts.model_sha256) return [word("operator-gain_not_known")];
   const found = Object.entries(facts.gains).flatMap(([output, parts]) =>
     Object.entries(parts).map(([part, gains]) => {
       const [first, last] = [gains.points[0]?.[0] ?? 0, gains.points.at(-1)?.[0] ?? 0];
       const end = mm === null ? null : Math.min(Math.max(mm, first), last);
-      const values = { axis: shortName(output), part, gain: number(gainAt(gains, mm), 2),
+      const values = { axis: shortNames(output), part, gain: number(gainAt(gains, mm), 2),
         diameter: diameterWord(mm), end: diameterWord(end) };
-      return end === mm ? word("operator.gain_counts", values)
-        : word("operator.gain_end_counts", values);
+      return end === mm ? word("operator-gain_counts", values)
+        : word("operator-gain_end_counts", values);
     }));
-  return found.length ? found : [word("operator.gain_none")];
+  return found.length ? found : [word("operator-gain_none")];
 }
 
 // ---- pieces ----------------------------------------------------------------------------------

@@ -2,11 +2,9 @@
 // The corrections: a card for each axis, which shows as much as it has room for, and all of it in
 // a dialog.
 
-import { made } from "./ask.js";
-import {
-  byId, diameterWord, gainNow, isTrimmed, modelAsksUm, overflows, shortName, show,
-} from "./operator_parts.js";
-import { duration, number, signed, word } from "./words.js";
+import { byId, made, overflows, say } from "./elements.js";
+import { diameterWord, gainNow, isTrimmed, modelAsksUm } from "./operator_parts.js";
+import { duration, number, shortNames, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 /**
@@ -46,23 +44,23 @@ export function onCard(open) {
 function rowsOf(status, name, unit) {
   const axis = status.outputs[name];
   const limits = axis.limits;
-  const rateLimit = limits ? ` ${word("operator.rate_of", {
+  const rateLimit = limits ? ` ${word("operator-rate_of", {
     limit: `±${number(limits.largest_rate_um_per_s, 2)}`,
   })}` : "";
   const trimmed = isTrimmed(axis);
   const inside = (axis.weight ?? 0) >= 1;
   return [
-    offset("commanded", word("operator.commanded"), signed(axis.requested_um, 1) + unit),
-    offset("accepted", word("operator.accepted"), signed(axis.accepted_um, 1) + unit),
-    offset("effective", word("operator.effective"), signed(axis.effective_um, 1) + unit),
-    trimmed ? trimRow(axis) : row("trim", word("operator.trim"), word("operator.trim_none"), 3),
-    row("rate", word("operator.rate"),
+    offset("commanded", word("operator-commanded"), signed(axis.requested_um, 1) + unit),
+    offset("accepted", word("operator-accepted"), signed(axis.accepted_um, 1) + unit),
+    offset("effective", word("operator-effective"), signed(axis.effective_um, 1) + unit),
+    trimmed ? trimRow(axis) : row("trim", word("operator-trim"), word("operator-trim_none"), 3),
+    row("rate", word("operator-rate"),
       `${signed(axis.rate_um_per_s, 2)}${rateLimit}\u00a0µm/s`, 6),
-    row("weight", word("operator.weight"), weightSaid(axis.weight),
+    row("weight", word("operator-weight"), weightSaid(axis.weight),
       inside ? 4 : 7, axis.weight !== null && !inside),
-    row("parts", word("operator.parts"), partsOf(status, name), 5),
-    row("model", word("operator.model_asks"), signed(modelAsksUm(axis), 1) + unit, 2),
-    row("wanted", word("operator.wanted"), signed(axis.wanted_um, 1) + unit, 1),
+    row("parts", word("operator-parts"), partsOf(status, name), 5),
+    row("model", word("operator-model_asks"), signed(modelAsksUm(axis), 1) + unit, 2),
+    row("wanted", word("operator-wanted"), signed(axis.wanted_um, 1) + unit, 1),
   ];
 }
 
@@ -73,11 +71,11 @@ function offset(key, label, value) {
 
 /** @param {any} axis @returns {Row} */
 function trimRow(axis) {
-  const value = word("operator.trim_set", { value: signed(axis.trim_um, 1) });
-  const owner = word("operator.trim_by", {
+  const value = word("operator-trim_set", { value: signed(axis.trim_um, 1) });
+  const owner = word("operator-trim_by", {
     owner: axis.trim_owner || "–", left: duration(axis.trim_left_s),
   });
-  const found = row("trim", word("operator.trim"), value, WEIGHT_TRIM, true);
+  const found = row("trim", word("operator-trim"), value, WEIGHT_TRIM, true);
   return { ...found, owner: `, ${owner}` };
 }
 
@@ -86,7 +84,7 @@ function weightSaid(weight) {
   if (weight === null) return number(null, 0);
   const values = { weight: number(100 * weight, 0) };
   return weight >= 1
-    ? word("operator.weight_full", values) : word("operator.weight_less", values);
+    ? word("operator-weight_full", values) : word("operator-weight_less", values);
 }
 
 /**
@@ -108,7 +106,7 @@ function partsOf(status, name) {
     const gain = gainNow(status, name, part);
     const diameter = diameterWord(status.diameter_mm);
     const scaled = gain === null ? ""
-      : ` (${word("operator.part_gain", { gain: number(gain, 2), diameter })})`;
+      : ` (${word("operator-part_gain", { gain: number(gain, 2), diameter })})`;
     return `${part} ${signed(um, 1)}\u00a0µm${scaled}`;
   }).join(" · ");
 }
@@ -131,9 +129,9 @@ function judged(axis) {
  * @returns {[string, string]}
  */
 function judgedWords(axis) {
-  if (axis.at_limit) return [word("operator.over_limit"), word("operator.over_limit_short")];
-  const said = { at_limit: word("operator.at_limit"), at_soft_limit: word("operator.at_soft_limit"),
-    within: word("operator.within") }[judged(axis)];
+  if (axis.at_limit) return [word("operator-over_limit"), word("operator-over_limit_short")];
+  const said = { at_limit: word("operator-at_limit"), at_soft_limit: word("operator-at_soft_limit"),
+    within: word("operator-within") }[judged(axis)];
   return [said, said];
 }
 
@@ -157,7 +155,7 @@ export function showAxes(status) {
   }
   const more = byId("cards-more");
   more.hidden = names.length <= MOST_CARDS;
-  show(more, moreSaid(status, names.slice(shown.length)));
+  say(more, moreSaid(status, names.slice(shown.length)));
   shown.forEach((name, k) => {
     fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name);
   });
@@ -168,9 +166,9 @@ export function showAxes(status) {
  * @param {Status} status @param {string[]} names */
 function moreSaid(status, names) {
   const trims = names.filter((name) => isTrimmed(status.outputs[name]))
-    .map((name) => `${shortName(name)} ${signed(status.outputs[name].trim_um, 1)}`);
+    .map((name) => `${shortNames(name)} ${signed(status.outputs[name].trim_um, 1)}`);
   const values = { count: names.length, trims: trims.join(", ") };
-  return trims.length ? word("operator.more_trimmed", values) : word("operator.more_axes", values);
+  return trims.length ? word("operator-more_trimmed", values) : word("operator-more_axes", values);
 }
 
 /** @param {string} name */
@@ -181,7 +179,7 @@ function card(name) {
   made_.addEventListener("click", () => { for (const open of openers) open(); });
   const head = made("span", "", "op-card-head");
   head.append(
-    made("b", shortName(name), "op-card-name"),
+    made("b", shortNames(name), "op-card-name"),
     made("span", "", "op-judged"),
     made("span", "", "op-value"),
   );
@@ -196,10 +194,10 @@ function fillCard(element, status, name) {
   const [long, short] = judgedWords(axis);
   element.dataset.judged = judged(axis);
   element.dataset.priority = priorityOf(status, name);
-  show(element.querySelector(".op-value b"), signed(axis.correction_um, 1));
+  say(element.querySelector(".op-value b"), signed(axis.correction_um, 1));
   const quiet = judged(axis) === "within" && !axis.at_limit;
   const alone = element.parentElement?.childElementCount === 1;
-  show(element.querySelector(".op-judged"), quiet ? "" : alone ? long : short);
+  say(element.querySelector(".op-judged"), quiet ? "" : alone ? long : short);
   fillBar(/** @type {HTMLElement} */ (element.querySelector(".op-bar")), axis, name);
   const lines = /** @type {HTMLElement} */ (element.querySelector(".op-lines"));
   fillRows(lines, rowsOf(status, name, ""));
@@ -220,8 +218,8 @@ export function fillRows(lines, rows) {
     const line = /** @type {HTMLElement} */ (lines.children[k]);
     line.dataset.weight = String(one.weight);
     line.dataset.marked = one.marked ? "yes" : "no";
-    show(line.children[1], one.value);
-    show(line.children[2], one.owner);
+    say(line.children[1], one.value);
+    say(line.children[2], one.owner);
   });
 }
 
@@ -311,22 +309,22 @@ export function fillBar(element, axis, name) {
   place("goal", axis.wanted_um ?? now, axis.wanted_um ?? now);
   const [above, below] = [...element.querySelectorAll(".op-scale")];
   const narrow = element.clientWidth > 0 && element.clientWidth < NARROW_PX;
-  const softWord = narrow ? "" : `${word("operator.soft")} `;
-  const hardWord = `${word("operator.hard")} `;
+  const softWord = narrow ? "" : `${word("operator-soft")} `;
+  const hardWord = `${word("operator-hard")} `;
   label(above?.children[0], at(-soft), `${softWord}${number(-soft, 0)}`);
   label(above?.children[1], at(soft), `${softWord}+${number(soft, 0)}`);
   label(below?.children[0], at(-hard), `${hardWord}${number(-hard, 0)}`);
   label(below?.children[1], 50, "0");
   label(below?.children[2], at(hard), `${hardWord}+${number(hard, 0)}`);
-  element.setAttribute("aria-label", word("operator.correction_bar", {
-    axis: shortName(name), value: signed(now, 1), soft: number(soft, 0), hard: number(hard, 0),
+  element.setAttribute("aria-label", word("operator-correction_bar", {
+    axis: shortNames(name), value: signed(now, 1), soft: number(soft, 0), hard: number(hard, 0),
   }));
 }
 
 /** Beside its place, but never out of the bar. @param {Element | undefined} element
  * @param {number} percent @param {string} text */
 function label(element, percent, text) {
-  show(element, text);
+  say(element, text);
   const { style } = /** @type {HTMLElement} */ (element);
   style.left = `${percent}%`;
   style.transform = `translateX(-${percent}%)`;
@@ -342,7 +340,7 @@ export function fillDetails(body, status) {
     body.replaceChildren(...names.map((name) => {
       const part = made("section", "", "op-full");
       const head = made("p", "", "op-card-head");
-      head.append(made("b", shortName(name), "op-card-name"), made("span", "", "op-judged"),
+      head.append(made("b", shortNames(name), "op-card-name"), made("span", "", "op-judged"),
         made("span", "", "op-value"));
       head.lastElementChild?.append(made("b", "–"), made("span", "µm"));
       part.append(head, bar(), made("div", "", "op-lines"));
@@ -354,8 +352,8 @@ export function fillDetails(body, status) {
     const axis = status.outputs[name];
     part.dataset.judged = axis.at_limit && judged(axis) === "within" ? "" : judged(axis);
     part.dataset.priority = priorityOf(status, name);
-    show(part.querySelector(".op-value b"), signed(axis.correction_um, 1));
-    show(part.querySelector(".op-judged"), judgedWords(axis)[0]);
+    say(part.querySelector(".op-value b"), signed(axis.correction_um, 1));
+    say(part.querySelector(".op-judged"), judgedWords(axis)[0]);
     fillBar(/** @type {HTMLElement} */ (part.querySelector(".op-bar")), axis, name);
     const lines = /** @type {HTMLElement} */ (part.querySelector(".op-lines"));
     fillRows(lines, rowsOf(status, name, "\u00a0µm"));

@@ -2,10 +2,9 @@
 // The inputs with value, quality and age: as many as there is room for, those that are not good
 // first, and all of them in a dialog.
 
-import { made } from "./ask.js";
-import { byId, shortName, show } from "./operator_parts.js";
+import { byId, made, say } from "./elements.js";
 import { latest } from "./live.js";
-import { duration, number, phrase, word } from "./words.js";
+import { duration, number, shortNames, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -22,10 +21,10 @@ export function showInputs(status) {
   const told = byId("inputs-told");
   const old = latest() === null;
   const said = bad.length
-    ? word("operator.inputs_bad", { bad: bad.length, count: names.length })
-    : word("operator.inputs_good", { count: names.length });
+    ? word("operator-inputs_bad", { bad: bad.length, count: names.length })
+    : word("operator-inputs_good", { count: names.length });
   told.dataset.bad = bad.length && !old ? "yes" : "no";
-  show(told, old ? word("operator.inputs_old", { said }) : said);
+  say(told, old ? word("operator-inputs_old", { said }) : said);
   more.hidden = true;
   list.dataset.few = names.length <= FEW ? "yes" : "no";
   fillInputs(list, status, names);
@@ -38,7 +37,7 @@ export function showInputs(status) {
   for (let most = ranked.length - 1; most > 0 && tooHigh(list); most -= 1) {
     const last = rows.get(ranked[most] ?? "");
     if (last) last.hidden = true;
-    show(more, word("operator.more_inputs", { count: ranked.length - most }));
+    say(more, word("operator-more_inputs", { count: ranked.length - most }));
   }
 }
 
@@ -55,7 +54,7 @@ export function fillInputs(list, status, names) {
       const row = made("li", "", "op-input");
       row.append(
         made("span", "", "op-shape"),
-        made("span", shortName(name), "op-input-name"),
+        made("span", shortNames(name), "op-input-name"),
         made("b", "", "op-input-value"),
         made("span", "", "op-input-quality"),
         made("span", "", "op-input-age"),
@@ -75,10 +74,10 @@ function fillInput(row, input) {
   const usable = input.quality === GOOD ? "good" : input.quality === REDUNDANT && "redundant";
   row.dataset.quality = usable || "bad";
   const old = latest() === null;
-  show(shape, old ? "?" : { good: "✓", redundant: "3", bad: "2" }[row.dataset.quality] ?? "");
+  say(shape, old ? "?" : { good: "✓", redundant: "3", bad: "2" }[row.dataset.quality] ?? "");
   shape?.setAttribute("aria-hidden", "true");
-  show(value, `${number(input.value_c, 1)}\u00a0°C`);
-  const judged = phrase("quality", input.quality);
-  show(quality, old ? `(${judged})` : judged);
-  show(age, duration(old ? null : input.age_s));
+  say(value, `${number(input.value_c, 1)}\u00a0°C`);
+  const judged = input.quality_said;
+  say(quality, old ? `(${judged})` : judged);
+  say(age, duration(old ? null : input.age_s));
 }

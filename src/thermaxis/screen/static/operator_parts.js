@@ -1,7 +1,7 @@
 // @ts-check
 // What the parts of the operator's page share.
 
-import { asSentence, exactly, phrase, word } from "./words.js";
+import { exactly, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -19,50 +19,7 @@ import { asSentence, exactly, phrase, word } from "./words.js";
 /** @type {Facts} */
 export const facts = JSON.parse(document.getElementById("operator-facts")?.textContent ?? "{}");
 
-const STATES = {
-  Off: () => word("operator.state_off"),
-  Warming: () => word("operator.state_warming"),
-  Active: () => word("operator.state_active"),
-  Holding: () => word("operator.state_holding"),
-  Fading: () => word("operator.state_fading"),
-  Fault: () => word("operator.state_fault"),
-};
-
-const PRIORITIES = {
-  critical: () => word("operator.critical"),
-  high: () => word("operator.high"),
-  medium: () => word("operator.medium"),
-  low: () => word("operator.low"),
-};
-
 const NEAR_ZERO = 1e-9;
-
-/** @param {string} id @returns {HTMLElement} */
-export function byId(id) {
-  const found = document.getElementById(id);
-  if (!found) throw new Error(`the page has no element ${id}`);
-  return found;
-}
-
-/** @param {Element | null | undefined} element @param {string} text */
-export function show(element, text) {
-  if (element && element.textContent !== text) element.textContent = text;
-}
-
-/** @param {string} state */
-export function stateWord(state) {
-  return STATES[/** @type {keyof STATES} */ (state)]?.() ?? state;
-}
-
-/** @param {string} priority */
-export function priorityWord(priority) {
-  return PRIORITIES[/** @type {keyof PRIORITIES} */ (priority)]?.() ?? priority;
-}
-
-/** An output or a channel as it is shown: its unit stands beside the value. @param {string} name */
-export function shortName(name) {
-  return name.replace(/_(um|C)$/, "");
-}
 
 /** Whether a person has added something to a correction. @param {any} axis */
 export function isTrimmed(axis) {
@@ -81,13 +38,8 @@ export function modelAsksUm(axis) {
 
 /** @param {number | null | undefined} diameterMm */
 export function diameterWord(diameterMm) {
-  if (diameterMm === null || diameterMm === undefined) return word("operator.tool_centre");
+  if (diameterMm === null || diameterMm === undefined) return word("operator-tool_centre");
   return `${exactly(diameterMm)}\u00a0mm`;
-}
-
-/** Why the compensation is not active, each a sentence. @param {Status} status */
-export function reasonsSaid(status) {
-  return status.reasons.map((/** @type {string} */ one) => asSentence(phrase("reason", one)));
 }
 
 /**
@@ -118,9 +70,4 @@ export function gainAt({ points, tool_gain: toolGain }, diameterMm) {
     return low[1] + ((diameterMm - low[0]) / (high[0] - low[0])) * (high[1] - low[1]);
   }
   return last[1];
-}
-
-/** Whether something stands out of a box. @param {HTMLElement} box */
-export function overflows(box) {
-  return box.scrollHeight > box.clientHeight + 1 || box.scrollWidth > box.clientWidth + 1;
 }

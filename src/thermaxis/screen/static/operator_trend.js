@@ -2,10 +2,10 @@
 // The last eight hours: corrections, key temperatures, and what happened.
 
 import { drawChart } from "./chart.js";
+import { byId, say } from "./elements.js";
 import { eventMark } from "./event_marks.js";
 import { addPoint, joined } from "./live_points.js";
-import { byId, shortName, show } from "./operator_parts.js";
-import { word } from "./words.js";
+import { shortNames, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {{unit: string, t: number[], mean: (number | null)[]}} Series */
@@ -28,7 +28,7 @@ let liveMs = 0;
 let gapMs = 3 * LIVE_MS;
 
 export function startTrend() {
-  show(byId("trend-told"), word("operator.trend_waits"));
+  say(byId("trend-told"), word("operator-trend_waits"));
   void refresh();
   setInterval(() => { void refresh(); }, REFRESH_MS);
 }
@@ -37,11 +37,11 @@ async function refresh() {
   try {
     const answer = await fetch("/trend8", { cache: "no-store" });
     const found = await answer.json();
-    error = answer.ok ? found.error ?? "" : word("operator.trend_fails");
+    error = answer.ok ? found.error ?? "" : word("operator-trend_fails");
     if (!error) history = found;
   } catch (failure) {
     if (!(failure instanceof TypeError) && !(failure instanceof SyntaxError)) throw failure;
-    error = word("operator.trend_fails");
+    error = word("operator-trend_fails");
   }
   asked = true;
   draw();
@@ -107,20 +107,20 @@ function draw() {
   const most = chosen(all);
   const now = Math.max(liveMs, ...most.map((line) => line.x.at(-1) ?? 0)) || Date.now();
   const more = all.length - most.length;
-  show(byId("trend-told"), error);
-  show(byId("trend-more"), more > 0 ? word("operator.trend_more", { count: more }) : "");
+  say(byId("trend-told"), error);
+  say(byId("trend-more"), more > 0 ? word("operator-trend_more", { count: more }) : "");
   drawChart(box, {
     still: true,
     time: true,
     first: now - SPAN_MS,
     last: now,
     leastSpan: LEAST_UM,
-    label: word("operator.trend_label"),
+    label: word("operator-trend_label"),
     yTitle: "µm",
     rightTitle: "°C",
     lines: most.map((line) => ({
       ...line,
-      name: shortName(line.name.replace(/\.correction$/, "")),
+      name: shortNames(line.name.replace(/\.correction$/, "")),
       unit: line.axis === "left" ? "µm" : "°C",
     })),
     marks: history.events.map(eventMark),

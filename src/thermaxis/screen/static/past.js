@@ -1,6 +1,7 @@
 // @ts-check
 // What history and probe share: asking the server, spans, local times in fields.
 
+import { byId, say } from "./elements.js";
 import { moment, word } from "./words.js";
 
 /** @typedef {{first: number, last: number}} Span */
@@ -48,11 +49,11 @@ async function answered(path, how = {}) {
     answer = await fetch(path, how);
   } catch (error) {
     if (how.signal?.aborted) throw error;
-    throw new Refused(word("history.no_answer"));
+    throw new Refused(word("history-no_answer"));
   }
   if (answer.ok) return answer;
   const found = await answer.json().catch(() => ({}));
-  throw new Refused(found.text ?? word("history.no_answer"));
+  throw new Refused(found.text ?? word("history-no_answer"));
 }
 
 /**
@@ -66,7 +67,7 @@ export async function asked(path, signal) {
     return await answer.json();
   } catch (error) {
     if (signal?.aborted) throw error;
-    throw new Refused(word("history.no_answer")); // it broke off, or is none of the screen's
+    throw new Refused(word("history-no_answer")); // it broke off, or is none of the screen's
   }
 }
 
@@ -116,18 +117,18 @@ export function fieldText(ms) {
  * @param {string} id
  */
 export function fieldTime(id) {
-  return Date.parse(/** @type {HTMLInputElement} */ (element(id)).value);
+  return Date.parse(/** @type {HTMLInputElement} */ (byId(id)).value);
 }
 
 /** @param {string} id @param {number} ms */
 export function setField(id, ms) {
-  /** @type {HTMLInputElement} */ (element(id)).value = fieldText(ms);
+  /** @type {HTMLInputElement} */ (byId(id)).value = fieldText(ms);
   sayField(id);
 }
 
 /** @param {string} id */
 export function clearField(id) {
-  /** @type {HTMLInputElement} */ (element(id)).value = "";
+  /** @type {HTMLInputElement} */ (byId(id)).value = "";
   sayField(id);
 }
 
@@ -135,7 +136,7 @@ export function clearField(id) {
  * @param {string} id */
 function sayField(id) {
   const time = fieldTime(id);
-  element(`${id}-said`).textContent = Number.isFinite(time) ? moment(time) : "";
+  byId(`${id}-said`).textContent = Number.isFinite(time) ? moment(time) : "";
 }
 
 /**
@@ -149,7 +150,7 @@ export function stateSpan(wanted, hours) {
     first: Math.floor(wanted.first / 1000) * 1000,
     last: Math.ceil(wanted.last / 1000) * 1000,
   };
-  for (const button of element("lengths").querySelectorAll("button")) {
+  for (const button of byId("lengths").querySelectorAll("button")) {
     button.setAttribute("aria-pressed", String(Number(button.dataset.hours) === hours));
   }
   setField("from", span.first);
@@ -157,17 +158,10 @@ export function stateSpan(wanted, hours) {
   return span;
 }
 
-/** @param {string} id @returns {HTMLElement} */
-export function element(id) {
-  const found = document.getElementById(id);
-  if (!found) throw new Error(id);
-  return found;
-}
-
 /** @param {string} text an empty one takes it away */
 export function tellWrong(text) {
-  const place = element("wrong");
-  place.textContent = text;
+  const place = byId("wrong");
+  say(place, text);
   place.hidden = text === "";
 }
 
@@ -202,7 +196,7 @@ export function shows(question) {
  */
 export function refused(error, question) {
   if (!(error instanceof Refused)) throw error;
-  element("told").textContent = "";
+  byId("told").textContent = "";
   tellWrong(error.message);
   markFormer(drawn && isSame(drawn, question) ? null : drawn, question);
 }
@@ -224,15 +218,15 @@ function isSameChoice(one, other) {
  * @param {Question | null} [question] what is stated
  */
 function markFormer(former, question = null) {
-  element("content").dataset.former = former === null ? "no" : "yes";
-  const place = element("former");
+  byId("content").dataset.former = former === null ? "no" : "yes";
+  const place = byId("former");
   place.hidden = former === null;
   if (former === null || former.span === null) return;
   const values = {
     first: moment(former.span.first), last: moment(former.span.last), what: former.said,
   };
   place.textContent = question === null || isSameChoice(former, question)
-    ? word("history.former", values) : word("history.former_choice", values);
+    ? word("history-former", values) : word("history-former_choice", values);
 }
 
 /**
@@ -253,11 +247,11 @@ export function wireSpan(onLength, onSpan, onNoSpan) {
   for (const field of document.querySelectorAll("input[type=datetime-local]")) {
     field.addEventListener("input", () => sayField(field.id));
   }
-  element("lengths").addEventListener("click", (event) => {
+  byId("lengths").addEventListener("click", (event) => {
     const button = /** @type {HTMLElement} */ (event.target).closest("button");
     if (button) onLength(Number(button.dataset.hours));
   });
-  element("span").addEventListener("submit", (event) => {
+  byId("span").addEventListener("submit", (event) => {
     event.preventDefault();
     const span = { first: fieldTime("from"), last: fieldTime("to") };
     if (span.last > span.first) onSpan(span);

@@ -1,8 +1,8 @@
 // @ts-check
 // Send a measured run, and show what its evaluation says.
 
-import { withEnglish } from "./english.js";
-import { element, facts, shownOf } from "./positioning_result.js";
+import { byId, made, say } from "./elements.js";
+import { facts, shownOf } from "./positioning_result.js";
 import { moment, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Result */
@@ -12,11 +12,6 @@ const SECOND_MS = 1000;
 
 /** How often a run was sent or a kept one chosen: only the last choice is shown. */
 let chosen = 0;
-
-/** @param {string} id */
-function byId(id) {
-  return /** @type {HTMLElement} */ (document.getElementById(id));
-}
 
 /** @param {Result} result */
 function show(result) {
@@ -48,10 +43,10 @@ function choose(report) {
 
 // ---- asking -------------------------------------------------------------------------------------
 
-/** @param {string} text @param {string[]} [parts] parts of it that are English */
-function refuse(text, parts = []) {
+/** @param {string} text */
+function refuse(text) {
   const wrong = byId("run-wrong");
-  wrong.replaceChildren(...withEnglish(text, parts));
+  say(wrong, text);
   wrong.hidden = text === "";
   if (text === "") return;
   byId("run-result").hidden = true; // figures of an earlier run do not stand beside a refusal
@@ -112,9 +107,9 @@ function request(form) {
     limits_bytes: String(limits?.size ?? 0),
   });
   const sent = [run, head, limits].filter((one) => one !== null);
-  const noValue = reference && !value ? word("positioning.value_first") : "";
+  const noValue = reference && !value ? word("positioning-value_first") : "";
   const empty = chosenEmpty(data, "file");
-  const none = word(empty ? "positioning.empty" : "positioning.file_first");
+  const none = word(empty ? "positioning-empty" : "positioning-file_first");
   const lacking = run ? noValue : none;
   return { address: `/positioning/upload?${query}`, body: new Blob(sent), lacking };
 }
@@ -131,14 +126,14 @@ async function send(form, button) {
     return;
   }
   if (body.size > Number(form.dataset.largest)) {
-    refuse(word("positioning.too_large"));
+    refuse(word("positioning-too_large"));
     return;
   }
   const told = byId("run-told");
   const begunMs = performance.now();
   const tell = () => {
     const elapsed = Math.floor((performance.now() - begunMs) / SECOND_MS);
-    told.textContent = word("positioning.running", { elapsed, limit: form.dataset.limit });
+    told.textContent = word("positioning-running", { elapsed, limit: form.dataset.limit });
   };
   tell();
   chosen += 1;
@@ -157,9 +152,9 @@ async function send(form, button) {
   clearInterval(timer);
   told.hidden = true;
   button.disabled = false;
-  if (!answer) refuse(word("positioning.no_answer"));
+  if (!answer) refuse(word("positioning-no_answer"));
   else if (answer.ok) show(answer.found);
-  else refuse(String(answer.found.text ?? word("positioning.no_answer")), answer.found.english);
+  else refuse(String(answer.found.text ?? word("positioning-no_answer")));
   await list(false);
 }
 
@@ -170,10 +165,10 @@ async function open(id) {
   refuse("");
   const answer = await answered(fetch(`/positioning/result/${encodeURIComponent(id)}`));
   if (mine !== chosen) return;
-  if (!answer) refuse(word("positioning.no_answer"));
+  if (!answer) refuse(word("positioning-no_answer"));
   else if (answer.ok) show(answer.found);
   else {
-    refuse(String(answer.found.text ?? word("positioning.gone")));
+    refuse(String(answer.found.text ?? word("positioning-gone")));
     await list(false);
   }
 }
@@ -183,9 +178,8 @@ async function list(first) {
   const answer = await answered(fetch("/positioning/results"));
   if (!answer?.ok) return;
   const rows = /** @type {Result[]} */ (answer.found.results).map((one) => {
-    const button = /** @type {HTMLButtonElement} */ (
-      element("button", `${one.name} · ${moment(one.at)}`)
-    );
+    const text = `${one.name} · ${moment(one.at)}`;
+    const button = /** @type {HTMLButtonElement} */ (made("button", text));
     button.type = "button";
     button.addEventListener("click", () => void open(one.id));
     const row = document.createElement("li");
@@ -199,7 +193,7 @@ async function list(first) {
 /** @param {HTMLInputElement} input */
 function nameFile(input) {
   const shown = input.parentElement?.querySelector(".run-file-name");
-  if (shown) shown.textContent = input.files?.[0]?.name ?? word("positioning.no_file");
+  if (shown) shown.textContent = input.files?.[0]?.name ?? word("positioning-no_file");
 }
 
 /** @param {HTMLFormElement} form */

@@ -1,8 +1,8 @@
 // @ts-check
 // What the evaluation of a run says, as parts of the page.
 
-import { inEnglish } from "./english.js";
-import { moment, number, phrase, signed, word } from "./words.js";
+import { inEnglish, made } from "./elements.js";
+import { moment, number, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Result */
 
@@ -12,60 +12,48 @@ const SYMBOLS = {
   U_max: "Umax", U_mean: "Ū", Ps_max: "Ps max", Ps_mean: "P̄s", Pa: "Pa", P: "P",
 };
 const FIGURES = {
-  B: "positioning.figure_b", B_mean: "positioning.figure_b_mean", M: "positioning.figure_m",
-  E_forward: "positioning.figure_e_forward", E_backward: "positioning.figure_e_backward",
-  E: "positioning.figure_e", R_forward: "positioning.figure_r_forward",
-  R_backward: "positioning.figure_r_backward", R: "positioning.figure_r",
-  A_forward: "positioning.figure_a_forward", A_backward: "positioning.figure_a_backward",
-  A: "positioning.figure_a",
+  B: "positioning-figure_b", B_mean: "positioning-figure_b_mean", M: "positioning-figure_m",
+  E_forward: "positioning-figure_e_forward", E_backward: "positioning-figure_e_backward",
+  E: "positioning-figure_e", R_forward: "positioning-figure_r_forward",
+  R_backward: "positioning-figure_r_backward", R: "positioning-figure_r",
+  A_forward: "positioning-figure_a_forward", A_backward: "positioning-figure_a_backward",
+  A: "positioning-figure_a",
 };
 const CYCLES = {
-  standard: "positioning.cycle_standard",
-  pilgrim: "positioning.cycle_pilgrim",
-  step: "positioning.cycle_step",
+  standard: "positioning-cycle_standard",
+  pilgrim: "positioning-cycle_pilgrim",
+  step: "positioning-cycle_step",
 };
 const DECISIONS = {
-  pass: ["✓", "positioning.passed"],
-  fail: ["✗", "positioning.failed"],
-  "not decided": ["?", "positioning.not_decided"],
+  pass: ["✓", "positioning-passed"],
+  fail: ["✗", "positioning-failed"],
+  "not decided": ["?", "positioning-not_decided"],
 };
 const RULES = {
-  simple: "positioning.rule_simple",
-  "iso14253-1": "positioning.rule_iso14253",
+  simple: "positioning-rule_simple",
+  "iso14253-1": "positioning-rule_iso14253",
 };
 const MODELS = {
-  none: "positioning.drift_none",
-  line: "positioning.drift_line",
-  smooth: "positioning.drift_smooth",
+  none: "positioning-drift_none",
+  line: "positioning-drift_line",
+  smooth: "positioning-drift_smooth",
 };
 const FINDINGS = {
-  scale_error: "positioning.finding_scale_error",
-  periodic_error: "positioning.finding_periodic_error",
-  backlash: "positioning.finding_backlash",
-  backlash_step: "positioning.finding_backlash_step",
-  backlash_variation: "positioning.finding_backlash_variation",
-  spread: "positioning.finding_spread",
-  drift_reversal: "positioning.finding_drift_reversal",
-  temperature_channel: "positioning.finding_temperature_channel",
-  hidden_period: "positioning.finding_hidden_period",
+  scale_error: "positioning-finding_scale_error",
+  periodic_error: "positioning-finding_periodic_error",
+  backlash: "positioning-finding_backlash",
+  backlash_step: "positioning-finding_backlash_step",
+  backlash_variation: "positioning-finding_backlash_variation",
+  spread: "positioning-finding_spread",
+  drift_reversal: "positioning-finding_drift_reversal",
+  temperature_channel: "positioning-finding_temperature_channel",
+  hidden_period: "positioning-finding_hidden_period",
 };
 const OTHERS = { iso230_2_1988: "ISO 230-2:1988", vdi3441: "VDI/DGQ 3441" };
 const UNITS = {
   linear: { deviation: "µm", target: "mm", growth: "µm/m" },
   rotary: { deviation: "″", target: "°", growth: "″/1000°" },
 };
-
-/**
- * @param {string} tag
- * @param {string} text
- * @param {string} [kind]
- */
-export function element(tag, text, kind = "") {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  if (kind) made.className = kind;
-  return made;
-}
 
 /**
  * @template T
@@ -106,88 +94,76 @@ function twoDigits(value) {
 /** @param {string | null} verdict */
 function decision(verdict) {
   const found = known(DECISIONS, verdict ?? "");
-  const made = document.createElement("span");
-  if (!found) return made;
-  made.className = "run-decision";
-  made.dataset.verdict = verdict ?? "";
-  made.textContent = `${found[0]} ${word(found[1])}`;
-  return made;
+  if (!found) return made("span");
+  const mark = made("span", `${found[0]} ${word(found[1])}`, "run-decision");
+  mark.dataset.verdict = verdict ?? "";
+  return mark;
 }
 
 /** @param {Result} result */
 function figureTable(result) {
   const rows = /** @type {Result[]} */ (result.figures);
-  const has = {
-    within: rows.some((row) => row.measured_within !== null),
-    drift: result.drift !== null,
-    limits: result.verdict !== null,
-  };
+  const hasWithin = rows.some((row) => row.measured_within !== null);
+  const hasDrift = result.drift !== null;
+  const hasLimits = result.verdict !== null;
   const digits = decimals(rows.map((row) => row.measured));
   const unit = unitsOf(result).deviation;
   const columns = [
-    `${word("positioning.measured")}, ${unit}`,
-    ...(has.within ? [word("positioning.within")] : []),
-    ...(has.drift ? [`${word("positioning.drift_free")}, ${unit}`] : []),
-    ...(has.drift && has.within ? [word("positioning.within")] : []),
-    ...(has.limits ? [word("positioning.limit")] : []),
+    `${word("positioning-measured")}, ${unit}`,
+    ...(hasWithin ? [word("positioning-within")] : []),
+    ...(hasDrift ? [`${word("positioning-drift_free")}, ${unit}`] : []),
+    ...(hasDrift && hasWithin ? [word("positioning-within")] : []),
+    ...(hasLimits ? [word("positioning-limit")] : []),
   ];
-  const head = document.createElement("tr");
-  head.append(heading(word("positioning.figure"), ""));
-  head.append(...columns.map((text) => heading(text, "number")));
-  if (has.limits) head.append(heading(word("positioning.decision"), ""));
-  const body = rows.map((row) => {
-    const line = document.createElement("tr");
-    const name = document.createElement("th");
+  const head = [heading(word("positioning-figure")), ...columns.map((one) => heading(one, "number"))];
+  if (hasLimits) head.push(heading(word("positioning-decision")));
+  return table(head, rows.map((row) => {
+    const name = /** @type {HTMLTableCellElement} */ (made("th"));
     name.scope = "row";
-    name.append(
-      element("span", known(SYMBOLS, row.key) ?? row.key, "run-symbol"),
-      ` ${word(known(FIGURES, row.key) ?? "")}`,
-    );
+    name.append(made("span", known(SYMBOLS, row.key) ?? row.key, "run-symbol"),
+      ` ${word(known(FIGURES, row.key) ?? "")}`);
     const cells = [
       number(row.measured, digits),
-      ...(has.within ? [within(row.measured_within)] : []),
-      ...(has.drift ? [number(row.drift_free, digits)] : []),
-      ...(has.drift && has.within ? [within(row.drift_free_within)] : []),
-      ...(has.limits ? [number(row.limit, digits)] : []),
+      ...(hasWithin ? [within(row.measured_within)] : []),
+      ...(hasDrift ? [number(row.drift_free, digits)] : []),
+      ...(hasDrift && hasWithin ? [within(row.drift_free_within)] : []),
+      ...(hasLimits ? [number(row.limit, digits)] : []),
     ];
-    line.append(name, ...cells.map((text) => element("td", text, "number")));
-    if (has.limits) {
-      const cell = document.createElement("td");
-      cell.append(decision(row.verdict));
-      line.append(cell);
-    }
-    return line;
-  });
-  return table(head, body);
+    const judged = made("td");
+    judged.append(decision(row.verdict));
+    return [name, ...cells.map((text) => made("td", text, "number")), ...(hasLimits ? [judged] : [])];
+  }));
 }
 
 /**
  * @param {string} text
- * @param {string} kind
+ * @param {string} [kind]
  */
-function heading(text, kind) {
-  const made = /** @type {HTMLTableCellElement} */ (element("th", text, kind));
-  made.scope = "col";
-  return made;
+function heading(text, kind = "") {
+  const cell = /** @type {HTMLTableCellElement} */ (made("th", text, kind));
+  cell.scope = "col";
+  return cell;
 }
 
 /**
- * @param {HTMLTableRowElement} head
- * @param {HTMLTableRowElement[]} rows
+ * @param {HTMLElement[]} head
+ * @param {HTMLElement[][]} rows
  */
 function table(head, rows) {
-  const made = document.createElement("table");
-  const top = document.createElement("thead");
-  const body = document.createElement("tbody");
-  top.append(head);
-  body.append(...rows);
-  made.append(top, body);
-  const scroll = document.createElement("div");
-  scroll.className = "run-scroll";
+  const [all, top, body] = [made("table"), made("thead"), made("tbody")];
+  const rowOf = (/** @type {HTMLElement[]} */ cells) => {
+    const row = made("tr");
+    row.append(...cells);
+    return row;
+  };
+  top.append(rowOf(head));
+  body.append(...rows.map(rowOf));
+  all.append(top, body);
+  const scroll = made("div", "", "run-scroll");
   scroll.tabIndex = 0;
   scroll.setAttribute("role", "region");
-  scroll.setAttribute("aria-label", word("positioning.figures"));
-  scroll.append(made);
+  scroll.setAttribute("aria-label", word("positioning-figures"));
+  scroll.append(all);
   return scroll;
 }
 
@@ -198,23 +174,16 @@ function unitsOf(result) {
 
 /** @param {Result} result */
 function notes(result) {
-  const made = document.createElement("div");
-  made.className = "muted";
   const lines = [
-    ...(result.drift ? [word("positioning.not_the_standard")] : []),
+    ...(result.drift ? [word("positioning-not_the_standard")] : []),
     ...(result.figures.some((/** @type {Result} */ row) => row.measured === null)
-      ? [word("positioning.absent")] : []),
+      ? [word("positioning-absent")] : []),
     ...(result.left_out.length > 0
-      ? [word("positioning.uncertainty_without", { terms: leftOut(result) })] : []),
+      ? [word("positioning-uncertainty_without", { terms: result.left_out.join("; ") })] : []),
   ];
-  made.append(...lines.map((text) => element("p", text)));
-  return made;
-}
-
-/** @param {Result} result */
-function leftOut(result) {
-  const terms = /** @type {string[]} */ (result.left_out);
-  return terms.map((text) => phrase("left_out", text)).join("; ");
+  const box = made("div", "", "muted");
+  box.append(...lines.map((text) => made("p", text)));
+  return box;
 }
 
 /** @param {Result} result */
@@ -222,9 +191,9 @@ function verdict(result) {
   if (result.verdict === null) return [];
   const line = document.createElement("p");
   line.className = "run-verdict";
-  line.append(word("positioning.verdict"), decision(result.verdict));
+  line.append(word("positioning-verdict"), decision(result.verdict));
   const rule = known(RULES, result.decision_rule);
-  return rule ? [line, element("p", word(rule), "muted")] : [line];
+  return rule ? [line, made("p", word(rule), "muted")] : [line];
 }
 
 /** @param {Result} result */
@@ -232,51 +201,46 @@ function drift(result) {
   const found = result.drift;
   if (!found) return [];
   const units = unitsOf(result);
-  const lines = [word(known(MODELS, found.model) ?? "positioning.drift_smooth")];
+  const lines = [word(known(MODELS, found.model) ?? "positioning-drift_smooth")];
   if (found.model !== "none") {
-    lines.push(word("positioning.drift_total", {
+    lines.push(word("positioning-drift_total", {
       total: signed(found.total, twoDigits(found.total_within)),
       within: within(found.total_within), unit: units.deviation,
       per_m: signed(found.total_per_m, twoDigits(found.total_per_m_within)),
       per_m_within: within(found.total_per_m_within), unit_per: units.growth,
     }));
     const hours = number(found.reference_time_s / 3600, 2);
-    lines.push(word("positioning.drift_state", { hours }));
+    lines.push(word("positioning-drift_state", { hours }));
   }
-  return section(word("positioning.drift_title"), lines.map((text) => element("p", text)));
+  return section(word("positioning-drift_title"), lines.map((text) => made("p", text)));
 }
 
 /** @param {Result} result */
 function anomalies(result) {
   const unit = unitsOf(result).target;
-  const rows = result.anomalies.map((/** @type {Result} */ one) => element("li", word(
-    "positioning.anomaly",
+  const rows = result.anomalies.map((/** @type {Result} */ one) => made("li", word(
+    "positioning-anomaly",
     {
       approach: one.approach === "forward" ? "↑" : "↓", position: one.position,
       target: number(one.target, 3), unit, ratio: number(one.statistic, 2),
     },
   )));
-  return listed(word("positioning.anomalies"), rows);
+  return listed(word("positioning-anomalies"), rows);
 }
 
 /** @param {Result} result */
 function other(result) {
   if (!result.other) return [];
-  const head = document.createElement("tr");
-  head.append(
-    heading(word("positioning.figure"), ""),
-    heading(`${word("positioning.measured")}, ${unitsOf(result).deviation}`, "number"),
-  );
+  const head = [heading(word("positioning-figure")),
+    heading(`${word("positioning-measured")}, ${unitsOf(result).deviation}`, "number")];
   const entries = /** @type {[string, number][]} */ (Object.entries(result.other.figures));
   const digits = decimals(entries.map(([, value]) => value));
-  const rows = entries.map(([key, value]) => {
-    const line = document.createElement("tr");
-    line.append(element("td", known(SYMBOLS, key) ?? key, "run-symbol"));
-    line.append(element("td", number(value, digits), "number"));
-    return line;
-  });
+  const rows = entries.map(([key, value]) => [
+    made("td", known(SYMBOLS, key) ?? key, "run-symbol"),
+    made("td", number(value, digits), "number"),
+  ]);
   const name = known(OTHERS, result.other.name) ?? "";
-  return section(word("positioning.other", { name }), [
+  return section(word("positioning-other", { name }), [
     table(head, rows), inEnglish("p", result.other.mark),
   ]);
 }
@@ -286,9 +250,9 @@ function other(result) {
  * @param {HTMLElement[]} content
  */
 function section(title, content) {
-  const made = document.createElement("section");
-  made.append(element("h3", title), ...content);
-  return [made];
+  const found = made("section");
+  found.append(made("h3", title), ...content);
+  return [found];
 }
 
 /**
@@ -307,23 +271,23 @@ function listed(title, rows) {
 function finding(key, text) {
   const row = document.createElement("li");
   const named = known(FINDINGS, key);
-  if (named) row.append(element("b", `${word(named)}: `));
+  if (named) row.append(made("b", `${word(named)}: `));
   row.append(inEnglish("span", text));
   return row;
 }
 
 /** @param {Result} result */
 export function facts(result) {
-  const ways = word(result.unidirectional ? "positioning.one_way" : "positioning.both_ways");
+  const ways = word(result.unidirectional ? "positioning-one_way" : "positioning-both_ways");
   const cycle = known(CYCLES, result.cycle);
   return [
     ...(result.machine ? [result.machine] : []),
-    ...(result.axis ? [word("positioning.axis", { axis: result.axis })] : []),
-    word("positioning.runs", {
+    ...(result.axis ? [word("positioning-axis", { axis: result.axis })] : []),
+    word("positioning-runs", {
       targets: result.targets, cycles: result.cycles, cycle: cycle ? word(cycle) : result.cycle,
     }),
     ways,
-    ...(result.start ? [word("positioning.begun", { time: moment(result.start) })] : []),
+    ...(result.start ? [word("positioning-begun", { time: moment(result.start) })] : []),
     `ISO 230-2:${result.edition}`,
   ].join(" · ");
 }
@@ -341,11 +305,11 @@ export function shownOf(result) {
     ...other(result),
     ...drift(result),
     ...anomalies(result),
-    ...listed(word("positioning.diagnosis"),
+    ...listed(word("positioning-diagnosis"),
       result.diagnosis.map((/** @type {string} */ text, /** @type {number} */ k) =>
         finding(result.findings[k] ?? "", text))),
-    ...listed(word("positioning.warnings"),
+    ...listed(word("positioning-warnings"),
       result.warnings.map((/** @type {string} */ text) => inEnglish("li", text))),
-    element("p", word("positioning.content", { sha256: result.sha256 }), "muted"),
+    made("p", word("positioning-content", { sha256: result.sha256 }), "muted"),
   ];
 }

@@ -2,9 +2,10 @@
 // What a probe measures with the compensation beside what it would measure without it.
 
 import { drawChart } from "./chart.js";
+import { byId } from "./elements.js";
 import { onNoData, onStatus } from "./live.js";
 import {
-  asked, element, newQuestion, pointsFor, query, Refused, refused, shows, spanOf, stateSpan,
+  asked, newQuestion, pointsFor, query, Refused, refused, shows, spanOf, stateSpan,
   tellWrong, told, wireSpan,
 } from "./past.js";
 import { duration, moment, number, shortNames, word } from "./words.js";
@@ -16,12 +17,12 @@ import { duration, moment, number, shortNames, word } from "./words.js";
 let span = null;
 /** @type {Span | null} */
 let before = null;
-const chart = element("chart");
-const which = /** @type {HTMLSelectElement} */ (element("which"));
+const chart = byId("chart");
+const which = /** @type {HTMLSelectElement} */ (byId("which"));
 const NAMES = {
-  uncompensated: word("probe.uncompensated"),
-  compensated: word("probe.compensated"),
-  model: word("probe.model"),
+  uncompensated: word("probe-uncompensated"),
+  compensated: word("probe-compensated"),
+  model: word("probe-model"),
 };
 const COLORS = { uncompensated: 3, compensated: 1, model: 2 };
 const DASHES = { uncompensated: "solid", compensated: "solid", model: "dash" };
@@ -32,7 +33,7 @@ async function show(wanted, hours = null) {
   span = shown;
   const question = questionOf(shown);
   const signal = newQuestion();
-  element("told").textContent = word("history.loading");
+  byId("told").textContent = word("history-loading");
   let found;
   try {
     const more = { name: which.value, points: pointsFor(chart) };
@@ -70,7 +71,7 @@ function draw(shown, series) {
     first: shown.first,
     last: shown.last,
     yTitle: "µm",
-    label: word("probe.chart"),
+    label: word("probe-chart"),
     onSpan: (wanted) => {
       if (before === null) before = shown;
       void show(wanted ?? before);
@@ -84,10 +85,10 @@ function draw(shown, series) {
 function tell(figures, meansS) {
   const um = (/** @type {number | null} */ value) => `${number(value, 1)}\u00a0µm`;
   const percent = figures.ratio === null ? null : 100 * figures.ratio;
-  element("range-compensated").textContent = um(figures.compensated_um);
-  element("range-uncompensated").textContent = um(figures.uncompensated_um);
-  element("range-model").textContent = um(figures.model_um);
-  element("ratio").textContent = `${number(percent, 0)}\u00a0%`;
+  byId("range-compensated").textContent = um(figures.compensated_um);
+  byId("range-uncompensated").textContent = um(figures.uncompensated_um);
+  byId("range-model").textContent = um(figures.model_um);
+  byId("ratio").textContent = `${number(percent, 0)}\u00a0%`;
   const values = {
     count: figures.values,
     first: moment(figures.first),
@@ -95,9 +96,9 @@ function tell(figures, meansS) {
     length: duration((figures.last - figures.first) / 1000),
     step: duration(meansS),
   };
-  element("told").textContent = !figures.values
-    ? word("probe.told_nothing")
-    : meansS ? word("probe.told_means", values) : word("probe.told_values", values);
+  byId("told").textContent = !figures.values
+    ? word("probe-told_nothing")
+    : meansS ? word("probe-told_means", values) : word("probe-told_values", values);
 }
 
 /** @param {number} hours */
@@ -108,12 +109,12 @@ async function showLength(hours) {
   const found = spanOf(hours, recorded);
   before = null;
   if (found) await show(found, hours);
-  else tellWrong(word("history.nothing_recorded"));
+  else tellWrong(word("history-nothing_recorded"));
 }
 
 /** @param {number | null} value @param {string} id */
 function tellNow(id, value) {
-  element(id).textContent = `${number(value, 1)}\u00a0µm`;
+  byId(id).textContent = `${number(value, 1)}\u00a0µm`;
 }
 
 onStatus((status) => {
@@ -134,5 +135,5 @@ which.addEventListener("change", () => {
 wireSpan((hours) => void showLength(hours), (wanted) => {
   before = null;
   void show(wanted);
-}, () => refused(new Refused(word("history.no_span")), questionOf(null)));
+}, () => refused(new Refused(word("history-no_span")), questionOf(null)));
 void showLength(8);

@@ -1,19 +1,18 @@
 // @ts-check
 /** Every sensor and its redundant one: raw, judged, in its range; noise and the last minutes. */
 import { drawChart } from "./chart.js";
-import {
-  fillTable, made, part, rangeBar, say, showRange, showVerdict, verdict,
-} from "./engineer.js";
+import { byId, made, say } from "./elements.js";
+import { fillTable, rangeBar, showRange, showVerdict, verdict } from "./engineer.js";
 import { onStatus } from "./live.js";
 import { addPoint, withGaps } from "./live_points.js";
-import { duration, number, phrase, shortNames, word } from "./words.js";
+import { duration, number, shortNames, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 /** @typedef {import("./live_points.js").Points} Past */
 
 const REFRESH_MS = 5000;
 const SHOWN_MS = 300000;
-const facts = JSON.parse(part("facts").textContent ?? "{}");
+const facts = JSON.parse(byId("facts").textContent ?? "{}");
 
 /** @type {Map<string, Past>} */
 const past = new Map();
@@ -31,7 +30,7 @@ const charts = [];
 /** @type {string[]} */
 let signalsShown = [];
 
-for (const channel of facts.channels) part("sensors").append(card(channel));
+for (const channel of facts.channels) byId("sensors").append(card(channel));
 showConditions();
 onStatus((status) => {
   const now = performance.now();
@@ -120,7 +119,7 @@ function card(channel) {
     const raw = sampleOf(status, channel.name)?.read ?? null;
     const given = input ? input.value_c : raw;
     say(value, `${number(given, 1)} °C`);
-    const quality = input ? phrase("quality", input.quality) : word("sensors.not_in_model");
+    const quality = input ? input.quality_said : word("sensors-not_in_model");
     showVerdict(said, input ? input.quality === "good" : "unused", quality);
     const { lowest_c: low, highest_c: high } = channel.rules;
     showRange(bar, { low, high, value: raw });
@@ -144,7 +143,7 @@ function watch(element, channel) {
 function draw(element, channel) {
   const lines = namesOf(channel).map((name, k) => {
     const own = past.get(name) ?? { t: [], y: [] };
-    const text = k ? word("sensors.redundant") : word("sensors.sensor");
+    const text = k ? word("sensors-redundant") : word("sensors-sensor");
     return { name: text, unit: "°C", ...withGaps(own, gapMs) };
   });
   const last = Math.max(...lines.map((line) => line.x.at(-1) ?? 0)) || Date.now();
@@ -156,7 +155,7 @@ function draw(element, channel) {
     leastSpan: 1,
     still: true,
     yTitle: "°C",
-    label: word("sensors.chart_label", { channel: shortNames(channel.name) }),
+    label: word("sensors-chart_label", { channel: shortNames(channel.name) }),
   });
 }
 
@@ -172,7 +171,7 @@ function readings(channel) {
       if (age) say(age, number(sample?.age_s ?? null, 1));
       if (scatter) say(scatter, noiseWords(noise[name]));
     });
-    const title = k ? word("sensors.redundant") : word("sensors.sensor");
+    const title = k ? word("sensors-redundant") : word("sensors-sensor");
     return [title, { number: raw ?? "" }, state ?? "", { number: age ?? "" }, scatter ?? ""];
   });
   const difference = made("span", "–", "live");
@@ -181,10 +180,10 @@ function readings(channel) {
     table,
     [
       "",
-      word("sensors.raw"),
-      word("sensors.status"),
-      word("sensors.age"),
-      word("sensors.noise"),
+      word("sensors-raw"),
+      word("sensors-status"),
+      word("sensors-age"),
+      word("sensors-noise"),
     ],
     cells,
   );
@@ -195,7 +194,7 @@ function readings(channel) {
     const known = typeof own === "number" && typeof redundant === "number";
     const apart = number(known ? Math.abs(own - redundant) : null, 2);
     const most = number(channel.rules.largest_difference_k, 1);
-    say(difference, word("sensors.difference", { apart, most }));
+    say(difference, word("sensors-difference", { apart, most }));
   });
   body.append(difference);
   return body;
@@ -204,7 +203,7 @@ function readings(channel) {
 /** @param {Data | undefined} found */
 function noiseWords(found) {
   if (!found || found.noise_k === null) {
-    return word("sensors.not_yet", { count: found?.count ?? 0, least });
+    return word("sensors-not_yet", { count: found?.count ?? 0, least });
   }
   return number(found.noise_k, 3);
 }
@@ -215,27 +214,27 @@ function rules(rules, redundant) {
   const add = (/** @type {string} */ name, /** @type {string} */ text) =>
     list.append(made("dt", name), made("dd", text));
   const range = { lowest: number(rules.lowest_c, 1), highest: number(rules.highest_c, 1) };
-  add(word("sensors.plausible"), word("sensors.from_to", range));
+  add(word("sensors-plausible"), word("sensors-from_to", range));
   add(
-    word("sensors.fastest"),
-    word("sensors.fastest_said", {
+    word("sensors-fastest"),
+    word("sensors-fastest_said", {
       rate: number(60 * rules.largest_rate_k_per_s, 1),
       step: number(rules.step_k, 1),
     }),
   );
   add(
-    word("sensors.oldest"),
+    word("sensors-oldest"),
     rules.time_stamp_required
       ? duration(rules.longest_age_s)
-      : word("sensors.oldest_unstamped", { time: duration(rules.longest_age_s) }),
+      : word("sensors-oldest_unstamped", { time: duration(rules.longest_age_s) }),
   );
   add(
-    word("sensors.frozen"),
+    word("sensors-frozen"),
     rules.frozen_s > 0
-      ? word("sensors.frozen_after", { time: duration(rules.frozen_s) })
-      : word("sensors.may_stand_still"),
+      ? word("sensors-frozen_after", { time: duration(rules.frozen_s) })
+      : word("sensors-may_stand_still"),
   );
-  if (!redundant) add(word("sensors.redundant"), word("sensors.no_redundant"));
+  if (!redundant) add(word("sensors-redundant"), word("sensors-no_redundant"));
   return list;
 }
 
@@ -247,10 +246,10 @@ function showConditions() {
     live.push((status) => {
       const flag = flagOf(status.signals[one.signal]);
       const met = flag === null ? null : flag === one.met;
-      const words = met === null ? word("sensors.not_read") : metWords(met);
+      const words = met === null ? word("sensors-not_read") : metWords(met);
       showVerdict(said, met === true, words);
     });
-    return [one.name, word("sensors.interlock"), said];
+    return [one.name, word("sensors-interlock"), said];
   });
   if (facts.other_compensation !== null) {
     const said = verdict();
@@ -259,19 +258,19 @@ function showConditions() {
       const active = flag === null ? null : flag === facts.other_compensation;
       showVerdict(said, active === null ? null : !active, activeWords(active));
     });
-    rows.push([word("sensors.other_compensation"), word("sensors.flag"), said]);
+    rows.push([word("sensors-other_compensation"), word("sensors-flag"), said]);
   }
   const diameter = made("span", "–", "live");
   live.push((status) => {
     const known = status.diameter_mm !== null;
-    say(diameter, known ? `${number(status.diameter_mm, 1)} mm` : word("sensors.tool_point"));
+    say(diameter, known ? `${number(status.diameter_mm, 1)} mm` : word("sensors-tool_point"));
   });
   const read = Boolean(facts.diameter_read);
-  const origin = read ? word("sensors.diameter_read") : word("sensors.diameter_asked");
-  rows.push([word("sensors.diameter"), origin, diameter]);
+  const origin = read ? word("sensors-diameter_read") : word("sensors-diameter_asked");
+  rows.push([word("sensors-diameter"), origin, diameter]);
   fillTable(
-    part("conditions"),
-    [word("sensors.name"), word("sensors.kind"), word("sensors.now")],
+    byId("conditions"),
+    [word("sensors-name"), word("sensors-kind"), word("sensors-now")],
     rows,
   );
 }
@@ -283,13 +282,13 @@ function flagOf(sample) {
 
 /** @param {boolean} met */
 function metWords(met) {
-  return met ? word("sensors.met") : word("sensors.not_met");
+  return met ? word("sensors-met") : word("sensors-not_met");
 }
 
 /** @param {boolean | null} active */
 function activeWords(active) {
-  if (active === null) return word("sensors.not_read");
-  return active ? word("sensors.active") : word("sensors.not_active");
+  if (active === null) return word("sensors-not_read");
+  return active ? word("sensors-active") : word("sensors-not_active");
 }
 
 /** @param {Data} status */
@@ -298,19 +297,19 @@ function showOthers(status) {
   for (const one of facts.interlocks) known.add(one.signal);
   known.add("other_compensation");
   const names = Object.keys(status.signals).filter((name) => !known.has(name));
-  part("others").hidden = names.length === 0;
+  byId("others").hidden = names.length === 0;
   if (names.join("\n") !== signalsShown.join("\n")) {
     signalsShown = names;
     fillTable(
-      part("other-table"),
-      [word("sensors.name"), word("sensors.raw_any"), word("sensors.status"), word("sensors.age")],
+      byId("other-table"),
+      [word("sensors-name"), word("sensors-raw_any"), word("sensors-status"), word("sensors-age")],
       names.map((name) => {
         const [value, state, age] = [0, 1, 2].map(() => made("span", "–", "live"));
         return [shortNames(name), { number: value ?? "" }, state ?? "", { number: age ?? "" }];
       }),
     );
   }
-  part("other-table").querySelectorAll("tbody tr").forEach((row, k) => {
+  byId("other-table").querySelectorAll("tbody tr").forEach((row, k) => {
     const sample = status.signals[names[k] ?? ""];
     const [value, state, age] = /** @type {HTMLElement[]} */ ([...row.querySelectorAll("span")]);
     if (value) say(value, number(sample?.read ?? null, 2));

@@ -1,38 +1,23 @@
 // @ts-check
-// Texts, numbers and times in the language of the page.
+// Texts of the page, and numbers and times as its language writes them.
 
-const given = JSON.parse(document.getElementById("words")?.textContent ?? "{}");
 /** @type {Record<string, string>} */
-const words = given.words ?? {};
-/** @type {Record<string, Record<string, string>>} */
-const phrases = given.phrases ?? {};
-const locale = { en: "en-GB", de: "de-DE", cs: "cs-CZ" }[document.documentElement.lang] ?? "en-GB";
+const words = JSON.parse(document.getElementById("words")?.textContent ?? "{}");
+/** The locale of numbers and times. */
+export const pageLocale = document.documentElement.lang;
 const MINUS = "\u2212";
 const ABSENT = "\u2013";
-const NUMBER_ENDS = /_(um|mm|s|c|k)$/;
-const LONGEST_PHRASE = 2000;
-const NAMES = ["acts_on", "names", "needed", "output"];
-const SECONDS = /\{(\w+_s)\} s\b/g;
-const LONG_S = 60;
-const LONGEST_S = 1e12;
-const PLACE = /\{(\w+)(?::(\+?)\.(\d)([f%]))?\}/g;
+const GAP = /\{(\w+)\}/g;
 
-/** @type {Map<string, Intl.NumberFormat>} */
+/** @type {Map<number, Intl.NumberFormat>} */
 const formats = new Map();
 
-/**
- * @param {number} digits
- * @returns {Intl.NumberFormat}
- */
-function format(digits) {
-  const key = String(digits);
-  let found = formats.get(key);
-  if (!found) {
-    found = new Intl.NumberFormat(locale, {
-      minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false,
-    });
-    formats.set(key, found);
-  }
+/** @param {number} digits */
+function formatOf(digits) {
+  const found = formats.get(digits) ?? new Intl.NumberFormat(pageLocale, {
+    minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false,
+  });
+  formats.set(digits, found);
   return found;
 }
 
@@ -55,9 +40,24 @@ function rounded(value, digits) {
  * @param {number} digits
  */
 export function number(value, digits) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return ABSENT;
-  const text = format(digits).format(rounded(Math.abs(value), digits));
-  return value < 0 && /[1-9]/.test(text) ? MINUS + text : text;
+  if (!isNumber(value)) return ABSENT;
+  const found = rounded(Math.abs(value), digits);
+  return (value < 0 && found > 0 ? MINUS : "") + formatOf(digits).format(found);
+}
+
+/**
+ * A number with a sign, also where it is positive.
+ * @param {number | null | undefined} value
+ * @param {number} digits
+ */
+export function signed(value, digits) {
+  const plus = isNumber(value) && value > 0 && rounded(value, digits) > 0;
+  return (plus ? "+" : "") + number(value, digits);
+}
+
+/** @param {unknown} value @returns {value is number} */
+function isNumber(value) {
+  return typeof value === "number" && Number.isFinite(value);
 }
 
 /**
@@ -70,106 +70,13 @@ export function exactly(value) {
 }
 
 /**
- * A number with a sign, also where it is positive.
- * @param {number | null | undefined} value
- * @param {number} digits
- */
-export function signed(value, digits) {
-  const text = number(value, digits);
-  return typeof value === "number" && value > 0 && /[1-9]/.test(text) ? "+" + text : text;
-}
-
-/**
- * Fill a text: {name}, or {name:+.1f}, {name:.0f}, {name:.0%} for numbers.
- * @param {string} text
- * @param {Record<string, unknown>} values
- */
-export function fill(text, values) {
-  return text.replace(PLACE, (whole, name, plus, digits, kind) => {
-    if (!Object.hasOwn(values, name)) return whole;
-    const value = values[name];
-    if (typeof value !== "number") return String(value ?? ABSENT);
-    if (kind === undefined) return Number.isInteger(value) ? String(value) : shortest(value);
-    if (kind === "%") return number(100 * value, Number(digits)) + "\u00a0%";
-    return plus ? signed(value, Number(digits)) : number(value, Number(digits));
-  });
-}
-
-/** @param {number} value */
-function shortest(value) {
-  const text = new Intl.NumberFormat(locale, { maximumSignificantDigits: 6, useGrouping: false })
-    .format(Math.abs(value));
-  return value < 0 ? MINUS + text : text;
-}
-
-/**
  * A text of the page's language.
  * @param {string} key
- * @param {Record<string, unknown>} [values]
+ * @param {Record<string, unknown>} [values] what stands for {name}
  */
 export function word(key, values = {}) {
-  return fill(words[key] ?? key, values);
-}
-
-/**
- * What the loop says in English, in the page's language; English where no translation is known.
- * @param {string} group
- * @param {string} english
- */
-export function phrase(group, english) {
-  const known = phrases[group] ?? {};
-  if (Object.hasOwn(known, english)) return known[english];
-  if ([...english].length > LONGEST_PHRASE) return english;
-  for (const [pattern, translated] of Object.entries(known)) {
-    const values = matched(pattern, english);
-    if (values) return fill(...inTimes(translated, translatedValues(values), values));
-  }
-  return english;
-}
-
-/**
- * What stands in the places of a pattern, or null where the text is another one.
- * @param {string} pattern
- * @param {string} text
- * @returns {Record<string, string> | null}
- */
-function matched(pattern, text) {
-  if (!pattern.includes("{")) return null;
-  const literals = pattern.split(/\{\w+\}/);
-  const names = [...pattern.matchAll(/\{(\w+)\}/g)].map((found) => found[1]);
-  if (!text.startsWith(literals[0])) return null;
-  /** @type {Record<string, string>} */
-  const values = {};
-  let at = literals[0].length;
-  for (let i = 0; i < names.length - 1; i += 1) {
-    const end = text.indexOf(literals[i + 1], at + 1);
-    if (end < 0) return null;
-    values[names[i]] = text.slice(at, end);
-    at = end + literals[i + 1].length;
-  }
-  const last = literals[names.length];
-  const end = text.length - last.length;
-  if (end <= at || !text.endsWith(last)) return null;
-  values[names[names.length - 1]] = text.slice(at, end);
-  return values;
-}
-
-/**
- * A text and its values with times of a minute and more in larger units.
- * @param {string} text
- * @param {Record<string, unknown>} values
- * @param {Record<string, string>} english
- * @returns {[string, Record<string, unknown>]}
- */
-function inTimes(text, values, english) {
-  const filling = { ...values };
-  const said = text.replace(SECONDS, (whole, name) => {
-    const seconds = /\S/.test(english[name] ?? "") ? Number(english[name]) : NaN;
-    if (!(seconds >= LONG_S && seconds < LONGEST_S)) return whole;
-    filling[name] = duration(seconds);
-    return `{${name}}`;
-  });
-  return [said, filling];
+  return (words[key] ?? key).replace(GAP, (whole, name) =>
+    Object.hasOwn(values, name) ? String(values[name] ?? ABSENT) : whole);
 }
 
 /**
@@ -180,68 +87,10 @@ export function shortNames(names) {
   return names.split(", ").map((name) => name.replace(/_(um|C)$/, "")).join(", ");
 }
 
-/**
- * A text as a sentence. One that begins with the name of a file or of a value keeps its first
- * letter: with another one it would be another name.
- * @param {string} text
- */
-export function asSentence(text) {
-  const end = /[.!?]$/.test(text) || text === "" ? "" : ".";
-  return large(text) + end;
-}
-
-/** A text with a large first letter, unless it begins with a name. @param {string} text */
-export function large(text) {
-  const [first] = text.split(/[\s:;,]/, 1);
-  return /[._/\\]\S|\d/.test(first) ? text : text.charAt(0).toUpperCase() + text.slice(1);
-}
-
-/** @param {Record<string, unknown>} values */
-function translatedValues(values) {
-  return Object.fromEntries(
-    Object.entries(values).map(([name, value]) => [name, translatedValue(name, value)]),
-  );
-}
-
-/**
- * What stands in a gap: a phrase of its own group, a number, or as it is.
- * @param {string} name
- * @param {unknown} value
- */
-function translatedValue(name, value) {
-  if (typeof value !== "string") return value;
-  if (NAMES.includes(name)) return shortNames(value);
-  if (Object.hasOwn(phrases, name)) return phrase(name, value);
-  const several = name.slice(0, -1);
-  if (Object.hasOwn(phrases, several)) {
-    return value.split("; ").map((one) => phrase(several, one)).join("; ");
-  }
-  if (!NUMBER_ENDS.test(name)) return value;
-  const text = value.replaceAll("-", MINUS);
-  return locale === "en-GB" ? text : text.replaceAll(".", ",");
-}
-
-/**
- * An alarm in the page's language; the loop's English where this screen does not know it.
- * @param {{code?: string, values?: Record<string, unknown>,
- *   text: string, cause: string, remedy: string}} alarm
- * @returns {{text: string, cause: string, remedy: string}}
- */
-export function alarmWords(alarm) {
-  const keys = ["text", "cause", "remedy"].map((part) => `alarms.${alarm.code}.${part}`);
-  if (!alarm.values || !keys.every((key) => Object.hasOwn(words, key))) return alarm;
-  const values = translatedValues(alarm.values);
-  if (typeof values.name === "string") values.name = shortNames(values.name);
-  const gaps = keys.flatMap((key) => [...words[key].matchAll(PLACE)].map((found) => found[1]));
-  if (!gaps.every((name) => Object.hasOwn(values, name))) return alarm;
-  const [text, cause, remedy] = keys.map((key) => fill(words[key], values));
-  return { text, cause, remedy };
-}
-
-const clockFormat = new Intl.DateTimeFormat(locale, {
+const clockFormat = new Intl.DateTimeFormat(pageLocale, {
   hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23",
 });
-const momentFormat = new Intl.DateTimeFormat(locale, {
+const momentFormat = new Intl.DateTimeFormat(pageLocale, {
   year: "numeric", month: "2-digit", day: "2-digit",
   hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23",
 });
@@ -262,6 +111,12 @@ export function moment(time) {
   return shown(momentFormat, time);
 }
 
+/** The time of day; with the date if it was another day. @param {string | number} time */
+export function timeOf(time) {
+  const today = new Date(time).toDateString() === new Date().toDateString();
+  return today ? clock(time) : moment(time);
+}
+
 /**
  * @param {Intl.DateTimeFormat} how
  * @param {string | number | Date | null | undefined} time
@@ -277,7 +132,7 @@ function shown(how, time) {
  * @param {number | null | undefined} seconds
  */
 export function duration(seconds) {
-  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return ABSENT;
+  if (!isNumber(seconds)) return ABSENT;
   const whole = Math.max(0, Math.round(seconds));
   if (whole < 60) return `${whole}\u00a0s`;
   if (whole < 3600) return two(Math.floor(whole / 60), "min", whole % 60, "s", whole >= 600);
@@ -299,6 +154,3 @@ function two(large, largeUnit, small, smallUnit, rough) {
   const first = `${large}\u00a0${largeUnit}`;
   return rough || small === 0 ? first : `${first} ${small}\u00a0${smallUnit}`;
 }
-
-/** The locale of numbers and times. */
-export const pageLocale = locale;

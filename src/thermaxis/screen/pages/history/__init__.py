@@ -1,5 +1,41 @@
 """The page of past hours."""
 
-from lazy_loader import attach_stub
+from thermaxis.screen.pages.history._events import said_event
+from thermaxis.screen.pages.history._rows import (
+    Kept,
+    NoHistoryError,
+    asker_of,
+    close_history,
+    history_of,
+)
+from thermaxis.screen.pages.history._series import (
+    Json,
+    line_of,
+    points_within,
+    shortened,
+    span_of,
+    to_ms,
+)
+from thermaxis.screen.pages.history.page import (
+    LENGTHS,
+    away,
+    points_of,
+)
 
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
+__all__ = [
+    "LENGTHS",
+    "Json",
+    "Kept",
+    "NoHistoryError",
+    "asker_of",
+    "away",
+    "close_history",
+    "history_of",
+    "line_of",
+    "points_of",
+    "points_within",
+    "said_event",
+    "shortened",
+    "span_of",
+    "to_ms",
+]

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from thermaxis.codes import Message, Value, values_as_json, values_of_json
-from thermaxis.messages import LANGUAGES, sentence, sentence_of
+from thermaxis.codes import Message
+from thermaxis.messages import LANGUAGES, isolated, sentence, sentence_of
 from thermaxis.runtime import EventRecord
-from thermaxis.screen._words import free_text
-from thermaxis.screen.pages.history._series import Json, lines_of, shortened, to_ms
+from thermaxis.screen.feed import said_code
+from thermaxis.screen.pages.history._series import Json, lines_of, to_ms
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian import HistoryReader
@@ -26,6 +27,10 @@ EVENT_KINDS: Final = (
 """Kinds of events."""
 MARKED: Final = ("state", "request", "alarm")
 """Kinds of events that the operator's trend marks."""
+MARK_LENGTH: Final = 44
+"""Letters of an event's name in a chart. [1]"""
+_GRAVE: Final = ("critical", "high")
+_RANKS: Final = {"loss": 1, "start": 2, "stop": 2, "commission": 2, "connection": 3}
 TREND_H: Final = 8.0
 """Length of the operator's trend. [h]"""
 TREND_POINTS: Final = 480
@@ -36,62 +41,76 @@ MOST_EVENTS: Final = 500
 """Events of one answer: the newest. [1]"""
 
 
-def event_json(event: EventRecord) -> Json:
-    """Return an event for a page."""
-    values = event.values
+def said_event(event: EventRecord, language: str) -> Json:
+    """Return an event for a page, in its language."""
+    code = event.code
+    message = Message(code, event.values)
+    said = sentence_of(message, language=language) if code else event.text
+    if not code and language != LANGUAGES[0]:
+        said = isolated(said)  # of a program that said it in English alone
     found: Json = {
         "t": to_ms(event.utc),
         "kind": event.kind,
+        "kind_said": said_code("event_kind-", event.kind, language),
         "who": event.who,
-        "text": event.text,
-        "code": event.code,
-        "values": values_as_json(values),
+        "said": said,
+        "mark": said,
+        "rank": _RANKS.get(event.kind, 3),
     }
-    alarm, answer = values.get("alarm"), values.get("answer")
     if event.kind == "state":
-        found |= {"state": values.get("state", ""), "reasons": list(_several(values, "reasons"))}
-    elif isinstance(alarm, Message):
-        priority = "" if event.code == "event-alarm_gone" else str(values.get("priority", ""))
-        found |= {"priority": priority, "alarm": sentence_of(alarm)}
-    elif event.kind == "request" and "accepted" in event.details:
-        details = event.details
-        found |= {
-            "request": str(details.get("kind") or ""),
-            "output": str(details.get("output") or ""),
-            "value": _number(details.get("value")),
-            "duration_s": _number(details.get("duration_s")),
-            "file": str(details.get("text") or ""),
-            "accepted": details["accepted"] is True,
-            "reason": sentence_of(answer) if isinstance(answer, Message) else "",
-        }
+        found |= _said_state(event, language)
+    elif event.kind == "alarm":
+        found |= _said_alarm(event, said, language)
+    elif event.kind == "request":
+        found |= _said_request(event, said, language)
+    found["mark"] = shorten(found["mark"], MARK_LENGTH, placeholder=" …")
     return found
 
 
-def said_in(language: str, events: Sequence[Json]) -> list[Json]:
-    """Return events with what happened in a language as well."""
-    found: list[Json] = []
-    for event in events:
-        code, values = str(event["code"]), values_of_json(event["values"])
-        said = sentence(code, values, language=language) if code else event["text"]
-        found.append({**event, "said": said})
-        foreign = language != LANGUAGES[0]
-        english = free_text(language, values) if code else [event["text"]] * foreign
-        answer = values.get("answer")
-        if isinstance(answer, Message):
-            found[-1]["said_reason"] = sentence_of(answer, language=language)
-            english = free_text(language, answer.values)
-        if english:
-            found[-1]["english"] = english
-    return found
+def _said_state(event: EventRecord, language: str) -> Json:
+    state = str(event.values.get("state", ""))
+    mark = said_code("operator-state_", state.lower(), language)
+    return {"state": state, "mark": mark, "rank": 0 if state == "Fault" else 1}
 
 
-def _several(values: Mapping[str, Value], name: str) -> tuple[str, ...]:
-    found = values.get(name, ())
-    return tuple(map(str, found)) if isinstance(found, tuple) else ()
+def _said_alarm(event: EventRecord, said: str, language: str) -> Json:
+    """Return how grave an alarm is, one that is gone least, and its name without the priority."""
+    alarm, priority = event.values.get("alarm"), str(event.values.get("priority", ""))
+    if event.code == "event-alarm_gone":
+        return {"priority": "", "rank": 5}
+    named = sentence_of(alarm, language=language) if isinstance(alarm, Message) else said
+    return {"priority": priority, "mark": named, "rank": 0 if priority in _GRAVE else 2}
 
 
-def _number(value: object) -> float | None:
-    return shortened(float(value)) if isinstance(value, int | float) else None
+def _said_request(event: EventRecord, said: str, language: str) -> Json:
+    """Return a request with what was asked for, and how it was answered."""
+    details, answer = event.details, event.values.get("answer")
+    kind = str(details.get("kind") or "")
+    if "accepted" not in details:
+        return {"mark": said, "rank": 4}
+    asked = said_code("request-", kind, language)
+    accepted = details["accepted"] is True
+    if isinstance(answer, Message):
+        key = "history-asked_accepted" if accepted else "history-asked_refused"
+        values = {"what": _what(kind, details) or asked, "reason": answer}
+        said = sentence(key, values, language=language)
+    mark = f"{'' if accepted else '✕ '}{asked}{f' ({event.who})' if event.who else ''}"
+    return {"request": kind, "accepted": accepted, "said": said, "mark": mark, "rank": 4}
+
+
+def _what(kind: str, details: Mapping[str, str | float | bool | None]) -> Message | None:
+    """Return what was asked for with its values; None where it has none."""
+    output, value = str(details.get("output") or ""), details.get("value")
+    if kind == "model":
+        return Message("history-ask_model", {"file": str(details.get("text") or "")})
+    if kind == "trim":
+        asked = {"output": output, "value": value, "length": details.get("duration_s")}
+        return Message("history-ask_trim", asked)
+    if kind == "diameter":
+        return Message(
+            "history-ask_no_diameter" if value is None else "history-ask_diameter", {"value": value}
+        )
+    return None
 
 
 def events_of(
@@ -99,10 +118,10 @@ def events_of(
     span: tuple[datetime, datetime],
     kinds: Sequence[str] = (),
     newest: int = MOST_EVENTS,
-) -> tuple[list[Json], bool]:
-    """Return the events of a span."""
-    found = reader.events(*span, kinds=kinds, newest=newest + 1)
-    return [event_json(event) for event in found[-newest:]], len(found) > newest
+) -> tuple[list[EventRecord], bool]:
+    """Return the events of a span, and whether there are more."""
+    found = list(reader.events(*span, kinds=kinds, newest=newest + 1))
+    return found[-newest:], len(found) > newest
 
 
 # ---- the operator's trend -----------------------------------------------------------------------

@@ -8,13 +8,13 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 from concurrent.futures import Future
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast, final
 
 from starlette.datastructures import State
 from starlette.requests import HTTPConnection
 
+from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime import Clock
 from thermaxis.screen.access import parts_of, visitor_of
@@ -23,35 +23,33 @@ if TYPE_CHECKING:
     from thermaxis.runtime.historian import HistoryReader
 
 T = TypeVar("T")
-_SQLITE: Final = "sqlite:///"
+_SQLITE: Final = "sqlite:"
+_BUSY: Final = Message("history-busy")
 _LIMIT_S: Final = 8.0
 _MOST_WAITING: Final = 24
 _MOST_OF_ONE: Final = 8
 
 
 @final
-class NoHistoryError(ThermaxisError):
+class NoHistoryError(Exception):
     """The history does not answer."""
 
-    def __init__(self, key: str, **values: str) -> None:
-        self.key = key
-        self.values = values
-        super().__init__(f"the history does not answer ({key})", where=values.get("why", ""))
+    def __init__(self, message: Message) -> None:
+        super().__init__(message.code)
+        self.message = message
 
 
-def reason_for_people(error: ThermaxisError | OSError, url: str) -> str:
+def cause_for_people(error: ThermaxisError | OSError, url: str) -> Value:
     """Return why the history cannot be read, and nothing of where it lies.
 
     Folders of this computer, and host and user of a database, are for whoever looks after it: the
     commands of ``thermaxis history`` say them at the terminal.
     """
-    what = error.what if isinstance(error, ThermaxisError) else error.strerror or "it fails"
     if not url.startswith(_SQLITE):
-        return what.partition(" (")[0]
-    file = Path(url.removeprefix(_SQLITE))
-    for folder in (file.parent.resolve(), file.parent):
-        what = what.replace(f"{folder}/", "").replace(str(folder), file.parent.name)
-    return f"{file.name}: {what}"
+        return Message("history-no_database")
+    if isinstance(error, ThermaxisError):
+        return Message(error.message.code, error.message.values)
+    return error.strerror or Message("history-fails")
 
 
 @final
@@ -119,7 +117,7 @@ class History:
             async with asyncio.timeout(self._limit_s), self._turn(who):
                 return await self._asked(work)
         except TimeoutError:
-            raise NoHistoryError("history.hangs", limit=f"{self._limit_s:g}") from None
+            raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s})) from None
 
     @asynccontextmanager
     async def _turn(self, who: str) -> AsyncGenerator[None]:
@@ -128,7 +126,7 @@ class History:
             return
         turn = self._turns.setdefault(who, _Turn())
         if turn.count >= _MOST_OF_ONE:
-            raise NoHistoryError("history.busy")
+            raise NoHistoryError(_BUSY)
         turn.count += 1
         try:
             async with turn.lock:
@@ -140,9 +138,9 @@ class History:
 
     async def _asked(self, work: "Callable[[HistoryReader], T]") -> T:
         if self.hangs:
-            raise NoHistoryError("history.hangs", limit=f"{self._limit_s:g}")
+            raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s}))
         if self._ended or self._questions.qsize() >= _MOST_WAITING:
-            raise NoHistoryError("history.busy")
+            raise NoHistoryError(_BUSY)
         question = _Question(work)
         self._questions.put(question)
         if self._thread is None or not self._thread.is_alive():
@@ -151,8 +149,8 @@ class History:
         try:
             return await asyncio.wrap_future(question.answer)
         except (ThermaxisError, OSError) as error:
-            why = reason_for_people(error, self._url)
-            raise NoHistoryError("history.unreadable", why=why) from error
+            why = cause_for_people(error, self._url)
+            raise NoHistoryError(Message("history-unreadable", {"why": why})) from error
         finally:
             if not question.answer.done() and not question.answer.cancel():
                 # in a thread: a database's server is told through the network

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast, final
@@ -13,20 +14,21 @@ from starlette.routing import BaseRoute, Route
 from starlette.types import Receive, Scope, Send
 
 from thermaxis.codes import printable
-from thermaxis.runtime import Role
+from thermaxis.messages import sentence_of
+from thermaxis.runtime import EventRecord, Role
 from thermaxis.runtime.host import whole_file
-from thermaxis.screen.access import answer_json, needs, parts_of, refuse, visitor_of
+from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render, visitor_of
 from thermaxis.screen.pages.history._events import (
     EVENT_KINDS,
     TREND_KEPT_S,
     events_of,
     names_now,
-    said_in,
+    said_event,
     trend8,
 )
 from thermaxis.screen.pages.history._rows import Kept, NoHistoryError, asker_of, history_of
 from thermaxis.screen.pages.history._series import Json, lines_of, span_of, to_ms, unit_of
-from thermaxis.screen.pages.positioning import (
+from thermaxis.screen.work import (
     BusyError,
     Ending,
     Limits,
@@ -61,7 +63,7 @@ EXPORTS: Final = 2
 """Exports that are written, or not yet sent, at once: they bound what lies on the disk. [1]"""
 SEND_S: Final = 600.0
 """Time in which an export must have been taken. Default: the largest at 0.8 MB/s. [s]"""
-_KIND, _NO_CYCLE = "export", "there is no cycle in this span"
+_KIND = "export"
 _log = logging.getLogger(__name__)
 _BAD_REQUEST, _TOO_LARGE, _TOO_MANY, _UNAVAILABLE = 400, 413, 429, 503
 
@@ -81,21 +83,21 @@ def routes(parts: "ScreenParts") -> list[BaseRoute]:
 
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
-    return parts_of(request).render(
+    return render(
         request,
         "history.html",
         page="history",
         charts=True,
         lengths=LENGTHS,
-        most=str(MOST_SERIES),
-        limit=f"{EXPORT_S:g}",
-        size=str(EXPORT_BYTES // 1_000_000),
+        most=MOST_SERIES,
+        limit=EXPORT_S,
+        size=EXPORT_BYTES // 1_000_000,
     )
 
 
 def away(connection: HTTPConnection, error: NoHistoryError) -> Response:
     """Return the refusal of a question that the history did not answer."""
-    return refuse(connection, _UNAVAILABLE, error.key, **error.values)
+    return refuse(connection, _UNAVAILABLE, error.message.code, **error.message.values)
 
 
 def points_of(connection: HTTPConnection) -> int:
@@ -125,11 +127,11 @@ async def _trend(request: Request) -> Response:
     span = span_of(request)
     names = request.query_params.getlist("names")
     if span is None:
-        return refuse(request, _BAD_REQUEST, "history.no_span")
+        return refuse(request, _BAD_REQUEST, "history-no_span")
     if not names:
-        return refuse(request, _BAD_REQUEST, "history.no_series")
+        return refuse(request, _BAD_REQUEST, "history-no_series")
     if len(names) > MOST_SERIES:
-        return refuse(request, _BAD_REQUEST, "history.too_many", most=str(MOST_SERIES))
+        return refuse(request, _BAD_REQUEST, "history-too_many", most=MOST_SERIES)
     cycle_s = parts_of(request).configuration.rules.cycle_s
     points = points_of(request)
 
@@ -143,7 +145,7 @@ async def _trend(request: Request) -> Response:
         return away(request, error)
     unknown = [name for name in names if name not in answer["series"]]
     if unknown:
-        return refuse(request, _BAD_REQUEST, "history.unknown_series", name=unknown[0][:80])
+        return refuse(request, _BAD_REQUEST, "history-unknown_series", name=unknown[0][:80])
     return answer_json(answer)
 
 
@@ -152,26 +154,28 @@ async def _events(request: Request) -> Response:
     span = span_of(request)
     kinds = [kind for kind in request.query_params.getlist("kinds") if kind in EVENT_KINDS]
     if span is None:
-        return refuse(request, _BAD_REQUEST, "history.no_span")
+        return refuse(request, _BAD_REQUEST, "history-no_span")
     try:
         events, more = await history_of(request).ask(
             lambda reader: events_of(reader, span, kinds), who=asker_of(request)
         )
     except NoHistoryError as error:
         return away(request, error)
-    language = visitor_of(request).language
-    told = said_in(language, events)
-    return answer_json({"events": told, "more": more})
+    return answer_json({"events": _said(request, events), "more": more})
 
 
 @needs(Role.VIEWER)
 async def _trend8(request: Request) -> Response:
     found = await _kept_trend(request).get()
-    language, words = visitor_of(request).language, parts_of(request).words
     if isinstance(found, NoHistoryError):
-        text = words.say(language, found.key, **found.values)
+        text = sentence_of(found.message, language=visitor_of(request).language)
         return answer_json({"series": {}, "events": [], "error": text})
-    return answer_json({**found, "events": said_in(language, found["events"])})
+    return answer_json({**found, "events": _said(request, found["events"])})
+
+
+def _said(request: Request, events: Sequence[EventRecord]) -> list[Json]:
+    language = visitor_of(request).language
+    return [said_event(event, language) for event in events]
 
 
 def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":
@@ -205,9 +209,22 @@ def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":
 async def _export(request: Request) -> Response:
     span, ending = span_of(request), request.query_params.get("format", "")
     if span is None:
-        return refuse(request, _BAD_REQUEST, "history.no_span")
+        return refuse(request, _BAD_REQUEST, "history-no_span")
     if ending not in FORMATS:
-        return refuse(request, _BAD_REQUEST, "history.export_format")
+        return refuse(request, _BAD_REQUEST, "history-export_format")
+    try:
+        if await history_of(request).ask(lambda r: _is_empty(r, span), who=asker_of(request)):
+            return refuse(request, _UNAVAILABLE, "history-export_empty")
+    except NoHistoryError as error:
+        return away(request, error)
+    return await _made(request, span, ending)
+
+
+def _is_empty(reader: "HistoryReader", span: tuple[datetime, datetime]) -> bool:
+    return next(iter(reader.pieces(*span)), None) is None
+
+
+async def _made(request: Request, span: tuple[datetime, datetime], ending: str) -> Response:
     work = work_of(request)
     async with contextlib.AsyncExitStack() as held:
         try:
@@ -217,10 +234,10 @@ async def _export(request: Request) -> Response:
             held.push_async_callback(asyncio.to_thread, folder.remove)
             outcome = await _exported(request, folder, span, ending)
         except BusyError:
-            return refuse(request, _TOO_MANY, "history.export_busy")
+            return refuse(request, _TOO_MANY, "history-export_busy")
         except OSError as error:
             _log.warning("an export has failed: %s", printable(str(error), 500))
-            return refuse(request, _UNAVAILABLE, "history.export_failed")
+            return refuse(request, _UNAVAILABLE, "history-export_failed")
         name = f"history.{ending}"
         if outcome.ending is Ending.DONE and outcome.code == 0 and name in outcome.files:
             return _Sent(
@@ -273,12 +290,10 @@ async def _exported(
 def _export_refused(request: Request, outcome: Outcome) -> Response:
     """Say why an export came to nothing; what the command said may name places of the computer."""
     if outcome.ending is Ending.TOO_LONG:
-        return refuse(request, _TOO_LARGE, "history.export_late", limit=f"{EXPORT_S:g}")
+        return refuse(request, _TOO_LARGE, "history-export_late", limit=EXPORT_S)
     if outcome.ending is Ending.TOO_MUCH:
-        size = str(EXPORT_BYTES // 1_000_000)
-        return refuse(request, _TOO_LARGE, "history.export_large", size=size)
-    if _NO_CYCLE in outcome.said:
-        return refuse(request, _UNAVAILABLE, "history.export_empty")
+        size = EXPORT_BYTES // 1_000_000
+        return refuse(request, _TOO_LARGE, "history-export_large", size=size)
     said = printable(outcome.said.strip()[-2000:], 500)
     _log.warning("an export has failed (%s, code %s): %s", outcome.ending, outcome.code, said)
-    return refuse(request, _UNAVAILABLE, "history.export_failed")
+    return refuse(request, _UNAVAILABLE, "history-export_failed")

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, final
 
+from thermaxis.codes import Message
 from thermaxis.errors import ThermaxisError
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ MOST_JUDGED: Final = 64
 """So many files of a folder are judged, the first by name. [1]"""
 MOST_LISTED: Final = 256
 """So many files of a folder are listed, the first by name. [1]"""
-NOT_READ: Final = "model.choice_not_read"
-"""Key of the words for a file that was not judged: it may be chosen all the same."""
 
 
 class Choice(NamedTuple):
@@ -26,10 +25,10 @@ class Choice(NamedTuple):
 
     name: str
     """Its name."""
-    reason: str = ""
-    """Why it cannot be chosen, in English and without its name; empty where it can be."""
-    key: str = ""
-    """Key of the words for what is not known of it; empty where it was judged."""
+    refused: Message | None = None
+    """Why it cannot be chosen; None where it can be, or was not judged."""
+    judged: bool = True
+    """Whether it was read; one that was not may be chosen all the same."""
 
 
 class _Stamp(NamedTuple):
@@ -50,7 +49,7 @@ class ModelChoices:
 
     def __init__(self, configuration: "MachineConfiguration") -> None:
         self._configuration = configuration
-        self._known: dict[str, tuple[_Stamp, str]] = {}
+        self._known: dict[str, tuple[_Stamp, Message | None]] = {}
 
     def look(self) -> tuple[Choice, ...]:
         """Return the files of the folder as they are now; it reads those that are new."""
@@ -66,12 +65,12 @@ class ModelChoices:
             if known is not None and known[0] == stamp:
                 found.append(Choice(name, known[1]))
             elif i >= MOST_JUDGED or stamp.size_bytes > min(left_bytes, LARGEST_JUDGED_BYTES):
-                found.append(Choice(name, key=NOT_READ))
+                found.append(Choice(name, judged=False))
             else:
                 left_bytes -= stamp.size_bytes
-                reason = self._reason(name)
-                self._known[name] = stamp, reason
-                found.append(Choice(name, reason))
+                refused = self._refusal(name)
+                self._known[name] = stamp, refused
+                found.append(Choice(name, refused))
         return tuple(found)
 
     def _stamp(self, name: str) -> _Stamp | None:
@@ -82,9 +81,9 @@ class ModelChoices:
             return None
         return _Stamp(found.st_mtime_ns, found.st_size, found.st_ino)
 
-    def _reason(self, name: str) -> str:
+    def _refusal(self, name: str) -> Message | None:
         try:
             self._configuration.other_model(name)
         except ThermaxisError as error:
-            return str(error).removeprefix(f"{name}: ").removeprefix(f"{name}, ")
-        return ""
+            return error.message
+        return None

@@ -13,6 +13,7 @@ from thermaxis.compensation import (
     Provenance,
     gain_of,
 )
+from thermaxis.screen.pages.history import Json
 
 SETTLED_TIME_CONSTANTS: Final = 5.0
 """A step is shown until so many of the slowest time constants: less than 1 % of it is left. [1]"""
@@ -25,9 +26,6 @@ SHORTEST_STEP_SAMPLES: Final = 10.0
 _FASTEST_SHARE = 1e-3
 _SAME_SHARE = 1e-6
 _LONGEST_WORD = 300
-
-Json = dict[str, object]
-"""An object as json writes it."""
 
 
 class StepShown(NamedTuple):

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, cast, final
 
@@ -9,15 +10,16 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
-from thermaxis.messages import LANGUAGES
+from thermaxis.messages import sentence, sentence_of, text_of
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
 from thermaxis.runtime.config import read_model_file
-from thermaxis.screen._aside import Aside
-from thermaxis.screen.access import answer_json, needs, parts_of, visitor_of
-from thermaxis.screen.pages.history import Kept
+from thermaxis.screen.access import answer_json, needs, parts_of, render, visitor_of
+from thermaxis.screen.pages.history import Json, Kept
+from thermaxis.screen.pages.model._aside import Aside
 from thermaxis.screen.pages.model._choices import Choice, ModelChoices
-from thermaxis.screen.pages.model._facts import Json, facts_of_model
+from thermaxis.screen.pages.model._facts import facts_of_model
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import ScreenParts
@@ -29,15 +31,15 @@ KEPT_S: Final = 2.0
 """A list of the folder serves all who ask within this time. [s]"""
 MOST_READING: Final = 2
 """Threads that read models; one that hangs keeps its place. [1]"""
-HANGS: Final = "The folder of the models does not answer."
+HANGS: Final = Message("model-hangs")
 """Why the model in force cannot be shown while the folder hangs."""
 MOST_KNOWN: Final = 8
 """Models whose facts are kept. [1]"""
-NO_STATUS = "model.no_status"
+NO_STATUS = "model-no_status"
 """The loop has not told yet which model is in force."""
-OTHER_FILE = "model.other_file"
+OTHER_FILE = "model-other_file"
 """The file on disk is another one than the model in force."""
-NO_FILE = "model.no_file"
+NO_FILE = "model-no_file"
 """There is no such file on the computer of the screen, or it cannot be read."""
 _HASH_SHOWN = 16
 
@@ -49,8 +51,8 @@ class Found(NamedTuple):
     """The model with its file."""
     key: str = ""
     """Key of the words that say why there is none."""
-    detail: str = ""
-    """The failure as an English sentence; may be empty."""
+    detail: Message | None = None
+    """The failure, where there is one."""
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
@@ -72,12 +74,12 @@ def model_in_force(configuration: MachineConfiguration, name: str, sha256: str) 
     if not name or not sha256:
         return Found(None, NO_STATUS)
     read = False
-    detail = ""
+    detail = None
     for path in _places_of(configuration, name):
         try:
             found = read_model_file(path)
         except ConfigurationError as error:
-            detail = detail or f"{error.what}."  # without the path: a viewer need not know it
+            detail = detail or error.message
             continue
         if found.sha256 == sha256:
             return Found(found)
@@ -99,7 +101,7 @@ def _places_of(configuration: MachineConfiguration, name: str) -> list[Path]:
 
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
-    return parts_of(request).render(
+    return render(
         request,
         "model.html",
         page="model",
@@ -118,32 +120,29 @@ async def _values(request: Request) -> Response:
     diameter_mm = float(diameter) if isinstance(diameter, int | float) else None
     found, facts, choices = await _read_models(request).of(name, sha256, diameter_mm)
     language = visitor_of(request).language
-    text = ""
-    if found.key:
-        text = parts.words.say(language, found.key, file=name, hash=f"{sha256[:_HASH_SHOWN]}…")
+    shown = {"file": name, "hash": f"{sha256[:_HASH_SHOWN]}…"}
+    said = [sentence(found.key, shown, language=language)] if found.key else []
+    if found.detail is not None:  # without the path: a viewer need not know it
+        said.append(sentence_of(found.detail, language=language))
     return answer_json(
         {
             "file": name,
             "sha256": sha256,
             "model": facts,
-            "text": text,
-            "detail": found.detail,
-            "choices": [_told(parts, language, choice) for choice in choices],
+            "text": " ".join(said),
+            "choices": [_told(choice, language) for choice in choices],
             "outputs": tuple(status.get("outputs", {})),
         }
     )
 
 
-def _told(parts: "ScreenParts", language: str, choice: Choice) -> Json:
+def _told(choice: Choice, language: str) -> Json:
     """Return a file of the folder with why it cannot be chosen, in the language of who asks."""
-    words = parts.words
-    foreign = language != LANGUAGES[0]
-    return {
-        "name": choice.name,
-        "model": not choice.reason,
-        "reason": words.say(language, choice.key) if choice.key else choice.reason,
-        "english": [choice.reason] if foreign and choice.reason else [],
-    }
+    reason = "" if choice.judged else sentence("model-choice_not_read", language=language)
+    if choice.refused is not None:
+        place = choice.refused.place._replace(file="")
+        reason = text_of(replace(choice.refused, place=place), language=language)
+    return {"name": choice.name, "model": choice.refused is None, "reason": reason}
 
 
 @needs(Role.VIEWER)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast, final
 
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import Clock
-from thermaxis.screen.pages.positioning._work import WorkFolder
+from thermaxis.screen.work import WorkFolder
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import Person
@@ -143,7 +143,7 @@ def shown_of(evaluated: Mapping[str, Any]) -> Json:
         "figures": [_figure(key, evaluated) for key in FIGURE_KEYS],
         "verdict": None if check is None else check["verdict"],
         "decision_rule": None if check is None else check["decision_rule"],
-        "left_out": _texts(_part(evaluated, "uncertainty", "measured").get("left_out", [])),
+        "left_out": _part(evaluated, "uncertainty", "measured").get("left_out_codes", []),
         "other": _other(evaluated),
         "drift": _drift(evaluated["drift"]),
         "anomalies": _anomalies(evaluated),

@@ -19,9 +19,10 @@ from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.codes import printable
+from thermaxis.codes import Value, printable, values_of_json
+from thermaxis.messages import sentence
 from thermaxis.runtime import Role
-from thermaxis.screen.access import answer_json, needs, parts_of, refuse, visitor_of
+from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render, spoken, visitor_of
 from thermaxis.screen.pages.positioning._results import (
     MOST_OF_A_PERSON,
     Json,
@@ -29,7 +30,7 @@ from thermaxis.screen.pages.positioning._results import (
     Result,
     shown_of,
 )
-from thermaxis.screen.pages.positioning._work import (
+from thermaxis.screen.work import (
     BusyError,
     Ending,
     Limits,
@@ -77,7 +78,7 @@ _log = logging.getLogger(__name__)
 class RefusedError(Exception):
     """An upload or an evaluation is refused in words."""
 
-    def __init__(self, status: int, key: str, **values: str) -> None:
+    def __init__(self, status: int, key: str, **values: Value) -> None:
         super().__init__(key)
         self.status = status
         self.key = key
@@ -116,16 +117,16 @@ def routes(parts: "ScreenParts") -> list[BaseRoute]:
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
     parts, visitor = parts_of(request), visitor_of(request)
-    return parts.render(
+    return render(
         request,
         "positioning.html",
         page="positioning",
         may=visitor.person is not None and visitor.role.at_least(Role.ENGINEER),
         extensions=",".join(_EXTENSIONS),
-        megabytes=str(LARGEST_BYTES // 1_000_000),
+        megabytes=LARGEST_BYTES // 1_000_000,
         largest_bytes=LARGEST_BYTES,
-        limit_s=f"{parts.settings.evaluation_s:.0f}",
-        most=str(MOST_OF_A_PERSON),
+        limit_s=parts.settings.evaluation_s,
+        most=MOST_OF_A_PERSON,
     )
 
 
@@ -141,18 +142,20 @@ async def _upload(request: Request) -> Response:
     person = visitor_of(request).person
     work = work_of(request)
     if person is None:
-        return refuse(request, _UNAUTHORIZED, "login.needed")
+        return refuse(request, _UNAUTHORIZED, "login-needed")
     try:
         asked = asked_of(request)
         with work.place(person.name, kind="evaluation"):
-            return answer_json(_told(await _evaluated(request, work, asked, person)))
+            return answer_json(
+                _told(await _evaluated(request, work, asked, person), spoken(request))
+            )
     except BusyError as error:
-        return refuse(request, _BUSY, "positioning.own" if error.own else "positioning.busy")
+        return refuse(request, _BUSY, "positioning-own" if error.own else "positioning-busy")
     except RefusedError as error:
         return refuse(request, error.status, error.key, **error.values)
     except OSError as error:
         _log.warning("an upload could not be stored: %s", printable(str(error), 500))
-        return refuse(request, _NO_ROOM, "positioning.not_stored")
+        return refuse(request, _NO_ROOM, "positioning-not_stored")
     except ClientDisconnect:
         return Response(status_code=_BAD_REQUEST)  # nobody reads it
 
@@ -161,15 +164,15 @@ async def _upload(request: Request) -> Response:
 async def _result(request: Request) -> Response:
     found = _found(request)
     if found is None:
-        return refuse(request, _NOT_FOUND, "positioning.gone")
-    return answer_json(_told(found))
+        return refuse(request, _NOT_FOUND, "positioning-gone")
+    return answer_json(_told(found, spoken(request)))
 
 
 @needs(Role.ENGINEER, named=True)
 async def _report(request: Request) -> Response:
     found = _found(request)
     if found is None:
-        return refuse(request, _NOT_FOUND, "positioning.gone")
+        return refuse(request, _NOT_FOUND, "positioning-gone")
     kind = "text/html; charset=utf-8"
     return FileResponse(found.report, media_type=kind, headers=_REPORT_HEADERS)
 
@@ -178,7 +181,7 @@ async def _report(request: Request) -> Response:
 async def _certificate(request: Request) -> Response:
     found = _found(request)
     if found is None:
-        return refuse(request, _NOT_FOUND, "positioning.gone")
+        return refuse(request, _NOT_FOUND, "positioning-gone")
     return FileResponse(
         found.certificate,
         media_type="application/pdf",
@@ -199,12 +202,16 @@ def _found(request: Request) -> Result | None:
     return _kept(request).of(visitor_of(request).person, request.path_params["id"])
 
 
-def _told(result: Result) -> Json:
+def _told(result: Result, language: str) -> Json:
     return {
         "id": result.id,
         "name": result.name,
         "at": result.at_utc.isoformat(),
         **result.shown,
+        "left_out": [
+            sentence(one["code"], values_of_json(one["values"]), language=language)
+            for one in result.shown["left_out"]
+        ],
     }
 
 
@@ -254,7 +261,7 @@ def file_stem(name: str) -> str:
 
 
 def _no_option(option: str) -> RefusedError:
-    return RefusedError(_BAD_REQUEST, "positioning.bad_option", option=option)
+    return RefusedError(_BAD_REQUEST, "positioning-bad_option", option=option)
 
 
 def _reference(cycle: str, hours: str) -> list[str]:
@@ -276,7 +283,7 @@ def _size_of(text: str, option: str) -> int:
         raise _no_option(option)
     if int(text) > LARGEST_TABLE_BYTES:
         raise RefusedError(
-            _TOO_LARGE, "positioning.table_too_large", largest=str(LARGEST_TABLE_BYTES // 1000)
+            _TOO_LARGE, "positioning-table_too_large", largest=LARGEST_TABLE_BYTES // 1000
         )
     return int(text)
 
@@ -327,13 +334,13 @@ async def _stored(request: Request, folder: Path, asked: _Asked) -> None:
                 async for chunk in request.stream():
                     received += len(chunk)
                     if received > LARGEST_BYTES:
-                        raise RefusedError(_TOO_LARGE, "positioning.too_large")
+                        raise RefusedError(_TOO_LARGE, "positioning-too_large")
                     stream.write(chunk)
     except TimeoutError:
-        raise RefusedError(_TOO_SLOW, "positioning.too_slow", limit=f"{UPLOAD_S:.0f}") from None
+        raise RefusedError(_TOO_SLOW, "positioning-too_slow", limit=UPLOAD_S) from None
     run_bytes = received - asked.head_bytes - asked.limits_bytes
     if run_bytes <= 0:
-        raise RefusedError(_BAD_REQUEST, "positioning.empty")
+        raise RefusedError(_BAD_REQUEST, "positioning-empty")
     with (folder / asked.stored).open("r+b") as stream:
         stream.seek(run_bytes)
         for name, size in ((_HEAD, asked.head_bytes), (_LIMITS, asked.limits_bytes)):
@@ -345,22 +352,21 @@ async def _stored(request: Request, folder: Path, asked: _Asked) -> None:
 def _judged(outcome: Outcome, asked: _Asked, longest_s: float) -> Json:
     """Return what the page shows of an evaluation."""
     if outcome.ending is Ending.TOO_LONG:
-        limit = f"{longest_s:.0f}"
-        raise RefusedError(_NOT_EVALUATED, "positioning.too_long", limit=limit)
+        raise RefusedError(_NOT_EVALUATED, "positioning-too_long", limit=longest_s)
     if outcome.ending is Ending.TOO_MUCH:
-        raise RefusedError(_NOT_EVALUATED, "positioning.too_much")
+        raise RefusedError(_NOT_EVALUATED, "positioning-too_much")
     if outcome.code == _REFUSED and _SAYS.search(outcome.said):
         said = without_paths(_SAYS.split(outcome.said)[-1].strip(), outcome.folder, asked)
-        raise RefusedError(_NOT_EVALUATED, "positioning.refused", said=said)
+        raise RefusedError(_NOT_EVALUATED, "positioning-refused", said=said)
     if outcome.code == -signal.SIGKILL or _LACKS_MEMORY.search(outcome.said):
-        raise RefusedError(_NOT_EVALUATED, "positioning.too_hungry")
+        raise RefusedError(_NOT_EVALUATED, "positioning-too_hungry")
     if outcome.code == 0 and set(outcome.files) == {_JSON, _HTML, _PDF}:
         if outcome.files[_JSON].stat().st_size > _LARGEST_JSON_BYTES:
-            raise RefusedError(_NOT_EVALUATED, "positioning.too_much")
+            raise RefusedError(_NOT_EVALUATED, "positioning-too_much")
         return shown_of(cast("dict[str, Any]", json.loads(outcome.files[_JSON].read_bytes())))
     said = printable(outcome.said.strip()[-2000:], 2000)
     _log.warning("the evaluation failed with code %s: %s", outcome.code, said)
-    raise RefusedError(_NOT_EVALUATED, "positioning.crashed")
+    raise RefusedError(_NOT_EVALUATED, "positioning-crashed")
 
 
 def without_paths(said: str, folder: WorkFolder, asked: _Asked) -> str:

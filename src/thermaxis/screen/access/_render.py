@@ -1,0 +1,71 @@
+"""Pages made of templates, in the language of their visitor."""
+
+import json
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from starlette.requests import HTTPConnection
+from starlette.responses import HTMLResponse
+
+from thermaxis import __version__
+from thermaxis.codes import Value
+from thermaxis.messages import LANGUAGES, sentence, short_names
+from thermaxis.runtime import Role
+from thermaxis.screen.access._access import visitor_of
+from thermaxis.screen.access._language import sentences_of_pages
+from thermaxis.screen.access._parts import parts_of
+
+NAVIGATION = ("operator", "model", "sensors", "history", "probe", "positioning")
+"""Pages in the order of their buttons."""
+LOCALES = {"en": "en-GB"}
+"""Where times and numbers need more than the language: 20/11/2026, and 24 hours."""
+_TEMPLATES = Environment(
+    loader=PackageLoader("thermaxis.screen", "pages"),
+    autoescape=True,
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+
+
+def render(request: HTTPConnection, template: str, *, page: str, **context: object) -> HTMLResponse:
+    """Return a page in the language of its visitor."""
+    parts, visitor = parts_of(request), visitor_of(request)
+    language, server = visitor.language, parts.configuration.server
+
+    def word(key: str, **values: Value) -> str:
+        return sentence(key, values, language=language)
+
+    text = _TEMPLATES.get_template(template).render(
+        context,
+        page=page,
+        pages=NAVIGATION,
+        visitor=visitor,
+        people=server is not None and server.users is not None,
+        viewing=visitor.role.at_least(Role.VIEWER),
+        language=language,
+        locale=LOCALES.get(language, language),
+        languages=LANGUAGES,
+        machine=parts.configuration.name,
+        configuration_sha256=parts.configuration_sha256,
+        program=parts.program,
+        version=__version__,
+        word=word,
+        short_names=short_names,
+        static=static_address,
+        words_json=for_script(sentences_of_pages(language)),
+    )
+    return HTMLResponse(text)
+
+
+def static_address(name: str) -> str:
+    """Return the address of a script or style."""
+    return f"/static/{name}"
+
+
+def for_script(value: object) -> Markup:
+    """Return a value as JSON that may stand inside a script element."""
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    for sign, escape in (("<", "\\u003c"), (">", "\\u003e"), ("&", "\\u0026")):
+        text = text.replace(sign, escape)
+    return Markup(text)  # noqa: S704 - no sign is left that HTML would read

@@ -1,0 +1,46 @@
+"""The loop's status with what it says in codes put into sentences."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from thermaxis.codes import values_of_json
+from thermaxis.messages import LANGUAGES, alarm_sentences, as_sentence, isolated, keys, sentence
+
+_UNSTATED: Final = {"historian": "historian_unstated"}
+"""Alarms whose cause is for who looks at the details, and what is said of them at first."""
+
+
+def said_status(status: Mapping[str, Any], language: str) -> dict[str, Any]:
+    """Return a status for a page: state, reasons, qualities and alarms in its language as well."""
+    return {
+        **status,
+        "state_said": said_code("operator-state_", status["state"].lower(), language),
+        "reasons_said": [
+            as_sentence(said_code("reason-", reason, language)) for reason in status["reasons"]
+        ],
+        "inputs": {
+            name: {**sample, "quality_said": said_code("quality-", sample["quality"], language)}
+            for name, sample in status["inputs"].items()
+        },
+        "alarms": [_said_alarm(alarm, language) for alarm in status["alarms"]],
+    }
+
+
+def said_code(begin: str, code: str, language: str) -> str:
+    """Return the sentence of a code; the code itself where it is newer than this program."""
+    key = f"{begin}{code}"
+    return sentence(key, language=language) if key in keys(LANGUAGES[0]) else code
+
+
+def _said_alarm(alarm: Mapping[str, Any], language: str) -> dict[str, Any]:
+    """Return an alarm with its sentences; the loop's English where its code is not known here."""
+    code, values = str(alarm.get("code", "")), values_of_json(alarm.get("values"))
+    said = {**alarm, "priority_said": said_code("operator-", alarm["priority"], language)}
+    if f"alarm-{code}" not in keys(LANGUAGES[0]):
+        if language != LANGUAGES[0]:
+            said |= {part: isolated(alarm[part]) for part in ("text", "cause", "remedy")}
+        return said
+    if code in _UNSTATED:
+        said["detail"] = sentence("ask-told", {"said": values.get("failure")}, language=language)
+    shown = alarm_sentences(_UNSTATED.get(code, code), values, language=language)
+    return said | shown._asdict()

@@ -1,3 +1,0 @@
-from ._facts import (
-    Json as Json,
-)

@@ -1,0 +1,42 @@
+"""Why a database or a file fails, in words that people may read."""
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from thermaxis.errors import ThermaxisError
+from thermaxis.runtime.historian import printable_cause
+
+
+def test_no_kind_of_an_error_reaches_people_with_what_the_history_says() -> None:
+    assert printable_cause(OSError("disk I/O error\nat row 3")) == "disk I/O error"
+    assert printable_cause(KeyError("FURTHER")) == "'FURTHER' is missing"
+    assert len(printable_cause(ValueError("x" * 5000))) == 300
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (TimeoutError(), "it took too long"),
+        (ConnectionResetError(), "the connection was cut by the other side"),
+        (ConnectionRefusedError(), "the connection was refused"),
+        (BrokenPipeError(" \n"), "the other side has closed the connection"),
+        (MemoryError(), "there is not enough memory"),
+        (ValueError(), "ValueError without a text"),
+        (KeyError(), "KeyError without a text"),
+    ],
+)
+def test_an_error_without_a_text_is_told_by_its_kind(error: BaseException, said: str) -> None:
+    assert printable_cause(error) == said
+
+
+def test_the_place_of_a_file_is_not_told_to_whoever_looks(tmp_path: Path) -> None:
+    place = tmp_path / "secret-folder" / "history.sqlite"
+    with pytest.raises(OSError, match="secret-folder") as raised:
+        place.open()
+    assert printable_cause(raised.value) == os.strerror(errno.ENOENT)
+    denied = PermissionError(errno.EACCES, "Permission denied", str(place), None, "/elsewhere")
+    assert printable_cause(denied) == "Permission denied"
+    assert printable_cause(ThermaxisError("it is torn", where=str(place))) == "it is torn"

@@ -1,0 +1,271 @@
+"""What pages say: every key has a sentence, English is marked, scripts write as the server."""
+
+import asyncio
+import re
+from datetime import UTC, datetime
+from typing import Any
+
+import pytest
+from hypothesis import given, strategies as st
+
+from tests.unit.screen.feed_parts import text_of
+from tests.unit.screen.operator_parts import Somebody, sent
+from tests.unit.screen.page_script import said_by
+from thermaxis.codes import Message
+from thermaxis.compensation import SupervisorState
+from thermaxis.messages import (
+    END_OF_ISOLATE,
+    ISOLATE,
+    LANGUAGES,
+    duration_text,
+    isolated,
+    keys,
+    number_text,
+    sentence,
+    short_names,
+    template,
+)
+from thermaxis.runtime import EventRecord, Role
+from thermaxis.screen.access import Answer, Outcome, asset_folder, language_of, sentences_of_pages
+from thermaxis.screen.feed import parse_status, said_status
+from thermaxis.screen.pages.history import said_event
+
+STATIC = asset_folder()
+NOW = datetime(2026, 11, 20, tzinfo=UTC)
+FINDING = "The server does not know the node. Look at the address."
+PAGES = ("operator", "model", "sensors", "history", "probe", "positioning", "login")
+
+# ---- use ----------------------------------------------------------------------------------------
+
+COMPOSED = {
+    "common-page_": PAGES,
+    "common-language_": LANGUAGES,
+    "history-length_": ("1h", "8h", "1d", "7d", "30d", "all"),
+    "operator-state_": tuple(state.value.lower() for state in SupervisorState),
+    "operator-": ("critical", "high", "medium", "low"),
+    "common-role_": tuple(Role),
+}
+"""Keys that are put together at run time: their beginnings, and how they end."""
+KINDS = ("ask", "chart", "common", "feed", "history", "login", "model", "operator", "positioning")
+OF_PAGES = {key for key in keys("en") if key.split("-")[0] in {*KINDS, "probe", "sensors"}}
+KEY = re.compile(r"""["'`]([a-z]+-[a-z0-9_]*)["'`]""")
+SAID = re.compile(r"""\bword\(\s*["'`]([a-z]+-[a-z0-9_]*)["'`]""")
+FILES = [p for p in STATIC.parent.rglob("*") if p.suffix in {".py", ".html", ".js"}]
+
+
+def test_every_key_that_a_page_names_has_a_sentence_and_every_sentence_is_named() -> None:
+    texts = [file.read_text("utf-8") for file in FILES]
+    said = {key for text in texts for key in SAID.findall(text)}
+    named = {key for text in texts for key in KEY.findall(text)}
+    composed = {f"{begin}{end}" for begin, ends in COMPOSED.items() for end in ends}
+    assert said - set(COMPOSED) - OF_PAGES == set()
+    assert OF_PAGES - named - composed == set()
+    assert composed <= OF_PAGES
+
+
+def test_the_scripts_know_no_language() -> None:
+    for file in STATIC.glob("*.js"):
+        text = re.sub(r"//.*|/\*.*?\*/", "", file.read_text("utf-8"), flags=re.DOTALL)
+        assert not re.search(
+            r"""["'](en|de|cs)(-[A-Z]{2})?["']""", text.replace('.lang = "en"', "")
+        )
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_script_gets_its_sentences_with_names_for_what_it_fills_in(language: str) -> None:
+    found = sentences_of_pages(language)
+    assert found["operator-since"] == template("operator-since", language=language)
+    assert "{time}" in found["operator-since"]
+    assert not [key for key, text in found.items() if ISOLATE in text or text == key]
+
+
+# ---- the language of a visitor ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("cookie", "header", "language"),
+    [
+        (None, None, "en"),
+        ("cs", "de", "cs"),
+        ("fr", "de", "de"),
+        (None, "de-AT,de;q=0.9,en;q=0.8", "de"),
+        (None, "en;q=0.2, cs ; q = 0.7", "cs"),
+        (None, "fr, sk;q=0.9, cs;q=0.4, de;q=0.3", "cs"),
+        (None, "de;q=0, cs;q=0.1", "cs"),
+        (None, "de;q=0", "en"),
+        (None, "de, de-AT;q=0.1, cs;q=0.5", "de"),
+        (None, "de;q=x, cs;q=2", "en"),
+        (None, "DE-ch", "de"),
+        (None, "den", "en"),
+        (None, "*;q=0.5", "en"),
+        (None, "," * 10_000 + "de", "en"),
+        (None, "de;q=nan", "en"),
+    ],
+)
+def test_the_language_is_the_chosen_one_else_what_the_browser_likes_best(
+    cookie: str | None, header: str | None, language: str
+) -> None:
+    assert language_of(cookie, header, "en") == language
+
+
+@given(st.text(max_size=60), st.sampled_from(LANGUAGES))
+def test_no_header_breaks_the_choice_of_a_language(header: str, default: str) -> None:
+    assert language_of(header, header, default) in LANGUAGES
+
+
+# ---- what the loop says -------------------------------------------------------------------------
+
+
+def status(**changes: object) -> dict[str, Any]:
+    found = dict(parse_status(text_of()))
+    return {**found, **changes}
+
+
+def alarm(code: str, **values: object) -> dict[str, Any]:
+    english = {"text": "of tomorrow", "cause": "a cause", "remedy": ""}
+    return {"code": code, "priority": "high", "since": "", "values": values, **english}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_status_says_its_codes_in_the_language_of_the_page(language: str) -> None:
+    inputs = {"T_spindle_C": {"quality": "too_fast", "value_c": None}}
+    found = said_status(
+        status(
+            state="Holding",
+            reasons=["input_bad"],
+            inputs=inputs,
+            alarms=[alarm("late", lateness_s=1.5)],
+        ),
+        language,
+    )
+    assert found["state_said"] == sentence("operator-state_holding", language=language)
+    reason = sentence("reason-input_bad", language=language)
+    assert found["reasons_said"] == [f"{reason[0].upper()}{reason[1:]}."]
+    assert found["inputs"]["T_spindle_C"]["quality_said"] == sentence(
+        "quality-too_fast", language=language
+    )
+    (late,) = found["alarms"]
+    assert late["text"] == sentence("alarm-late", {"lateness_s": 1.5}, language=language)
+    assert late["priority_said"] == sentence("operator-high", language=language)
+    assert (late["code"], late["priority"], late["values"]) == ("late", "high", {"lateness_s": 1.5})
+
+
+def test_a_code_that_is_newer_than_the_screen_stays_as_the_loop_says_it() -> None:
+    for language in LANGUAGES:
+        found = said_status(
+            status(reasons=["of_tomorrow"], alarms=[alarm("of_tomorrow")]), language
+        )
+        assert found["reasons_said"] == ["of_tomorrow."]
+        shown = found["alarms"][0]["text"]
+        assert shown == ("of tomorrow" if language == "en" else isolated("of tomorrow"))
+
+
+def test_why_the_history_fails_is_a_detail_of_its_alarm() -> None:
+    failure = {"code": "failure-history_unwritable", "values": {"detail": "disk full"}}
+    found = said_status(status(alarms=[alarm("historian", failure=failure, waiting=3)]), "de")
+    (shown,) = found["alarms"]
+    assert "disk full" not in shown["text"]
+    assert isolated("disk full") in shown["detail"]
+
+
+# ---- English within another language -------------------------------------------------------------
+
+
+def test_free_text_is_marked_as_english_on_a_page_of_another_language_alone() -> None:
+    found = EventRecord.of(NOW, "alarm", "", Message("event-self_test", {"finding": FINDING}))
+    assert said_event(found, "de")["said"] == f"Selbsttest: {isolated(FINDING)}"
+    assert ISOLATE not in said_event(found, "en")["said"]
+    state = EventRecord.of(NOW, "state", "", Message("event-state", {"state": "Off"}))
+    assert ISOLATE not in said_event(state, "cs")["said"]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_of_an_answer_is_free_text_is_marked(language: str) -> None:
+    refused = Outcome(Answer.REFUSED, Message("answer-model_unusable", {"why": FINDING}))
+    headers = {"Accept-Language": language}
+    question = {"method": "Hold", "arguments": []}
+    answer = asyncio.run(
+        sent(Somebody(answer=refused), "POST", "/ask", json=question, headers=headers)
+    ).json()
+    assert (isolated(FINDING) in answer["reason"]) is (language != "en")
+    assert FINDING in answer["reason"]
+
+
+NODES = """
+globalThis.document = {
+  documentElement: { lang: "de" },
+  getElementById: () => null,
+  createElement: () => ({
+    children: [], append(...nodes) { this.children.push(...nodes); },
+    set textContent(text) { this.children = [text]; },
+  }),
+};
+const { made, hasEnglish } = await import(given.elements);
+const shape = (node) => typeof node === "string" ? node
+  : [node.lang ?? "", node.children.map(shape)];
+console.log(JSON.stringify(given.texts.map((text) => [shape(made("p", text)), hasEnglish(text)])));
+"""
+
+
+def by_script(body: str, language: str = "en", **given_: object) -> Any:
+    head = (
+        'import { readFileSync } from "node:fs";\n'
+        'const given = JSON.parse(readFileSync(0, "utf8"));\n'
+    )
+    modules = {name: (STATIC / f"{name}.js").as_uri() for name in ("words", "elements")}
+    modules["series"] = (STATIC / "history_series.js").as_uri()
+    words = sentences_of_pages(language)
+    return said_by(head + body, {**modules, "language": language, "sentences": words, **given_})
+
+
+def test_a_script_marks_what_is_english_for_who_listens() -> None:
+    text = f"Grund: {isolated('a disk')} und {isolated('b')}."
+    assert ISOLATE + "a disk" + END_OF_ISOLATE in text
+    marked, plain = by_script(NODES, texts=[text, "ohne"])
+    assert marked == [["", ["Grund: ", ["en", ["a disk"]], " und ", ["en", ["b"]], "."]], True]
+    assert plain == [["", ["ohne"]], False]
+
+
+# ---- numbers, times and names -------------------------------------------------------------------
+
+NUMBERS = [-2.5, -0.5, -0.05, -0.04, 0.0, 0.25, 0.35, 0.5, 1.5, 2.5, 12.25, 1e9, None]
+SECONDS = (0.0, 0.4, 44.5, 59.4, 60.0, 61.0, 599.0, 600.0, 3599.0, 3600.0, 5400.0, 28_800.0, 9e5)
+NAMES = ("Z_um", "T_spindle_C", "Z_um, X_um", "um", "Z_umf", "", "probe.Z_um")
+LABELS = {
+    "T_spindle_C": "T_spindle",
+    "T_spindle_C.redundant": "T_spindle.redundant",
+    "Z_um.correction": f"Z {sentence('history-correction')}",
+    "probe.Z_um": f"Z {sentence('history-probe')}",
+    "Z_um.part.a_um": f"Z {template('history-part').format(name='a_um')}",
+    "Z_um.of_the_future": "Z.of_the_future",
+}
+WRITTEN = """
+const texts = { words: { textContent: JSON.stringify(given.sentences) } };
+globalThis.document = {
+  documentElement: { lang: given.locale }, getElementById: (id) => texts[id] ?? null,
+};
+const { duration, number, shortNames, signed, word } = await import(given.words);
+const { labelOf } = await import(given.series);
+console.log(JSON.stringify([
+  given.numbers.map((one) => [number(one, 0), number(one, 1), signed(one, 1)]),
+  given.seconds.map(duration),
+  given.names.map(shortNames),
+  given.labels.map(labelOf),
+  [word("operator-since", { time: "9:00" }), word("no_such-key", {})],
+]));
+"""
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_scripts_write_numbers_times_and_names_as_the_server_does(language: str) -> None:
+    locale = {"en": "en-GB"}.get(language, language)
+    given_ = {"numbers": NUMBERS, "seconds": SECONDS, "names": NAMES, "labels": list(LABELS)}
+    numbers, times, names, labels, said = by_script(WRITTEN, language, locale=locale, **given_)
+    assert numbers == [
+        [number_text(one, spec, language) for spec in (".0f", ".1f", "+.1f")] for one in NUMBERS
+    ]
+    assert times == [duration_text(time_s) for time_s in SECONDS]
+    assert names == [short_names(name) for name in NAMES]
+    assert labels == list(LABELS.values()) or language != "en"
+    since = template("operator-since", language=language).replace("{time}", "9:00")
+    assert said == [since, "no_such-key"]
