@@ -18,11 +18,13 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from tests.unit.screen.people import People
-from thermaxis.runtime import Role, SystemClock, read_machine
+from thermaxis.codes import Message
+from thermaxis.runtime import EventRecord, Role, SystemClock, read_machine
 from thermaxis.screen import CHART_SCRIPT, Assets, _live_socket
-from thermaxis.screen.access import Outcome, ScreenParts, _login_page
+from thermaxis.screen.access import Outcome, ScreenParts, _login_page, spoken
 from thermaxis.screen.feed import StatusFeed, Told
 from thermaxis.screen.pages import operator_page as _operator_page
+from thermaxis.screen.pages.history import said_event
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import Persons
@@ -183,7 +185,7 @@ class StandIn:
         return [(method, arguments) for _, method, arguments in self.people.asked]
 
 
-def trend(status: Mapping[str, Any]) -> dict[str, Any]:
+def trend(status: Mapping[str, Any], language: str) -> dict[str, Any]:
     """Return eight hours of a machine that warms up."""
     now = datetime.now(UTC)
     times = [int(1000 * (now - timedelta(minutes=2 * k)).timestamp()) for k in range(239, -1, -1)]
@@ -202,12 +204,22 @@ def trend(status: Mapping[str, Any]) -> dict[str, Any]:
         }
         for k, name in enumerate(names)
     }
+    alarm = Message("alarm-late", {"lateness_s": 2.0})
+    moments = [datetime.fromtimestamp(times[k] / 1000, UTC) for k in (60, 120, 180)]
     events = [
-        {"t": times[60], "kind": "state", "state": "Active", "who": "", "text": ""},
-        {"t": times[120], "kind": "alarm", "priority": "high", "who": "", "text": ""},
-        {"t": times[180], "kind": "request", "request": "trim", "who": "novak", "text": ""},
+        EventRecord.of(moments[0], "state", "", Message("event-state", {"state": "Active"})),
+        EventRecord.of(
+            moments[1], "alarm", "", Message("event-alarm", {"priority": "high", "alarm": alarm})
+        ),
+        EventRecord.of(
+            moments[2],
+            "request",
+            "novak",
+            Message("event-request_accepted", {"request": "trim", "answer": None}),
+            {"kind": "trim", "accepted": True},
+        ),
     ]
-    return {"series": series, "events": events}
+    return {"series": series, "events": [said_event(event, language) for event in events]}
 
 
 def application(stand_in: StandIn) -> Starlette:
@@ -230,8 +242,7 @@ def application(stand_in: StandIn) -> Starlette:
         return assets.answer(request)
 
     async def trend8(request: Request) -> Response:
-        del request
-        return JSONResponse(trend(stand_in.status))
+        return JSONResponse(trend(stand_in.status, spoken(request)))
 
     found = Starlette(
         routes=[
