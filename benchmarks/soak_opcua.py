@@ -18,16 +18,14 @@ from tests.system.opcua.client import OUTPUTS, USERS
 from tests.system.opcua.compensated import (
     Cost,
     Rules,
-    RunningLoop,
     cost_of,
     excess,
     make_site,
-    missing_cycles,
     read_history,
-    running,
     stays,
 )
 from tests.system.opcua.foreign_server import ForeignServer, Line, install, missing
+from tests.system.programs import Program, compensating, gaps
 from thermaxis.compensation import SupervisorState
 from thermaxis.runtime import CycleRecord, EventRecord
 
@@ -82,7 +80,7 @@ def soak(folder: Path, minutes: float) -> int:
     with ForeignServer(
         folder / "machine", users=USERS, swing_k=2.0, swing_s=900.0, life_s=life_s
     ) as machine:
-        with running(make_site(folder, machine, RULES)) as loop:
+        with compensating(make_site(folder, machine, RULES), "--enable") as loop:
             measured = watch(loop, 60.0 * minutes)
             code = loop.stop(900.0)
         told = machine.record()
@@ -99,9 +97,9 @@ def soak(folder: Path, minutes: float) -> int:
     return 1 if broken else 0
 
 
-def watch(loop: RunningLoop, seconds: float) -> Measured:
+def watch(loop: Program, seconds: float) -> Measured:
     """Print a line a minute and return what was measured."""
-    loop.wait_for(SupervisorState.ACTIVE, STARTED_S)
+    loop.wait_for_state(SupervisorState.ACTIVE, STARTED_S)
     time.sleep(min(WARM_UP_S, 0.2 * seconds))
     began_s, began = time.monotonic(), cost_of(loop.popen.pid)
     seen: list[tuple[float, Cost]] = [(began_s, began)]
@@ -138,7 +136,7 @@ def cycle_lines(cycles: Sequence[CycleRecord]) -> list[str]:
     late_ms = sorted(1000.0 * cycle.lateness_s for cycle in cycles)
     span_s = cycles[-1].monotonic_s - cycles[0].monotonic_s
     states = [f"{stay.state} {stay.end_s - stay.begin_s:.0f} s" for stay in stays(cycles)]
-    lacking, frequency = len(missing_cycles(cycles)), len(cycles) / span_s
+    lacking, frequency = len(gaps(cycles)), len(cycles) / span_s
     usual, rare = statistics.median(late_ms), late_ms[int(0.99 * (len(late_ms) - 1))]
     return [
         f"{len(cycles)} cycles in the history, {lacking} missing, {frequency:.3f} per second",
@@ -165,8 +163,8 @@ def broken_records(
 ) -> list[str]:
     """Return what history and machine say against the loop."""
     broken: list[str] = []
-    if missing_cycles(cycles):
-        broken.append(f"cycles {missing_cycles(cycles)[:5]}... are not in the history")
+    if gaps(cycles):
+        broken.append(f"cycles {gaps(cycles)[:5]}... are not in the history")
     broken += [
         f"{one.utc:%H:%M:%S} {one.text}"
         for one in events

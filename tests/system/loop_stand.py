@@ -6,12 +6,8 @@ multiplied: the goal never rests.
 """
 
 import asyncio
-import os
-import queue
 import random
 import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -24,6 +20,8 @@ from typing import Any, Final, NamedTuple, Self
 from asyncua import ua
 from asyncua.client.client import Client
 
+from tests.in_time import in_time
+from tests.system.programs import Program, Said, compensating, gaps
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -36,7 +34,6 @@ from thermaxis.files import write_model
 from thermaxis.runtime import SHORTEST_WAIT_S, CycleRecord
 from thermaxis.runtime.historian import HistoryReader
 
-KILLED_WITH_US: Final = ("setpriv", "--pdeathsig", "KILL")
 NODES: Final = "nsu=urn:thermaxis:lathe;s="
 MACHINE_RATE_UM_PER_S: Final = 200.0
 """The machine follows what it is told a hundred times faster than the loop may move it. [µm/s]"""
@@ -175,114 +172,6 @@ def write_site(
 # ---- programs -----------------------------------------------------------------------------------
 
 
-class Said(NamedTuple):
-    """A line that a program printed."""
-
-    at_s: float
-    """When it was read, monotonic. [s]"""
-    text: str
-    """The line."""
-
-
-class Program:
-    """A command of thermaxis in a program of its own.
-
-    Parameters
-    ----------
-    arguments : sequence
-        Command and arguments.
-    folder : Path
-        Where its errors are kept.
-    """
-
-    def __init__(self, arguments: Sequence[str | Path], folder: Path) -> None:
-        self.errors = folder / f"{arguments[0]}.errors"
-        self.began_s = time.monotonic()
-        with self.errors.open("ab") as errors:
-            self.popen = subprocess.Popen(
-                [*KILLED_WITH_US, sys.executable, "-m", "thermaxis", *arguments],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=errors,
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
-            )
-        self.said: list[Said] = []
-        self._lines: queue.SimpleQueue[Said | None] = queue.SimpleQueue()
-        self._deaf = False
-        self._reader = threading.Thread(target=self._listen, daemon=True)
-        self._reader.start()
-
-    def _listen(self) -> None:
-        assert self.popen.stdout is not None
-        with self.popen.stdout as lines:
-            for line in lines:
-                self._lines.put(Said(time.monotonic(), line.decode("utf-8", "replace").rstrip()))
-                if self._deaf:
-                    break
-        self._lines.put(None)
-
-    def stop_reading(self) -> None:
-        """Read one more line, and then no more: whoever prints meets a broken pipe."""
-        self._deaf = True
-
-    def wait_for(self, text: str, limit_s: float) -> Said:
-        """Return the next line that holds a text.
-
-        Raises
-        ------
-        RuntimeError
-            If it does not come in time, or the program ends.
-        """
-        until_s = time.monotonic() + limit_s
-        while True:
-            try:
-                said = self._lines.get(timeout=max(0.0, until_s - time.monotonic()))
-            except queue.Empty:
-                raise RuntimeError(f"no '{text}' in {limit_s:g} s: {self.tail()}") from None
-            if said is None:
-                raise RuntimeError(f"it has ended without '{text}': {self.tail()}")
-            self.said.append(said)
-            if text in said.text:
-                return said
-
-    def wait_for_state(self, state: SupervisorState, limit_s: float) -> Said:
-        """Return the next line that tells a state."""
-        return self.wait_for(f"Z {state}", limit_s)
-
-    def tail(self) -> str:
-        """Return what it said last."""
-        printed = "\n".join(line.text for line in self.said[-10:])
-        return f"{printed}\n{self.errors.read_text(encoding='utf-8', errors='replace')[-3000:]}"
-
-    def signal(self, number: signal.Signals) -> float:
-        """Send a signal; return when. [s]"""
-        self.popen.send_signal(number)
-        return time.monotonic()
-
-    def kill(self) -> float:
-        """End it at once (SIGKILL); return when. [s]"""
-        at_s = self.signal(signal.SIGKILL)
-        self.end()
-        return at_s
-
-    def wait(self, limit_s: float) -> int:
-        """Wait for its end and return the exit code."""
-        code = self.popen.wait(limit_s)
-        self.end()
-        return code
-
-    def end(self) -> None:
-        """End it, whatever it does."""
-        if self.popen.poll() is None:
-            self.popen.kill()
-            self.popen.wait(10.0)
-        self._reader.join(10.0)
-        while not self._lines.empty():
-            line = self._lines.get()
-            if line is not None:
-                self.said.append(line)
-
-
 @contextmanager
 def lathe(folder: Path, *, watchdog: str) -> Generator[str]:
     """Serve the virtual lathe on a free port; yield its address."""
@@ -296,16 +185,6 @@ def lathe(folder: Path, *, watchdog: str) -> Generator[str]:
     )
     try:
         yield program.wait_for("endpoint: ", 30.0).text.partition("endpoint: ")[2]
-    finally:
-        program.end()
-
-
-@contextmanager
-def compensating(configuration: Path, *options: str) -> Generator[Program]:
-    """Run the loop; it is ended at the end at the latest."""
-    program = Program(["run", configuration, *options], configuration.parent)
-    try:
-        yield program
     finally:
         program.end()
 
@@ -492,12 +371,6 @@ def read_runs(folder: Path) -> list[list[CycleRecord]]:
     return runs
 
 
-def gaps(cycles: Sequence[CycleRecord]) -> list[int]:
-    """Return the numbers that are missing between 1 and the last one."""
-    numbers = {cycle.number for cycle in cycles}
-    return sorted(set(range(1, max(numbers, default=0) + 1)) - numbers)
-
-
 # ---- kills --------------------------------------------------------------------------------------
 
 
@@ -681,7 +554,7 @@ def broken_promises(found: Judgement) -> Mapping[str, object]:
         ),
         "every run that lived was active again": (found.never_active == 0, found.never_active),
         "it was active within its time": (
-            found.longest_to_active_s <= SETTLE_S + HEAL_S + 3.0 * CYCLE_S,
+            in_time(found.longest_to_active_s, SETTLE_S + HEAL_S + 3.0 * CYCLE_S),
             found.longest_to_active_s,
         ),
         "no gap in the history": (found.gaps == 0, found.gaps),

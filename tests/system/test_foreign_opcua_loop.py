@@ -5,6 +5,7 @@ Limits are judged from the machine's side: by its own record of every offset tha
 
 import hashlib
 import os
+import signal
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,12 +21,11 @@ from tests.system.opcua.compensated import (
     excess,
     fastest_um_per_s,
     make_site,
-    missing_cycles,
     read_history,
-    running,
     stays,
 )
 from tests.system.opcua.foreign_server import WATCH_S, ForeignServer, Line, install, missing
+from tests.system.programs import Program, compensating, gaps
 from thermaxis.cli import main
 from thermaxis.compensation import SupervisorState
 
@@ -78,8 +78,8 @@ def test_a_server_killed_again_and_again_is_compensated_within_two_seconds_of_ea
     outages: list[Outage] = []
     with ForeignServer(tmp_path / "machine", users=USERS, swing_k=4.0, swing_s=15.0) as machine:
         configuration = make_site(tmp_path, machine, rules)
-        with running(configuration) as loop:
-            loop.wait_for(SupervisorState.ACTIVE, 30.0)
+        with compensating(configuration, "--enable") as loop:
+            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
             for k in range(KILLS):
                 machine.settings["offset_at_start"] = OFFSET_AT_RETURN[k % len(OFFSET_AT_RETURN)]
                 machine.prepare()
@@ -88,12 +88,12 @@ def test_a_server_killed_again_and_again_is_compensated_within_two_seconds_of_ea
                 time.sleep(DOWN_S[k % len(DOWN_S)])
                 machine.listen()
                 outages.append(Outage(killed_s, machine.ready_s))
-                loop.wait_for(SupervisorState.ACTIVE, 20.0)
+                loop.wait_for_state(SupervisorState.ACTIVE, 20.0)
                 loop.wait_to_stay(SupervisorState.ACTIVE, 0.5, 20.0)
             assert loop.stop(60.0) == 0
         told = machine.record()
     history = read_history(tmp_path)
-    assert missing_cycles(history.cycles) == []
+    assert gaps(history.cycles) == []
     lived = stays(history.cycles)
     again_s = [assert_held_then_faded(lived, outage) for outage in outages]
     print(f"active again after {min(again_s):.2f} to {max(again_s):.2f} s")
@@ -180,36 +180,42 @@ QUICK = {
 }
 
 
+def settled(loop: Program) -> None:
+    """Wait until the loop is active and stays so."""
+    loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+    loop.wait_to_stay(SupervisorState.ACTIVE, 0.5, 30.0)
+
+
 def test_every_fault_of_the_machine_leads_to_its_state_and_heals_by_itself(tmp_path: Path) -> None:
     rules = Rules(rate_um_per_s=3.0, supervisor=QUICK)
     with ForeignServer(tmp_path / "machine", users=USERS, swing_k=4.0, swing_s=15.0) as machine:
         configuration = make_site(tmp_path, machine, rules)
-        with running(configuration) as loop:
-            loop.wait_for(SupervisorState.ACTIVE, 30.0)
+        with compensating(configuration, "--enable") as loop:
+            settled(loop)
             for fault in ("bad", "nan", "null", "frozen"):  # a frozen value grows too old
                 machine.tell(fault=fault, channel="Temp1")
-                loop.wait_for(SupervisorState.HOLDING, 5.0)
-                loop.wait_for(SupervisorState.FADING, 5.0)
+                loop.wait_for_state(SupervisorState.HOLDING, 30.0)
+                loop.wait_for_state(SupervisorState.FADING, 30.0)
                 machine.tell(fault="none", channel="Temp1")
-                loop.wait_for(SupervisorState.ACTIVE, 5.0)
+                settled(loop)
             machine.tell(flags={"EmergencyStop": True})
-            loop.wait_for(SupervisorState.FADING, 5.0)
+            loop.wait_for_state(SupervisorState.FADING, 30.0)
             machine.tell(flags={"EmergencyStop": False})
-            loop.wait_for(SupervisorState.ACTIVE, 5.0)
+            settled(loop)
             machine.freeze()
             try:
-                loop.wait_for(SupervisorState.HOLDING, 5.0)
-                loop.wait_for(SupervisorState.FADING, 5.0)
+                loop.wait_for_state(SupervisorState.HOLDING, 30.0)
+                loop.wait_for_state(SupervisorState.FADING, 30.0)
             finally:
                 machine.thaw()
-            loop.wait_for(SupervisorState.ACTIVE, 5.0)
+            settled(loop)
             machine.tell(fault="deaf", channel="none")
-            loop.wait_for(SupervisorState.FAULT, 20.0)
+            loop.wait_for_state(SupervisorState.FAULT, 20.0)
             machine.tell(fault="none", channel="Temp1")
             assert loop.stop(60.0) == 0
         told = machine.record()
     assert_within_limits(told, rules)
-    assert missing_cycles(read_history(tmp_path).cycles) == []
+    assert gaps(read_history(tmp_path).cycles) == []
 
 
 def test_a_loop_that_was_frozen_moves_the_tool_no_faster_than_allowed_when_it_goes_on(
@@ -221,15 +227,15 @@ def test_a_loop_that_was_frozen_moves_the_tool_no_faster_than_allowed_when_it_go
         tmp_path / "machine", users=USERS, swing_k=0.0, machine_rate_um_per_s=200.0, watchdog_s=1.0
     ) as machine:
         configuration = make_site(tmp_path, machine, rules)
-        with running(configuration) as loop:
-            loop.wait_for(SupervisorState.ACTIVE, 30.0)
+        with compensating(configuration, "--enable") as loop:
+            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
             wait_for_offset(machine, "Z", 6.0)
-            loop.freeze()
+            loop.signal(signal.SIGSTOP)
             try:
                 wait_for_watchdog(machine, met=False)
                 time.sleep(0.5)  # the machine takes its offset back at 200 um/s
             finally:
-                loop.thaw()
+                loop.signal(signal.SIGCONT)
             wait_for_watchdog(machine, met=True)
             assert loop.stop(60.0) == 0
         told = machine.record()
@@ -263,12 +269,12 @@ def test_a_killed_loop_goes_on_where_the_machine_stands(tmp_path: Path) -> None:
         tmp_path / "machine", users=USERS, swing_k=4.0, swing_s=15.0, watchdog_s=0.7
     ) as machine:
         configuration = make_site(tmp_path, machine, rules)
-        with running(configuration) as loop:
-            loop.wait_for(SupervisorState.ACTIVE, 30.0)
+        with compensating(configuration, "--enable") as loop:
+            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
             wait_for_offset(machine, "Z", 6.0)
             loop.kill()
         wait_for_watchdog(machine, met=False)
-        with running(configuration, "--quiet") as loop:
+        with compensating(configuration) as loop:
             wait_for_watchdog(machine, met=True)
             wait_for_offset(machine, "Z", 3.0)
             assert loop.stop(60.0) == 0
@@ -290,8 +296,8 @@ def test_a_machine_that_takes_offsets_over_a_little_later_is_compensated_as_fast
         tmp_path / "machine", users=USERS, swing_k=8.0, swing_s=120.0, plc_s=0.1
     ) as machine:
         configuration = make_site(tmp_path, machine, rules)
-        with running(configuration) as loop:
-            began_s = loop.wait_for(SupervisorState.ACTIVE, 30.0).at_s
+        with compensating(configuration, "--enable") as loop:
+            began_s = loop.wait_for_state(SupervisorState.ACTIVE, 30.0).at_s
             wait_for_offset(machine, "Z", 16.0)
             took_s = time.monotonic() - began_s
             assert loop.stop(60.0) == 0
@@ -307,10 +313,10 @@ def test_enabling_at_the_start_waits_for_a_machine_that_says_no_other_compensati
         node = machine.node("OwnCompensation")
         other = f'[other_compensation]\nnode = "{node}"\nactive = true\n'
         configuration = make_site(tmp_path, machine, Rules(supervisor=QUICK), other)
-        with running(configuration) as loop:
-            loop.wait_for(SupervisorState.ACTIVE, 15.0)
+        with compensating(configuration, "--enable") as loop:
+            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
             machine.tell(flags={"OwnCompensation": True})
-            loop.wait_for(SupervisorState.FAULT, 5.0)
+            loop.wait_for_state(SupervisorState.FAULT, 30.0)
             assert loop.stop(60.0) == 0
 
 

@@ -23,15 +23,14 @@ from tests.system.loop_stand import (
     Watcher,
     broken_promises,
     campaign,
-    compensating,
     excess,
     fastest_um_per_s,
-    gaps,
     judge,
     lathe,
     read_runs,
     write_site,
 )
+from tests.system.programs import compensating, gaps
 from thermaxis.compensation import Limits, SupervisorState
 from thermaxis.runtime import AWAY, read_machine
 from thermaxis.runtime.sinks import LinuxCncOutput, hal_text

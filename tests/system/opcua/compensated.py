@@ -5,15 +5,8 @@ history that the loop left, and the lines that it printed.
 """
 
 import os
-import queue
-import signal
-import subprocess
-import sys
-import threading
-import time
 from collections import deque
-from collections.abc import Generator, Iterable, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -31,7 +24,6 @@ from thermaxis.files import write_model
 from thermaxis.runtime import CycleRecord, EventRecord
 from thermaxis.runtime.historian import HistoryReader
 
-KILLED_WITH_US = ("setpriv", "--pdeathsig", "KILL")
 LATE_CYCLES = 2.0
 """A late cycle may move an offset by what the rate allows in so many cycles."""
 INPUT = """
@@ -184,143 +176,6 @@ def make_site(folder: Path, machine: ForeignServer, rules: Rules, more: str = ""
     return path
 
 
-class Said(NamedTuple):
-    """A line that the loop printed."""
-
-    at_s: float
-    """When it was read, monotonic. [s]"""
-    text: str
-    """The line."""
-
-
-class RunningLoop:
-    """``thermaxis run`` in a program of its own.
-
-    Parameters
-    ----------
-    configuration : Path
-        The configuration.
-    options : sequence of str
-        Further options.
-    """
-
-    def __init__(self, configuration: Path, options: Sequence[str] = ("--enable",)) -> None:
-        self.errors = configuration.with_suffix(".errors")
-        with self.errors.open("ab") as errors:
-            self.popen = subprocess.Popen(
-                [
-                    *KILLED_WITH_US,
-                    sys.executable,
-                    "-m",
-                    "thermaxis",
-                    "run",
-                    configuration,
-                    *options,
-                ],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=errors,
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
-            )
-        self.said: list[Said] = []
-        self._lines: queue.SimpleQueue[Said | None] = queue.SimpleQueue()
-        self._reader = threading.Thread(target=self._listen, daemon=True)
-        self._reader.start()
-
-    def _listen(self) -> None:
-        assert self.popen.stdout is not None
-        for line in self.popen.stdout:
-            self._lines.put(Said(time.monotonic(), line.decode("utf-8", "replace").rstrip()))
-        self._lines.put(None)
-
-    def wait_for(self, state: SupervisorState, limit_s: float) -> Said:
-        """Return the next line that tells a state.
-
-        Raises
-        ------
-        RuntimeError
-            If it does not come in time, or the program ends.
-        """
-        until_s = time.monotonic() + limit_s
-        while True:
-            try:
-                said = self._lines.get(timeout=max(0.0, until_s - time.monotonic()))
-            except queue.Empty:
-                raise RuntimeError(f"not {state} within {limit_s:g} s: {self._tail()}") from None
-            if said is None:
-                raise RuntimeError(f"the loop has ended: {self._tail()}")
-            self.said.append(said)
-            if f"Z {state}" in said.text:
-                return said
-
-    def wait_to_stay(self, state: SupervisorState, still_s: float, limit_s: float) -> None:
-        """Wait until the state told last is the one that is wanted, and none follows for a while.
-
-        A loop on a busy computer may leave a state once more soon after it came to it.
-
-        Raises
-        ------
-        RuntimeError
-            If that does not come in time, or the program ends.
-        """
-        until_s = time.monotonic() + limit_s
-        while time.monotonic() < until_s:
-            try:
-                said = self._lines.get(timeout=still_s)
-            except queue.Empty:
-                states = [line.text for line in self.said if "Z " in line.text]
-                if states and f"Z {state}" in states[-1]:
-                    return
-                continue
-            if said is None:
-                raise RuntimeError(f"the loop has ended: {self._tail()}")
-            self.said.append(said)
-        raise RuntimeError(f"does not stay {state} within {limit_s:g} s: {self._tail()}")
-
-    def _tail(self) -> str:
-        printed = "\n".join(line.text for line in self.said[-10:])
-        return f"{printed}\n{self.errors.read_text(encoding='utf-8', errors='replace')[-3000:]}"
-
-    def freeze(self) -> None:
-        """Stop it (SIGSTOP), as a computer that sleeps or thrashes does."""
-        self.popen.send_signal(signal.SIGSTOP)
-
-    def thaw(self) -> None:
-        """Let it go on."""
-        self.popen.send_signal(signal.SIGCONT)
-
-    def kill(self) -> None:
-        """End it at once (SIGKILL)."""
-        self.popen.kill()
-        self.popen.wait(10.0)
-
-    def stop(self, limit_s: float) -> int:
-        """Ask it to end (SIGTERM) and return its exit code."""
-        self.popen.send_signal(signal.SIGTERM)
-        code = self.popen.wait(limit_s)
-        self.end()
-        return code
-
-    def end(self) -> None:
-        """End it, whatever it does."""
-        if self.popen.poll() is None:
-            self.popen.kill()
-            self.popen.wait(10.0)
-        self._reader.join(10.0)
-        assert self.popen.stdout is not None
-        self.popen.stdout.close()
-
-
-@contextmanager
-def running(configuration: Path, *options: str) -> Generator[RunningLoop]:
-    """Run the loop, enabled; it is ended at the end at the latest."""
-    loop = RunningLoop(configuration, options or ("--enable",))
-    try:
-        yield loop
-    finally:
-        loop.end()
-
-
 # ---- what was recorded --------------------------------------------------------------------------
 
 
@@ -337,12 +192,6 @@ def read_history(folder: Path) -> History:
     """Read the history of a run that has ended."""
     with HistoryReader(f"sqlite:///{folder / 'history.db'}") as reader:
         return History(list(reader.cycles()), list(reader.events()))
-
-
-def missing_cycles(cycles: Iterable[CycleRecord]) -> list[int]:
-    """Return the numbers that are missing between 1 and the last one."""
-    numbers = [cycle.number for cycle in cycles]
-    return sorted(set(range(1, max(numbers, default=0) + 1)) - set(numbers))
 
 
 class Stay(NamedTuple):

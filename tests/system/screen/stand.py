@@ -32,7 +32,8 @@ from typing import Any, Final, NamedTuple, Self
 
 from asyncua.client.client import Client
 
-from tests.system.loop_stand import NODES, Program
+from tests.system.loop_stand import NODES
+from tests.system.programs import Program
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.files import read_model, write_model
 
