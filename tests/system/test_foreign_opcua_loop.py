@@ -157,19 +157,19 @@ def told_at(*rows: tuple[str, float, float]) -> list[Line]:
 def test_the_judge_of_the_machines_record_finds_what_passes_a_limit_and_nothing_else() -> None:
     rules = Rules(cycle_s=0.1, largest_um=20.0, rate_um_per_s=2.0)
     ramp = [("accepted", 0.1 * k, 0.2 * k) for k in range(100)]
-    kept = excess(told_at(("start", -5.0, 0.0), *ramp), "Z", rules)
+    kept = excess(told_at(("start", -5.0, 0.0), *ramp), "Z", rules, busy=1.0)
     assert kept.magnitude_um == pytest.approx(-0.2)
     assert max(kept.return_um, kept.rate_um) < -0.39
     assert fastest_um_per_s(told_at(*ramp), "Z", 1.0) == pytest.approx(2.0)
-    too_far = excess(told_at(*ramp, ("accepted", 10.2, 20.4)), "Z", rules)
+    too_far = excess(told_at(*ramp, ("accepted", 10.2, 20.4)), "Z", rules, busy=1.0)
     assert too_far.magnitude_um == pytest.approx(0.4)
-    too_fast = excess(told_at(("accepted", 0.0, 0.0), ("accepted", 1.0, 3.0)), "Z", rules)
+    too_fast = excess(told_at(("accepted", 0.0, 0.0), ("accepted", 1.0, 3.0)), "Z", rules, busy=1.0)
     assert too_fast.rate_um == pytest.approx(0.6)  # 2 in a second, 0.4 for a late cycle
-    back = excess(told_at(("accepted", 0.0, 3.0), ("accepted", 0.1, -1.0)), "Z", rules)
+    back = excess(told_at(("accepted", 0.0, 3.0), ("accepted", 0.1, -1.0)), "Z", rules, busy=1.0)
     assert back.rate_um == pytest.approx(3.4)
     returned = told_at(*ramp, ("start", 10.0, 12.0), ("accepted", 11.0, 19.0))
-    assert excess(returned, "Z", rules).return_um == pytest.approx(6.6)
-    assert excess(returned, "Z", rules).rate_um < 0.0
+    assert excess(returned, "Z", rules, busy=1.0).return_um == pytest.approx(6.6)
+    assert excess(returned, "Z", rules, busy=1.0).rate_um < 0.0
 
 
 QUICK = {
