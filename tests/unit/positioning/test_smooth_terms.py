@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
 from thermaxis.positioning import FloatArray
-from thermaxis.positioning.drift import Fit, Readings, fit, levels_at, penalty_of, sums_of
+from thermaxis.positioning.drift import Fit, Readings, fit, levels_at, penalty_of, rows_at, sums_of
 from thermaxis.positioning.drift._smooth_terms import (
     curvature_energy,
     drift_of,
@@ -224,7 +224,8 @@ def test_levels_and_their_covariance_are_those_of_dense_algebra(
     x = np.array([-1.3, -0.4, 0.5, 1.2])
     shape = np.tile(np.stack((np.ones(4), x, x**2 - 1.0))[:shapes], 2)
     for time in (0.0, 0.37, 1.0):
-        level, covariance = levels_at(fitted, time, shape)
+        own_row = rows_at(fitted.sums, np.array([time]))[0]
+        level, covariance = levels_at(fitted, own_row, shape)
         row = dense_rows(warped(np.array([time]), warm_up), INTERVALS)[0]
         random = np.zeros((readings.levels, readings.value.size))
         own = np.zeros((readings.levels, readings.levels))
@@ -248,7 +249,7 @@ def test_functions_and_their_variances_are_those_of_dense_algebra(
     readings = dense.readings
     for count in (3, 40):  # few times and many times take different ways
         time = np.linspace(0.0, 1.0, count)
-        value, variance = functions_at(fitted, time, 0.3)
+        value, variance = functions_at(fitted, rows_at(fitted.sums, time, 0.3))
         own_time = warped(time, warm_up)
         start = warped(np.array([0.3]), warm_up)
         rows = dense_rows(own_time, INTERVALS) - dense_rows(start, INTERVALS)
@@ -274,7 +275,7 @@ def test_the_restricted_likelihood_is_that_of_dense_algebra_up_to_a_constant(sha
 
 def test_the_drift_of_readings_is_made_of_the_functions() -> None:
     fitted, dense, _ = both(5, 3, 0, 20.0)
-    value, _ = functions_at(fitted, dense.readings.time, 0.6)
+    value, _ = functions_at(fitted, rows_at(fitted.sums, dense.readings.time, 0.6))
     expected = np.sum(dense.readings.shape * value, axis=0)
     np.testing.assert_allclose(drift_of(fitted, dense.readings, 0.6), expected, atol=1e-12)
 
@@ -311,11 +312,11 @@ def test_averaged_levels_are_the_means_of_the_readings_without_the_reported_drif
     without = readings.value - reported(average).drift(readings, 0.5)
     count = np.bincount(readings.level)
     means = np.bincount(readings.level, without) / count
-    averaged = sum(
-        w * levels_at(f, 0.5, shape)[0] for w, f in zip(average.weight, average.fits, strict=True)
-    )
+    fits = zip(average.weight, average.fits, strict=True)
     if average.line_is_enough:
-        averaged = levels_at(average.line, 0.5, shape)[0]
+        fits = [(1.0, average.line)]
+    half = np.array([0.5])
+    averaged = sum(w * levels_at(f, rows_at(f.sums, half)[0], shape)[0] for w, f in fits)
     np.testing.assert_allclose(means, averaged, rtol=1e-8)
     errors = level_errors(average, means, 0.5, shape)
     assert np.min(np.linalg.eigvalsh(errors)) > 0.0

@@ -12,5 +12,6 @@ from ._smooth_terms import (
     fit as fit,
     levels_at as levels_at,
     penalty_of as penalty_of,
+    rows_at as rows_at,
     sums_of as sums_of,
 )

@@ -25,6 +25,7 @@ from thermaxis.positioning.drift._smooth_terms import (
     Readings,
     levels_at,
     leverages_of,
+    rows_at,
     slowest_rate,
     sums_per,
 )
@@ -350,7 +351,8 @@ def _weight_of_no_drift(drift: FTest) -> float:
 def _hides_drift(run: _Run, average: Average) -> bool:
     """Return whether the order of visits hides a drift in the levels, as a step cycle does."""
     readings = run.readings
-    _, covariance = levels_at(average.line, float(np.mean(readings.time)), run.shape_of_level)
+    row = rows_at(average.line.sums, np.mean(readings.time, keepdims=True))[0]
+    _, covariance = levels_at(average.line, row, run.shape_of_level)
     still = average.line.variance / sums_per(readings.level, readings.weight, readings.levels)
     return float(np.trace(covariance)) > _HIDDEN * float(np.sum(still))
 

@@ -37,32 +37,34 @@ _AT_ONCE = 2000
 """Readings whose leverages are worked out together. [1]"""
 
 
-def _linalg() -> Any:
+def _lapack() -> Any:
     """Return the module without its annotations, which are incomplete."""
-    from scipy import linalg  # noqa: PLC0415 - it takes longer to import than most runs take
+    from scipy.linalg import lapack  # noqa: PLC0415 - it takes longer to import than most runs take
 
-    return linalg
+    return lapack
+
+
+def _found(result: FloatArray, status: int) -> FloatArray:
+    if status:
+        raise np.linalg.LinAlgError(f"not positive definite: {status}")
+    return result
 
 
 def _banded_factor(band: FloatArray) -> FloatArray:
     """Return the Cholesky factor of a matrix in lower banded storage."""
-    factor: FloatArray = _linalg().cholesky_banded(band, lower=True, check_finite=False)
-    return factor
+    return _found(*_lapack().dpbtrf(band, lower=1))
 
 
 def _banded_solve(factor: FloatArray, right: FloatArray) -> FloatArray:
-    solved: FloatArray = _linalg().cho_solve_banded((factor, True), right, check_finite=False)
-    return solved
+    return _found(*_lapack().dpbtrs(factor, right, lower=1))
 
 
 def _full_factor(matrix: FloatArray) -> FloatArray:
-    factor: FloatArray = _linalg().cho_factor(matrix, lower=True, check_finite=False)[0]
-    return factor
+    return _found(*_lapack().dpotrf(matrix, lower=1, clean=0))
 
 
 def _full_solve(factor: FloatArray, right: FloatArray) -> FloatArray:
-    solved: FloatArray = _linalg().cho_solve((factor, True), right, check_finite=False)
-    return solved
+    return _found(*_lapack().dpotrs(factor, right, lower=1))
 
 
 def sums_per(index: IntArray, value: FloatArray, size: int) -> FloatArray:
@@ -364,9 +366,13 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
     )
 
 
-def _rows(sums: Sums, time: FloatArray) -> FloatArray:
-    """Return the values of all splines of one function at each time, (T, K + 3)."""
-    return _spline_rows(warped(time, sums.warm_up, sums.plain), sums.intervals)
+def rows_at(sums: Sums, time: FloatArray, reference: float | None = None) -> FloatArray:
+    """Return the values of all splines of one function at each time, (T, K + 3).
+
+    With a reference time they are relative to those at it.
+    """
+    rows = _spline_rows(warped(time, sums.warm_up, sums.plain), sums.intervals)
+    return rows if reference is None else rows - rows_at(sums, np.array([reference]))
 
 
 def _solved(
@@ -379,26 +385,35 @@ def _solved(
 
 
 def levels_at(
-    fitted: Fit, time: float, shape_of_level: FloatArray
+    fitted: Fit, row: FloatArray, shape_of_level: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the levels at one time and their covariance."""
+    """Return the levels at the time of a row of spline values, and their covariance.
+
+    Notes
+    -----
+    With the splines R of the C functions at that time, (C (K + 3), C), and the shapes H of the
+    levels, (C, L), the levels are l + H'R's. With T = I - X B^-1 R H and M the matrix that `fit`
+    solves for the levels, their covariance is the noise's variance times
+
+        H' R' B^-1 R H + T' M^-1 T.
+    """
     sums = fitted.sums
-    row = _rows(sums, np.array([time]))[0]
-    spline = np.zeros((sums.right.size, sums.levels))
+    splines = np.zeros((sums.right.size, sums.shapes))
     for c in range(sums.shapes):
-        spline[c :: sums.shapes] = np.outer(row, shape_of_level[c])
-    spline[sums.pinned] = 0.0
-    level = fitted.level + spline.T @ fitted.spline
-    solved, through, back = _solved(fitted, np.eye(sums.levels), spline)
-    return level, fitted.variance * (spline.T @ solved + through.T @ back)
+        splines[c :: sums.shapes, c] = row
+    splines[sums.pinned] = 0.0
+    level = fitted.level + shape_of_level.T @ (splines.T @ fitted.spline)
+    solved = _banded_solve(fitted.spline_factor, splines)
+    through = np.eye(sums.levels) - sums.cross @ solved @ shape_of_level
+    own = shape_of_level.T @ (splines.T @ solved) @ shape_of_level
+    return level, fitted.variance * (own + through.T @ _full_solve(fitted.level_factor, through))
 
 
-def functions_at(fitted: Fit, time: FloatArray, reference: float) -> tuple[FloatArray, FloatArray]:
-    """Return the functions of time relative to a reference time, and their variances."""
+def functions_at(fitted: Fit, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the functions of time for rows of spline values, and their variances, (C, T)."""
     sums = fitted.sums
-    rows = _rows(sums, time) - _rows(sums, np.array([reference]))
     value = np.stack([rows @ fitted.spline[c :: sums.shapes] for c in range(sums.shapes)])
-    if sums.right.size <= sums.shapes * time.size:
+    if sums.right.size <= sums.shapes * rows.shape[0]:
         variance = _variance_by_coefficients(fitted, rows)
     else:
         variance = _variance_by_times(fitted, rows)
@@ -406,12 +421,18 @@ def functions_at(fitted: Fit, time: FloatArray, reference: float) -> tuple[Float
 
 
 def _variance_by_coefficients(fitted: Fit, rows: FloatArray) -> FloatArray:
-    """Return variances of rows of spline values from the covariance of all coefficients."""
+    """Return variances of rows of spline values from the covariance of all coefficients.
+
+    Notes
+    -----
+    It is B^-1 + W M^-1 W' with W = B^-1 X', without the coefficients that are held at zero.
+    """
     sums = fitted.sums
     free = np.eye(sums.right.size)
     free[sums.pinned] = 0.0
-    solved, through, back = _solved(fitted, np.zeros((sums.levels, free.shape[1])), free)
-    covariance = free @ solved + through.T @ back
+    taken = fitted.spline_of_level
+    covariance = free @ _banded_solve(fitted.spline_factor, free)
+    covariance += taken @ _full_solve(fitted.level_factor, taken.T)
     parts = [covariance[c :: sums.shapes, c :: sums.shapes] for c in range(sums.shapes)]
     return np.stack([np.sum((rows @ part) * rows, axis=1) for part in parts])
 
@@ -434,7 +455,7 @@ def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
     """Return the drift of every reading relative to a reference time."""
     sums = fitted.sums
     first, values = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
-    row = _rows(sums, np.array([reference]))[0]
+    row = rows_at(sums, np.array([reference]))[0]
     drift = np.zeros(readings.value.size)
     for c in range(sums.shapes):
         own = fitted.spline[c :: sums.shapes]
@@ -451,7 +472,7 @@ def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:
     leverage = np.empty(readings.value.size)
     for start in range(0, leverage.size, _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
-        rows = _rows(sums, readings.time[part])
+        rows = rows_at(sums, readings.time[part])
         spline = np.zeros((sums.right.size, rows.shape[0]))
         for c in range(sums.shapes):
             spline[c :: sums.shapes] = rows.T * readings.shape[c, part]

@@ -8,7 +8,7 @@ the start, as a warming does.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias, final
 
@@ -23,6 +23,7 @@ from thermaxis.positioning.drift._smooth_terms import (
     functions_at,
     levels_at,
     penalty_of,
+    rows_at,
     sums_of,
 )
 from thermaxis.positioning.run import FloatArray
@@ -183,7 +184,7 @@ class Reported:
         """Return the functions of time relative to a reference time, (C, T)."""
         value = np.zeros((shapes, time.size))
         for weight, fitted in zip(self.weight, self.fits, strict=True):
-            value += weight * functions_at(fitted, time, reference)[0]
+            value += weight * functions_at(fitted, rows_at(fitted.sums, time, reference))[0]
         return value
 
 
@@ -197,13 +198,19 @@ def reported(average: Average) -> Reported:
         return Reported((average.line,), (1.0,))
     fits: list[Fit] = []
     weights: list[float] = []
-    for sums in {id(fitted.sums): fitted.sums for fitted in average.fits}.values():
-        own = [(w, f) for w, f in zip(average.weight, average.fits, strict=True) if f.sums is sums]
+    for _, own in _by_time(average):
         weight = float(sum(w for w, _ in own))
         spline = np.asarray(sum(w * f.spline for w, f in own), dtype=np.float64) / weight
         fits.append(replace(own[0][1], spline=spline))
         weights.append(weight)
     return Reported(tuple(fits), tuple(weights))
+
+
+def _by_time(average: Average) -> Iterator[tuple[Sums, list[tuple[float, Fit]]]]:
+    """Yield the fits with their weights, those of one time together."""
+    for sums in {id(fitted.sums): fitted.sums for fitted in average.fits}.values():
+        pairs = zip(average.weight.tolist(), average.fits, strict=True)
+        yield sums, [(weight, fitted) for weight, fitted in pairs if fitted.sums is sums]
 
 
 def level_errors(
@@ -217,9 +224,11 @@ def level_errors(
     stated levels l: sum over k of w_k (V_k + (l_k - l)(l_k - l)').
     """
     spread = np.zeros((level.size, level.size))
-    for w, fitted in zip(average.weight, average.fits, strict=True):
-        mean, covariance = levels_at(fitted, reference, shape_of_level)
-        spread += w * (covariance + np.outer(mean - level, mean - level))
+    for sums, fits in _by_time(average):
+        row = rows_at(sums, np.array([reference]))[0]
+        for w, fitted in fits:
+            mean, covariance = levels_at(fitted, row, shape_of_level)
+            spread += w * (covariance + np.outer(mean - level, mean - level))
     return spread
 
 
@@ -228,7 +237,9 @@ def function_errors(
 ) -> FloatArray:
     """Return the mean square errors of stated functions, averaged over the smoothness."""
     square = np.zeros_like(stated)
-    for w, fitted in zip(average.weight, average.fits, strict=True):
-        mean, variance = functions_at(fitted, time, reference)
-        square += w * (variance + (mean - stated) ** 2)
+    for sums, fits in _by_time(average):
+        rows = rows_at(sums, time, reference)
+        for w, fitted in fits:
+            mean, variance = functions_at(fitted, rows)
+            square += w * (variance + (mean - stated) ** 2)
     return square

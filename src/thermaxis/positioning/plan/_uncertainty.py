@@ -22,6 +22,7 @@ from thermaxis.positioning.drift import (
     fit,
     levels_at,
     penalty_of,
+    rows_at,
     sums_of,
 )
 from thermaxis.positioning.plan._plan import MOST_STOPS, TestPlan, evaluate_duration, planned_test
@@ -227,7 +228,7 @@ def _separate(plan: TestPlan, assumptions: RunAssumptions) -> _Separation:
     fitted = fit(sums_of(readings, intervals, 0.0), penalty, departure)
     fitted = replace(fitted, variance=assumptions.noise**2)  # the assumed one: nothing was read
     reference = float(np.mean(readings.time))
-    _, covariance = levels_at(fitted, reference, shape)
+    _, covariance = levels_at(fitted, rows_at(fitted.sums, np.array([reference]))[0], shape)
     return _Separation(fitted, departure, penalty, covariance, reference, test)
 
 
