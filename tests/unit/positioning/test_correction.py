@@ -358,7 +358,7 @@ def cases(draw: st.DrawFn) -> tuple[AxisLevels, np.ndarray, bool, bool]:
 
 
 @given(case=cases())
-@settings(max_examples=300)
+@settings(max_examples=120)
 def test_no_table_misses_a_level_by_more_than_the_bound(
     case: tuple[AxisLevels, np.ndarray, bool, bool],
 ) -> None:

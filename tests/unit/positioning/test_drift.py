@@ -363,25 +363,25 @@ def test_legendre_polynomials_are_those_of_numpy() -> None:
 
 def test_without_drift_the_tests_find_something_as_often_as_they_promise() -> None:
     drift, bow, named = [], [], 0
-    for seed in range(300):
+    for seed in range(200):
         tests = DriftTests(as_readings(made(seed, size=0.0)[0]), TARGETS, float(CYCLES))
         drift.append(tests.drift().probability)
         bow.append(tests.bow().probability)
         named += bool(tests.targets_alone(bow=False))
     assert kstest(drift, "uniform").pvalue > 0.01
     assert kstest(bow, "uniform").pvalue > 0.01
-    assert named <= 9  # 1 % of 300 is 3; more than 9 has a probability of a thousandth
+    assert named <= 7  # 1 % of 200 is 2; more than 7 has a probability of a thousandth
 
 
 def test_a_straight_drift_of_one_and_a_half_times_the_noise_is_found() -> None:
     found = 0
-    for seed in range(100):
+    for seed in range(60):
         rng = np.random.default_rng(seed)
         time = stop_times(16, 5, 8.0)
         deviation = 0.6 * time / np.max(time) + NOISE * rng.normal(size=time.shape)
         readings = as_readings(run(deviation, time_s=time))
         found += DriftTests(readings, 16, 5.0).drift().found
-    assert found >= 95
+    assert found >= 57
 
 
 def bent(seed: int, bow: float, alone: float) -> PositioningTest:
@@ -496,7 +496,7 @@ def test_the_first_reading_may_be_missing() -> None:
 
 
 def test_the_robust_fit_rarely_leaves_out_a_reading_of_a_sound_run() -> None:
-    wrong = sum(bool(evaluate_drift(made(seed)[0], robust=True).outliers) for seed in range(8))
+    wrong = sum(bool(evaluate_drift(made(seed)[0], robust=True).outliers) for seed in range(5))
     assert wrong <= 1
 
 
@@ -541,14 +541,14 @@ def test_variances_that_differ_are_drawn_together_and_keep_their_order() -> None
 
 def test_equal_noise_is_not_weighted() -> None:
     weighted = 0
-    for seed in range(60):
+    for seed in range(40):
         readings = as_readings(made(seed, size=0.0)[0])
         mean = np.bincount(readings.level, readings.value) / CYCLES
         weight = weights_of_levels(
             readings.level, readings.value - mean[readings.level], readings.levels, 0.0
         )
         weighted += bool(np.any(weight != 1.0))
-    assert weighted <= 3
+    assert weighted <= 2
 
 
 # ---- a real run ---------------------------------------------------------------------------------

@@ -434,9 +434,7 @@ def test_for_a_straight_drift_the_levels_have_the_covariance_of_dense_least_squa
     np.testing.assert_allclose(expected.level_std, dense, rtol=0.01)
 
 
-@pytest.mark.parametrize(
-    ("cycles", "drift", "hours"), [(3, 10.0, 1.0), (10, 10.0, 1.0), (20, 30.0, 0.5)]
-)
+@pytest.mark.parametrize(("cycles", "drift", "hours"), [(3, 10.0, 1.0), (20, 30.0, 0.5)])
 def test_the_drift_evaluation_reaches_what_the_covariance_foretells(
     cycles: int, drift: float, hours: float
 ) -> None:

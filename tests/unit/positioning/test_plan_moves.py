@@ -139,7 +139,7 @@ def test_a_number_of_warm_up_travels_that_cannot_be_is_refused(warm_up: int) -> 
 
 
 def test_a_program_that_would_fill_the_memory_of_a_control_is_refused() -> None:
-    long = plan(list(np.arange(10.0)), cycles=20_000, cycle=Cycle.PILGRIM)
+    long = plan(list(np.arange(10.0)), cycles=10_000, cycle=Cycle.PILGRIM)
     with refused("too_many_moves", Place(key="cycles")):
         moves_of_plan(long)
     assert len(moves_of_plan(plan(list(np.arange(10.0)), cycles=20_000))) == 1

@@ -176,7 +176,7 @@ def test_the_curvature_energy_is_the_integral_of_the_squared_second_derivative()
 def test_a_unit_random_function_departs_by_one_from_its_straight_line(intervals: int) -> None:
     value, vector = eigh(full(curvature_energy(intervals)))
     rng = np.random.default_rng(5)
-    draws = (vector[:, 2:] / np.sqrt(value[2:])) @ rng.normal(size=(intervals + 1, 20000))
+    draws = (vector[:, 2:] / np.sqrt(value[2:])) @ rng.normal(size=(intervals + 1, 5000))
     time = np.linspace(0.0, 1.0, 301)
     functions = dense_rows(time, intervals) @ draws
     line, _ = np.linalg.qr(np.stack((np.ones_like(time), time), axis=1))
