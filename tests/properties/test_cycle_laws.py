@@ -64,13 +64,13 @@ def play(compensation: Compensation, readings: Any, laws: Laws | None = None) ->
         laws.check(reading, state, output)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.lists(READING, max_size=15), st.sampled_from(LATHES))
 def test_any_readings_obey_the_laws(readings: Any, lathe: Any) -> None:
     play(lathe(), readings)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.integers(0, 10**9), st.sampled_from(LATHES))
 def test_a_hostile_machine_obeys_the_laws(seed: int, lathe: Any) -> None:
     compensation = lathe()
@@ -79,7 +79,7 @@ def test_a_hostile_machine_obeys_the_laws(seed: int, lathe: Any) -> None:
 
 def test_the_hostile_machine_visits_every_state() -> None:
     seen: set[SupervisorState] = set()
-    for seed in range(40):
+    for seed in range(20):
         compensation = quick_lathe()
         laws = Laws(compensation)
         play(compensation, HostileWorld(compensation, seed), laws)
@@ -88,7 +88,7 @@ def test_the_hostile_machine_visits_every_state() -> None:
 
 
 @pytest.mark.parametrize("lathe", LATHES)
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_a_state_goes_through_a_file_and_goes_on_as_if_nothing_had_been(
     lathe: Any, seed: int, tmp_path: Path
 ) -> None:

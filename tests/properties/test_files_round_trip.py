@@ -14,7 +14,7 @@ from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
 
 quick = settings(
-    max_examples=60,
+    max_examples=40,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

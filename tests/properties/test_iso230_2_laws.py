@@ -28,7 +28,7 @@ def same(f: Iso230_2Figures, g: Iso230_2Figures) -> bool:
     return all(close(getattr(f, k), getattr(g, k)) for k in (*SCALARS, "B_mean"))
 
 
-@settings(derandomize=True, max_examples=100, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs())
 def test_the_order_of_the_figures(x: np.ndarray) -> None:
     f = iso230_2_figures(x)
@@ -45,13 +45,13 @@ def test_the_order_of_the_figures(x: np.ndarray) -> None:
     assert at_most(f.A, f.E + np.max(f.R_unidirectional))
 
 
-@settings(derandomize=True, max_examples=60, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs(), st.floats(-1e3, 1e3))
 def test_a_constant_offset_changes_nothing(x: np.ndarray, offset: float) -> None:
     assert same(iso230_2_figures(x), iso230_2_figures(x + offset))
 
 
-@settings(derandomize=True, max_examples=60, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs(), st.floats(-10, 10))
 def test_a_scale_error_changes_neither_reversal_nor_repeatability(
     x: np.ndarray, slope: float
@@ -63,7 +63,7 @@ def test_a_scale_error_changes_neither_reversal_nor_repeatability(
     assert close(f.s, g.s)
 
 
-@settings(derandomize=True, max_examples=60, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs())
 def test_exchange_of_the_approaches_only_turns_the_mean_reversal(x: np.ndarray) -> None:
     f, g = iso230_2_figures(x), iso230_2_figures(x[:, :, ::-1])
@@ -74,7 +74,7 @@ def test_exchange_of_the_approaches_only_turns_the_mean_reversal(x: np.ndarray) 
     assert close(f.A_unidirectional, g.A_unidirectional[::-1])
 
 
-@settings(derandomize=True, max_examples=60, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs(), st.randoms(use_true_random=False))
 def test_the_order_of_cycles_and_of_targets_changes_nothing(x: np.ndarray, random: object) -> None:
     rng = np.random.default_rng(random.randrange(2**31))  # hypothesis gives a random.Random
@@ -83,7 +83,7 @@ def test_the_order_of_cycles_and_of_targets_changes_nothing(x: np.ndarray, rando
     assert same(f, iso230_2_figures(x[rng.permutation(x.shape[0])]))
 
 
-@settings(derandomize=True, max_examples=60, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs(), st.floats(-20, 20))
 def test_scaling_the_readings_scales_every_figure(x: np.ndarray, factor: float) -> None:
     f, g = iso230_2_figures(x), iso230_2_figures(factor * x)
@@ -91,7 +91,7 @@ def test_scaling_the_readings_scales_every_figure(x: np.ndarray, factor: float) 
     assert close(factor * f.B_mean, g.B_mean, 1e5)
 
 
-@settings(derandomize=True, max_examples=100, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(st.lists(runs(), min_size=1, max_size=1), st.integers(1, 4))
 def test_many_runs_at_once_are_the_single_runs(xs: list[np.ndarray], k: int) -> None:
     batch = np.stack([xs[0] * (i + 1) for i in range(k)])
@@ -101,7 +101,7 @@ def test_many_runs_at_once_are_the_single_runs(xs: list[np.ndarray], k: int) -> 
         assert all(getattr(together, key)[i] == getattr(alone, key) for key in SCALARS)
 
 
-@settings(derandomize=True, max_examples=60, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs(), st.data())
 def test_a_missing_reading_leaves_the_others_as_they_are(
     x: np.ndarray, data: st.DataObject

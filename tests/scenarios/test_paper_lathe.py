@@ -255,27 +255,18 @@ def test_without_the_table_the_error_grows_with_the_diameter(
 # ---- simulate -----------------------------------------------------------------------------------
 
 
-def test_a_simulation_has_the_rows_of_the_log_and_the_sum_of_its_parts(
-    combined: Path, examples: Path, work: Path
-) -> None:
-    log, out = examples / "lathe_verification.csv", work / "parts.csv"
-    run("simulate", combined, log, "-o", out, "--diameter", 1500, "--contributions")
-    simulated, measured = columns_of(out), columns_of(log)
-    assert np.array_equal(simulated["time_s"], measured["time_s"])
-    offset = json_of(combined)["outputs"][0]["offset_um"]
-    parts = simulated["Z_spindle_um"] + simulated["Z_table_um"]
-    assert simulated["Z_um"] == pytest.approx(parts + offset, abs=1e-9)
-
-
-def test_a_simulation_is_the_convolution_with_the_responses_of_the_model(
+def test_a_simulation_is_the_sum_of_its_parts_and_of_convolutions_with_their_responses(
     combined: Path, examples: Path, work: Path
 ) -> None:
     """Each part by the impulse response of its sections over the whole log, within 1e-6 um."""
     log, out = examples / "lathe_verification.csv", work / "d1500.csv"
-    run("simulate", combined, log, "-o", out, "--diameter", 1500)
-    measured, model = columns_of(log), json_of(combined)
+    run("simulate", combined, log, "-o", out, "--diameter", 1500, "--contributions")
+    simulated, measured, model = columns_of(out), columns_of(log), json_of(combined)
     time_s = measured["time_s"]
+    assert np.array_equal(simulated["time_s"], time_s)
     total = np.full(time_s.size, model["outputs"][0]["offset_um"])
+    parts = simulated["Z_spindle_um"] + simulated["Z_table_um"]
+    assert simulated["Z_um"] == pytest.approx(parts + total, abs=1e-9)
     early = time_s <= 60.0
     for part in model["outputs"][0]["parts"]:
         u = sum(
@@ -290,7 +281,7 @@ def test_a_simulation_is_the_convolution_with_the_responses_of_the_model(
             response[1:] += section["gain_um_per_k"] * -math.expm1(-10.0 / tau) * decay[:-1]
         gain = 1.6 if part["name"] == "table" else 1.0
         total += gain * np.convolve(u, response)[: time_s.size]
-    assert columns_of(out)["Z_um"] == pytest.approx(total, abs=1e-6)
+    assert simulated["Z_um"] == pytest.approx(total, abs=1e-6)
 
 
 def test_the_model_follows_the_lathe_without_noise(
@@ -347,7 +338,7 @@ def test_two_recorders_are_joined_by_the_shift_of_their_clocks(
     printed = capsys.readouterr().out
     shift = float(re.search(r"shift of ([-\d.e+]+) s", printed)[1])
     assert shift == pytest.approx(137.0, abs=5.0)
-    words = ("--output", "Z_um", "--input", SPINDLE_INPUT, "--sample-time", 10)
+    words = ("--output", "Z_um", "--input", SPINDLE_INPUT, "--sample-time", 60)
     run("identify", log, *words, "--json", work / "joined.json")
     (part,) = json_of(work / "joined.json")["outputs"]["Z_um"]["parts"]
     assert part["dc_gain"] == pytest.approx(SPINDLE_DC, rel=0.05)

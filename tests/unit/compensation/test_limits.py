@@ -12,7 +12,7 @@ LIMITS = Limits(50.0, 0.5)
 ANY = st.floats(allow_nan=True, allow_infinity=True)
 
 
-@settings(max_examples=500, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None, derandomize=True)
 @given(st.lists(st.tuples(ANY, ANY), max_size=50))
 def test_magnitude_and_rate_are_never_passed(asked: list[tuple[float, float]]) -> None:
     before = 0.0

@@ -208,7 +208,7 @@ ANYTHING = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=120, deadline=None, derandomize=True)
 @given(
     st.lists(
         st.tuples(ANYTHING, st.dictionaries(st.sampled_from("abc"), ANYTHING), ANYTHING),
@@ -283,7 +283,7 @@ MODELS = (
 WRONG = st.sampled_from([math.nan, math.inf, -math.inf, 1e300, 0.0, -5.0])
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=120, deadline=None, derandomize=True)
 @given(st.sampled_from(MODELS), st.sampled_from(MODELS), WRONG, st.sampled_from(range(6)))
 def test_a_state_of_another_model_or_of_damaged_numbers_is_survived(
     maker: CompensationModel, user: CompensationModel, wrong: float, place: int

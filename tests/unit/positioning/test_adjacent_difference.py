@@ -27,7 +27,7 @@ def runs(draw: st.DrawFn) -> np.ndarray:
     return draw(arrays(np.float64, (m, n, 2), elements=st.floats(-1e3, 1e3, width=32)))
 
 
-@settings(derandomize=True, max_examples=100, deadline=None)
+@settings(derandomize=True, max_examples=50, deadline=None)
 @given(runs())
 def test_equations_4_and_6_transcribed(x: np.ndarray) -> None:
     result = evaluate_adjacent_difference(run(x))
@@ -47,7 +47,7 @@ def test_equations_4_and_6_transcribed(x: np.ndarray) -> None:
             )
 
 
-@settings(derandomize=True, max_examples=100, deadline=None)
+@settings(derandomize=True, max_examples=50, deadline=None)
 @given(runs(), st.data())
 def test_the_chart_telescopes_to_the_classical_means(x: np.ndarray, data: st.DataObject) -> None:
     cycle = data.draw(st.integers(1, x.shape[1]))
@@ -62,7 +62,7 @@ def test_the_chart_telescopes_to_the_classical_means(x: np.ndarray, data: st.Dat
         assert np.diff(approach.chart) == pytest.approx(-approach.mean_difference, abs=1e-8)
 
 
-@settings(derandomize=True, max_examples=60, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 @given(runs(), st.data())
 def test_the_reference_position_shifts_the_chart_and_keeps_its_shape(
     x: np.ndarray, data: st.DataObject

@@ -60,7 +60,7 @@ def plan_of(**changes: object) -> TestPlan:
     share=st.none() | st.floats(0.0, 0.45),
     seed=st.integers(0, 2**32),
 )
-@settings(derandomize=True, max_examples=200, deadline=None)
+@settings(derandomize=True, max_examples=80, deadline=None)
 def test_targets_follow_equation_1_keep_their_order_and_stay_within_the_length(
     start: float, length: float, targets: int, pitch: float | None, share: float | None, seed: int
 ) -> None:

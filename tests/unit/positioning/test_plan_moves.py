@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
 from thermaxis.codes import Place
@@ -72,6 +72,7 @@ def plans(draw: st.DrawFn) -> TestPlan:
     )
 
 
+@settings(max_examples=50)
 @given(p=plans(), start=st.floats(-1e4, 1e4))
 def test_every_stop_comes_in_the_plans_order_and_from_its_side_wherever_the_axis_stood(
     p: TestPlan, start: float
@@ -82,6 +83,7 @@ def test_every_stop_comes_in_the_plans_order_and_from_its_side_wherever_the_axis
     assert sides == visits.approach.tolist()
 
 
+@settings(max_examples=50)
 @given(p=plans(), warm_up=st.integers(0, 3))
 def test_the_axis_never_leaves_the_range_that_the_plan_states(p: TestPlan, warm_up: int) -> None:
     _, places, _ = driven(moves_of_plan(p, warm_up=warm_up), p.target[0])
@@ -89,6 +91,7 @@ def test_the_axis_never_leaves_the_range_that_the_plan_states(p: TestPlan, warm_
     assert max(places) <= p.highest + 1e-6
 
 
+@settings(max_examples=50)
 @given(p=plans())
 def test_a_turn_passes_the_target_by_the_overrun_and_no_move_is_without_purpose(
     p: TestPlan,
@@ -145,6 +148,7 @@ def test_a_program_that_would_fill_the_memory_of_a_control_is_refused() -> None:
     assert len(moves_of_plan(plan(list(np.arange(10.0)), cycles=20_000))) == 1
 
 
+@settings(max_examples=50)
 @given(plan=plans(), warm_up=st.integers(0, 4))
 def test_the_duration_of_the_motion_is_that_of_driving_it_move_by_move(
     plan: TestPlan, warm_up: int

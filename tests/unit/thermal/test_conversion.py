@@ -178,7 +178,7 @@ taus = st.lists(st.floats(20.0, 20_000.0), min_size=0, max_size=3)
 gains = st.floats(-50.0, 50.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(taus, st.data())
 def test_sections_come_back_from_their_polynomials(tau: list[float], data: st.DataObject) -> None:
     tau = sorted(tau, reverse=True)
