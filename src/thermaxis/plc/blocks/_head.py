@@ -3,6 +3,8 @@
 import re
 import textwrap
 from collections.abc import Iterator
+from dataclasses import fields
+from typing import TYPE_CHECKING
 
 from thermaxis import __version__
 from thermaxis.compensation import (
@@ -17,9 +19,13 @@ from thermaxis.compensation import (
 )
 from thermaxis.messages import sentence
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
+from thermaxis.plc._texts import paragraphs, text
 from thermaxis.plc.blocks._draft import numbered
 from thermaxis.plc.blocks._warnings import never_corrects, setting_warnings
 from thermaxis.plc.tree import noted, remark_text
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 WIDTH = 88
 """Longest line of the head. Origin: a line of 100 signs with the signs of a remark. [1]"""
@@ -81,11 +87,7 @@ def restart_warning(settings: PlcSettings) -> str:
             f" the correction is wrong for about three of its slowest time constants, {hours} h,"
             " and"
         )
-    return (
-        "This model counts from its start. After a restart of a machine that is warm it begins at"
-        f" zero and at rest:{lasts} what had grown before is not corrected. Let it run through, let"
-        " the machine cool before a restart, or export with --reference stated."
-    )
+    return text("restart_warning", lasts=lasts)
 
 
 def wrapped(paragraph: str) -> list[str]:
@@ -118,29 +120,20 @@ def _identity(settings: PlcSettings) -> Iterator[str]:
         yield f"Warning: {remark_text(warning, 300)}"
     for warning in setting_warnings(settings):
         yield f"Warning: {warning}."
-    for text in settings.notes:
-        yield f"Changed by the export: {text}"
+    for note in settings.notes:
+        yield f"Changed by the export: {note}"
 
 
 def _conventions(settings: PlcSettings) -> Iterator[str]:
-    cycle, percent = noted(settings.cycle_s), round(100 * CYCLE_TOLERANCE)
     yield ""
-    yield (
-        f"Cycle: call it every {cycle} s. A call whose measured time differs by more than"
-        f" {percent} percent advances nothing."
-    )
+    percent = round(100 * CYCLE_TOLERANCE)
+    yield text("head_cycle", cycle_s=noted(settings.cycle_s), percent=percent)
     if settings.double:
         yield "Numbers: LREAL (binary64), one rounding per statement."
     else:
-        yield (
-            "Numbers: REAL (binary32), one rounding per statement. Sections keep what their sum"
-            " loses."
-        )
+        yield text("head_real")
     yield "Units: temperatures degC, differences K, displacements and corrections um, times s."
-    yield (
-        "Sign: a model output is the displacement of the tool point relative to the workpiece,"
-        " positive away from it. The correction is minus the model."
-    )
+    yield text("head_sign")
     model = settings.compensation.model
     if model.reference == STATED:
         for channel in model.channels:
@@ -149,10 +142,7 @@ def _conventions(settings: PlcSettings) -> Iterator[str]:
         yield "Reference: the first good temperatures after the start, sections start at rest."
         if warning := restart_warning(settings):
             yield f"Warning: {warning}"
-        yield (
-            "The reference of a temperature is that one reading: what it was off by, such as one"
-            " count of the sensor, is carried until the next restart."
-        )
+        yield text("head_reference")
     yield "Start: nothing is kept over a loss of power."
 
 
@@ -197,55 +187,20 @@ def _limits(settings: PlcSettings) -> Iterator[str]:
     for output, b, step_um in zip(
         compensation.model.outputs, compensation.bounds, settings.steps_um, strict=True
     ):
-        yield (
-            f"Limits of {remark_text(output.name)}: {noted(b.largest_um)} um, with the trim"
-            f" {noted(b.total_um)} um, {noted(b.largest_rate_um_per_s)} um/s, at most"
-            f" {noted(step_um)} um in one call, trim {noted(b.largest_trim_um)} um, deadband"
-            f" {noted(b.deadband_um)} um"
-        )
+        name = remark_text(output.name)
+        yield text("head_limits", output=name, step_um=noted(step_um), **_noted(b))
     for channel, rule in zip(compensation.model.channels, compensation.rules, strict=True):
         frozen = f"frozen after {noted(rule.frozen_s)} s" if rule.frozen_s else "never frozen"
-        yield (
-            f"Believed of {remark_text(channel)}: {noted(rule.lowest_c)} to"
-            f" {noted(rule.highest_c)} degC, a jump of {noted(rule.step_k)} K and"
-            f" {noted(rule.largest_rate_k_per_s)} K/s, {frozen}"
-        )
-    yield from _supervisor(settings)
+        yield text("head_believed", channel=remark_text(channel), frozen=frozen, **_noted(rule))
+    hold_s = noted(compensation.model.longest_hold_s)
+    rules = _noted(compensation.supervisor)
+    yield from paragraphs("head_supervisor", longest_hold_s=hold_s, **rules)
 
 
-def _supervisor(settings: PlcSettings) -> Iterator[str]:
-    """Yield how long what is tolerated, each number with what it follows on."""
-    rules = settings.compensation.supervisor
-    hold_s = settings.compensation.model.longest_hold_s
-    yield (
-        f"Before the first correction the model settles for {noted(rules.settle_s)} s. After a"
-        f" loss everything must be there for {noted(rules.recovery_delay_s)} s."
-    )
-    yield (
-        f"A lost input: its last value counts on, for {noted(rules.input_timeout_s)} s in Active,"
-        f" then for {noted(rules.hold_input_s)} s in Holding, then Fading. The model computes on"
-        f" with it meanwhile, model_quality is 2 (bad) after {noted(hold_s)} s."
-    )
-    yield (
-        f"Held, then Fading: without a connection {noted(rules.hold_connection_s)} s, with an"
-        f" interlock open {noted(rules.hold_interlock_s)} s, by an operator"
-        f" {noted(rules.hold_operator_s)} s although hold stands, whatever comes and goes"
-        f" {noted(rules.max_hold_s)} s."
-    )
-    yield (
-        f"Fault: a read-back that differs by more than {noted(rules.read_back_tolerance_um)} um"
-        f" or is missing, after {noted(rules.read_back_s)} s, the model at the limit after"
-        f" {noted(rules.at_limit_s)} s, another compensation at once."
-    )
-    yield (
-        f"A trim expires {noted(rules.longest_trim_s)} s after it was given, and is lost at a"
-        " restart, while its input keeps the value: added_ says what is in force. To give it again"
-        " change the input to 0.0 and back. held says whether the hold of an operator is in force."
-    )
-    yield (
-        "hold is a level: while it is TRUE, whatever is enabled and without a fault is held, also"
-        " what is enabled meanwhile. refused tells of its rising edge only."
-    )
+def _noted(part: "DataclassInstance") -> dict[str, str]:
+    """Return the numbers of a part by name, as a remark has them."""
+    values = ((entry.name, getattr(part, entry.name)) for entry in fields(part))
+    return {name: noted(value) for name, value in values if isinstance(value, int | float)}
 
 
 def _numbers() -> Iterator[str]:
@@ -268,33 +223,8 @@ def _numbers() -> Iterator[str]:
 
 def _not_protected(settings: PlcSettings) -> Iterator[str]:
     yield ""
-    yield (
-        "Not protected: the block knows neither whether its inputs are wired to the sensors that"
-        " the model means, nor whether the axis is referenced, nor whether the sign is right on"
-        " this machine, nor whether the control adds what it is given. Prove that at"
-        " commissioning, with the test vectors first and small corrections then."
-    )
-    yield (
-        "Write the correction only while linked is TRUE and state is not 0 (Off): then the machine"
-        " is connected, and the offset that stood there was read and taken over. In Off nobody"
-        " writes, so that is done in every call, before its requests are answered. After a loss of"
-        " the connection it is done in the first call with connected and read_ok TRUE and every"
-        " read_ a number. Until then linked is FALSE and the block counts as not connected, so that"
-        " enable cannot write anything before a read."
-    )
-    yield (
-        "An offset that was found beyond the limits stays as it is while it is Off, and enabling"
-        " is refused: bring the offset back in the control, then enable. Found so after a lost"
-        " connection in another state it is a fault, and the correction comes back at the rate."
-    )
-    yield (
-        "Levels of enable, reset and trims that stand in the first call ask for nothing until they"
-        " change. hold acts as soon as it is enabled."
-    )
+    yield from paragraphs("head_not_protected")
     if settings.double:
-        yield (
-            "Times are counted in cycles. With a cycle that a binary number does not hold, such as"
-            " 0.1 s, a limit in seconds may be met one cycle earlier or later than on the computer."
-        )
+        yield text("head_lreal_times")
     else:
         yield "Times are counted in cycles, exactly up to a day."
