@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import TypeAlias, final
 
 import numpy as np
@@ -22,6 +23,8 @@ from thermaxis.files.table import (
     is_number,
     parse_heading,
     parse_moment,
+    read_moments,
+    seconds_since,
     unprotected,
 )
 from thermaxis.positioning import FloatArray
@@ -430,19 +433,14 @@ def _of_texts(
     if dates is not None and not isinstance(dates, np.ndarray | Moments):
         pairs = zip(dates, texts, strict=True)
         texts = [None if day is None or text is None else f"{day} {text}" for day, text in pairs]
-    result = np.full(len(texts), np.nan)
-    start: datetime | None = None
-    for row, text in enumerate(texts):
-        if text is None or text.casefold() in MISSING_WORDS:
-            continue
-        moment = _moment(text, plan.mapping.time_format)
-        if moment is None:
-            raise MeasurementFileError("not_a_moment", text=text, place=table.at(row, plan.time))
-        start = moment if start is None else start
-        if (moment.tzinfo is None) != (start.tzinfo is None):
-            raise MeasurementFileError("zones_mixed", place=table.at(row, plan.time))
-        result[row] = (moment - start).total_seconds()
-    return result, start, start is not None and start.tzinfo is None
+    given = [None if text and text.casefold() in MISSING_WORDS else text for text in texts]
+    moments = read_moments(
+        given, lambda row: table.at(row, plan.time), partial(_moment, form=plan.mapping.time_format)
+    )
+    start = next((moment for moment in moments if moment is not None), None)
+    if start is None:
+        return np.full(len(texts), np.nan), None, False
+    return seconds_since(start, moments), start, start.tzinfo is None
 
 
 def _moment(text: str, form: str | None) -> datetime | None:

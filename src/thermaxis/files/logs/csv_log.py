@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
 
@@ -56,6 +56,7 @@ LONGEST_LINE = 1_000_000
 
 _CHUNK_BYTES = 32_000_000
 _HEAD_LINES = 200
+_Numbers: TypeAlias = "range | list[int]"
 _SIGNIFICANT = ("start", "origin_s", "remark")
 _COMMA_NUMBER = re.compile(r"(?<![0-9.])[0-9]+,[0-9]")
 
@@ -93,7 +94,6 @@ class _Source:
 
     path: str
     fallback: str
-    encoding: str = "utf-8"
     whole: bytes | None = None
     """The file as UTF-8 where it was UTF-16."""
     used_fallback: bool = False
@@ -152,15 +152,25 @@ class _Head:
 @final
 @dataclass(slots=True)
 class _Body:
-    """The columns of all rows."""
+    """The columns of all rows, made of lines a chunk at a time."""
 
     path: str
-    width: int
+    head: _Head
+    texts: set[int]
+    """Columns that may hold dates."""
+    left_out: set[int]
+    """Columns that nobody asks for: whatever stands in them is not looked at."""
+    decimal: str = "."
     parts: list[list["FloatArray | list[str | None]"]] = field(default_factory=list)
-    lines: list["range | list[int]"] = field(default_factory=list)
+    lines: list[_Numbers] = field(default_factory=list)
     rows: int = 0
     notes: list[str] = field(default_factory=list)
     words: Counter[str] = field(default_factory=Counter[str])
+
+    @property
+    def width(self) -> int:
+        """Number of columns. [1]"""
+        return len(self.head.headings)
 
     def column(self, index: int) -> ColumnValues:
         """Join a column of its parts; it is a text where any part is."""
@@ -191,6 +201,101 @@ class _Body:
             for word, count in self.words.items()
         ]
         return [*self.notes, *words]
+
+    def add(self, text: str, first_line: int) -> int:
+        """Add the rows of some lines, and return how many lines they are. [1]"""
+        complete = text.endswith("\n")
+        count = text.count("\n") + (not complete)
+        lines = text.split("\n")
+        if complete:
+            lines.pop()
+        begin = max(0, self.head.lines - first_line + 1)
+        rows, numbers = _rows_of(lines[begin:], first_line + begin)
+        if rows and not complete:
+            rows, numbers = self._open_end(rows, numbers)
+        if rows:
+            self._parse(rows, numbers)
+        return count
+
+    def _open_end(self, rows: list[str], numbers: _Numbers) -> tuple[list[str], _Numbers]:
+        """Leave out a last line that was cut short, as when a recorder loses its power."""
+        cells = split_cells(rows[-1], self.head.delimiter)
+        if cells is None or len(cells) < self.width:
+            self.notes.append("the last line of the file is cut short and was left out")
+            return rows[:-1], numbers[:-1]
+        self.notes.append(
+            "the last line of the file has no line end: check that the file is complete"
+        )
+        return rows, numbers
+
+    def _parse(self, rows: list[str], numbers: _Numbers) -> None:
+        self._find_decimal(rows)
+        cells = self._cells(rows, numbers)
+        self.parts.append(
+            [
+                [] if index in self.left_out else self._column(cells[str(index)], index, numbers)
+                for index in range(self.width)
+            ]
+        )
+        self.lines.append(numbers)
+        self.rows += len(rows)
+
+    def _find_decimal(self, rows: list[str]) -> None:
+        """Look for a decimal comma where a comma does not separate cells."""
+        if self.decimal == "," or self.head.delimiter == ",":
+            return
+        for row in rows[:1000]:
+            for index, cell in enumerate(row.split(self.head.delimiter)):
+                if index in self.texts and ":" in cell:
+                    continue
+                if _COMMA_NUMBER.search(cell) and is_number(cell.strip(' "'), decimal=","):
+                    self.decimal = ","
+                    return
+
+    def _cells(self, rows: list[str], numbers: _Numbers) -> "pl.DataFrame":
+        """Split rows into cells: at once where no quotation mark stands and no row is uneven."""
+        import polars as pl  # noqa: PLC0415  takes a tenth of a second
+
+        delimiter, width = self.head.delimiter, self.width
+        names = [str(index) for index in range(width)]
+        schema = dict.fromkeys(names, pl.String())
+        text = "\n".join(rows)
+        # The parser refuses a row with too many cells: with this sum no row has too few.
+        if '"' not in text and text.count(delimiter) == len(rows) * (width - 1):
+            try:
+                return pl.read_csv(
+                    text.encode(),
+                    has_header=False,
+                    schema=schema,
+                    separator=delimiter,
+                    quote_char=None,
+                )
+            except pl.exceptions.PolarsError:
+                pass
+        split: list[list[str]] = []
+        for row, number in zip(rows, numbers, strict=True):
+            cells = split_cells(row, delimiter)
+            place = Place(self.path, number)
+            if cells is None:
+                raise MeasurementFileError("quotation_marks", place=place)
+            if len(cells) != width:
+                raise MeasurementFileError(
+                    "cells_and_headings", cells=len(cells), headings=width, place=place
+                )
+            split.append(cells)
+        return pl.DataFrame(split, schema=schema, orient="row")
+
+    def _column(
+        self, cells: "pl.Series", index: int, numbers: _Numbers
+    ) -> "FloatArray | list[str | None]":
+        heading = self.head.headings[index]
+        return numbers_or_words(
+            cells,
+            lambda row: Place(self.path, numbers[row], heading),
+            decimal=self.decimal,
+            dates=index in self.texts,
+            missing=self.words,
+        )
 
 
 def _as_texts(values: FloatArray) -> list[str | None]:
@@ -292,16 +397,15 @@ def _comments(head: _Head) -> tuple[datetime | None, float, list[str]]:
 
 
 def _read_body(source: _Source, path: Path | str, head: _Head, plan: ColumnPlan) -> _Body:
-    body = _Body(source.path, len(head.headings))
     texts = {index for index in (plan.time, plan.date) if index is not None}
     kept = texts | {channel.column for channel in plan.channels}
-    parser = _Parser(source, head, body, texts, set(range(body.width)) - kept)
+    body = _Body(source.path, head, texts, set(range(len(head.headings))) - kept)
     number = 1
     for content in source.chunks(path):
         text = source.decode(content, number)
         if number == 1:
             text = text.removeprefix("\ufeff")
-        number += parser.add(text, number)
+        number += body.add(text, number)
         if body.rows * body.width > MOST_VALUES:
             place = Place(source.path)
             raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=place)
@@ -314,120 +418,7 @@ def _read_body(source: _Source, path: Path | str, head: _Head, plan: ColumnPlan)
     return body
 
 
-@final
-@dataclass(slots=True)
-class _Parser:
-    """Turns lines into columns, a chunk at a time."""
-
-    source: _Source
-    head: _Head
-    body: _Body
-    texts: set[int]
-    """Columns that may hold dates."""
-    left_out: set[int]
-    """Columns that nobody asks for: whatever stands in them is not looked at."""
-    decimal: str = ""
-    """Decimal sign, once one was seen."""
-
-    def add(self, text: str, first_line: int) -> int:
-        """Add the rows of some lines, and return how many lines they are. [1]"""
-        complete = text.endswith("\n")
-        count = text.count("\n") + (not complete)
-        lines = text.split("\n")
-        if complete:
-            lines.pop()
-        begin = max(0, self.head.lines - first_line + 1)
-        rows, numbers = _rows_of(lines[begin:], first_line + begin)
-        if rows and not complete:
-            rows, numbers = self._open_end(rows, numbers)
-        if rows:
-            self._parse(rows, numbers)
-        return count
-
-    def _open_end(
-        self, rows: list[str], numbers: "range | list[int]"
-    ) -> tuple[list[str], "range | list[int]"]:
-        """Leave out a last line that was cut short, as when a recorder loses its power."""
-        cells = split_cells(rows[-1], self.head.delimiter)
-        if cells is None or len(cells) < self.body.width:
-            self.body.notes.append("the last line of the file is cut short and was left out")
-            return rows[:-1], numbers[:-1]
-        self.body.notes.append(
-            "the last line of the file has no line end: check that the file is complete"
-        )
-        return rows, numbers
-
-    def _parse(self, rows: list[str], numbers: "range | list[int]") -> None:
-        self._find_decimal(rows)
-        cells = self._cells(rows, numbers)
-        self.body.parts.append(
-            [
-                [] if index in self.left_out else self._column(cells[str(index)], index, numbers)
-                for index in range(self.body.width)
-            ]
-        )
-        self.body.lines.append(numbers)
-        self.body.rows += len(rows)
-
-    def _find_decimal(self, rows: list[str]) -> None:
-        """Look for a decimal comma where a comma does not separate cells."""
-        if self.decimal or self.head.delimiter == ",":
-            return
-        for row in rows[:1000]:
-            for index, cell in enumerate(row.split(self.head.delimiter)):
-                if index in self.texts and ":" in cell:
-                    continue
-                if _COMMA_NUMBER.search(cell) and is_number(cell.strip(' "'), decimal=","):
-                    self.decimal = ","
-                    return
-
-    def _cells(self, rows: list[str], numbers: "range | list[int]") -> "pl.DataFrame":
-        """Split rows into cells: at once where no quotation mark stands and no row is uneven."""
-        import polars as pl  # noqa: PLC0415  takes a tenth of a second
-
-        delimiter, width = self.head.delimiter, self.body.width
-        names = [str(index) for index in range(width)]
-        schema = dict.fromkeys(names, pl.String())
-        text = "\n".join(rows)
-        # The parser refuses a row with too many cells: with this sum no row has too few.
-        if '"' not in text and text.count(delimiter) == len(rows) * (width - 1):
-            try:
-                return pl.read_csv(
-                    text.encode(),
-                    has_header=False,
-                    schema=schema,
-                    separator=delimiter,
-                    quote_char=None,
-                )
-            except pl.exceptions.PolarsError:
-                pass
-        split: list[list[str]] = []
-        for row, number in zip(rows, numbers, strict=True):
-            cells = split_cells(row, delimiter)
-            place = Place(self.body.path, number)
-            if cells is None:
-                raise MeasurementFileError("quotation_marks", place=place)
-            if len(cells) != width:
-                raise MeasurementFileError(
-                    "cells_and_headings", cells=len(cells), headings=width, place=place
-                )
-            split.append(cells)
-        return pl.DataFrame(split, schema=schema, orient="row")
-
-    def _column(
-        self, cells: "pl.Series", index: int, numbers: "range | list[int]"
-    ) -> "FloatArray | list[str | None]":
-        heading = self.head.headings[index]
-        return numbers_or_words(
-            cells,
-            lambda row: Place(self.body.path, numbers[row], heading),
-            decimal=self.decimal or ".",
-            dates=index in self.texts,
-            missing=self.body.words,
-        )
-
-
-def _rows_of(lines: list[str], first: int) -> tuple[list[str], "range | list[int]"]:
+def _rows_of(lines: list[str], first: int) -> tuple[list[str], _Numbers]:
     """Return the lines that hold rows, with their numbers."""
     if all(line and line[0] not in '#" \t' for line in lines):
         return lines, range(first, first + len(lines))

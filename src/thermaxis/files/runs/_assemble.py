@@ -1,7 +1,8 @@
 """Columns of readings, one row per reading, become the arrays of a positioning test."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import TypeAlias, final
 
 import numpy as np
@@ -95,6 +96,35 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
         channels={name: spread(values) for name, values in (channels or {}).items()},
         remarks=_empty_cycles(cycle[given], cycles),
     )
+
+
+def rising_targets(
+    listed: FloatArray, lines: Sequence[int], at: Callable[..., Place]
+) -> tuple[FloatArray, bool]:
+    """Return targets in rising order, and whether they were listed from the largest down."""
+    descending = bool(listed[0] > listed[-1])
+    wrong = np.flatnonzero(np.diff(-listed if descending else listed) <= 0)
+    if wrong.size:
+        before, target = listed[wrong[0] : wrong[0] + 2].tolist()
+        place = at(lines[int(wrong[0]) + 1])
+        raise MeasurementFileError(
+            "targets_not_in_order", target=target, before=before, place=place
+        )
+    return listed[::-1] if descending else listed, descending
+
+
+def missing_remark(names: Iterator[str], missing: int, stops: int) -> str:
+    """Say how many readings are missing, and name the first of them."""
+    first = list(islice(names, 6))
+    named = ", ".join(first[:5]) + (" and others" if len(first) > 5 else "")
+    return f"{missing} of {stops} readings are missing: {named}"
+
+
+def check_last_number(words: Sequence[str], place: Place) -> None:
+    """Refuse a file that ends inside its last number, which would read as another one."""
+    decimals = [len(word.partition(".")[2]) for word in words]
+    if len(decimals) > 1 and decimals[-1] < min(decimals[:-1]):
+        raise MeasurementFileError("cut_short", place=place)
 
 
 def check_enough_readings(test: PositioningTest, place: Place) -> None:

@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
+from thermaxis.files.runs._assemble import (
+    assemble_readings,
+    check_enough_readings,
+    check_last_number,
+    missing_remark,
+    rising_targets,
+)
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
     SourceText,
@@ -48,12 +54,12 @@ class _Content:
 
     settings: dict[str, tuple[str, int]] = field(default_factory=dict[str, tuple[str, int]])
     targets: dict[int, tuple[float, int]] = field(default_factory=dict[int, tuple[float, int]])
-    target_index: list[int] = field(default_factory=list[int])
-    cycle: list[int] = field(default_factory=list[int])
-    approach: list[int] = field(default_factory=list[int])
+    readings: list[tuple[int, int, int, int]] = field(
+        default_factory=list[tuple[int, int, int, int]]
+    )
+    """Target and cycle from 0, approach, line."""
     position: list[float] = field(default_factory=list[float])
-    line: list[int] = field(default_factory=list[int])
-    decimals: list[int] = field(default_factory=list[int])
+    words: list[str] = field(default_factory=list[str])
     unknown: list[str] = field(default_factory=list[str])
 
 
@@ -103,24 +109,23 @@ def dat_test(source: SourceText) -> PositioningTest:
     unit = _read_unit(source, content)
     targets = _read_count(source, content, "POSITIONS", DEFAULT_POSITIONS)
     cycles = _read_count(source, content, "CYCLES", DEFAULT_CYCLES)
+    index, cycle, approach, line = np.array(content.readings, dtype=np.int64).T
     _check_indices(source, content, targets, cycles)
-    _check_declared_cycles(source, content, cycles)
-    listed = _read_targets(source, content, targets)
+    _check_declared_cycles(source, content, cycles, measured=np.unique(cycle).size)
+    target, descending = _read_targets(source, content, targets)
 
-    index = np.array(content.target_index, dtype=np.int64)
+    listed = target[::-1] if descending else target
     deviation = unit.deviations(np.array(content.position) - listed[index])
-    descending = bool(listed[0] > listed[-1])
-    target = listed[::-1] if descending else listed
     if unit.position != (1, 1):
         target = np.round(unit.positions(target), _TARGET_DECIMALS)  # 35400 um are 35.4 mm
     assembled = assemble_readings(
         at=source.at,
         target=target,
         target_index=targets - 1 - index if descending else index,
-        cycle=np.array(content.cycle, dtype=np.int64),
-        approach=np.array(content.approach, dtype=np.int64),
+        cycle=cycle + 1,
+        approach=approach,
         deviation=deviation,
-        line=np.array(content.line, dtype=np.int64),
+        line=line,
     )
     test = PositioningTest(
         kind=unit.kind,
@@ -175,28 +180,18 @@ def _add_element(
     indices = [parse_whole_number(word, place) for word in array[2].split(",")]
     position = parse_number(value, place)
     if name == "TGT_DATA" and len(indices) == 1:
-        _add_target(source, content, indices[0], position, number)
+        if indices[0] in content.targets:
+            raise MeasurementFileError("stated_twice", name=label, place=source.at(number))
+        content.targets[indices[0]] = (position, number)
     elif name != "TGT_DATA" and len(indices) == 2:
-        content.target_index.append(indices[0] - 1)
-        content.cycle.append(indices[1])
-        content.approach.append(_APPROACH_OF[name])
+        target, cycle = indices
+        content.readings.append((target - 1, cycle - 1, _APPROACH_OF[name], number))
         content.position.append(position)
-        content.line.append(number)
-        content.decimals.append(len(value.partition(".")[2]))
+        content.words.append(value)
     else:
         raise MeasurementFileError(
             "number_of_indices", name=label, indices=len(indices), place=source.at(number)
         )
-
-
-def _add_target(
-    source: SourceText, content: _Content, index: int, position: float, number: int
-) -> None:
-    if index in content.targets:
-        raise MeasurementFileError(
-            "stated_twice", name=f"TGT_DATA[{index}]", place=source.at(number)
-        )
-    content.targets[index] = (position, number)
 
 
 def _read_unit(source: SourceText, content: _Content) -> Unit:
@@ -218,49 +213,34 @@ def _read_count(source: SourceText, content: _Content, key: str, default: int) -
 
 
 def _check_indices(source: SourceText, content: _Content, targets: int, cycles: int) -> None:
-    index, cycle = np.array(content.target_index), np.array(content.cycle)
-    outside = np.flatnonzero((index < 0) | (index >= targets) | (cycle < 1) | (cycle > cycles))
-    if not outside.size:
-        return
-    k = int(outside[0])
-    raise MeasurementFileError(
-        "reading_outside_plan",
-        target=content.target_index[k] + 1,
-        cycle=content.cycle[k],
-        targets=targets,
-        cycles=cycles,
-        place=source.at(content.line[k]),
-    )
+    for target, cycle, _, line in content.readings:
+        if not (0 <= target < targets and 0 <= cycle < cycles):
+            raise MeasurementFileError(
+                "reading_outside_plan",
+                target=target + 1,
+                cycle=cycle + 1,
+                targets=targets,
+                cycles=cycles,
+                place=source.at(line),
+            )
 
 
-def _check_declared_cycles(source: SourceText, content: _Content, cycles: int) -> None:
+def _check_declared_cycles(
+    source: SourceText, content: _Content, cycles: int, *, measured: int
+) -> None:
     text, number = content.settings.get("CYCLES", ("", None))
-    measured = len(set(content.cycle))
     if text and cycles > _MOST_DECLARED_PER_MEASURED * measured:
         raise MeasurementFileError(
             "cycles_cut_short", stated=cycles, measured=measured, place=source.at(number, "CYCLES")
         )
 
 
-def _read_targets(source: SourceText, content: _Content, targets: int) -> FloatArray:
-    count = len(content.targets)
-    missing = next((k for k in range(1, targets + 1) if k not in content.targets), None)
-    if missing is not None or count != targets:
-        raise MeasurementFileError(
-            "target_count", stated=targets, listed=count, place=source.at(column="POSITIONS")
-        )
-    listed = np.array([content.targets[k][0] for k in range(1, targets + 1)])
-    steps = np.diff(listed)
-    wrong = np.flatnonzero(steps >= 0 if listed[-1] < listed[0] else steps <= 0)
-    if wrong.size:
-        k = int(wrong[0]) + 2
-        raise MeasurementFileError(
-            "targets_not_in_order",
-            target=listed[k - 1].item(),
-            before=listed[k - 2].item(),
-            place=source.at(content.targets[k][1]),
-        )
-    return listed
+def _read_targets(source: SourceText, content: _Content, targets: int) -> tuple[FloatArray, bool]:
+    if content.targets.keys() != set(range(1, targets + 1)):
+        count, place = len(content.targets), source.at(column="POSITIONS")
+        raise MeasurementFileError("target_count", stated=targets, listed=count, place=place)
+    positions, lines = zip(*(content.targets[k] for k in range(1, targets + 1)), strict=True)
+    return rising_targets(np.array(positions), lines, source.at)
 
 
 def _read_header(content: _Content) -> dict[str, str]:
@@ -275,43 +255,31 @@ def _read_header(content: _Content) -> dict[str, str]:
 def _check_complete(
     source: SourceText, content: _Content, targets: int, cycles: int
 ) -> tuple[str, ...]:
-    approaches = sorted(set(content.approach))
+    index, cycle, approach, line = np.array(content.readings, dtype=np.int64).T
+    if line[-1] == source.text.count("\n") + 1:
+        check_last_number(content.words, source.at(int(line[-1])))
+    approaches = sorted({row[2] for row in content.readings})
     stops = len(approaches) * cycles * targets
     have = len(content.position)
-    _check_last_number(source, content)
     if have == stops:
         return ()
-    rank_of_approach = np.array([approaches.index(a) for a in content.approach], dtype=np.int64)
-    rank = (rank_of_approach * cycles + np.array(content.cycle) - 1) * targets + np.array(
-        content.target_index
-    )
+    passes = approach - approaches[0]  # from 0, whether one approach was measured or both
+    rank = (passes * cycles + cycle) * targets + index
     if int(rank.max()) == have - 1:
         # the tool writes forward before backward, cycle by cycle: only the tail is missing
-        place = source.at(content.line[int(np.argmax(rank))])
+        place = source.at(int(line[np.argmax(rank)]))
         raise MeasurementFileError("readings_cut_short", readings=have, expected=stops, place=place)
-    names = list(islice(_missing(rank, stops, cycles, targets, approaches), 6))
-    named = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")
-    return (f"{stops - have} of {stops} readings are missing: {named}",)
+    names = _missing(rank, (len(approaches), cycles, targets), approaches)
+    return (missing_remark(names, stops - have, stops),)
 
 
 def _missing(
-    rank: NDArray[np.int64], stops: int, cycles: int, targets: int, approaches: list[int]
+    rank: NDArray[np.int64], shape: tuple[int, int, int], approaches: list[int]
 ) -> Iterator[str]:
     there = set(rank.tolist())
-    for k in range(stops):
+    for k, (approach, cycle, target) in enumerate(np.ndindex(shape)):
         if k not in there:
-            before, target = divmod(k, targets)
-            approach, cycle = divmod(before, cycles)
             yield f"target {target + 1} cycle {cycle + 1} {APPROACHES[approaches[approach]]}"
-
-
-def _check_last_number(source: SourceText, content: _Content) -> None:
-    """Refuse a file that ends inside the last number, which would read as another position."""
-    last_line = source.text.count("\n") + 1
-    if content.line[-1] != last_line or len(content.decimals) < 2:
-        return
-    if content.decimals[-1] < min(content.decimals[:-1]):
-        raise MeasurementFileError("cut_short", place=source.at(last_line))
 
 
 def _unknown_remarks(content: _Content) -> tuple[str, ...]:
@@ -322,7 +290,7 @@ def _unknown_remarks(content: _Content) -> tuple[str, ...]:
 
 def _direction_remarks(content: _Content, *, descending: bool) -> tuple[str, ...]:
     remarks: list[str] = []
-    approaches = set(content.approach)
+    approaches = {approach for _, _, approach, _ in content.readings}
     if len(approaches) == 1:
         remarks.append(f"the file has {APPROACHES[approaches.pop()]} readings only")
     if descending:

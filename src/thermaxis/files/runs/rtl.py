@@ -13,7 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
-from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
+from thermaxis.files.runs._assemble import (
+    assemble_readings,
+    check_enough_readings,
+    check_last_number,
+    missing_remark,
+    rising_targets,
+)
 from thermaxis.files.runs._environment_factor import environment_factor_remarks, reduction_to_20_c
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
@@ -43,14 +49,8 @@ _Line: TypeAlias = tuple[int, str]
 _IntArray: TypeAlias = NDArray[np.int64]
 
 _SECTIONS = (
-    "HEADER",
-    "TARGET DATA",
-    "USER-TEXT",
-    "RUNS",
-    "DEVIATIONS",
-    "EQUIPMENT",
-    "ENVIRONMENT",
-    "EOF",
+    *("HEADER", "TARGET DATA", "USER-TEXT", "RUNS"),
+    *("DEVIATIONS", "EQUIPMENT", "ENVIRONMENT", "EOF"),
 )
 _SECTION_NAME = re.compile(r"([A-Za-z][A-Za-z -]*?) ?::")
 _HEADER_KEYS = {
@@ -165,10 +165,10 @@ def rtl_test(source: SourceText) -> PositioningTest:
     header, header_remarks = _read_header(sections)
     _check_linear(source, header)
     target_data = sections.lines["TARGET DATA"]
-    listed = _read_targets(source, target_data)
-    targets = int(listed.size)
+    target, descending = _read_targets(source, target_data)
+    targets = int(target.size)
     flags, one_way, flag_remarks = _read_flags(source, target_data)
-    run_count = _read_run_count(source, sections.lines["RUNS"])
+    run_count = _count(source, sections.lines["RUNS"], "Run-count")
     rows = _read_rows(source, sections, targets, run_count)
     if one_way:
         rows = _without_padding(source, rows)
@@ -178,8 +178,6 @@ def rtl_test(source: SourceText) -> PositioningTest:
     slot = _slots(rows, targets, one_way=one_way)
     time_s = _times(slot, environment)
 
-    descending = bool(listed[0] > listed[-1])
-    target = listed[::-1] if descending else listed
     assembled = assemble_readings(
         at=source.at,
         target=target,
@@ -380,7 +378,7 @@ def _check_linear(source: SourceText, header: Mapping[str, str]) -> None:
 # ----------------------------------------------------------------------- targets, flags, runs
 
 
-def _read_targets(source: SourceText, lines: Sequence[_Line]) -> FloatArray:
+def _read_targets(source: SourceText, lines: Sequence[_Line]) -> tuple[FloatArray, bool]:
     values: list[float] = []
     numbers: list[int] = []
     inside = False
@@ -395,35 +393,19 @@ def _read_targets(source: SourceText, lines: Sequence[_Line]) -> FloatArray:
             words = text.split()
             values += (parse_number(w, source.at(number)) for w in words)
             numbers += [number] * len(words)
-    _check_target_count(source, lines, len(values))
-    target = np.array(values)
-    _check_monotonic(source, target, numbers)
-    return target
-
-
-def _check_target_count(source: SourceText, lines: Sequence[_Line], listed: int) -> None:
-    pairs = _pairs(lines)
-    if "target count" not in pairs:
-        raise MeasurementFileError("missing_key", place=source.at(column="Target-count"))
-    text, number = pairs["target count"]
-    stated = parse_whole_number(text, source.at(number, "Target-count"))
+    stated, listed = _count(source, lines, "Target-count"), len(values)
     if stated != listed or not listed:
-        raise MeasurementFileError(
-            "target_count", stated=stated, listed=listed, place=source.at(number)
-        )
+        place = source.at(_pairs(lines)["target count"][1])
+        raise MeasurementFileError("target_count", stated=stated, listed=listed, place=place)
+    return rising_targets(np.array(values), numbers, source.at)
 
 
-def _check_monotonic(source: SourceText, target: FloatArray, lines: Sequence[int]) -> None:
-    steps = np.diff(target)
-    falling = bool(target[-1] < target[0])
-    wrong = np.flatnonzero(steps >= 0 if falling else steps <= 0)
-    if not wrong.size:
-        return
-    k = int(wrong[0])
-    place = source.at(lines[k + 1])
-    raise MeasurementFileError(
-        "targets_not_in_order", target=target[k + 1].item(), before=target[k].item(), place=place
-    )
+def _count(source: SourceText, lines: Sequence[_Line], label: str) -> int:
+    """Return a number that the file states, such as that of its runs."""
+    text, number = _pairs(lines).get(_key(label), (None, None))
+    if text is None:
+        raise MeasurementFileError("missing_key", place=source.at(column=label))
+    return parse_whole_number(text, source.at(number, label))
 
 
 def _read_flags(
@@ -439,66 +421,38 @@ def _read_flags(
     return {"flags": clean_text(text)}, words[1] == "1", ()
 
 
-def _read_run_count(source: SourceText, lines: Sequence[_Line]) -> int:
-    pairs = _pairs(lines)
-    if "run count" not in pairs:
-        raise MeasurementFileError("missing_key", place=source.at(column="Run-count"))
-    text, number = pairs["run count"]
-    return parse_whole_number(text, source.at(number, "Run-count"))
-
-
 # --------------------------------------------------------------------------------- deviations
 
 
 def _read_rows(source: SourceText, sections: _Sections, targets: int, run_count: int) -> _Rows:
-    runs: list[int] = []
-    indices: list[int] = []
-    deviations: list[float] = []
-    numbers: list[int] = []
+    read: list[tuple[int, int, int]] = []
+    printed: list[str] = []
     lines = sections.lines["DEVIATIONS"]
     for number, text in lines:
         if text[0].isalpha() and text.endswith(":"):
             continue  # the heading "Run Target Data:"
-        words = text.split()
+        words, place = text.split(), source.at(number)
+        if len(words) < 3 and not sections.ended and number == lines[-1][0]:
+            raise MeasurementFileError("cut_short", place=place)
         if len(words) != 3:
-            raise _bad_row(source, sections, number, len(words))
+            raise MeasurementFileError("words_in_row", words=len(words), needed=3, place=place)
         run = parse_whole_number(words[0], source.at(number, "Run"))
         index = parse_whole_number(words[1], source.at(number, "Target"))
         if not 1 <= run <= run_count:
-            raise MeasurementFileError(
-                "unknown_run", run=run, runs=run_count, place=source.at(number)
-            )
+            raise MeasurementFileError("unknown_run", run=run, runs=run_count, place=place)
         if not 1 <= index <= targets:
-            raise MeasurementFileError(
-                "unknown_target", target=index, targets=targets, place=source.at(number)
-            )
-        runs.append(run)
-        indices.append(index - 1)
-        deviations.append(parse_number(words[2], source.at(number, "Data")))
-        numbers.append(number)
-    _check_last_row(source, sections, lines)
-    return _Rows(
-        np.array(runs, dtype=np.int64),
-        np.array(indices, dtype=np.int64),
-        np.array(deviations, dtype=np.float64),
-        np.array(numbers, dtype=np.int64),
-    )
-
-
-def _bad_row(source: SourceText, sections: _Sections, number: int, words: int) -> Exception:
-    if not sections.ended and number == sections.lines["DEVIATIONS"][-1][0] and words < 3:
-        return MeasurementFileError("cut_short", place=source.at(number))
-    return MeasurementFileError("words_in_row", words=words, needed=3, place=source.at(number))
-
-
-def _check_last_row(source: SourceText, sections: _Sections, lines: Sequence[_Line]) -> None:
-    """Refuse a file that ends inside the last number, which would read as a smaller one."""
+            raise MeasurementFileError("unknown_target", target=index, targets=targets, place=place)
+        read.append((run, index - 1, number))
+        printed.append(words[2])
     open_end = not sections.ended and not source.text.endswith("\n")
-    if not open_end or list(sections.lines)[-1] != "DEVIATIONS" or len(lines) < 2:
-        return
-    last, before = (len(text.split()[-1].partition(".")[2]) for _, text in (lines[-1], lines[-2]))
-    if last < before:
-        raise MeasurementFileError("cut_short", place=source.at(lines[-1][0]))
+    if open_end and list(sections.lines)[-1] == "DEVIATIONS":
+        check_last_number(printed, source.at(lines[-1][0]))
+    deviations = [
+        parse_number(word, source.at(number, "Data"))
+        for word, (_, _, number) in zip(printed, read, strict=True)
+    ]
+    run_of_row, target, line = np.array(read, dtype=np.int64).reshape(-1, 3).T
+    return _Rows(run_of_row, target, np.array(deviations, dtype=np.float64), line)
 
 
 def _without_padding(source: SourceText, rows: _Rows) -> _Rows:
@@ -533,9 +487,8 @@ def _check_complete(
     if not sections.ended:
         remarks.append("the file has no EOF::, but all readings are there")
     if have < stops:
-        names = list(islice(_missing(rows, targets, expected), 6))
-        named = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")
-        remarks.append(f"{stops - have} of {stops} readings are missing: {named}")
+        names = _missing(rows, targets, expected)
+        remarks.append(missing_remark(names, stops - have, stops))
     return tuple(remarks)
 
 

@@ -37,10 +37,11 @@ from thermaxis.files.table import (
     metadata_lines,
     numeric_cells,
     parse_heading,
-    parse_moment,
     protected,
     read_csv_table,
+    read_moments,
     reading_times,
+    seconds_since,
     target_column_of,
     unique_names,
     unit_of_kind,
@@ -425,12 +426,13 @@ def _times(table: Table, given: NDArray[np.bool_]) -> _Times:
     if time_column is not None:
         seconds = table.headings[time_column].seconds
         if seconds is None:
-            moments = _moments(table, time_column)
+            cells = table.columns[time_column]
+            moments = read_moments(cells, lambda index: table.at(index, time_column))
             read = [moment for moment, used in zip(moments, given.tolist(), strict=True) if used]
             known = [moment for moment in read if moment is not None]
             if known:
                 start, end = min(known), max(known)
-                time_s = _seconds_since(start, moments)
+                time_s = seconds_since(start, moments)
         else:
             time_s = table.numbers(time_column) * seconds
             if bool(np.any(np.abs(time_s) > NUMBER_LIMIT)):
@@ -444,7 +446,9 @@ def _times(table: Table, given: NDArray[np.bool_]) -> _Times:
         line=table.row,
         at=table.source.at,
     )
-    start, end = _bounds(table, start, end, readings.time_s, given)
+    if start is not None and end is None and readings.time_s is not None:
+        end = start + timedelta(seconds=float(readings.time_s[given].max()))
+    check_start_and_end(table, start, end)
     return _Times(readings, start, end)
 
 
@@ -455,41 +459,6 @@ def _time_column(table: Table) -> int | None:
     if len(dated) == 1 or not found:
         return dated[0] if dated else None
     return table.column_of(Role.TIME)
-
-
-def _moments(table: Table, column: int) -> list[datetime | None]:
-    moments: list[datetime | None] = []
-    zoned: bool | None = None
-    for index, cell in enumerate(table.columns[column]):
-        moment = parse_moment(cell) if cell else None
-        if cell and moment is None:
-            raise MeasurementFileError("not_a_moment", text=cell, place=table.at(index, column))
-        if moment is not None:
-            if zoned is not None and zoned != (moment.tzinfo is not None):
-                raise MeasurementFileError("zones_mixed", place=table.at(index, column))
-            zoned = moment.tzinfo is not None
-        moments.append(moment)
-    return moments
-
-
-def _seconds_since(start: datetime, moments: Sequence[datetime | None]) -> FloatArray:
-    return np.array(
-        [np.nan if moment is None else (moment - start).total_seconds() for moment in moments]
-    )
-
-
-def _bounds(
-    table: Table,
-    start: datetime | None,
-    end: datetime | None,
-    time_s: FloatArray | None,
-    given: NDArray[np.bool_],
-) -> tuple[datetime | None, datetime | None]:
-    """Return the time of day of the first and of the last reading, as far as they are known."""
-    if start is not None and end is None and time_s is not None:
-        end = start + timedelta(seconds=float(time_s[given].max()))
-    check_start_and_end(table, start, end)
-    return start, end
 
 
 def _checked_test(

@@ -72,181 +72,156 @@ def _group(name: str, title: str, *fields: HeaderField) -> HeaderGroup:
     return HeaderGroup(name, title, fields)
 
 
+def _field(
+    name: str,
+    label: str,
+    unit: str = "",
+    *,
+    key: str = "",
+    only: AxisKind | None = None,
+    in_file: str = "",
+    takes: Takes = Takes.ANYTHING,
+) -> HeaderField:
+    return HeaderField(key or name, name, label, unit, only, in_file, takes)
+
+
 def _material_sensor(number: int) -> tuple[HeaderField, HeaderField]:
     value, place = f"material_temperature_{number}_c", f"material_sensor_{number}_place"
     return (
-        HeaderField(value, value, f"Material temperature T{number}", "°C"),
-        HeaderField(place, place, f"Place of sensor T{number}"),
+        _field(value, f"Material temperature T{number}", "°C"),
+        _field(place, f"Place of sensor T{number}"),
     )
 
 
 _LINEAR, _ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
+_SIZE = Takes.SIZE
 
 HEADER_GROUPS: tuple[HeaderGroup, ...] = (
     _group(
         "machine",
         "Machine",
-        HeaderField("machine", "name", "Name"),
-        HeaderField("machine_model", "model", "Model"),
-        HeaderField("machine_type", "type", "Type"),
-        HeaderField("serial_number", "serial_number", "Serial number"),
-        HeaderField("asset_number", "asset_number", "Asset number"),
-        HeaderField("control", "control", "Control"),
-        HeaderField(
-            "control_software_version", "software_version", "Software version of the control"
+        _field("name", "Name", key="machine"),
+        _field("model", "Model", key="machine_model"),
+        _field("type", "Type", key="machine_type"),
+        _field("serial_number", "Serial number"),
+        _field("asset_number", "Asset number"),
+        _field("control", "Control"),
+        _field(
+            "software_version", "Software version of the control", key="control_software_version"
         ),
-        HeaderField("location", "location", "Location"),
+        _field("location", "Location"),
     ),
     _group(
         "axis",
         "Axis",
-        HeaderField("axis", "name", "Axis under test"),
-        HeaderField("measuring_line", "measuring_line", "Measuring line"),
-        HeaderField("other_axes", "other_axes", "Positions of the axes not under test"),
-        HeaderField("tool_offset_mm", "tool_offset_mm", "Offset to the tool reference X/Y/Z", "mm"),
-        HeaderField(
-            "workpiece_offset_mm",
-            "workpiece_offset_mm",
-            "Offset to the workpiece reference X/Y/Z",
-            "mm",
-        ),
+        _field("name", "Axis under test", key="axis"),
+        _field("measuring_line", "Measuring line"),
+        _field("other_axes", "Positions of the axes not under test"),
+        _field("tool_offset_mm", "Offset to the tool reference X/Y/Z", "mm"),
+        _field("workpiece_offset_mm", "Offset to the workpiece reference X/Y/Z", "mm"),
     ),
     _group(
         "state",
         "State of the machine",
-        HeaderField(
-            "compensation_active", "compensation_active", "Compensation active (which tables)"
+        _field("compensation_active", "Compensation active (which tables)"),
+        _field("thermal_compensation", "Thermal compensation"),
+        _field("scale_type", "Type of scale"),
+        _field(
+            "scale_expansion_coefficient_ppm_per_k", "Expansion coefficient of the scale", "ppm/K"
         ),
-        HeaderField("thermal_compensation", "thermal_compensation", "Thermal compensation"),
-        HeaderField("scale_type", "scale_type", "Type of scale"),
-        HeaderField(
-            "scale_expansion_coefficient_ppm_per_k",
-            "scale_expansion_coefficient_ppm_per_k",
-            "Expansion coefficient of the scale",
-            "ppm/K",
-        ),
-        HeaderField("warm_up", "warm_up", "Warm-up before the test"),
+        _field("warm_up", "Warm-up before the test"),
     ),
     _group(
         "correction",
         "Correction to 20 °C",
-        HeaderField(
-            "nde_correction",
-            "nde_correction",
-            "Correction of nominal expansion (NDE)",
-            in_file=NORMALISED,
-        ),
-        HeaderField(
-            "expansion_coefficient_ppm_per_k",
-            "expansion_coefficient_ppm_per_k",
-            "Expansion coefficient used",
-            "ppm/K",
-        ),
-        HeaderField("nde_applied_by", "nde_applied_by", "Applied by (instrument or software)"),
-        HeaderField("environment_factor_um", "environment_factor_um", "Environment factor", "µm"),
+        _field("nde_correction", "Correction of nominal expansion (NDE)", in_file=NORMALISED),
+        _field("expansion_coefficient_ppm_per_k", "Expansion coefficient used", "ppm/K"),
+        _field("nde_applied_by", "Applied by (instrument or software)"),
+        _field("environment_factor_um", "Environment factor", "µm"),
     ),
     _group(
         "instrument",
         "Instrument",
-        HeaderField("instrument", "name", "Name"),
-        HeaderField("instrument_serial_number", "serial_number", "Serial number"),
-        HeaderField(
-            "instrument_calibration_date", "calibration_date", "Calibration date", takes=Takes.DAY
+        _field("name", "Name", key="instrument"),
+        _field("serial_number", "Serial number", key="instrument_serial_number"),
+        _field(
+            "calibration_date",
+            "Calibration date",
+            key="instrument_calibration_date",
+            takes=Takes.DAY,
         ),
-        HeaderField("instrument_error_range", "error_range", "Error range"),
-        HeaderField("dead_path_mm", "dead_path_mm", "Dead path", "mm", takes=Takes.SIZE),
-        HeaderField("averaging", "averaging", "Averaging"),
+        _field("error_range", "Error range", key="instrument_error_range"),
+        _field("dead_path_mm", "Dead path", "mm", takes=_SIZE),
+        _field("averaging", "Averaging"),
     ),
     _group(
         "environment",
         "Environment",
-        HeaderField("air_temperature_c", "air_temperature_c", "Air temperature", "°C"),
-        HeaderField(
-            "air_pressure_kpa", "air_pressure_kpa", "Air pressure", "kPa", takes=Takes.SIZE
-        ),
-        HeaderField(
-            "air_humidity_percent", "air_humidity_percent", "Air humidity", "%", takes=Takes.SIZE
-        ),
+        _field("air_temperature_c", "Air temperature", "°C"),
+        _field("air_pressure_kpa", "Air pressure", "kPa", takes=_SIZE),
+        _field("air_humidity_percent", "Air humidity", "%", takes=_SIZE),
         *_material_sensor(1),
         *_material_sensor(2),
         *_material_sensor(3),
-        HeaderField(
-            "temperature_gradient_k_per_h",
+        _field(
             "temperature_gradient_k_per_h",
             "Largest temperature gradient, 12 h before and during the test",
             "K/h",
-            takes=Takes.SIZE,
+            takes=_SIZE,
         ),
     ),
     _group(
         "procedure",
         "Procedure",
-        HeaderField(
-            "feed_mm_per_min", "feed_mm_per_min", "Feed", "mm/min", _LINEAR, "feed", Takes.SIZE
-        ),
-        HeaderField(
-            "feed_deg_per_min", "feed_deg_per_min", "Feed", "°/min", _ROTARY, "feed", Takes.SIZE
-        ),
-        HeaderField("dwell_s", "dwell_s", "Dwell", "s", in_file="dwell", takes=Takes.SIZE),
-        HeaderField("overrun_mm", "overrun_mm", "Overrun", "mm", _LINEAR, "overrun", Takes.SIZE),
-        HeaderField("overrun_deg", "overrun_deg", "Overrun", "°", _ROTARY, "overrun", Takes.SIZE),
-        HeaderField("trigger", "trigger", "Trigger kind and window"),
-        HeaderField("target_choice", "target_choice", "Choice of the targets, with seed"),
+        _field("feed_mm_per_min", "Feed", "mm/min", only=_LINEAR, in_file="feed", takes=_SIZE),
+        _field("feed_deg_per_min", "Feed", "°/min", only=_ROTARY, in_file="feed", takes=_SIZE),
+        _field("dwell_s", "Dwell", "s", in_file="dwell", takes=_SIZE),
+        _field("overrun_mm", "Overrun", "mm", only=_LINEAR, in_file="overrun", takes=_SIZE),
+        _field("overrun_deg", "Overrun", "°", only=_ROTARY, in_file="overrun", takes=_SIZE),
+        _field("trigger", "Trigger kind and window"),
+        _field("target_choice", "Choice of the targets, with seed"),
     ),
     _group(
         "time",
         "Time",
-        HeaderField("start", "start", "Start", takes=Takes.MOMENT),
-        HeaderField("end", "end", "End", takes=Takes.MOMENT),
-        HeaderField("date", "date", "Date of the run", takes=Takes.DAY),
+        _field("start", "Start", takes=Takes.MOMENT),
+        _field("end", "End", takes=Takes.MOMENT),
+        _field("date", "Date of the run", takes=Takes.DAY),
     ),
     _group(
         "people",
         "People",
-        HeaderField("inspector", "inspector", "Inspector"),
-        HeaderField("customer", "customer", "Customer"),
-        HeaderField("title", "title", "Title"),
-        HeaderField("comments", "comments", "Comments"),
+        _field("inspector", "Inspector"),
+        _field("customer", "Customer"),
+        _field("title", "Title"),
+        _field("comments", "Comments"),
     ),
     _group(
         "traceability",
         "Traceability",
-        HeaderField("nc_program", "nc_program", "NC program"),
-        HeaderField("nc_program_sha256", "nc_program_sha256", "SHA-256 of the NC program"),
+        _field("nc_program", "NC program"),
+        _field("nc_program_sha256", "SHA-256 of the NC program"),
     ),
     _group(
         "uncertainty",
         "Inputs of the measurement uncertainty",
-        HeaderField("device_error_range", "device_error_range", "Error range of the device"),
-        HeaderField(
-            "misalignment_mm", "misalignment_mm", "Misalignment assumed", "mm", takes=Takes.SIZE
-        ),
-        HeaderField(
-            "expansion_coefficient_uncertainty_ppm_per_k",
+        _field("device_error_range", "Error range of the device"),
+        _field("misalignment_mm", "Misalignment assumed", "mm", takes=_SIZE),
+        _field(
             "expansion_coefficient_uncertainty_ppm_per_k",
             "Uncertainty of the expansion coefficient",
             "ppm/K",
-            takes=Takes.SIZE,
+            takes=_SIZE,
         ),
-        HeaderField(
-            "largest_difference_to_20_c_k",
-            "largest_difference_to_20_c_k",
-            "Largest difference to 20 °C",
-            "K",
-        ),
-        HeaderField(
-            "material_sensor_deviation_k",
+        _field("largest_difference_to_20_c_k", "Largest difference to 20 °C", "K"),
+        _field(
             "material_sensor_deviation_k",
             "Largest deviation of the material sensor",
             "K",
-            takes=Takes.SIZE,
+            takes=_SIZE,
         ),
-        HeaderField(
-            "environmental_variation_error_um",
-            "environmental_variation_error_um",
-            "Environmental variation error",
-            "µm",
-            takes=Takes.SIZE,
+        _field(
+            "environmental_variation_error_um", "Environmental variation error", "µm", takes=_SIZE
         ),
     ),
 )

@@ -68,7 +68,9 @@ from ._table import (
 from ._times import (
     ReadingTimes as ReadingTimes,
     parse_moment as parse_moment,
+    read_moments as read_moments,
     reading_times as reading_times,
+    seconds_since as seconds_since,
 )
 from ._workbook import (
     Cells as Cells,

@@ -1,7 +1,7 @@
 """When each reading of a table was taken, and in which order."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import final
@@ -45,6 +45,33 @@ def parse_moment(text: str) -> datetime | None:
     except ValueError:
         return None
     return moment if moment.year in _YEARS else None
+
+
+def read_moments(
+    cells: Sequence[str | None],
+    at: Callable[[int], Place],
+    parsed: Callable[[str], datetime | None] = parse_moment,
+) -> list[datetime | None]:
+    """Read dates with time, None where a cell is empty; all with a zone or all without."""
+    moments: list[datetime | None] = []
+    zoned: bool | None = None
+    for index, cell in enumerate(cells):
+        moment = parsed(cell) if cell else None
+        if cell and moment is None:
+            raise MeasurementFileError("not_a_moment", text=cell, place=at(index))
+        if moment is not None:
+            if zoned is not None and zoned != (moment.tzinfo is not None):
+                raise MeasurementFileError("zones_mixed", place=at(index))
+            zoned = moment.tzinfo is not None
+        moments.append(moment)
+    return moments
+
+
+def seconds_since(start: datetime, moments: Sequence[datetime | None]) -> FloatArray:
+    """Return the times from a start on, NaN where there is none. [s]"""
+    return np.array(
+        [np.nan if moment is None else (moment - start).total_seconds() for moment in moments]
+    )
 
 
 def reading_times(
