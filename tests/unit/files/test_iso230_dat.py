@@ -224,7 +224,7 @@ def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
     whole = read(tmp_path, text).deviation
     end_of_forward = text.index("REF_DATA_BWD")
     end_of_readings = text.rindex("\n  ")
-    ends = (range(1, end_of_readings, 4), range(end_of_readings - 60, end_of_readings))
+    ends = (range(1, end_of_readings, 9), range(end_of_readings - 60, end_of_readings))
     for length in {*ends[0], *ends[1], *range(end_of_forward - 30, end_of_forward + 30)}:
         path = saved(tmp_path, text[:length])
         try:

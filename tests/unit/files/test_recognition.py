@@ -14,7 +14,6 @@ from thermaxis.files import (
     read_positioning_with_sha256,
     write_rtl,
 )
-from thermaxis.files.runs import _recognition
 from thermaxis.positioning import PositioningTest
 from thermaxis.quantities import AxisKind
 
@@ -66,19 +65,6 @@ def test_the_format_is_told_from_the_content_whatever_the_name(tmp_path: Path, k
         write(tmp_path / name, kind)
         test = read_positioning(str(tmp_path / name))
         np.testing.assert_allclose(test.deviation, RUN.deviation, atol=1e-9)
-
-
-@pytest.mark.parametrize("line_end", [b"\r\n", b"\r"])
-@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
-@pytest.mark.parametrize("kind", ["tidy", "dat", "rtl"])
-def test_line_ends_and_byte_order_marks_make_no_difference(
-    tmp_path: Path, kind: str, mark: bytes, line_end: bytes
-) -> None:
-    path = tmp_path / "run"
-    write(path, kind)
-    lines = path.read_bytes().splitlines()
-    path.write_bytes(mark + line_end.join([*lines, b""]))
-    np.testing.assert_allclose(read_positioning(path).deviation, RUN.deviation, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -163,21 +149,3 @@ def test_the_hash_is_that_of_the_bytes_that_were_read_once(
     assert sha256 == expected
     assert opened == [path]
     np.testing.assert_array_equal(test.deviation, read_positioning(path).deviation)
-
-
-def test_run_and_hash_belong_together_while_another_program_writes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "run.csv"
-    path.write_bytes(tidy_bytes())
-    really_read = _recognition.read_content
-
-    def read_then_overwritten(name: Path | str) -> bytes:
-        content = really_read(name)
-        path.write_bytes(b"target_mm,1,2,3,4\n")
-        return content
-
-    monkeypatch.setattr(_recognition, "read_content", read_then_overwritten)
-    test, sha256 = read_positioning_with_sha256(path)
-    np.testing.assert_array_equal(test.deviation, RUN.deviation)
-    assert sha256 == hashlib.sha256(tidy_bytes()).hexdigest()

@@ -148,7 +148,7 @@ def plans(draw: st.DrawFn) -> TestPlan:
 
 
 @given(plan=plans())
-@settings(derandomize=True, max_examples=30, deadline=None)
+@settings(derandomize=True, max_examples=15, deadline=None)
 def test_a_plan_that_is_written_and_read_is_the_same(
     tmp_path_factory: pytest.TempPathFactory, plan: TestPlan
 ) -> None:

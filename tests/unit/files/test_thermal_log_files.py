@@ -11,7 +11,7 @@ import numpy as np
 import openpyxl
 import polars as pl
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from nptdms import ChannelObject, TdmsWriter
 from scipy import io
 
@@ -150,7 +150,7 @@ def test_a_damaged_file_is_an_error_with_its_name_never_a_traceback(
     content = written(tmp_path, name).read_bytes()
     dice = np.random.default_rng(len(content))
     path = tmp_path / f"damaged{Path(name).suffix}"
-    for turn in range(24):
+    for turn in range(12):
         broken = bytearray(content)
         if path.suffix != ".parquet":  # its reader can end the program on a damaged page
             for _ in range(dice.integers(1, 12)):
@@ -227,6 +227,7 @@ def test_what_is_no_log_is_refused_with_its_place(
 
 
 @given(st.binary(max_size=300))
+@settings(max_examples=40)
 def test_any_bytes_give_a_log_or_an_error(content: bytes) -> None:
     any_bytes(b"time_s,T_C\n" + content)
     any_bytes(content)
@@ -250,6 +251,7 @@ CELLS += ["''", '"2"', "2026-01-01", "#", ";", ",", "2026-01-01T00:00:00", "=1"]
     st.lists(st.lists(st.sampled_from(CELLS), min_size=1, max_size=4), max_size=12),
     st.sampled_from(",;\t"),
 )
+@settings(max_examples=40)
 def test_any_rows_give_a_log_or_an_error(rows: list[list[str]], delimiter: str) -> None:
     lines = [delimiter.join(["time_s", "T_C", "Z_um"]), *(delimiter.join(row) for row in rows)]
     any_bytes("\n".join(lines).encode())
@@ -375,7 +377,7 @@ def test_a_column_that_a_mapping_leaves_out_is_never_looked_at(
     assert list(log.columns) == ["T_C"]
 
 
-@pytest.mark.parametrize("chunk", [40, 64, 100, 1000])
+@pytest.mark.parametrize("chunk", [40, 1000])
 def test_a_file_read_in_small_pieces_gives_the_same_log(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int
 ) -> None:
@@ -448,6 +450,7 @@ NUMBERS = st.one_of(st.floats(-1e9, 1e9), st.just(float("nan")))
     dated=st.booleans(),
     remark=st.text(max_size=30),
 )
+@settings(max_examples=30)
 def test_what_was_written_reads_back_the_same(
     names: list[str],
     units: list[str | None],

@@ -306,11 +306,11 @@ def test_rows_and_cells_that_do_not_rise_are_refused_not_lost(
 
 def test_rows_out_of_order_are_found_wherever_they_stand(tmp_path: Path) -> None:
     """Tags that lie across two pieces of the stream count as well."""
-    comments = [[f"# {k:0{20 + k % 7}d}"] for k in range(8000)]
+    comments = [[f"# {k:0{20 + k % 7}d}"] for k in range(4000)]
     path = save(tmp_path, [*comments[:50], HEADING, *ROWS, *comments])
     content = path.read_bytes()
     assert_the_run(read_xlsx(path))
-    for row in (2001, 4321, 7654):
+    for row in (2001, 3321):
         path.write_bytes(content)
         found, wrong = b'<row r="%d"' % row, b'<row r="7"'
         with_part(path, SHEET, lambda data, f=found, w=wrong: data.replace(f, w))
