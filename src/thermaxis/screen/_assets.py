@@ -9,6 +9,7 @@ from typing import NamedTuple, final
 from starlette.requests import Request
 from starlette.responses import Response
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.screen.access import asset_folder
 
@@ -101,8 +102,4 @@ def chart_script() -> Path:
         path = Path(folder) / "package_data" / CHART_SCRIPT
         if path.is_file():
             return path
-    raise ConfigurationError(
-        "the script that draws charts is not installed",
-        where="package plotly",
-        remedy="Install it: pip install 'thermaxis[screen]'",
-    )
+    raise ConfigurationError("chart_script_missing", place=Place(file="plotly"))

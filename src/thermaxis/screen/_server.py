@@ -11,6 +11,7 @@ from typing import final
 
 import uvicorn
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Clock, MachineConfiguration, ScreenSettings
 from thermaxis.runtime.config import configuration_sha256
@@ -50,11 +51,7 @@ async def serve(
     """
     settings = configuration.screen
     if settings is None:
-        raise ConfigurationError(
-            "the configuration has no table [screen]",
-            where=str(configuration.path),
-            remedy="Add [screen], for a start with view_without_login = true",
-        )
+        raise ConfigurationError("no_screen", place=Place(file=str(configuration.path)))
     context = _context_of(settings)
     speak_plainly()
     parts = ScreenParts(
@@ -143,11 +140,9 @@ def _listening(settings: ScreenSettings) -> Generator[socket.socket]:
         listener.bind((settings.address, settings.port))
     except OSError as error:
         listener.close()
-        raise ConfigurationError(
-            f"the screen cannot listen: {error.strerror or error}",
-            where=f"{settings.address}, port {settings.port}",
-            remedy="Take another port, or end the program that has it",
-        ) from None
+        place = Place(file=f"{settings.address}, port {settings.port}")
+        cause = error.strerror or str(error)
+        raise ConfigurationError("screen_cannot_listen", cause=cause, place=place) from None
     with listener:
         yield listener
 

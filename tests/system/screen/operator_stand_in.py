@@ -150,7 +150,7 @@ class StandIn:
         why = "" if self.live else "feed-no_connection"
         now_s = time.monotonic()
         text = json.dumps(self.status)
-        return Told(self.looks, text, self.status, now_s, START, self.live, why, "")
+        return Told(self.looks, text, self.status, now_s, START, self.live, why)
 
     async def after(self, number: int) -> Told:
         """Return the next look."""

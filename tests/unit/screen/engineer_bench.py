@@ -108,12 +108,12 @@ class KnownFeed:
     @property
     def latest(self) -> Told:
         if self.status is None:
-            return Told(1, "", {}, 0.0, None, live=False, why="feed-no_connection", detail="")
+            return Told(1, "", {}, 0.0, None, live=False, why="feed-no_connection")
         text = json.dumps(self.status)
         parsed = parse_status(text)
         why = "" if self.live else "feed-no_connection"
         utc = datetime.fromisoformat(parsed["utc"])
-        return Told(self.number, text, parsed, 1000.0, utc, live=self.live, why=why, detail="")
+        return Told(self.number, text, parsed, 1000.0, utc, live=self.live, why=why)
 
     def recent(self, name: str) -> tuple[tuple[float, float], ...]:
         return self.raw.get(name, ())

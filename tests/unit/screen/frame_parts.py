@@ -46,7 +46,6 @@ def told(look: int, *, live: bool = True, why: str = "", **changes: object) -> T
         datetime(2026, 11, 20, 10, tzinfo=UTC),
         live,
         why,
-        "",
     )
 
 

@@ -39,7 +39,7 @@ class Somebody:
     @property
     def latest(self) -> Told:
         """Return the present look."""
-        return Told(1, "{}", {}, 0.0, None, not self.why, self.why, "")
+        return Told(1, "{}", {}, 0.0, None, not self.why, self.why)
 
 
 def configuration() -> MachineConfiguration:

@@ -295,7 +295,6 @@ def test_a_configuration_that_lets_nobody_log_in_says_so(at_the_shop) -> None:
         found = await persons.log_in("novak", PASSWORD, HERE)
         assert isinstance(found, Refusal)
         assert found.key == "login-impossible"
-        assert "needs encryption" in found.detail
         await persons.close()
 
     at_the_shop(act)
@@ -310,8 +309,6 @@ def test_a_key_that_cannot_be_used_is_no_wrong_password(
         place.persons._connection_for = lambda *_: replace(settings, private_key=away)
         found = await place.refused("novak")
         assert found.key == "login-impossible"
-        assert "key.pem" in found.detail
-        assert PASSWORD not in found.detail
 
     at_the_shop(act)
 
@@ -322,7 +319,6 @@ def test_a_loop_that_is_away_is_no_wrong_password_and_counts_for_nobody(at_the_s
         for _ in range(FAILURES_BY_NAME + 2):
             found = await place.refused("novak")
             assert found.key == "login-no_connection"
-            assert "nothing listens" in found.detail
         await place.cable.mend()
         await place.log_in("novak")
 
@@ -351,7 +347,6 @@ def test_a_server_with_another_certificate_is_told_no_password(
             place.cable._target = false.port
             found = await place.refused("novak")
             assert found.key == "login-no_connection"
-            assert PASSWORD not in found.detail
             await place.cable.cut()
 
     at_the_shop(act)

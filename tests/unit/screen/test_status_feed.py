@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given, strategies as st
+from pydantic import ValidationError
 
 from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import (
@@ -86,7 +87,6 @@ def test_a_status_is_shown_as_the_loop_said_it() -> None:
         told = await feed.after(0)
         assert told.live
         assert not told.why
-        assert not told.detail
         assert told.text == loop.text
         assert told.status == json.loads(loop.text)
         assert told.received_s == clock.monotonic_s()
@@ -107,7 +107,6 @@ def test_without_a_connection_a_look_comes_every_second_and_says_why() -> None:
         told = feed.latest
         assert not told.live
         assert told.why == "feed-no_connection"
-        assert told.detail == loop.last_error
         assert told.text == ""
         assert told.status == {}
         assert told.received_utc is None
@@ -257,7 +256,6 @@ def test_an_uncertain_status_is_never_live() -> None:
         loop.code = STATUS.UncertainSubNormal
         last = await feed.after(feed.latest.number)
         assert (last.live, last.why) == (False, "feed-old")
-        assert "UncertainSubNormal" in last.detail
         assert last.text  # the last good one stays, for whoever shows it as old
 
     look(loop, act)
@@ -273,7 +271,6 @@ def test_a_loop_that_has_no_status_yet_says_so(code: int) -> None:
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         told = await feed.after(0)
         assert (told.live, told.why) == (False, "feed-no_status")
-        assert "Bad" in told.detail
 
     look(loop, act)
 
@@ -300,7 +297,6 @@ def test_a_refused_question_who_it_is_shows_nothing() -> None:
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         told = await feed.after(0)
         assert told.why == "feed-not_a_viewer"
-        assert "BadUserAccessDenied" in told.detail
 
     look(loop, act)
 
@@ -389,9 +385,6 @@ def test_what_is_no_status_is_refused_in_words_and_ends_nothing(name: str) -> No
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         told = await feed.after(0)
         assert (told.live, told.why) == (False, "feed-not_understood")
-        assert "the status" in told.detail
-        assert len(told.detail) <= 500
-        assert told.detail.isprintable()
         assert told.status == {}
         loop.text = text_of(2)
         assert (await feed.after(told.number)).live
@@ -402,7 +395,7 @@ def test_what_is_no_status_is_refused_in_words_and_ends_nothing(name: str) -> No
 def test_the_largest_status_that_is_taken_is_a_megabyte() -> None:
     room = LARGEST_STATUS_BYTES - len(altered(machine=""))
     assert parse_status(altered(machine="x" * room))["machine"] == "x" * room
-    with pytest.raises(ValueError, match="larger than 1 MB"):
+    with pytest.raises(ValueError, match="too large"):
         parse_status(altered(machine="x" * (room + 1)))
 
 
@@ -412,60 +405,48 @@ def test_what_the_loop_writes_is_read_back_whole() -> None:
     assert parse_status(text) == json.loads(text)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "historian",
-        "model_file",
-        "model_sha256",
-        "quality",
-        "enabled",
-        "source_connected",
-        "signals",
-    ],
-)
-def test_a_status_without_a_member_that_pages_look_into_is_not_shown(name: str) -> None:
-    with pytest.raises(ValueError, match=f"^{name} of the status is no "):
-        parse_status(altered(**{name: None}))
+ALARM = dict.fromkeys(("priority", "text", "cause", "remedy", "since"), "high")
+MEMBERS = ("historian", "model_file", "model_sha256", "quality", "enabled", "source_connected")
+WRONG_PARTS = [
+    ("outputs", "parts_um", None),
+    ("outputs", "limits", []),
+    ("outputs", "correction_um", "12"),
+    ("outputs", "trim_um", True),
+    ("inputs", "quality", 1),
+    ("inputs", "value_c", {}),
+]
 
 
-@pytest.mark.parametrize(
-    ("group", "name", "value"),
-    [
-        ("outputs", "parts_um", None),
-        ("outputs", "limits", []),
-        ("outputs", "correction_um", "12"),
-        ("outputs", "trim_um", True),
-        ("inputs", "quality", 1),
-        ("inputs", "value_c", {}),
-    ],
-)
-def test_a_part_of_a_group_of_another_kind_is_not_shown(
-    group: str, name: str, value: object
-) -> None:
+def told_with(group: str, name: str, value: object) -> str:
     told = json.loads(text_of())
     next(iter(told[group].values()))[name] = value
-    with pytest.raises(ValueError, match=f"^{name} in {group} of the status is no "):
-        parse_status(json.dumps(told))
+    return json.dumps(told)
 
 
-def test_a_status_that_does_not_say_whether_the_history_is_stored_is_not_shown() -> None:
-    with pytest.raises(ValueError, match="whether the history is stored"):
-        parse_status(altered(historian={"waiting": 0}))
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        *((altered(**{name: None}), (name,)) for name in (*MEMBERS, "signals")),
+        *((told_with(*part), part[:2]) for part in WRONG_PARTS),
+        (altered(historian={"waiting": 0}), ("historian", "storing")),
+        *((altered(alarms=[{**ALARM, name: None}]), ("alarms", name)) for name in ALARM),
+    ],
+)
+def test_what_a_page_looks_up_is_there_and_of_its_kind(text: str, place: tuple[str, ...]) -> None:
+    with pytest.raises(ValidationError) as refused:
+        parse_status(text)
+    (found,) = refused.value.errors()
+    named = [one for one in found["loc"] if isinstance(one, str)]
+    assert (named[0], named[-1]) == (place[0], place[-1]) or found["loc"][-2] == place[-1]
 
 
-@pytest.mark.parametrize("name", ["priority", "text", "cause", "remedy", "since"])
-def test_an_alarm_without_its_words_is_not_shown(name: str) -> None:
-    alarm = dict.fromkeys(("priority", "text", "cause", "remedy", "since"), "high")
-    assert parse_status(altered(alarms=[alarm]))["alarms"] == [alarm]  # an older loop has no code
-    del alarm[name]
-    with pytest.raises(ValueError, match=f"^{name} in alarms"):
-        parse_status(altered(alarms=[alarm]))
+def test_an_alarm_of_an_older_loop_has_no_code() -> None:
+    assert parse_status(altered(alarms=[ALARM]))["alarms"] == [ALARM]
 
 
 @given(st.text(max_size=200))
-def test_any_text_is_a_status_or_refused_with_a_sentence(text: str) -> None:
-    with pytest.raises(ValueError, match="the status"):
+def test_any_text_is_a_status_or_refused(text: str) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011 - of JSON, or of what it holds
         parse_status(text)
 
 
@@ -733,7 +714,6 @@ def test_the_account_of_an_operator_is_refused_by_the_feed_and_a_viewer_taken(
             await feed.open()
             await until(lambda: feed.latest.why == "feed-not_a_viewer")
             assert feed.latest.text == ""
-            assert "operator" in feed.latest.detail
             appoint(Role.VIEWER)
             await until(lambda: feed.latest.live)
             await feed.close()

@@ -11,7 +11,7 @@ import hashlib
 import math
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple, final
 
 from thermaxis.errors import ConfigurationError, ThermaxisError
@@ -25,7 +25,7 @@ from thermaxis.runtime import (
     Secret,
     check_name,
 )
-from thermaxis.runtime.opcua import FAILURES, explain
+from thermaxis.runtime.opcua import FAILURES
 from thermaxis.screen.access._answers import (
     LOST,
     NO_ANSWER,
@@ -37,7 +37,7 @@ from thermaxis.screen.access._answers import (
     unknown,
 )
 from thermaxis.screen.access._failed_log_ins import FailuresByAddress
-from thermaxis.screen.access._person_session import LOG_IN_S, PersonSession, is_refusal
+from thermaxis.screen.access._person_session import PersonSession, is_refusal
 
 COOKIE_BYTES: Final = 32
 """Random bytes of a cookie. Origin: twice what OWASP asks of a session. [byte]"""
@@ -103,8 +103,6 @@ class Refusal(NamedTuple):
 
     key: str
     """Key of the words."""
-    detail: str = ""
-    """The failure as an English sentence for the engineer; may be empty."""
     left_s: int = 0
     """After so long the next attempt is looked at, where too many have failed. [s]"""
 
@@ -344,16 +342,14 @@ class Persons:
             return Refusal(REFUSED)
         try:
             settings = self._connection_for(name, Secret(password))
-        except ConfigurationError as error:
-            return Refusal(IMPOSSIBLE, str(error))
+        except ConfigurationError:
+            return Refusal(IMPOSSIBLE)
         try:
             return await PersonSession.log_in(settings, self._clock)
         except FAILURES as error:
             if is_refusal(error):
                 return Refusal(REFUSED)
-            if isinstance(error, ThermaxisError):
-                return Refusal(IMPOSSIBLE, str(error))
-            return Refusal(NO_CONNECTION, explain(error, replace(settings, timeout_s=LOG_IN_S)))
+            return Refusal(IMPOSSIBLE if isinstance(error, ThermaxisError) else NO_CONNECTION)
 
     async def _admit(
         self, session: PersonSession, name: str, address: str
@@ -363,7 +359,7 @@ class Persons:
         try:
             caller = await session.who_am_i(NO_SIGN_S)
             if caller is None:
-                return Refusal(NO_CONNECTION, "the loop's server does not say who has logged in")
+                return Refusal(NO_CONNECTION)
             if caller.name != name or not caller.role.at_least(Role.VIEWER):
                 return Refusal(NO_ROLE)
             if not self._open or self._acting >= self._most:

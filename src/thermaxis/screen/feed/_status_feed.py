@@ -8,16 +8,26 @@ import asyncio
 import json
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
-from typing import Any, Final, NamedTuple, NoReturn, Protocol, cast, final
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Literal,
+    NamedTuple,
+    NoReturn,
+    TypeAlias,
+    cast,
+    final,
+)
 
 from asyncua import ua
+from pydantic import BaseModel, ConfigDict, Field
 
-from thermaxis.codes import printable
 from thermaxis.runtime import Clock, ConnectionSettings, OpcUaSession, Role
-from thermaxis.runtime.opcua import MethodAnswer, status_name
+from thermaxis.runtime.opcua import MethodAnswer
 from thermaxis.runtime.status import NAMESPACE
 
 LARGEST_STATUS_BYTES: Final = 1_000_000
@@ -44,7 +54,6 @@ WHO_AM_I: Final = f"{REQUESTS}/WhoAmI"
 _EVERYTHING: Final = f"nsu={NAMESPACE};s=Status/Everything"
 _MOST_NAMES: Final = 1000
 _LONGEST_NUMBER: Final = 20
-_LONGEST_CYCLE_S: Final = 1e6
 _NOTHING: Final[Mapping[str, Any]] = {}
 
 NO_CONNECTION: Final = "feed-no_connection"
@@ -81,55 +90,7 @@ class Told(NamedTuple):
     live: bool
     """Whether it is what the loop says now: good quality, and its number moves."""
     why: str
-    """Key of the words that say why it is not; empty while it is."""
-    detail: str
-    """The failure as an English sentence for the engineer; may be empty."""
-
-
-class StatusSession(Protocol):
-    """The connection as far as the feed uses it: see `OpcUaSession`."""
-
-    @property
-    def connected(self) -> bool:
-        """Whether the server can be asked."""
-        ...
-
-    @property
-    def generation(self) -> int:
-        """Number of the connection. [1]"""
-        ...
-
-    @property
-    def last_error(self) -> str:
-        """Why it is not connected."""
-        ...
-
-    async def open(self) -> None:
-        """Begin to connect."""
-        ...
-
-    async def close(self) -> None:
-        """End."""
-        ...
-
-    async def read(self, nodes: Sequence[str], deadline_s: float) -> list[ua.DataValue] | None:
-        """Read the values of nodes; None without an answer in time."""
-        ...
-
-    async def call(
-        self, place: str, method: str, arguments: Sequence[ua.Variant], deadline_s: float
-    ) -> MethodAnswer | None:
-        """Call a method; None without an answer in time."""
-        ...
-
-
-class _Trouble(NamedTuple):
-    """Why a look showed nothing."""
-
-    why: str
-    """Key of the words."""
-    detail: str = ""
-    """The failure in English."""
+    """Key of the sentence that says why it is not; empty while it is."""
 
 
 class _Cycle(NamedTuple):
@@ -142,33 +103,19 @@ class _Cycle(NamedTuple):
 
 
 def parse_status(text: str) -> Mapping[str, Any]:
-    """Return a status from its JSON."""
-    wrong = _wrong_size(text)
-    found: object = None
-    if not wrong:
-        try:
-            found = json.loads(
-                text, parse_constant=_no_number, parse_float=_number, parse_int=_whole_number
-            )
-            if "\\ud" in text.lower():  # half a pair of surrogates cannot be sent to a browser
-                json.dumps(found, ensure_ascii=False).encode()
-        except RecursionError:
-            wrong = "the status is nested too deeply"
-        except ValueError as error:
-            wrong = f"the status is no JSON ({printable(str(error), 100)})"
-    wrong = wrong or _wrong_kind(found)
-    if wrong:
-        raise ValueError(wrong)
-    return cast("dict[str, Any]", found)
-
-
-def _wrong_size(text: str) -> str:
+    """Return a status from its JSON, if it is whole and every page can rely on it."""
+    if len(text) > LARGEST_STATUS_BYTES or len(text.encode()) > LARGEST_STATUS_BYTES:
+        raise ValueError("the status is too large")
     try:
-        size = len(text) if len(text) > LARGEST_STATUS_BYTES else len(text.encode())
-    except UnicodeEncodeError:
-        return "the status is no text"
-    largest = f"{LARGEST_STATUS_BYTES / 1e6:g} MB"
-    return "" if size <= LARGEST_STATUS_BYTES else f"the status is larger than {largest}"
+        found = json.loads(
+            text, parse_constant=_no_number, parse_float=_number, parse_int=_whole_number
+        )
+    except RecursionError:
+        raise ValueError("the status is nested too deeply") from None
+    if "\\ud" in text.lower():  # half a pair of surrogates cannot be sent to a browser
+        json.dumps(found, ensure_ascii=False).encode()
+    _Status.model_validate(found)
+    return cast("dict[str, Any]", found)
 
 
 def _no_number(word: str) -> NoReturn:
@@ -184,99 +131,78 @@ def _whole_number(word: str) -> int:
     return int(word) if len(word) <= _LONGEST_NUMBER else _no_number(word[:_LONGEST_NUMBER])
 
 
-def _wrong_kind(found: object) -> str:
-    """Return what every page relies on and is not so, as a sentence; empty if all is well."""
-    if not isinstance(found, dict):
-        return "the status is no object"
-    status = cast("dict[str, object]", found)
-    kind, version = status.get("format"), status.get("version")
-    if kind != "thermaxis-status" or type(version) is not int or version != 2:
-        shown = printable(f"{kind!r}, version {version!r}", 100)
-        return f"the status has another format than this screen knows ({shown})"
-    cycle_s = status.get("cycle_s")
-    if type(status.get("number")) is not int:
-        return "the status has no number of its cycle"
-    if type(cycle_s) not in {int, float} or not 0.0 < cast("float", cycle_s) < _LONGEST_CYCLE_S:
-        return "the status does not say how long its cycle is"
-    for names, fits, what in _KINDS:
-        wrong = next((name for name in names if not fits(status.get(name))), None)
-        if wrong is not None:
-            return f"{wrong} of the status is no {what}"
-    return _check_parts(status)
+_Number: TypeAlias = float | None
+_Table: TypeAlias = dict[str, Any]
 
 
-def _check_parts(status: Mapping[str, object]) -> str:
-    """Return what a page looks up in a group of the status and is of another kind, or empty."""
-    for group, names, fits, what in _PARTS:
-        rows = cast("Mapping[str, object] | Sequence[object]", status[group])
-        for row in rows.values() if isinstance(rows, Mapping) else rows:
-            table = cast("Mapping[str, object]", row)
-            wrong = next((name for name in names if not fits(table.get(name))), None)
-            if wrong is not None:
-                return f"{wrong} in {group} of the status is no {what}"
-    historian = cast("Mapping[str, object]", status["historian"])
-    if type(historian.get("storing")) is not bool:
-        return "the status does not say whether the history is stored"
-    return ""
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, protected_namespaces=())
 
 
-def _is_text(value: object) -> bool:
-    return isinstance(value, str)
+class _Output(_Strict):
+    parts_um: _Table
+    limits: _Table | None = None
+    correction_um: _Number = None
+    wanted_um: _Number = None
+    requested_um: _Number = None
+    accepted_um: _Number = None
+    effective_um: _Number = None
+    trim_um: _Number = None
+    trim_left_s: _Number = None
+    weight: _Number = None
 
 
-def _is_flag(value: object) -> bool:
-    return type(value) is bool
+class _Signal(_Strict):
+    read: _Number = None
+    age_s: _Number = None
 
 
-def _is_number_or_none(value: object) -> bool:
-    return value is None or type(value) in {int, float}
+class _Input(_Signal):
+    quality: str
+    value_c: _Number = None
 
 
-def _is_table(value: object) -> bool:
-    return isinstance(value, dict)
+class _Alarm(_Strict):
+    priority: str
+    text: str
+    cause: str
+    remedy: str
+    since: str
+    values: _Table | None = None
 
 
-def _is_table_or_none(value: object) -> bool:
-    return value is None or isinstance(value, dict)
+class _Historian(_Strict):
+    storing: bool
 
 
-def _are_tables(value: object) -> bool:
-    return isinstance(value, dict) and _all_tables(cast("dict[str, object]", value).values())
+class _Status(_Strict):
+    """What pages rely on; what has a default may be missing, but is of no other kind."""
 
-
-def _is_list_of_tables(value: object) -> bool:
-    return isinstance(value, list) and _all_tables(cast("list[object]", value))
-
-
-def _is_list_of_texts(value: object) -> bool:
-    return isinstance(value, list) and all(map(_is_text, cast("list[object]", value)))
-
-
-def _all_tables(values: Iterable[object]) -> bool:
-    return all(isinstance(value, dict) for value in values)
-
-
-_KINDS: Final[tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...]] = (
-    (("machine", "started", "utc", "state", "state_since", "text"), _is_text, "text"),
-    (("quality", "model_file", "model_sha256"), _is_text, "text"),
-    (("enabled", "source_connected", "sink_connected"), _is_flag, "flag"),
-    (("diameter_mm", "in_state_s"), _is_number_or_none, "number"),
-    (("historian",), _is_table, "table"),
-    (("outputs", "inputs", "signals"), _are_tables, "group of tables"),
-    (("alarms",), _is_list_of_tables, "list of tables"),
-    (("reasons", "outcomes"), _is_list_of_texts, "list of texts"),
-)
-_CORRECTION: Final = ("correction_um", "wanted_um", "requested_um", "accepted_um", "effective_um")
-_PARTS: Final[tuple[tuple[str, tuple[str, ...], Callable[[object], bool], str], ...]] = (
-    ("outputs", ("parts_um",), _is_table, "table"),
-    ("outputs", ("limits",), _is_table_or_none, "table"),
-    ("outputs", (*_CORRECTION, "trim_um", "trim_left_s", "weight"), _is_number_or_none, "number"),
-    ("inputs", ("quality",), _is_text, "text"),
-    ("inputs", ("value_c", "read", "age_s"), _is_number_or_none, "number"),
-    ("signals", ("read", "age_s"), _is_number_or_none, "number"),
-    ("alarms", ("priority", "text", "cause", "remedy", "since"), _is_text, "text"),
-    ("alarms", ("values",), _is_table_or_none, "table"),
-)
+    format: Literal["thermaxis-status"]
+    version: Annotated[int, Field(ge=2, le=2)]
+    number: int
+    cycle_s: Annotated[float, Field(gt=0.0, lt=1e6)]
+    machine: str
+    started: str
+    utc: str
+    state: str
+    state_since: str
+    text: str
+    quality: str
+    model_file: str
+    model_sha256: str
+    enabled: bool
+    source_connected: bool
+    sink_connected: bool
+    diameter_mm: _Number = None
+    in_state_s: _Number = None
+    historian: _Historian
+    outputs: dict[str, _Output]
+    inputs: dict[str, _Input]
+    signals: dict[str, _Signal]
+    alarms: list[_Alarm]
+    reasons: list[str]
+    outcomes: list[str]
 
 
 @final
@@ -300,7 +226,7 @@ class StatusFeed:
         clock: Clock,
         *,
         every_s: float = 1.0,
-        session: StatusSession | None = None,
+        session: OpcUaSession | None = None,
         patience_s: float = PATIENCE_S,
     ) -> None:
         patient = replace(connection, timeout_s=max(connection.timeout_s, patience_s))
@@ -315,7 +241,6 @@ class StatusFeed:
             received_utc=None,
             live=False,
             why=NO_CONNECTION,
-            detail="",
         )
         self._news = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -323,7 +248,6 @@ class StatusFeed:
         self._moved_s = 0.0
         self._standstill_s = SHORTEST_STANDSTILL_S
         self._role_of: tuple[int, float] = (-1, 0.0)
-        self._role_trouble = _Trouble(NO_CONNECTION)
         self._raw: deque[tuple[float, Mapping[str, float]]] = deque(maxlen=REMEMBERED_LOOKS)
 
     @property
@@ -350,7 +274,7 @@ class StatusFeed:
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
         await self._session.close()
-        self._tell(_Trouble(ENDED))
+        self._tell(ENDED)
         if not task.cancelled() and (error := task.exception()) is not None:
             raise error  # a mistake in the program is not hidden
 
@@ -375,27 +299,23 @@ class StatusFeed:
             due_s = max(due_s + self._every_s, self._clock.monotonic_s())
             await self._clock.sleep_until(due_s)
 
-    def _tell(self, trouble: _Trouble | None) -> None:
+    def _tell(self, why: str) -> None:
         """Make a look known: the status stays, what is known of it may change."""
         last = self._latest
-        if trouble is None:
-            told = last._replace(number=last.number + 1, live=True, why="", detail="")
-        else:
-            detail = printable(trouble.detail, 500)
-            told = last._replace(number=last.number + 1, live=False, why=trouble.why, detail=detail)
-            if trouble.why == NOT_A_VIEWER:
-                told = told._replace(text="", status=_NOTHING, received_utc=None)
-                self._cycle = None
-                self._raw.clear()
+        told = last._replace(number=last.number + 1, live=not why, why=why)
+        if why == NOT_A_VIEWER:
+            told = told._replace(text="", status=_NOTHING, received_utc=None)
+            self._cycle = None
+            self._raw.clear()
         self._latest = told
         news, self._news = self._news, asyncio.Event()
         news.set()
 
-    async def _look(self) -> _Trouble | None:
-        """Look once; return why nothing can be shown, or None when it is shown."""
+    async def _look(self) -> str:
+        """Look once; return why nothing can be shown, empty when it is shown."""
         end_s = self._clock.monotonic_s() + ANSWER_FRACTION * self._every_s
         trouble = await self._check_role(end_s)
-        if trouble is not None:
+        if trouble:
             return trouble
         left_s = end_s - self._clock.monotonic_s()
         found = await self._session.read([_EVERYTHING], max(0.0, left_s))
@@ -403,60 +323,53 @@ class StatusFeed:
             return self._no_answer()  # through a new connection nothing is shown unasked
         return self._take(found[0])
 
-    def _no_answer(self) -> _Trouble | None:
+    def _no_answer(self) -> str:
         """Say that there is no answer, unless the last one is so young that it may yet come."""
         if not self._session.connected:
-            return _Trouble(NO_CONNECTION, self._session.last_error)
-        if self._latest.live and self._stands_s() <= self._standstill_s:
-            return None
-        return _Trouble(NO_ANSWER, "the loop's server is connected and does not answer")
+            return NO_CONNECTION
+        young = self._latest.live and self._stands_s() <= self._standstill_s
+        return "" if young else NO_ANSWER
 
     def _stands_s(self) -> float:
         return self._clock.monotonic_s() - self._moved_s
 
-    async def _check_role(self, end_s: float) -> _Trouble | None:
+    async def _check_role(self, end_s: float) -> str:
         """Ask who the screen is on this connection, and refuse to be more than a viewer."""
         session = self._session
         if not session.connected:
-            return _Trouble(NO_CONNECTION, session.last_error)
+            return NO_CONNECTION
         generation, asked_s = self._role_of
         now_s = self._clock.monotonic_s()
         if generation == session.generation and now_s - asked_s < WHO_AM_I_S:
-            return None
+            return ""
         generation = session.generation
         answer = await session.call(REQUESTS, WHO_AM_I, (), end_s - now_s)
         if answer is None:
             return self._no_answer()
-        role = role_in(answer)
-        if role is not Role.VIEWER:
+        if role_in(answer) is not Role.VIEWER:
             self._role_of = (-1, 0.0)
-            said = answer.status if role is None else f"the role {role.value}"
-            return _Trouble(
-                NOT_A_VIEWER, f"the loop's server says {said} of the screen's own account"
-            )
+            return NOT_A_VIEWER
         self._role_of = (generation, now_s)
-        return None
+        return ""
 
-    def _take(self, value: ua.DataValue) -> _Trouble | None:
+    def _take(self, value: ua.DataValue) -> str:
         """Keep what was read; return why it cannot be shown as what the loop says now."""
-        status = status_name(value)
         code = value.StatusCode
         if code is not None and not (code.is_good() or code.is_uncertain()):
-            return _Trouble(NO_STATUS, f"the loop's server answers {status}")
+            return NO_STATUS
         text: object = None if value.Value is None else cast("object", value.Value.Value)
         if not isinstance(text, str):
-            return _Trouble(NOT_UNDERSTOOD, "the status is no text")
+            return NOT_UNDERSTOOD
         try:
             known = text and text == self._latest.text
             found = self._latest.status if known else parse_status(text)
-        except ValueError as error:
-            return _Trouble(NOT_UNDERSTOOD, str(error))
+        except ValueError:
+            return NOT_UNDERSTOOD
         good = code is None or code.is_good()
         self._see(_Cycle(found["started"], found["number"]), found, text, good=good)
         if self._stands_s() > self._standstill_s:
-            stands_s = self._stands_s()
-            return _Trouble(STANDS_STILL, f"the cycle has not moved for {stands_s:.0f} s")
-        return None if good else _Trouble(OLD, f"the loop's server calls it {status}")
+            return STANDS_STILL
+        return "" if good else OLD
 
     def _see(self, cycle: _Cycle, found: Mapping[str, Any], text: str, *, good: bool) -> None:
         """Learn whether the cycle has moved; keep a good status."""

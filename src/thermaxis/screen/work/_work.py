@@ -21,6 +21,7 @@ from typing import IO, Final, NamedTuple, cast, final
 from starlette.datastructures import State
 from starlette.requests import HTTPConnection
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import FileLock
 
@@ -329,7 +330,7 @@ def _remove_if_left(root: Path) -> bool:
 
 
 def _taken(root: Path) -> ConfigurationError:
-    return ConfigurationError("another program works here", where=str(root))
+    return ConfigurationError("work_folder_taken", place=Place(file=str(root)))
 
 
 def _remove_locked(root: Path, lock: FileLock) -> None:

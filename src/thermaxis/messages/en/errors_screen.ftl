@@ -1,0 +1,9 @@
+### Errors of the screen
+
+error-no_screen = The configuration has no table [screen].
+    .remedy = Add [screen], for a start with view_without_login = true.
+error-screen_cannot_listen = The screen cannot listen: { $cause }.
+    .remedy = Take another port, or end the program that has it.
+error-chart_script_missing = The script that draws charts is not installed.
+    .remedy = Install it: pip install 'thermaxis[screen]'.
+error-work_folder_taken = Another program works in this folder.
