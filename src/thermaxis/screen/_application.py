@@ -61,7 +61,7 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
         return answer_json({"program": parts.program})
 
     found: list[BaseRoute] = [
-        Route("/static/{name}", asset, methods=["GET"]),
+        Route("/static/{name:path}", asset, methods=["GET"]),
         Route("/alive", alive, methods=["GET"]),
     ]
     for page in _PAGES:

@@ -45,7 +45,9 @@ class Assets:
     """
 
     def __init__(self) -> None:
-        own = {path.name: path for path in asset_folder().iterdir() if path.suffix in _KINDS}
+        folder = asset_folder()
+        files = (path for path in folder.rglob("*") if path.suffix in _KINDS)
+        own = {path.relative_to(folder).as_posix(): path for path in files}
         self._paths = {**own, CHART_SCRIPT: chart_script()}
         self._read: dict[str, _Packed] = {}
 

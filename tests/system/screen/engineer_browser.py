@@ -56,7 +56,7 @@ class Pages:
             who = {"name": person.name, "role": person.role.value}
         self._hello = {"kind": "hello", "program": parts.program, **who}
         routes = [
-            HttpRoute("/static/{name}", asset),
+            HttpRoute("/static/{name:path}", asset),
             HttpRoute("/ask", ask, methods=["POST"]),
             HttpRoute("/blank", blank),
             *_model_page.routes(parts),

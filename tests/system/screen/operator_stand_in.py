@@ -246,7 +246,7 @@ def application(stand_in: StandIn) -> Starlette:
 
     found = Starlette(
         routes=[
-            Route("/static/{name}", asset),
+            Route("/static/{name:path}", asset),
             Route("/trend8", trend8),
             *_operator_page.routes(parts),
             *_live_socket.routes(parts),

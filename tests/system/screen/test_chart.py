@@ -16,7 +16,7 @@ MACHINE = lathe()
 WARM = told_by_a_loop(MACHINE, {"T_spindle_C": 36.0, "T_table_C": 22.0, "T_column_C": 21.0})
 
 DRAW = """async (chart) => {
-  const { drawChart } = await import("/static/chart.js");
+  const { drawChart } = await import("/static/chart/chart.js");
   let element = document.getElementById("probe");
   if (!element) {
     element = document.createElement("div");
@@ -115,7 +115,7 @@ def test_a_chart_has_gaps_marks_with_letters_and_a_legend_beside_the_data(browse
 
 def test_times_are_local_also_in_the_night_in_which_the_clocks_go_back(browser: Browser) -> None:
     ticks = """async ([first, last, most, language]) => {
-      const { timeTicks } = await import("/static/chart_time.js");
+      const { timeTicks } = await import("/static/chart/time.js");
       return timeTicks(Date.parse(first), Date.parse(last), most, language);
     }"""
     pages = pages_for()

@@ -258,7 +258,7 @@ def test_the_page_says_the_gain_at_a_diameter_as_the_model_does(
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
         script = """async ([gains, diameters]) => {
-          const { gainAt } = await import("/static/operator_parts.js");
+          const { gainAt } = await import("/static/operator/parts.js");
           return diameters.map((mm) => gainAt(gains, mm));
         }"""
         found = page.evaluate(script, [gains, diameters])
@@ -621,7 +621,7 @@ def test_the_model_page_shows_a_diameter_as_it_was_stated(
     points = [{"diameter_mm": d, "gain": g} for d, g in ((0.0, 1.0), (1200.25, 1.5), (3e3, 2.0))]
     part = {"name": "table", "gain_by_diameter": points, "tool_gain": 1.0}
     script = """async (part) => {
-      const { drawGains, gainPanel } = await import("/static/model_parts.js");
+      const { drawGains, gainPanel } = await import("/static/model/parts.js");
       const output = { name: "Z_um", parts: [part] };
       const [panel] = gainPanel(output);
       const chart = panel.querySelector(".gain-chart");

@@ -78,7 +78,7 @@ class Server:
 
         pages = _positioning_page.routes(parts)
         application = Starlette(
-            routes=[*pages, Route("/static/{name}", asset), WebSocketRoute("/live", live)]
+            routes=[*pages, Route("/static/{name:path}", asset), WebSocketRoute("/live", live)]
         )
         application.state.parts = parts
         self.listener = socket.create_server(("127.0.0.1", 0))

@@ -97,7 +97,7 @@ def test_a_confirmation_that_cannot_be_drawn_cannot_be_confirmed(
     browser: Browser, stand_in: StandIn
 ) -> None:
     script = """async () => {
-      const { ask } = await import("/static/ask.js");
+      const { ask } = await import("/static/ask/ask.js");
       let known = true;
       const text = () => { if (known) return ["it is known"]; throw new Error("not any more"); };
       void ask("Hold", [], { title: "Hold", text });

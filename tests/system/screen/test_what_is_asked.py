@@ -19,7 +19,7 @@ from thermaxis.runtime import Role
 pytestmark = pytest.mark.system
 
 ACTS = """async ([status, asked]) => {
-  const { acts, stageOf } = await import("/static/ask_effects.js");
+  const { acts, stageOf } = await import("/static/ask/effects.js");
   return [acts(status, asked), stageOf(status, asked)];
 }"""
 

@@ -25,9 +25,9 @@ globalThis.sessionStorage = {
   setItem: (key, text) => store.set(key, text),
   removeItem: (key) => store.delete(key),
 };
-const { acts, stageOf } = await import("file://STATIC/ask_effects.js");
-const { LATE_MS, watch } = await import("file://STATIC/ask_watch.js");
-const { forget, keep, kept } = await import("file://STATIC/ask_kept.js");
+const { acts, stageOf } = await import("file://STATIC/ask/effects.js");
+const { LATE_MS, watch } = await import("file://STATIC/ask/watch.js");
+const { forget, keep, kept } = await import("file://STATIC/ask/kept.js");
 process.stdout.write(JSON.stringify((() => { BODY })()));
 """
 

@@ -374,7 +374,7 @@ def files(browser_headers: dict[str, str], name: str) -> Response:
     async def asset(request: Request) -> Response:
         return assets.answer(request)
 
-    application = Starlette(routes=[Route("/static/{name}", asset)])
+    application = Starlette(routes=[Route("/static/{name:path}", asset)])
     browser = TestClient(application)
     return cast("Response", browser.get(f"/static/{name}", headers=browser_headers))
 

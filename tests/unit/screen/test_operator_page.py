@@ -127,7 +127,7 @@ def test_no_word_of_a_language_stands_in_the_template() -> None:
 
 
 def test_every_method_that_an_operator_may_call_has_a_way_on_the_page() -> None:
-    script = (FOLDER / "static" / "operator_asks.js").read_text("utf-8")
+    script = (FOLDER / "static" / "operator/asks.js").read_text("utf-8")
     template = (FOLDER / "pages" / "operator.html").read_text("utf-8")
     for ask in ASKS:
         if ask.role is Role.OPERATOR:
@@ -137,7 +137,7 @@ def test_every_method_that_an_operator_may_call_has_a_way_on_the_page() -> None:
 
 
 def test_the_page_asks_nothing_of_any_other_address() -> None:
-    for source in [*FOLDER.glob("static/operator*"), *FOLDER.glob("static/ask.*")]:
+    for source in [*FOLDER.glob("static/operator/*"), *FOLDER.glob("static/ask/*")]:
         text = source.read_text("utf-8")
         assert "//" not in re.sub(r"(?m)^\s*//.*$|/\*.*?\*/|; // .*$", "", text)
         assert "innerHTML" not in text

@@ -7,7 +7,7 @@ import pytest
 from tests.unit.screen.page_script import said_by
 from thermaxis.screen.access import asset_folder
 
-SCRIPT = asset_folder() / "past.js"
+SCRIPT = asset_folder() / "history/past.js"
 BENCH = """
 const places = {};
 class Place {

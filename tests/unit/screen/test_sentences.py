@@ -64,7 +64,7 @@ def test_every_key_that_a_page_names_has_a_sentence_and_every_sentence_is_named(
 
 
 def test_the_scripts_know_no_language() -> None:
-    for file in STATIC.glob("*.js"):
+    for file in STATIC.rglob("*.js"):
         text = re.sub(r"//.*|/\*.*?\*/", "", file.read_text("utf-8"), flags=re.DOTALL)
         assert not re.search(
             r"""["'](en|de|cs)(-[A-Z]{2})?["']""", text.replace('.lang = "en"', "")
@@ -213,7 +213,7 @@ def by_script(body: str, language: str = "en", **given_: object) -> Any:
         'const given = JSON.parse(readFileSync(0, "utf8"));\n'
     )
     modules = {name: (STATIC / f"{name}.js").as_uri() for name in ("words", "elements")}
-    modules["series"] = (STATIC / "history_series.js").as_uri()
+    modules["series"] = (STATIC / "history/series.js").as_uri()
     words = sentences_of_pages(language)
     return said_by(head + body, {**modules, "language": language, "sentences": words, **given_})
 

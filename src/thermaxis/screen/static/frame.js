@@ -1,7 +1,7 @@
 // @ts-check
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
-import { forget } from "./ask_kept.js";
+import { forget } from "./ask/kept.js";
 import { say as show } from "./elements.js";
 import { noDataWords, onLive, onNoData, onStatus, onVisitor, startLive } from "./live.js";
 import { clock, word } from "./words.js";

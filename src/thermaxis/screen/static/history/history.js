@@ -1,16 +1,16 @@
 // @ts-check
 // The history: any span, its series and events, a second span over it, exports.
 
-import { drawChart } from "./chart.js";
-import { byId } from "./elements.js";
+import { drawChart } from "../chart/chart.js";
+import { byId } from "../elements.js";
 import { eventMark } from "./event_marks.js";
-import { showEvents } from "./history_events.js";
-import { bySeries, labelOf } from "./history_series.js";
+import { showEvents } from "./events.js";
+import { bySeries, labelOf } from "./series.js";
 import {
   asked, clearField, fieldTime, newQuestion, pointsFor, query, Refused, refused, saved,
   setField, shows, spanOf, stateSpan, tellWrong, told, wireSpan,
 } from "./past.js";
-import { duration, moment, shortNames, word } from "./words.js";
+import { duration, moment, shortNames, word } from "../words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */
@@ -116,7 +116,7 @@ function draw(shown, lines, second, marks) {
  * @param {number} k
  * @param {number} shift of a second span [ms]; 0: the first one
  * @param {string} left unit of the left axis
- * @returns {import("./chart.js").Line}
+ * @returns {import("../chart/chart.js").Line}
  */
 function lineOf(name, line, k, shift, left) {
   return {

@@ -2,7 +2,7 @@
 // How far each request came, by every status that the loop tells, until it is in effect or nobody
 // can say any more that it is this request which the status shows.
 
-import { acts, stageOf } from "./ask_effects.js";
+import { acts, stageOf } from "./effects.js";
 
 /** @typedef {import("./ask.js").Course} Course */
 /** @typedef {Record<string, any>} Status */

@@ -1,7 +1,7 @@
 // @ts-check
 /** What the engineer's pages are made from: tables, bars of a range, verdicts. */
-import { made, say } from "./elements.js";
-import { number, word } from "./words.js";
+import { made, say } from "../elements.js";
+import { number, word } from "../words.js";
 
 /**
  * @typedef {string | HTMLElement | {number: string | HTMLElement}} Cell a text, an element, or

@@ -3,13 +3,13 @@
 // requested, accepted or refused with the reason, and effective when the loop's status shows it.
 // A question without an answer is neither: it may still take effect, and is watched like the others.
 
-import { keep, kept } from "./ask_kept.js";
-import { modelOf } from "./ask_effects.js";
-import { LATE_MS, watch } from "./ask_watch.js";
-import { made, style } from "./elements.js";
-import { post } from "./frame.js";
-import { latest, onNoData, onStatus } from "./live.js";
-import { clock, duration, word } from "./words.js";
+import { keep, kept } from "./kept.js";
+import { modelOf } from "./effects.js";
+import { LATE_MS, watch } from "./watch.js";
+import { made, style } from "../elements.js";
+import { post } from "../frame.js";
+import { latest, onNoData, onStatus } from "../live.js";
+import { clock, duration, word } from "../words.js";
 
 const LONGEST_MS = 60 * 1000;
 const MOST_COURSES = 3;
@@ -57,7 +57,7 @@ let loud = false; // what another page has asked was read aloud there
 const saidAloud = made("p", "", "unseen");
 saidAloud.setAttribute("aria-live", "polite");
 
-style("ask.css");
+style("ask/ask.css");
 document.body.append(saidAloud);
 tell();
 onStatus(look);

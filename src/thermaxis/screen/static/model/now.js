@@ -1,9 +1,9 @@
 // @ts-check
 /** What of a model moves with every status: contributions, inputs in their ranges, limits. */
-import { made, say } from "./elements.js";
+import { made, say } from "../elements.js";
 import { fillTable, panel, rangeBar, showRange, showVerdict, verdict, wide } from "./engineer.js";
-import { inputOf } from "./model_parts.js";
-import { number, shortNames, signed, word } from "./words.js";
+import { inputOf } from "./parts.js";
+import { number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 /** @typedef {(show: (status: Data) => void) => void} Follow takes what is shown with every status */

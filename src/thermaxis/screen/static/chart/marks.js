@@ -1,7 +1,7 @@
 // @ts-check
 // Marks of a chart: neighbours share a letter, and what has no room for one goes by its weight.
 
-import { milliseconds } from "./chart_time.js";
+import { milliseconds } from "./time.js";
 
 /**
  * @typedef {import("./chart.js").Drawn} Drawn

@@ -1,15 +1,15 @@
 // @ts-check
 // The operator's page: state, alarms, corrections, inputs, trend, connections, interventions.
 
-import { openDialog } from "./ask.js";
-import { byId, hasEnglish, made, overflows, say } from "./elements.js";
-import { alarmMark } from "./frame.js";
-import { lastKnown, latest, onNoData, onStatus } from "./live.js";
-import { showAsks, startAsks } from "./operator_asks.js";
-import { fillDetails, onCard, showAxes } from "./operator_axes.js";
-import { fillInputs, showInputs } from "./operator_inputs.js";
-import { addLive, startTrend } from "./operator_trend.js";
-import { clock, duration, number, timeOf, word } from "./words.js";
+import { openDialog } from "../ask/ask.js";
+import { byId, hasEnglish, made, overflows, say } from "../elements.js";
+import { alarmMark } from "../frame.js";
+import { lastKnown, latest, onNoData, onStatus } from "../live.js";
+import { showAsks, startAsks } from "./asks.js";
+import { fillDetails, onCard, showAxes } from "./axes.js";
+import { fillInputs, showInputs } from "./inputs.js";
+import { addLive, startTrend } from "./trend.js";
+import { clock, duration, number, timeOf, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 

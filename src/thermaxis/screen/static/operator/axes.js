@@ -2,9 +2,9 @@
 // The corrections: a card for each axis, which shows as much as it has room for, and all of it in
 // a dialog.
 
-import { byId, made, overflows, say } from "./elements.js";
-import { diameterWord, gainNow, isTrimmed, modelAsksUm } from "./operator_parts.js";
-import { duration, number, shortNames, signed, word } from "./words.js";
+import { byId, made, overflows, say } from "../elements.js";
+import { diameterWord, gainNow, isTrimmed, modelAsksUm } from "./parts.js";
+import { duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 /**

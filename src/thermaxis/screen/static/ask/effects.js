@@ -2,7 +2,7 @@
 // When the loop's status shows that a request is in effect, from what was asked alone: a page that
 // is loaded anew can go on watching it.
 
-import { word } from "./words.js";
+import { word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 /**

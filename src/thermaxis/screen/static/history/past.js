@@ -1,8 +1,8 @@
 // @ts-check
 // What history and probe share: asking the server, spans, local times in fields.
 
-import { byId, say } from "./elements.js";
-import { moment, word } from "./words.js";
+import { byId, say } from "../elements.js";
+import { moment, word } from "../words.js";
 
 /** @typedef {{first: number, last: number}} Span */
 /**

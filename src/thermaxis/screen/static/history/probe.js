@@ -1,14 +1,14 @@
 // @ts-check
 // What a probe measures with the compensation beside what it would measure without it.
 
-import { drawChart } from "./chart.js";
-import { byId } from "./elements.js";
-import { onNoData, onStatus } from "./live.js";
+import { drawChart } from "../chart/chart.js";
+import { byId } from "../elements.js";
+import { onNoData, onStatus } from "../live.js";
 import {
   asked, newQuestion, pointsFor, query, Refused, refused, shows, spanOf, stateSpan,
   tellWrong, told, wireSpan,
 } from "./past.js";
-import { duration, moment, number, shortNames, word } from "./words.js";
+import { duration, moment, number, shortNames, word } from "../words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */

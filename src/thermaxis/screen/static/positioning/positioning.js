@@ -1,9 +1,9 @@
 // @ts-check
 // Send a measured run, and show what its evaluation says.
 
-import { byId, made, say } from "./elements.js";
-import { facts, shownOf } from "./positioning_result.js";
-import { moment, word } from "./words.js";
+import { byId, made, say } from "../elements.js";
+import { facts, shownOf } from "./result.js";
+import { moment, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Result */
 

@@ -1,8 +1,8 @@
 // @ts-check
 // Events in the table.
 
-import { byId, hasEnglish, made } from "./elements.js";
-import { moment, word } from "./words.js";
+import { byId, hasEnglish, made } from "../elements.js";
+import { moment, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Happened */
 

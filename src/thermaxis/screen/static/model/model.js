@@ -1,12 +1,12 @@
 // @ts-check
 /** The model in force: its numbers once, where its inputs stand in their ranges every second. */
-import { ask } from "./ask.js";
-import { byId, inEnglish, made, say } from "./elements.js";
+import { ask } from "../ask/ask.js";
+import { byId, inEnglish, made, say } from "../elements.js";
 import { fillTable, whole } from "./engineer.js";
-import { onNoData, onStatus } from "./live.js";
-import { contributionsPanel, limitsPanel, rangePanel } from "./model_now.js";
-import { drawGains, drawStep, gainPanel, partsPanel, stepPanel } from "./model_parts.js";
-import { duration, number, shortNames, word } from "./words.js";
+import { onNoData, onStatus } from "../live.js";
+import { contributionsPanel, limitsPanel, rangePanel } from "./now.js";
+import { drawGains, drawStep, gainPanel, partsPanel, stepPanel } from "./parts.js";
+import { duration, number, shortNames, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 

@@ -1,7 +1,7 @@
 // @ts-check
 // Names of series in words, and in groups.
 
-import { shortNames, word } from "./words.js";
+import { shortNames, word } from "../words.js";
 
 /** @type {Record<string, string>} */
 const QUANTITIES = {

@@ -5,12 +5,12 @@
  * Lines differ by dash and marker, not by colour alone; null stays a gap; UTC comes in and local
  * time is written; legend and tools stand beside the data, and a tap shows the values there.
  */
-import { showLegend } from "./chart_legend.js";
-import { clustersOf, nameMarks } from "./chart_marks.js";
-import { colours, layoutOf, lookOf, tracesOf } from "./chart_plot.js";
-import { milliseconds, plotlyLocale } from "./chart_time.js";
-import { style } from "./elements.js";
-import { number, pageLocale, word } from "./words.js";
+import { showLegend } from "./legend.js";
+import { clustersOf, nameMarks } from "./marks.js";
+import { colours, layoutOf, lookOf, tracesOf } from "./plot.js";
+import { milliseconds, plotlyLocale } from "./time.js";
+import { style } from "../elements.js";
+import { number, pageLocale, word } from "../words.js";
 
 /**
  * @typedef {string | number | Date} X ISO time, milliseconds since 1970 with `time`, or a number
@@ -60,7 +60,7 @@ import { number, pageLocale, word } from "./words.js";
  * @property {(span: {first: number, last: number} | null) => void} [onSpan] the span was changed
  *   by a person [ms, or the axis' unit]; null: all of it
  *
- * @typedef {import("./chart_marks.js").Cluster} Cluster
+ * @typedef {import("./marks.js").Cluster} Cluster
  * @typedef {{element: HTMLElement, chart: Chart, view: [number, number] | null,
  *   at: number | null, wired: boolean, plot: HTMLElement, tools: HTMLElement,
  *   legend: HTMLElement, awaited: boolean, seen: boolean, size: string,
@@ -89,7 +89,7 @@ export function drawChart(element, chart) {
 
 /** @param {HTMLElement} element @returns {Drawn} */
 function begin(element) {
-  style("chart.css");
+  style("chart/chart.css");
   const plot = document.createElement("div");
   const tools = document.createElement("div");
   const legend = document.createElement("ul");
@@ -243,10 +243,10 @@ function overflows(list) {
  * @param {Axis} axis
  * @param {Cluster[]} marks
  * @param {Record<string, string>} paint
- * @returns {import("./chart_legend.js").Entry[]}
+ * @returns {import("./legend.js").Entry[]}
  */
 function entriesOf(drawn, axis, marks, paint) {
-  const entries = /** @type {import("./chart_legend.js").Entry[]} */ ([]);
+  const entries = /** @type {import("./legend.js").Entry[]} */ ([]);
   drawn.chart.lines.forEach((line, k) => {
     const look = lookOf(line, k);
     const text = line.unit ? `${line.name} [${line.unit}]` : line.name;

@@ -2,9 +2,9 @@
 // The inputs with value, quality and age: as many as there is room for, those that are not good
 // first, and all of them in a dialog.
 
-import { byId, made, say } from "./elements.js";
-import { latest } from "./live.js";
-import { duration, number, shortNames, word } from "./words.js";
+import { byId, made, say } from "../elements.js";
+import { latest } from "../live.js";
+import { duration, number, shortNames, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 

@@ -1,9 +1,9 @@
 // @ts-check
 /** What one output of a model is made of: its parts with their steps, and gains by diameter. */
-import { drawChart } from "./chart.js";
-import { made } from "./elements.js";
+import { drawChart } from "../chart/chart.js";
+import { made } from "../elements.js";
 import { fillTable, panel, wide } from "./engineer.js";
-import { duration, exactly, number, shortNames, signed, word } from "./words.js";
+import { duration, exactly, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 

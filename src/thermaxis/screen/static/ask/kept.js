@@ -2,7 +2,7 @@
 // The last requests of a person, kept in this window of the browser from page to page until
 // somebody else looks, or nobody: another log-in begins with an empty list.
 
-import { ENDS } from "./ask_watch.js";
+import { ENDS } from "./watch.js";
 
 /** @typedef {import("./ask.js").Course} Course */
 

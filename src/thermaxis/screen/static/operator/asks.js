@@ -1,14 +1,14 @@
 // @ts-check
 // What a person may ask here: which buttons are offered and why not, and what each will do.
 
-import { ask, openDialog } from "./ask.js";
-import { foundElsewhere, isHeld, isZero, JUMPED } from "./ask_effects.js";
-import { byId, made, say } from "./elements.js";
-import { latest } from "./live.js";
-import { diameterWord, facts, gainAt, isTrimmed, modelAsksUm } from "./operator_parts.js";
+import { ask, openDialog } from "../ask/ask.js";
+import { foundElsewhere, isHeld, isZero, JUMPED } from "../ask/effects.js";
+import { byId, made, say } from "../elements.js";
+import { latest } from "../live.js";
+import { diameterWord, facts, gainAt, isTrimmed, modelAsksUm } from "./parts.js";
 import {
   clock, duration, number, pageLocale, shortNames, signed, word,
-} from "./words.js";
+} from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 

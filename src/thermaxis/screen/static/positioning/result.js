@@ -1,8 +1,8 @@
 // @ts-check
 // What the evaluation of a run says, as parts of the page.
 
-import { inEnglish, made } from "./elements.js";
-import { moment, number, signed, word } from "./words.js";
+import { inEnglish, made } from "../elements.js";
+import { moment, number, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Result */
 

@@ -1,11 +1,11 @@
 // @ts-check
 // The last eight hours: corrections, key temperatures, and what happened.
 
-import { drawChart } from "./chart.js";
-import { byId, say } from "./elements.js";
-import { eventMark } from "./event_marks.js";
-import { addPoint, joined } from "./live_points.js";
-import { shortNames, word } from "./words.js";
+import { drawChart } from "../chart/chart.js";
+import { byId, say } from "../elements.js";
+import { eventMark } from "../history/event_marks.js";
+import { addPoint, joined } from "../live_points.js";
+import { shortNames, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {{unit: string, t: number[], mean: (number | null)[]}} Series */
@@ -22,7 +22,7 @@ const LEAST_UM = 10;
 let history = { series: {}, events: [] };
 let error = "";
 let asked = false;
-/** @type {Map<string, import("./live_points.js").Points>} */
+/** @type {Map<string, import("../live_points.js").Points>} */
 const live = new Map();
 let liveMs = 0;
 let gapMs = 3 * LIVE_MS;

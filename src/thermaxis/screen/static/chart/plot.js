@@ -1,17 +1,17 @@
 // @ts-check
 // A chart as Plotly takes it: traces, axes, bands, and the colours of the page.
 
-import { DASHES, MARKERS } from "./chart_legend.js";
-import { markLetter, markShape } from "./chart_marks.js";
-import { timeTicks, zoneName } from "./chart_time.js";
-import { pageLocale, word } from "./words.js";
+import { DASHES, MARKERS } from "./legend.js";
+import { markLetter, markShape } from "./marks.js";
+import { timeTicks, zoneName } from "./time.js";
+import { pageLocale, word } from "../words.js";
 
 /**
  * @typedef {import("./chart.js").Axis} Axis
  * @typedef {import("./chart.js").Chart} Chart
  * @typedef {import("./chart.js").Drawn} Drawn
  * @typedef {import("./chart.js").Line} Line
- * @typedef {import("./chart_marks.js").Cluster} Cluster
+ * @typedef {import("./marks.js").Cluster} Cluster
  */
 
 const TICK_ROOM_PX = 84;

@@ -1,14 +1,14 @@
 // @ts-check
 /** Every sensor and its redundant one: raw, judged, in its range; noise and the last minutes. */
-import { drawChart } from "./chart.js";
-import { byId, made, say } from "./elements.js";
+import { drawChart } from "../chart/chart.js";
+import { byId, made, say } from "../elements.js";
 import { fillTable, rangeBar, showRange, showVerdict, verdict } from "./engineer.js";
-import { onStatus } from "./live.js";
-import { addPoint, withGaps } from "./live_points.js";
-import { duration, number, shortNames, word } from "./words.js";
+import { onStatus } from "../live.js";
+import { addPoint, withGaps } from "../live_points.js";
+import { duration, number, shortNames, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
-/** @typedef {import("./live_points.js").Points} Past */
+/** @typedef {import("../live_points.js").Points} Past */
 
 const REFRESH_MS = 5000;
 const SHOWN_MS = 300000;

@@ -1,7 +1,7 @@
 // @ts-check
 // What the parts of the operator's page share.
 
-import { exactly, word } from "./words.js";
+import { exactly, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 
