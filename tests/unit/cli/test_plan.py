@@ -7,6 +7,7 @@ import pytest
 
 from tests.unit.cli.refusals import refusal
 from thermaxis.cli import execute
+from thermaxis.cli.axis import _plan
 from thermaxis.files import plan_sha256, read_plan
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, choose_targets
 from thermaxis.quantities import AxisKind
@@ -18,8 +19,12 @@ PAPER = (
 )
 
 
-def run(*words: object) -> int:
-    return execute(["plan", *map(str, words)])
+def run(*words: object, simulated: bool = False) -> int:
+    """Run the command; simulated runs take long and are made where they are the subject."""
+    with pytest.MonkeyPatch.context() as patch:
+        if not simulated:
+            patch.setattr(_plan, "simulate_uncertainty", lambda *_: None)
+        return execute(["plan", *map(str, words)])
 
 
 def result(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, object]:
@@ -58,7 +63,8 @@ def test_tables_name_the_hash_the_targets_the_range_and_the_assumptions(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     output = tmp_path / "plan.json"
-    assert run(*SMALL, "-o", output, "--noise", "0.3", "--title", "spindle side") == 0
+    asked = (*SMALL, "-o", output, "--noise", "0.3", "--title", "spindle side")
+    assert run(*asked, simulated=True) == 0
     plan = read_plan(output)
     printed = capsys.readouterr().out
     assert f"{plan_sha256(plan)}, spindle side" in printed
@@ -234,7 +240,7 @@ def test_the_page_about_planning_shows_what_the_command_prints(
     )
     assert len(blocks) == 3
     for words, shown in blocks:
-        assert run(*words.split()) == 0
+        assert run(*words.split(), simulated=True) == 0
         printed = capsys.readouterr().out.splitlines()
         assert [line for line in shown.splitlines() if line not in printed] == []
 

@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -6,7 +7,7 @@ import pytest
 from tests.unit.cli.refusals import code_of, refusal
 from thermaxis.cli import main
 from thermaxis.controls import control_names
-from thermaxis.files import plan_sha256, read_plan
+from thermaxis.files import plan_sha256, read_plan, write_plan
 from thermaxis.positioning import evaluate_duration
 
 PLAN = ("plan", "--length", "300", "--targets", "6", "--pitch", "5", "--cycles", "3")
@@ -158,9 +159,9 @@ def test_a_file_that_is_no_plan_is_refused(
     assert "thermaxis-plan" in capsys.readouterr().err
 
 
-def test_the_title_of_a_plan_reaches_no_program_as_code(tmp_path: Path) -> None:
-    plan, output = tmp_path / "p.json", tmp_path / "a.ngc"
-    assert main([*PLAN, "--title", "x) G0 Z-100", "-o", str(plan)]) == 0
+def test_the_title_of_a_plan_reaches_no_program_as_code(plan: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.ngc"
+    write_plan(replace(read_plan(plan), title="x) G0 Z-100"), plan)
     for name in control_names():
         assert main(["program", str(plan), "--control", name, "-o", str(output)]) == 0
         text = output.read_text(encoding="ascii")
@@ -170,11 +171,10 @@ def test_the_title_of_a_plan_reaches_no_program_as_code(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("length", "cut"), [(60, False), (61, True), (150, True)])
 def test_a_title_that_is_cut_in_the_head_of_the_program_is_told(
-    tmp_path: Path, length: int, cut: bool, capsys: pytest.CaptureFixture[str]
+    plan: Path, tmp_path: Path, length: int, cut: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plan, output = tmp_path / "p.json", tmp_path / "a.ngc"
-    title = "spindle-side-" * 20
-    assert main([*PLAN, "--title", title[:length], "-o", str(plan)]) == 0
+    output, title = tmp_path / "a.ngc", "spindle-side-" * 20
+    write_plan(replace(read_plan(plan), title=title[:length]), plan)
     assert main(["program", str(plan), "--control", "linuxcnc", "-o", str(output)]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert ("the title is cut after 60 characters" in printed) is cut

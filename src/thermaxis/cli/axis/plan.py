@@ -5,30 +5,10 @@ import argparse
 from thermaxis.cli._arguments import add_json, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
-from thermaxis.cli.axis._plan_result import PlanResult, described
+from thermaxis.cli.axis._plan import DEFAULT_CYCLES, described, make_plan
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_plan
-from thermaxis.positioning import (
-    BACKWARD,
-    FEWEST_CYCLES,
-    FORWARD,
-    LEVEL_KEY,
-    LONGEST_RUN_S,
-    Cycle,
-    RunAssumptions,
-    ShortestPlan,
-    TargetChoice,
-    TestPlan,
-    check_plan,
-    choose_targets,
-    evaluate_duration,
-    expected_uncertainty,
-    shortest_plan,
-    simulate_uncertainty,
-    why_nothing_is_expected,
-)
-from thermaxis.quantities import AxisKind
 
 _DESCRIPTION = """\
 Choose targets by equation (1) of the method: equal steps plus a seeded random part, an interval
@@ -36,7 +16,6 @@ that is no multiple of the pitch. Check them against the rules of ISO 230-2, say
 takes and what uncertainty it will reach once its drift is separated, and write the plan as JSON.
 With --rotary lengths are in deg, feeds in deg/min, deviations in arcsec.
 """
-_DEFAULT_CYCLES = 5
 _FIELDS = {
     "dwell_s": "dwell",
     "recording_s": "recording",
@@ -109,7 +88,7 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--cycles N",
-        f"number of cycles (default: {_DEFAULT_CYCLES}, or what --target-uncertainty finds)",
+        f"number of cycles (default: {DEFAULT_CYCLES}, or what --target-uncertainty finds)",
         int,
     )
 
@@ -141,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Make a plan, and show and write it."""
     _check_options(arguments)
     try:
-        result = _make(arguments)
+        result = make_plan(arguments)
     except ConfigurationError as error:
         option = _FIELDS.get(error.place.key, error.place.key)
         if not hasattr(arguments, option):
@@ -185,103 +164,3 @@ def _check_options(arguments: argparse.Namespace) -> None:
             what="--mode unidirectional, pilgrim and step",
         )
     check_outputs([("-o", arguments.output), ("--json", arguments.json)], [])
-
-
-def _make(arguments: argparse.Namespace) -> PlanResult:
-    choice = choose_targets(
-        start=arguments.start,
-        length=arguments.length,
-        targets=arguments.targets,
-        pitch=arguments.pitch,
-        random_share=arguments.random_share,
-        seed=arguments.seed,
-    )
-    assumptions, assumed = _assumptions(arguments)
-    plan = _test_plan(arguments, choice)
-    search = None
-    if arguments.target_uncertainty is not None:
-        search = _search(arguments, plan, assumptions)
-        plan = search.plan
-    refused = why_nothing_is_expected(plan)
-    return PlanResult(
-        plan=plan,
-        remarks=choice.remarks,
-        warnings=check_plan(plan),
-        duration=evaluate_duration(plan),
-        assumptions=assumptions,
-        assumed=assumed,
-        expected=None if refused is not None else expected_uncertainty(plan, assumptions),
-        simulated=simulate_uncertainty(plan, assumptions),
-        reason=None if refused is None else refused.message,
-        search=search,
-        target_uncertainty=arguments.target_uncertainty,
-        target_figure=_target_figure(arguments),
-    )
-
-
-def _test_plan(arguments: argparse.Namespace, choice: TargetChoice) -> TestPlan:
-    mode: str = arguments.mode
-    side: str | None = arguments.approach_side
-    if side is None and mode == "unidirectional":
-        side = "forward"
-    sides = {None: (FORWARD, BACKWARD), "forward": (FORWARD,), "backward": (BACKWARD,)}
-    name = "C" if arguments.rotary else "X"
-    return TestPlan(
-        kind=AxisKind.ROTARY if arguments.rotary else AxisKind.LINEAR,
-        axis=name if arguments.axis is None else arguments.axis,
-        target=choice.target,
-        cycles=_DEFAULT_CYCLES if arguments.cycles is None else arguments.cycles,
-        feed=arguments.feed,
-        dwell_s=arguments.dwell,
-        overrun=arguments.overrun,
-        cycle=Cycle(mode) if mode in {"pilgrim", "step"} else Cycle.STANDARD,
-        approaches=sides[side],
-        recording_s=arguments.recording,
-        pitch=arguments.pitch,
-        interval=choice.interval,
-        random_part=choice.random_part,
-        seed=arguments.seed,
-        title=arguments.title,
-    )
-
-
-def _assumptions(arguments: argparse.Namespace) -> tuple[RunAssumptions, tuple[str, ...]]:
-    """Return what is assumed of the axis, and the names of what nobody stated."""
-    hours: float | None = arguments.time_constant
-    stated: dict[str, float | None] = {
-        "noise": arguments.noise,
-        "drift": arguments.drift,
-        "time_constant_s": None if hours is None else 3600.0 * hours,
-    }
-    given = {name: value for name, value in stated.items() if value is not None}
-    return RunAssumptions(**given), tuple(name for name in stated if name not in given)
-
-
-def _target_figure(arguments: argparse.Namespace) -> str:
-    return LEVEL_KEY if arguments.target_figure is None else arguments.target_figure
-
-
-def _search(
-    arguments: argparse.Namespace, plan: TestPlan, assumptions: RunAssumptions
-) -> ShortestPlan:
-    wanted: float = arguments.target_uncertainty
-    longest_s = LONGEST_RUN_S if arguments.longest is None else 3600.0 * arguments.longest
-    found = shortest_plan(
-        plan,
-        wanted,
-        assumptions,
-        key=_target_figure(arguments),
-        fewest_cycles=_DEFAULT_CYCLES if arguments.standard else FEWEST_CYCLES,
-        longest_s=longest_s,
-    )
-    if not found.reached:
-        raise ConfigurationError(
-            "uncertainty_not_reached",
-            place=Place(key="--target-uncertainty"),
-            hours=longest_s / 3600.0,
-            wanted=wanted,
-            unit=plan.kind.units.deviation,
-            cycles=found.plan.cycles,
-            standard_uncertainty=found.standard_uncertainty,
-        )
-    return found

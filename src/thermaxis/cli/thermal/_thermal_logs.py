@@ -13,7 +13,7 @@ from thermaxis.codes import Place
 from thermaxis.compensation import TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
-from thermaxis.thermal import MeasuredOutput, ThermalLog, check_log, without_sentinels
+from thermaxis.thermal import LogFinding, MeasuredOutput, ThermalLog, check_log, without_sentinels
 
 _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _EDGE = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h)?")
@@ -165,16 +165,18 @@ def rows_of_span(logs: Sequence[ThermalLog], part: Span) -> tuple[int, int]:
     return first, last
 
 
+def findings_in(log: ThermalLog, channels: Sequence[str]) -> tuple[LogFinding, ...]:
+    """Return what is wrong with those of the named channels that a log has."""
+    known = {name.casefold(): name for name in log.columns}
+    names = dict.fromkeys(known[c.casefold()] for c in channels if c.casefold() in known)
+    return tuple(check_log(log.select(list(names)))) if names else ()
+
+
 def sensor_warnings(logs: Sequence[ThermalLog], channels: Sequence[str]) -> tuple[str, ...]:
     """Return what is seriously wrong with the channels of a model, before the model is blamed."""
-    said: list[str] = []
-    for log in logs:
-        known = {name.casefold(): name for name in log.columns}
-        names = dict.fromkeys(known[c.casefold()] for c in channels if c.casefold() in known)
-        if names:
-            said += [
-                f"{log.where}: {finding.words}. {finding.remedy}"
-                for finding in check_log(log.select(list(names)))
-                if finding.serious
-            ]
-    return tuple(said)
+    return tuple(
+        f"{log.where}: {finding.words}. {finding.remedy}"
+        for log in logs
+        for finding in findings_in(log, channels)
+        if finding.serious
+    )

@@ -15,7 +15,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     read_logs,
     remarks_of,
 )
-from thermaxis.cli.thermal._verification_result import figures_of
+from thermaxis.cli.thermal.verify import figures_of
 from thermaxis.codes import message_as_json
 from thermaxis.files import model_sha256, read_model
 from thermaxis.messages import text_of

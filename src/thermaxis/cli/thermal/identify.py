@@ -11,12 +11,13 @@ from thermaxis.cli._arguments import add_json, add_report, adder, day
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._identification_result import (
+from thermaxis.cli.thermal._identification import (
     described,
 )
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
+    findings_in,
     positive_seconds,
     read_logs,
     remarks_of,
@@ -29,12 +30,10 @@ from thermaxis.files import write_model
 from thermaxis.thermal import (
     Identification,
     InputDefinition,
-    LogFinding,
     Method,
     Records,
     ThermalLog,
     check_inputs,
-    check_log,
     identify,
     identify_joint,
     parse_input,
@@ -165,11 +164,7 @@ def run(arguments: argparse.Namespace) -> int:
             outputs = list(arguments.joint[1])
         _check_logs(arguments, logs, inputs, outputs)
         used = [*outputs, *(c for d in inputs for c in d.channels)]
-        findings: dict[str, Sequence[LogFinding]] = {}
-        for log in logs:
-            known = {name.casefold(): name for name in log.columns}
-            names = dict.fromkeys(known[c.casefold()] for c in used if c.casefold() in known)
-            findings[log.where] = check_log(log.select(list(names)))
+        findings = {log.where: findings_in(log, used) for log in logs}
         remarks = remarks_of(logs)
         records = records_of(
             logs,

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import DataError
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import FloatArray
 from thermaxis.thermal import (
     IdentifiedOutput,
@@ -130,7 +131,7 @@ def leftover_of(experiments: Sequence[FittedExperiment]) -> Leftover | str:
     try:
         return Leftover(analyse_residuals(residuals, inputs), step_s)
     except DataError as error:
-        return error.what
+        return sentence_of(error.message).rstrip(".")
 
 
 def linearity_of(
@@ -142,4 +143,4 @@ def linearity_of(
             records.experiments[output.name], [e.simulated_um for e in experiments]
         )
     except DataError as error:
-        return error.what
+        return sentence_of(error.message).rstrip(".")

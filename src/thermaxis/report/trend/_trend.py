@@ -12,6 +12,7 @@ import numpy as np
 from thermaxis.codes import Place, printable
 from thermaxis.errors import DataError
 from thermaxis.files.table import protected
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     FIGURE_KEYS,
     DriftResult,
@@ -175,7 +176,7 @@ def _evaluate(name: str, test: PositioningTest, *, with_drift: bool) -> tuple[Tr
             result = evaluate_drift(test)
             said += result.warnings
         except DataError as error:
-            said.append(f"no figures without drift: {error.what}")
+            said.append(f"no figures without drift: {sentence_of(error.message).rstrip('.')}")
     uncertainty = evaluate_uncertainty(test, result)
     values = figures_by_key(iso230_2)
     free: dict[str, float | None] = {}

@@ -1,5 +1,6 @@
-"""The result of ``plan`` as text for a terminal and as JSON."""
+"""A plan: made from the arguments of ``plan``, and described for terminal and JSON."""
 
+import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
@@ -7,23 +8,36 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Place
+from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_as_json, plan_sha256
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     BACKWARD,
+    FEWEST_CYCLES,
     FORWARD,
     LEVEL_KEY,
+    LONGEST_RUN_S,
     Cycle,
     Duration,
     ExpectedUncertainty,
     RunAssumptions,
     ShortestPlan,
     SimulatedUncertainty,
+    TargetChoice,
     TestPlan,
+    check_plan,
+    choose_targets,
+    evaluate_duration,
+    expected_uncertainty,
+    shortest_plan,
+    simulate_uncertainty,
+    why_nothing_is_expected,
 )
+from thermaxis.quantities import AxisKind
 from thermaxis.report.tables import Part, Section, Table, Value, rows_of
 
+DEFAULT_CYCLES = 5
 _DISAGREEMENT = 1.5
 """Simulated and foretold uncertainty differ noteworthily beyond this factor. [1]"""
 _PAPER_CYCLES, _PAPER_TARGETS, _PAPER_HOURS = 100, 16, 7.0
@@ -59,6 +73,107 @@ class PlanResult:
     """What was searched for. [µm or arcsec]"""
     target_figure: str
     """Of which figure, or of the levels."""
+
+
+def make_plan(arguments: argparse.Namespace) -> PlanResult:
+    """Make the plan that the arguments ask for, and work out what it takes and reaches."""
+    choice = choose_targets(
+        start=arguments.start,
+        length=arguments.length,
+        targets=arguments.targets,
+        pitch=arguments.pitch,
+        random_share=arguments.random_share,
+        seed=arguments.seed,
+    )
+    assumptions, assumed = _assumed(arguments)
+    plan = _test_plan(arguments, choice)
+    search = None
+    if arguments.target_uncertainty is not None:
+        search = _searched(arguments, plan, assumptions)
+        plan = search.plan
+    refused = why_nothing_is_expected(plan)
+    return PlanResult(
+        plan=plan,
+        remarks=choice.remarks,
+        warnings=check_plan(plan),
+        duration=evaluate_duration(plan),
+        assumptions=assumptions,
+        assumed=assumed,
+        expected=None if refused is not None else expected_uncertainty(plan, assumptions),
+        simulated=simulate_uncertainty(plan, assumptions),
+        reason=None if refused is None else refused.message,
+        search=search,
+        target_uncertainty=arguments.target_uncertainty,
+        target_figure=_target_figure(arguments),
+    )
+
+
+def _test_plan(arguments: argparse.Namespace, choice: TargetChoice) -> TestPlan:
+    mode: str = arguments.mode
+    side: str | None = arguments.approach_side
+    if side is None and mode == "unidirectional":
+        side = "forward"
+    sides = {None: (FORWARD, BACKWARD), "forward": (FORWARD,), "backward": (BACKWARD,)}
+    name = "C" if arguments.rotary else "X"
+    return TestPlan(
+        kind=AxisKind.ROTARY if arguments.rotary else AxisKind.LINEAR,
+        axis=name if arguments.axis is None else arguments.axis,
+        target=choice.target,
+        cycles=DEFAULT_CYCLES if arguments.cycles is None else arguments.cycles,
+        feed=arguments.feed,
+        dwell_s=arguments.dwell,
+        overrun=arguments.overrun,
+        cycle=Cycle(mode) if mode in {"pilgrim", "step"} else Cycle.STANDARD,
+        approaches=sides[side],
+        recording_s=arguments.recording,
+        pitch=arguments.pitch,
+        interval=choice.interval,
+        random_part=choice.random_part,
+        seed=arguments.seed,
+        title=arguments.title,
+    )
+
+
+def _assumed(arguments: argparse.Namespace) -> tuple[RunAssumptions, tuple[str, ...]]:
+    """Return what is assumed of the axis, and the names of what nobody stated."""
+    hours: float | None = arguments.time_constant
+    stated: dict[str, float | None] = {
+        "noise": arguments.noise,
+        "drift": arguments.drift,
+        "time_constant_s": None if hours is None else 3600.0 * hours,
+    }
+    given = {name: value for name, value in stated.items() if value is not None}
+    return RunAssumptions(**given), tuple(name for name in stated if name not in given)
+
+
+def _target_figure(arguments: argparse.Namespace) -> str:
+    return LEVEL_KEY if arguments.target_figure is None else arguments.target_figure
+
+
+def _searched(
+    arguments: argparse.Namespace, plan: TestPlan, assumptions: RunAssumptions
+) -> ShortestPlan:
+    wanted: float = arguments.target_uncertainty
+    longest_s = LONGEST_RUN_S if arguments.longest is None else 3600.0 * arguments.longest
+    found = shortest_plan(
+        plan,
+        wanted,
+        assumptions,
+        key=_target_figure(arguments),
+        fewest_cycles=DEFAULT_CYCLES if arguments.standard else FEWEST_CYCLES,
+        longest_s=longest_s,
+    )
+    if not found.reached:
+        raise ConfigurationError(
+            "uncertainty_not_reached",
+            place=Place(key="--target-uncertainty"),
+            hours=longest_s / 3600.0,
+            wanted=wanted,
+            unit=plan.kind.units.deviation,
+            cycles=found.plan.cycles,
+            standard_uncertainty=found.standard_uncertainty,
+        )
+    return found
 
 
 def described(result: PlanResult, output: str | None) -> list[Part]:
