@@ -35,7 +35,7 @@ from thermaxis.positioning import (
     why_nothing_is_expected,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report.tables import Part, Section, Table, Value, rows_of
+from thermaxis.report.tables import Part, Section, Table, Value, rows_of, values_of
 
 DEFAULT_CYCLES = 5
 _DISAGREEMENT = 1.5
@@ -182,9 +182,7 @@ def described(result: PlanResult, output: str | None) -> list[Part]:
     return [
         *_head(result, output),
         Value("plan", plan_as_json(plan)),
-        Value("stops", plan.stops),
-        Value("lowest", plan.lowest),
-        Value("highest", plan.highest),
+        *values_of(plan, "stops", "lowest", "highest"),
         _targets(plan),
         *_duration(result),
         *_assumptions(result),
@@ -398,11 +396,7 @@ def _uncertainty(result: PlanResult) -> Iterator[Part]:
         )
         parts[-1] = Section(
             "simulated",
-            [
-                Value("runs", simulated.runs),
-                Value("level_error", simulated.level_error),
-                Value("level_std", simulated.level_std),
-            ],
+            values_of(simulated, "runs", "level_error", "level_std"),
         )
     yield Section("expected", [*parts, said])
 

@@ -8,7 +8,7 @@ from thermaxis.cli._arguments import add_json, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.positioning import DifferenceMonteCarlo, RatioEstimate, montecarlo_difference
-from thermaxis.report.tables import Part, Section, Value, without_text
+from thermaxis.report.tables import Part, Section, Value, values_of, without_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,8 +59,7 @@ def described(result: DifferenceMonteCarlo) -> list[Part]:
             f"{result.repetitions} experiments with {result.samples} normal random numbers each,"
             f" seed {result.seed}"
         ),
-        *(Value(key, getattr(result, key)) for key in ("samples", "repetitions", "seed")),
-        *(Value(key, getattr(result, key)) for key in ("sigma_a", "sigma_b")),
+        *values_of(result, "samples", "repetitions", "seed", "sigma_a", "sigma_b"),
         _ratio(
             "one_sequence",
             "s_b / s_a for the differences of neighbours in one sequence, b_k = a_k - a_(k+1)",

@@ -24,7 +24,7 @@ from thermaxis.report import (
     trend_table,
     write_bytes,
 )
-from thermaxis.report.tables import Part, Section, Table, Value, as_json
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
 
 _UNCERTAINTY = (
     "±: expanded uncertainty (k = 2, GUM, Monte Carlo) from noise and drift alone, without"
@@ -149,10 +149,7 @@ def _change(change: TrendChange, runs: int, unit: str) -> str:
 def _values_of(change: TrendChange) -> list[Value]:
     return [
         Value("figure", change.key),
-        Value("drift_free", change.drift_free),
-        Value("change", change.change),
-        Value("expanded_uncertainty", change.expanded_uncertainty),
-        Value("significant", change.significant),
+        *values_of(change, "drift_free", "change", "expanded_uncertainty", "significant"),
     ]
 
 
@@ -169,9 +166,8 @@ def _run(run: TrendRun) -> list[Part]:
     ]
     if drift is None:
         return [*parts, Value("drift", None)]
-    total = [Value("total", drift.total), Value("total_per_m", drift.total_per_m)]
-    model = Value("model", str(drift.model))
-    return [*parts, Section("drift", [model, *total, *_by_figure(run.drift_free)])]
+    values = values_of(drift, "model", "total", "total_per_m")
+    return [*parts, Section("drift", [*values, *_by_figure(run.drift_free)])]
 
 
 def _by_figure(figures: Mapping[str, TrendFigure]) -> list[Value]:

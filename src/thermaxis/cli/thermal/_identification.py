@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from thermaxis import __version__
-from thermaxis.report.tables import Part, Section, Table, Value, as_json
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
 from thermaxis.thermal import (
     Identification,
     IdentifiedOutput,
@@ -65,8 +65,7 @@ def described(
         result.rule,
         Value("version", __version__),
         Value("method", str(result.method)),
-        Value("stable", result.stable),
-        Value("rule", result.rule),
+        *values_of(result, "stable", "rule"),
         Value("sample_time_s", step_s),
         Section("", [Value("", remarks, "reading"), Value("", sensors, "sensor first")]),
         _selection(result),
@@ -110,8 +109,7 @@ def _joint(result: Identification) -> Part:
         "joint_gains",
         [
             Table(f"Gain g of the part {joint.part[:30]} by displacement", rows, words=1),
-            Value("part", joint.part),
-            Value("reference", joint.reference),
+            *values_of(joint, "part", "reference"),
             Value("gains", joint.gain_by_channel),
         ],
     )
@@ -152,16 +150,14 @@ def _selection(result: Identification) -> Part:
     ]
     title = "Free run: fit on the training rows; mean absolute error on parts held out, um"
     curve = [
-        {key: getattr(entry, key) for key in ("channels", "score", "excess", "excess_se")}
+        as_json(values_of(entry, "channels", "score", "excess", "excess_se"))
         for entry in selection.curve
     ]
     return Section(
         "selection",
         [
             Table(title, rows, words=1),
-            Value("channels", selection.channels),
-            Value("time_constants_s", selection.time_constants_s),
-            Value("sensor_uncertainty_k", selection.sensor_uncertainty_k),
+            *values_of(selection, "channels", "time_constants_s", "sensor_uncertainty_k"),
             Value("curve", curve),
         ],
     )
@@ -217,7 +213,7 @@ def _output(output: IdentifiedOutput, sample_time_s: float) -> list[Value]:
     keys = ("fit_percent", "fit_from_rest_percent", "noise_std_um", "slow_noise_std_um")
     keys += ("validation_mae_um", "baseline_mae_um", "training_rmse_um", "warnings")
     return [
-        *(Value(key, getattr(output, key)) for key in keys),
+        *values_of(output, *keys),
         Value("parts", [as_json(part) for part in _parts(output)]),
         Value("offset_um", None if output.model is None else output.model.offset_um),
         *_polynomials(output.polynomials, sample_time_s),
@@ -231,7 +227,7 @@ def _parts(output: IdentifiedOutput) -> Iterator[list[Value]]:
         gains = ("direct_gain", "gains", "time_constants_s")
         yield [
             Value("input", part.input_name),
-            *(Value(key, getattr(part, key)) for key in (*gains, "delay_s", "dc_gain")),
+            *values_of(part, *gains, "delay_s", "dc_gain"),
             *(Value(f"std.{key}", getattr(std, key)) for key in gains),
             Value("dc_gain_std", std.dc_gain),
             Value("flags", std.flags),

@@ -6,6 +6,7 @@ from ._described import (
     as_json as as_json,
     as_text as as_text,
     rows_of as rows_of,
+    values_of as values_of,
     without_text as without_text,
 )
 from ._evaluation import (

@@ -67,6 +67,11 @@ def rows_of(*columns: Value) -> list[list[Value]]:
     ]
 
 
+def values_of(source: object, *keys: str) -> list[Value]:
+    """Return attributes of a result, which are keys of the JSON alone."""
+    return [Value(key, getattr(source, key)) for key in keys]
+
+
 def without_text(*values: Value) -> list[Value]:
     """Return values for the JSON alone."""
     return [value._replace(head=None) for value in values]

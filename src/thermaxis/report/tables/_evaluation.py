@@ -38,6 +38,7 @@ from thermaxis.report.tables._described import (
     Value,
     as_json,
     rows_of,
+    values_of,
     without_text,
 )
 
@@ -102,16 +103,10 @@ def _run(report: PositioningReport) -> Iterator[Part]:
     yield Section(
         "test",
         [
-            Value("kind", str(test.kind)),
+            *values_of(test, "kind", "cycles", "unidirectional", "cycle", "start", "end"),
+            *values_of(test, "time_source", "environment"),
             Value("targets", test.target),
-            Value("cycles", test.cycles),
-            Value("unidirectional", test.unidirectional),
-            Value("cycle", str(test.cycle)),
-            Value("start", test.start),
-            Value("end", test.end),
-            Value("time_source", str(test.time_source)),
             Value("header", report.header),
-            Value("environment", test.environment),
             Value("channels", tuple(test.channels)),
         ],
     )
@@ -170,13 +165,8 @@ def _limits(report: PositioningReport) -> Part:
     if check is None:
         return Value("limits", None)
     figures = [
-        {
-            "figure": figure.key,
-            "value": figure.value,
-            "limit": figure.limit,
-            "expanded_uncertainty": figure.expanded_uncertainty,
-            "verdict": str(figure.verdict),
-        }
+        {"figure": figure.key}
+        | as_json(values_of(figure, "value", "limit", "expanded_uncertainty", "verdict"))
         for figure in check.figures
     ]
     return Section(
@@ -240,18 +230,11 @@ def _drift(report: PositioningReport) -> Part:
             Table(f"Drift eliminated, {unit} {_NOT_OF_THE_STANDARD}", rows, words=1),
             *_drift_in_words(report.test, drift),
             *_left_out(free),
-            Value("model", str(drift.model)),
-            Value("significant", drift.significant),
-            Value("p_no_drift", drift.p_no_drift),
+            *values_of(drift, "model", "significant", "p_no_drift", "residual_std"),
+            *values_of(drift, "effective_parameters", "total", "total_within", "total_per_m"),
+            *values_of(drift, "total_per_m_within", "reference_time_s", "outliers", "suspects"),
             Value("noise_std_forward", drift.noise_std[FORWARD]),
             Value("noise_std_backward", drift.noise_std[BACKWARD]),
-            Value("residual_std", drift.residual_std),
-            Value("effective_parameters", drift.effective_parameters),
-            Value("total", drift.total),
-            Value("total_within", drift.total_within),
-            Value("total_per_m", drift.total_per_m),
-            Value("total_per_m_within", drift.total_per_m_within),
-            Value("reference_time_s", drift.reference_time_s),
             Value("levels_forward", drift.level[:, FORWARD]),
             Value("levels_backward", drift.level[:, BACKWARD]),
             Value("levels_std_forward", drift.level_std[:, FORWARD]),
@@ -259,8 +242,6 @@ def _drift(report: PositioningReport) -> Part:
             Section("iso230_2", free_figures),
             Value("uncertainty", None if free is None else _by_figure(free.expanded_uncertainty)),
             Value("diagnosis", report.diagnosis),
-            Value("outliers", drift.outliers),
-            Value("suspects", drift.suspects),
         ],
     )
 
@@ -330,8 +311,7 @@ def _uncertainty(report: PositioningReport) -> Part:
             continue
         numbers = [Value(name, _by_figure(getattr(figures, name))) for name in _UNCERTAINTIES]
         others = [
-            Value("closed_form_mark", figures.closed_form_mark),
-            Value("included", figures.included),
+            *values_of(figures, "closed_form_mark", "included"),
             Value("left_out", tuple(map(sentence_of, figures.left_out))),
             Value("left_out_codes", tuple(map(value_as_json, figures.left_out))),
         ]
@@ -357,9 +337,7 @@ def _adjacent(
     return Section(
         "adjacent_difference",
         [
-            Value("reference_cycle", result.reference_cycle),
-            Value("reference_position", result.reference_position),
-            Value("student_factor", result.student_factor),
+            *values_of(result, "reference_cycle", "reference_position", "student_factor"),
             *(
                 Value(name, None)
                 if approach is None
