@@ -19,6 +19,17 @@ class Column:
     """Whether it takes the width that others leave."""
 
 
+def columns_of(labels: str) -> tuple[Column, ...]:
+    """Return columns by their labels between bars.
+
+    A label behind ``<`` goes to the left, one behind ``*`` as well and takes the width left over.
+    """
+    return tuple(
+        Column(label.lstrip("<*"), "left" if label[:1] in {"<", "*"} else "right", label[:1] == "*")
+        for label in labels.split(" | ")
+    )
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Paragraph:

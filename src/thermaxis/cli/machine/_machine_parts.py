@@ -63,12 +63,12 @@ class MachineParts:
 
 @final
 class PacedClock:
-    """The clock of a replayed log, at the pace of the day itself."""
+    """The clock of a replayed log, at the pace of the day; without a real one as fast as can be."""
 
-    def __init__(self, replay: "ReplayClock", real: Clock) -> None:
+    def __init__(self, replay: "ReplayClock", real: Clock | None) -> None:
         self._replay = replay
         self._real = real
-        self._start_s = real.monotonic_s()
+        self._start_s = 0.0 if real is None else real.monotonic_s()
 
     def monotonic_s(self) -> float:
         """Return the time since the log's first row. [s]"""
@@ -79,29 +79,11 @@ class PacedClock:
         return self._replay.utc()
 
     async def sleep_until(self, monotonic_s: float) -> None:
-        """Wait until that time has come on the computer's clock as well."""
-        await self._real.sleep_until(self._start_s + monotonic_s)
-        await self._replay.sleep_until(monotonic_s)
-
-
-@final
-class YieldingClock:
-    """The clock of a replayed log, as fast as the program can; others get their turn."""
-
-    def __init__(self, replay: "ReplayClock") -> None:
-        self._replay = replay
-
-    def monotonic_s(self) -> float:
-        """Return the time since the log's first row. [s]"""
-        return self._replay.monotonic_s()
-
-    def utc(self) -> datetime:
-        """Return the time of day on the day of the log."""
-        return self._replay.utc()
-
-    async def sleep_until(self, monotonic_s: float) -> None:
-        """Let that time be now, after everybody else has had a turn."""
-        await asyncio.sleep(0.0)
+        """Wait until that time has come on the real clock as well, or others have had a turn."""
+        if self._real is None:
+            await asyncio.sleep(0.0)
+        else:
+            await self._real.sleep_until(self._start_s + monotonic_s)
         await self._replay.sleep_until(monotonic_s)
 
 
@@ -222,9 +204,7 @@ def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source
     replay = ReplayClock()
     names = dict.fromkeys(configuration.compensation.model.channels, "degC")
     source = ReplaySource(log, names, replay)
-    if settings.as_fast_as_possible:
-        return source, YieldingClock(replay)
-    return source, PacedClock(replay, clock)
+    return source, PacedClock(replay, None if settings.as_fast_as_possible else clock)
 
 
 def build_sink(

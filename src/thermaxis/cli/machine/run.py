@@ -22,7 +22,6 @@ from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import (
-    Borders,
     CompensationLoop,
     MachineConfiguration,
     RuntimeStatus,
@@ -79,7 +78,7 @@ async def _run(
     loop = CompensationLoop(
         configuration.compensation,
         loop_settings(configuration),
-        Borders(parts.source, parts.sink, parts.historian, parts.clock),
+        parts.borders,
         state_file=None if replays else StateFile(configuration.state_file),
         models=configuration.other_model,
         self_test=None if replays else _self_test(configuration, parts),

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from thermaxis.positioning import FloatArray
-from thermaxis.report._document import Block, Column, Paragraph, Section, Table
+from thermaxis.report._document import Block, Column, Paragraph, Section, Table, columns_of
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
 from thermaxis.report._text import MISSING, decimals_of, fixed, plain_text, positions
@@ -126,12 +126,6 @@ def _channels(report: PositioningReport) -> list[Block]:
         rows.append((plain_text(name, 60) or "?", str(known.size), *numbers))
     if len(channels) > _MOST_CHANNELS:
         rows.append((f"… {len(channels) - _MOST_CHANNELS} more", "", "", "", ""))
-    columns = (
-        Column("Channel", "left", wide=True),
-        Column("Readings"),
-        Column("Least"),
-        Column("Mean"),
-        Column("Largest"),
-    )
+    columns = columns_of("*Channel | Readings | Least | Mean | Largest")
     words = "Further channels of the file, in the unit of the file, which is not stated."
     return [Table(columns, tuple(rows), words)]

@@ -15,6 +15,7 @@ from thermaxis.report._document import (
     Signature,
     Table,
     Verdict,
+    columns_of,
 )
 from thermaxis.report._limits_check import FigureCheck, Verdict as LimitVerdict
 from thermaxis.report._names import (
@@ -300,7 +301,7 @@ def _other_section(report: PositioningReport) -> list[Section]:
             continue
         symbol, name = OTHER_NAMES[key]
         rows.append((symbol, name, fixed(getattr(other, key), decimals)))
-    columns = (Column("", "left"), Column("Figure", "left"), Column(f"Value [{unit}]"))
+    columns = columns_of(f"< | <Figure | Value [{unit}]")
     warning = (
         f"The formulas of this section are {other.mark}. They were not checked against the text of"
         " the standard: do not use them for acceptance."

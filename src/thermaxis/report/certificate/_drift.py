@@ -7,7 +7,16 @@ import numpy as np
 
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import FIGURE_KEYS, DriftResult, FloatArray, figures_by_key
-from thermaxis.report._document import Block, Column, ItemList, Paragraph, Picture, Section, Table
+from thermaxis.report._document import (
+    Block,
+    Column,
+    ItemList,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+    columns_of,
+)
 from thermaxis.report._names import FIGURE_SYMBOLS
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
@@ -220,11 +229,8 @@ def _with_band(value: float, band: float) -> str:
 
 def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
     unit = report.test.kind.units.deviation
-    columns = (
-        Column("Drift relative to t₀", "left"),
-        Column("at the first reading"),
-        Column("at the last reading"),
-        Column("from first to last"),
+    columns = columns_of(
+        "<Drift relative to t₀ | at the first reading | at the last reading | from first to last"
     )
     rows: list[tuple[str, ...]] = []
     for label, total, values, std in (

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from thermaxis.compensation import STATED, CompensationModel
-from thermaxis.report._document import Block, Column, Paragraph, Table
+from thermaxis.report._document import Block, Column, Paragraph, Table, columns_of
 from thermaxis.report._text import as_given
 from thermaxis.report.thermal._conditions import relative_values
 from thermaxis.report.thermal._words import DASH, fold, micrometres, name_text, percent, significant
@@ -67,16 +67,9 @@ def figure_tables(
     figures: Mapping[str, VerificationFigures], words: str
 ) -> tuple[Block, ...]:  # fmt: skip
     """Return all figures of a log, or of all logs together."""
-    columns = (
-        Column("Output", "left", wide=True),
-        Column("Rows"),
-        Column("p-p measured"),
-        Column("p-p residual"),
-        Column("RMSE"),
-        Column("MAE"),
-        Column("Largest"),
-        Column("Static RMSE"),
-        Column("Persistence RMSE"),
+    columns = columns_of(
+        "*Output | Rows | p-p measured | p-p residual | RMSE | MAE | Largest"
+        " | Static RMSE | Persistence RMSE"
     )
     rows = tuple(
         (
@@ -100,12 +93,8 @@ def figure_tables(
         (name_text(name), *map(micrometres, after[name]), *map(micrometres, f.at_end_um))
         for name, f in figures.items()
     )
-    columns = (
-        Column("Output", "left", wide=True),
-        Column("60 min: measured"),
-        Column("60 min: residual"),
-        Column("End: measured"),
-        Column("End: residual"),
+    columns = columns_of(
+        "*Output | 60 min: measured | 60 min: residual | End: measured | End: residual"
     )
     ends = "Displacement after 60 minutes and at the end (as ISO 230-3 asks), in µm."
     return main, Table(columns, later, ends)
@@ -164,14 +153,7 @@ def validity_table(
     )
     if len(parts) > _MOST_PARTS:
         words += f" The first {_MOST_PARTS} of {len(parts)} inputs."
-    columns = (
-        Column("Log", "left"),
-        Column("Input", "left", wide=True),
-        Column("Training"),
-        Column("Log"),
-        Column("Rows outside"),
-        Column("Excess"),
-    )
+    columns = columns_of("<Log | *Input | Training | Log | Rows outside | Excess")
     return Table(columns, tuple(rows), words, strong_rows=tuple(strong))
 
 

@@ -7,7 +7,6 @@ from thermaxis import __version__
 from thermaxis.compensation import Provenance
 from thermaxis.report._document import (
     Block,
-    Column,
     Document,
     Fields,
     ItemList,
@@ -15,6 +14,7 @@ from thermaxis.report._document import (
     Picture,
     Section,
     Table,
+    columns_of,
 )
 from thermaxis.report._text import fixed, plain_text
 from thermaxis.report.thermal._fit import (
@@ -170,15 +170,8 @@ def _result_tables(result: Identification) -> list[Block]:
         )
         for o in result.outputs
     )
-    columns = (
-        Column("Output", "left", wide=True),
-        Column("Fit [%]"),
-        Column("RMSE model"),
-        Column("Static"),
-        Column("Fixed averages"),
-        Column("One step"),
-        Column("Noise"),
-        Column("Slow drift"),
+    columns = columns_of(
+        "*Output | Fit [%] | RMSE model | Static | Fixed averages | One step | Noise | Slow drift"
     )
     words = (
         "Training rows: fit and RMSE of the free run; RMSE of a static regression and of fixed"
@@ -217,13 +210,7 @@ def _held_out_table(outputs: Sequence[IdentifiedOutput]) -> Table:
         )
         for o in outputs
     )
-    columns = (
-        Column("Output", "left", wide=True),
-        Column("Model"),
-        Column("Last value held"),
-        Column("Static"),
-        Column("Fixed averages"),
-    )
+    columns = columns_of("*Output | Model | Last value held | Static | Fixed averages")
     words = "Mean absolute error in free run on parts of the record that were held out, in µm."
     return Table(columns, rows, words)
 
@@ -247,11 +234,8 @@ def _selection_section(
                 f"{fixed(entry.excess, 3)} ± {fixed(entry.excess_se, 3)}",
             )
         )
-    columns = (
-        Column("Channels"),
-        Column("What comes in", "left", wide=True),
-        Column("Error over the best"),
-        Column("Excess ± standard error"),
+    columns = columns_of(
+        "Channels | *What comes in | Error over the best | Excess ± standard error"
     )
     words = "Error in free run on parts held out, by the number of channels."
     lags = ", ".join(significant(tau, 3) for tau in selection.time_constants_s) or "none"
@@ -318,14 +302,7 @@ def _parts_table(output: IdentifiedOutput) -> Table:
                 f"{part.delay_s:g}",
             )
         )
-    columns = (
-        Column("Input", "left"),
-        Column("DC gain"),
-        Column("Direct"),
-        Column("Gains of the lags", "left", wide=True),
-        Column("Time constants", "left", wide=True),
-        Column("Delay"),
-    )
+    columns = columns_of("<Input | DC gain | Direct | *Gains of the lags | *Time constants | Delay")
     known = any(std.dc_gain is not None for std in output.std)
     words = (
         f"Parts of {name_text(output.name)}: gains in µm/K, time constants and delays in s; offset"
@@ -362,11 +339,7 @@ def _polynomial_tables(output: IdentifiedOutput) -> list[Block]:
             found.model.input_names, found.numerators, found.denominators, strict=True
         )
     )
-    columns = (
-        Column("Input", "left"),
-        Column("Numerator a0, a1, …", "left", wide=True),
-        Column("Denominator b0, b1, …", "left", wide=True),
-    )
+    columns = columns_of("<Input | *Numerator a0, a1, … | *Denominator b0, b1, …")
     words = (
         f"Coefficients of {name_text(output.name)} at {found.model.sample_time_s:g} s (Tables 1 and"
         " 2 of the paper). Printed digits lose the DC gain of slow models; the model file stores"
@@ -386,13 +359,7 @@ def _polynomial_tables(output: IdentifiedOutput) -> list[Block]:
                     "a zero nearly cancels it" if near else "",
                 )
             )
-    pole_columns = (
-        Column("Input", "left"),
-        Column("Pole"),
-        Column("Modulus"),
-        Column("Time constant [s]"),
-        Column("", "left", wide=True),
-    )
+    pole_columns = columns_of("<Input | Pole | Modulus | Time constant [s] | *")
     tables: list[Block] = [Table(columns, rows, words)]
     if poles:
         tables.append(Table(pole_columns, tuple(poles[:_MOST_POLES]), "Poles in z, slowest first."))
@@ -433,12 +400,8 @@ def _residual_section(
                 )
             )
         said.append(f"{name}: {_linearity_words(output, records, experiments)}")
-    columns = (
-        Column("Output", "left", wide=True),
-        Column("Means over"),
-        Column("Residual", "left"),
-        Column("Worth rows"),
-        Column("Inputs it still depends on", "left", wide=True),
+    columns = columns_of(
+        "*Output | Means over | <Residual | Worth rows | *Inputs it still depends on"
     )
     words = (
         "Residual analysis at the 1 % level; the independent rows that the mean of the residual is"
@@ -491,12 +454,7 @@ def _records_section(
         )
         for k, definition in enumerate(records.inputs[:60])
     )
-    columns = (
-        Column("Input", "left"),
-        Column("Channels", "left", wide=True),
-        Column("Lowest"),
-        Column("Highest"),
-    )
+    columns = columns_of("<Input | *Channels | Lowest | Highest")
     words = (
         "Where the model is valid: range of every input relative to its reference, in K (or the"
         " unit of its channel)."

@@ -8,7 +8,6 @@ from thermaxis.files import model_sha256
 from thermaxis.messages import text_of
 from thermaxis.report._document import (
     Block,
-    Column,
     Document,
     Fields,
     ItemList,
@@ -16,6 +15,7 @@ from thermaxis.report._document import (
     Picture,
     Section,
     Table,
+    columns_of,
 )
 from thermaxis.report._text import plain_text
 from thermaxis.report.thermal._comparison import MOST_LOGS, MOST_OUTPUTS, verification_charts
@@ -222,11 +222,7 @@ def _hashes(logs: Sequence[ThermalLog], result: Verification, sha256: str) -> tu
         (name_text(found.name), str(log.rows), log_sha256(log))
         for log, found in zip(logs, result.logs, strict=True)
     )
-    columns = (
-        Column("Log", "left", wide=True),
-        Column("Rows"),
-        Column("SHA-256 of names, times and values", "left"),
-    )
+    columns = columns_of("*Log | Rows | <SHA-256 of names, times and values")
     words = "Logs of this verification: the hash is of the content as read, not of a file."
     return (
         Table(columns, rows, words),

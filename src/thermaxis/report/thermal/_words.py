@@ -8,7 +8,16 @@ import numpy as np
 
 from thermaxis.compensation import CompensationModel, Part, Provenance
 from thermaxis.positioning import FloatArray
-from thermaxis.report._document import Block, Column, Fields, ItemList, Paragraph, Section, Table
+from thermaxis.report._document import (
+    Block,
+    Column,
+    Fields,
+    ItemList,
+    Paragraph,
+    Section,
+    Table,
+    columns_of,
+)
 from thermaxis.report._text import NOT_STATED, as_given, fixed, plain_text
 from thermaxis.thermal import ThermalLog
 
@@ -154,10 +163,6 @@ def provenance_section(provenance: Provenance, further: Sequence[Block] = ()) ->
     if rows:
         more = len(provenance.logs) - len(rows)
         words = "Training logs, rows from 0." + (f" {more} more are not listed." if more else "")
-        columns = (
-            Column("Log", "left", wide=True),
-            Column("Rows"),
-            Column("SHA-256 of the file", "left"),
-        )
+        columns = columns_of("*Log | Rows | <SHA-256 of the file")
         blocks.append(Table(columns, rows, words))
     return Section("Provenance", (*blocks, *further))
