@@ -85,19 +85,6 @@ def _field(
     return HeaderField(key or name, name, label, unit, only, in_file, takes)
 
 
-def _field(
-    names: str,
-    label: str,
-    unit: str = "",
-    only: AxisKind | None = None,
-    in_file: str = "",
-    takes: Takes = Takes.ANYTHING,
-) -> HeaderField:
-    """Return a field by its key and, where that is another one, its name in the file."""
-    key, _, name = names.partition(" ")
-    return HeaderField(key, name or key, label, unit, only, in_file, takes)
-
-
 def _material_sensor(number: int) -> tuple[HeaderField, HeaderField]:
     value, place = f"material_temperature_{number}_c", f"material_sensor_{number}_place"
     return (
@@ -107,7 +94,6 @@ def _material_sensor(number: int) -> tuple[HeaderField, HeaderField]:
 
 
 _LINEAR, _ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
-_SIZE, _DAY, _MOMENT = Takes.SIZE, Takes.DAY, Takes.MOMENT
 _SIZE = Takes.SIZE
 
 HEADER_GROUPS: tuple[HeaderGroup, ...] = (
