@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import resources
-from typing import Any, Final, NamedTuple, cast
+from typing import Any, Final, Literal, NamedTuple, cast, get_args
 
 from fluent.runtime import FluentBundle, FluentResource
 from fluent.runtime.types import FluentNone, FluentNumber, FluentType, fluent_number
@@ -13,8 +13,10 @@ from fluent.syntax import ast
 from thermaxis.codes import Message, Place, Value, printable
 from thermaxis.messages._formats import ABSENT, duration_text, number_text, short_names
 
-LANGUAGES: Final = ("en", "de", "cs")
+Language = Literal["en", "de", "cs"]
 """Languages that have a catalogue; the first is complete and stands in for the others."""
+LANGUAGES: Final[tuple[str, ...]] = get_args(Language)
+"""The same, to be gone through."""
 FREE_TEXT: Final = frozenset({"detail", "failure", "finding", "problem", "said", "why"})
 """Values that hold sentences of free text, as an operating system or a server has said them."""
 ISOLATE, END_OF_ISOLATE = "\N{FIRST STRONG ISOLATE}", "\N{POP DIRECTIONAL ISOLATE}"

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from pydantic_core import PydanticCustomError
 
 from thermaxis.compensation import Limits, SensorRules, SupervisorRules
+from thermaxis.messages import Language
 from thermaxis.runtime.config._connection import ConnectionSection
 from thermaxis.runtime.historian import HistorianSettings
 from thermaxis.runtime.sinks import LinuxCncSettings
@@ -398,7 +399,7 @@ class ScreenSection(Section):
     """Its key; readable by its owner only."""
     view_without_login: bool = False
     """Whether somebody who has not logged in may look."""
-    language: Literal["en", "de", "cs"] = "en"
+    language: Language = "en"
     """Language for browsers that ask for none of the three."""
     user: Text = ""
     """User of the status server, with the role viewer, for what every page shows; empty:

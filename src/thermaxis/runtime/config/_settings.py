@@ -16,6 +16,7 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.messages import Language
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime.historian import HistorianSettings
 from thermaxis.runtime.host import is_loopback
@@ -222,7 +223,7 @@ class ScreenSettings:
     """The certificate's key."""
     view_without_login: bool
     """Whether somebody who has not logged in may look."""
-    language: Literal["en", "de", "cs"]
+    language: Language
     """Language for browsers that ask for none of the three."""
     user: str
     """User of the status server for what every page shows; empty: anonymous."""
