@@ -378,7 +378,7 @@ def test_written_read_and_simulated_a_table_stays_within_bound_and_rounding(
         ("NR                  X", "NR", "axis_heading_missing", 2),
         ("NR   ", "ZZ   ", "headings_missing", 2),
         ("-0.0025", "\t-0.0025", "table_line_has_tab", 3),
-        ("-0.0025", "-0.0025 +0.1", "two_values_in_column", 3),
+        ("-0.0025", "-0.0025 +0.1", "value_without_heading", 3),
         ("+300.0000   +0.0150", "+300.0000   +999999.0", "number_too_large", 7),
     ],
 )

@@ -122,9 +122,26 @@ class ComText:
     findings: tuple[str, ...] = ()
     """What is unusual about the ends of its lines, in words."""
 
+    def at(self, line: int, column: str = "") -> Place:
+        """Return a place of the table."""
+        return Place(self.path, line, column)
+
+    def numbers(
+        self, line: int, words: list[tuple[int, str]], headings: Mapping[str, int]
+    ) -> dict[str, float]:
+        """Return the numbers of a row by the heading that each stands under."""
+        row: dict[str, float] = {}
+        for begin, word in words:
+            column = column_of(begin, headings)
+            if column is None or column in row:
+                text = word[:99]
+                raise MeasurementFileError("value_without_heading", text=text, place=self.at(line))
+            row[column] = self.number(word, line, column)
+        return row
+
     def number(self, word: str, line: int, column: str) -> float:
         """Return a number as the control reads it."""
-        place = Place(self.path, line, column)
+        place = self.at(line, column)
         if _NUMBER.fullmatch(word) is None:
             if re.fullmatch(r"[+-]?[0-9]+,[0-9]*", word[:60], re.ASCII):
                 raise MeasurementFileError("table_decimal_comma", text=word[:99], place=place)
@@ -163,19 +180,17 @@ def check_numbering(source: ComText, word: str, line: int, expected: int) -> Non
     """Refuse a row that is not the next one, or beyond the control's number of rows."""
     if not re.fullmatch(r"[0-9]{1,6}", word):
         raise MeasurementFileError(
-            "row_without_number", text=word[:99], place=Place(source.path, line, "NR")
+            "row_without_number", text=word[:99], place=source.at(line, "NR")
         )
     if int(word) != expected:
         raise MeasurementFileError(
             "row_out_of_order",
             number=int(word),
             expected=expected,
-            place=Place(source.path, line, "NR"),
+            place=source.at(line, "NR"),
         )
     if expected >= MOST_POINTS:
-        raise MeasurementFileError(
-            "too_many_rows", most=MOST_POINTS, place=Place(source.path, line)
-        )
+        raise MeasurementFileError("too_many_rows", most=MOST_POINTS, place=source.at(line))
 
 
 def column_of(place: int, headings: Mapping[str, int]) -> str | None:
@@ -189,9 +204,9 @@ def headings_of(source: ComText, first: tuple[str, ...]) -> dict[str, int]:
     words = words_of(source.lines[1].upper()) if len(source.lines) > 1 else []
     labels = [word for _, word in words]
     if tuple(labels[: len(first)]) != first:
-        raise MeasurementFileError("headings_missing", headings=first, place=Place(source.path, 2))
+        raise MeasurementFileError("headings_missing", headings=first, place=source.at(2))
     if len(set(labels)) != len(labels):
-        raise MeasurementFileError("heading_stated_twice", place=Place(source.path, 2))
+        raise MeasurementFileError("heading_stated_twice", place=source.at(2))
     return {word: place for place, word in words[1:]}
 
 
@@ -199,10 +214,10 @@ def rows_of(source: ComText, *, needs_end: bool) -> Iterator[tuple[int, list[tup
     """Yield the numbered rows from the third line up to ``[END]``: line, and words behind NR."""
     ends = [i for i, line in enumerate(source.lines) if line.strip().upper() == "[END]"]
     if ends and ends[0] < len(source.lines) - 1:
-        raise MeasurementFileError("lines_behind_end", place=Place(source.path, ends[0] + 2))
+        raise MeasurementFileError("lines_behind_end", place=source.at(ends[0] + 2))
     if needs_end and not ends:
         raise MeasurementFileError(
-            "table_cut_short", end="[END]", place=Place(source.path, len(source.lines))
+            "table_cut_short", end="[END]", place=source.at(len(source.lines))
         )
     rows = source.lines[2 : ends[0] if ends else None]
     if not rows:
@@ -210,7 +225,7 @@ def rows_of(source: ComText, *, needs_end: bool) -> Iterator[tuple[int, list[tup
     for number, content in enumerate(rows):
         words = words_of(content)
         if not words:
-            raise MeasurementFileError("table_line_empty", place=Place(source.path, number + 3))
+            raise MeasurementFileError("table_line_empty", place=source.at(number + 3))
         check_numbering(source, words[0][1], number + 3, number)
         yield number + 3, words[1:]
 
@@ -226,17 +241,15 @@ def findings_on_others(others: Iterable[str]) -> list[str]:
 def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list[str]]:
     """Return the column of the axis whose positions the rows have, and what is unusual."""
     if not labels:
-        raise MeasurementFileError("axis_heading_missing", place=Place(source.path, 2))
+        raise MeasurementFileError("axis_heading_missing", place=source.at(2))
     named = _NAMED.fullmatch(name)
     file_axis = None if named is None else named["axis"].upper()
     if file_axis in labels:
         return file_axis, []
     if file_axis is not None:
         raise MeasurementFileError(
-            "other_axis_columns", axis=file_axis, columns=tuple(labels), place=Place(source.path, 2)
+            "other_axis_columns", axis=file_axis, columns=tuple(labels), place=source.at(2)
         )
     if len(labels) > 1:
-        raise MeasurementFileError(
-            "axis_not_named", columns=tuple(labels), place=Place(source.path, 1)
-        )
+        raise MeasurementFileError("axis_not_named", columns=tuple(labels), place=source.at(1))
     return labels[0], [f"the table's name has no axis: column {labels[0]} is taken for its own"]

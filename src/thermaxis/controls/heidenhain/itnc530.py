@@ -32,7 +32,6 @@ from thermaxis.controls.heidenhain._com import (
     ComText,
     HeidenhainControl,
     check_positions,
-    column_of,
     com_text,
     findings_on_others,
     headings_of,
@@ -224,7 +223,7 @@ def _rows(
     others: set[str] = set()
     for i, (line, words) in enumerate(rows_of(source, needs_end=False)):
         if len(words) < 2:
-            raise MeasurementFileError("row_too_short", place=Place(source.path, line))
+            raise MeasurementFileError("row_too_short", place=source.at(line))
         place = source.number(words[0][1], line, "position")
         # both are rounded: the distance once for each row before
         if abs(place - datum - i * step) > HALF_DIGIT * (i + 2) + _STATION_SLACK:
@@ -233,38 +232,12 @@ def _rows(
                 position=place,
                 expected=datum + i * step,
                 row=i,
-                place=Place(source.path, line),
+                place=source.at(line),
             )
-        values.append(_own_value(source, line, words[1:], headings, axis, others))
+        row = source.numbers(line, words[1:], headings)
+        if axis not in row:
+            raise MeasurementFileError("row_value_missing", place=source.at(line, axis))
+        values.append(row.pop(axis))
+        others |= row.keys()
     findings += findings_on_others(others)
     return values
-
-
-def _own_value(
-    source: ComText,
-    line: int,
-    words: list[tuple[int, str]],
-    headings: Mapping[str, int],
-    axis: str,
-    others: set[str],
-) -> float:
-    """Return the value in the axis' own column; the other columns with values join `others`."""
-    own: float | None = None
-    for begin, word in words:
-        column = column_of(begin, headings)
-        if column is None:
-            raise MeasurementFileError(
-                "value_without_heading", text=word[:99], place=Place(source.path, line)
-            )
-        number = source.number(word, line, column)
-        if column != axis:
-            others.add(column)
-        elif own is not None:
-            raise MeasurementFileError(
-                "two_values_in_column", place=Place(source.path, line, column)
-            )
-        else:
-            own = number
-    if own is None:
-        raise MeasurementFileError("row_value_missing", place=Place(source.path, line, axis))
-    return own

@@ -30,7 +30,6 @@ from thermaxis.controls.heidenhain._com import (
     ComText,
     HeidenhainControl,
     check_positions,
-    column_of,
     com_text,
     findings_on_others,
     headings_of,
@@ -151,24 +150,15 @@ def _rows(source: ComText, headings: Mapping[str, int]) -> list[dict[str, float]
     """Return each row's numbers by heading."""
     rows: list[dict[str, float]] = []
     for line, words in rows_of(source, needs_end=True):
-        row: dict[str, float] = {}
-        for place, word in words:
-            column = column_of(place, headings)
-            if column is None or column in row:
-                raise MeasurementFileError(
-                    "value_without_heading", text=word[:99], place=Place(source.path, line)
-                )
-            row[column] = source.number(word, line, column)
+        row = source.numbers(line, words, headings)
         if _POSITION not in row:
-            raise MeasurementFileError(
-                "row_value_missing", place=Place(source.path, line, _POSITION)
-            )
+            raise MeasurementFileError("row_value_missing", place=source.at(line, _POSITION))
         if rows and row[_POSITION] <= rows[-1][_POSITION]:
             raise MeasurementFileError(
                 "position_not_rising",
                 position=row[_POSITION],
                 before=rows[-1][_POSITION],
-                place=Place(source.path, line),
+                place=source.at(line),
             )
         rows.append(row)
     return rows
@@ -179,10 +169,8 @@ def _deviation(source: ComText, rows: list[dict[str, float]], axis: str) -> Floa
     both = any(_BACKWARD in row for row in rows)
     for line, row in enumerate(rows, start=3):
         if axis not in row:
-            raise MeasurementFileError("row_value_missing", place=Place(source.path, line, axis))
+            raise MeasurementFileError("row_value_missing", place=source.at(line, axis))
         if both and _BACKWARD not in row:
-            raise MeasurementFileError(
-                "row_value_missing", place=Place(source.path, line, _BACKWARD)
-            )
+            raise MeasurementFileError("row_value_missing", place=source.at(line, _BACKWARD))
     side = _BACKWARD if both else axis
     return np.array([[row[axis], row[side]] for row in rows])
