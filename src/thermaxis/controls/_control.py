@@ -7,11 +7,13 @@ told of it.
 
 import math
 import re
+import tomllib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.resources import files
 from types import MappingProxyType
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError, MeasurementFileError
@@ -297,6 +299,15 @@ class Control(ABC):
             values held. [µm or arcsec]
         """
         return -table.deviation_at(position)
+
+
+def options_of(control: str) -> tuple[ControlOption, ...]:
+    """Return the options of a control, or of a maker's controls, from ``options.toml``."""
+    page = (files("thermaxis.controls") / "options.toml").read_text("utf-8")
+    tables: dict[str, dict[str, Any]] = tomllib.loads(page)[control]
+    for table in tables.values():
+        table["choices"] = tuple(table.get("choices", ()))
+    return tuple(ControlOption(name, **table) for name, table in tables.items())
 
 
 # ---- shared by the controls ---------------------------------------------------------------------

@@ -21,7 +21,6 @@ from thermaxis.codes import Place, printable
 from thermaxis.controls._control import (
     BYTE_ORDER_MARKS,
     Control,
-    ControlOption,
     GridRule,
     ProgramRequest,
     ReadTable,
@@ -29,6 +28,7 @@ from thermaxis.controls._control import (
     TableText,
     check_points,
     check_size,
+    options_of,
     plain_number,
 )
 from thermaxis.controls._program import (
@@ -98,29 +98,7 @@ class LinuxCnc(Control):
         "Values and positions are in machine units, mm (0.000001) or inch (0.00000001), of a rotary"
         " axis always deg (0.0000001)"
     )
-    options = (
-        ControlOption(
-            "type",
-            "0",
-            "COMP_FILE_TYPE: 0 actual positions, 1 trims added to the motor command",
-            ("0", "1"),
-            "table",
-        ),
-        ControlOption(
-            "units",
-            "mm",
-            "machine units of the INI file, LINEAR_UNITS; rotary axes are in deg with both",
-            ("mm", "inch"),
-            "table",
-        ),
-        ControlOption(
-            "coordinates",
-            "machine",
-            "machine: every move by G53; work: in the work offset that is active",
-            ("machine", "work"),
-            "program",
-        ),
-    )
+    options = options_of("linuxcnc")
 
     def format_program(self, request: ProgramRequest) -> str:
         """Return the G-code of a plan.

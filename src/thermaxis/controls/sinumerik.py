@@ -22,7 +22,6 @@ import numpy as np
 from thermaxis.codes import Place, printable
 from thermaxis.controls._control import (
     Control,
-    ControlOption,
     GridRule,
     ProgramRequest,
     ReadTable,
@@ -31,6 +30,7 @@ from thermaxis.controls._control import (
     check_points,
     comment_text,
     number_option,
+    options_of,
     plain_number,
     text_lines,
 )
@@ -96,52 +96,7 @@ class Sinumerik(Control):
     )
     unit = "Values are in mm (0.000001), of a rotary axis in deg (0.0000001); positions likewise"
     newline = "\r\n"
-    options = (
-        ControlOption(
-            "encoder", "1", "measuring system of the axis, first index 0 or 1", ("1", "2"), "table"
-        ),
-        ControlOption(
-            "modulo",
-            "0",
-            "1 for a modulo rotary axis: the table spans one turn",
-            ("0", "1"),
-            "table",
-        ),
-        ControlOption(
-            "max_points",
-            "none",
-            "value of MD38000, largest number of points; none: not checked",
-            only_for="table",
-        ),
-        ControlOption(
-            "form",
-            "program",
-            "program: with ENABLE = 0, NEWCONF and M30, run as a part program; ini: an"
-            " initialisation file that ends with M17",
-            ("program", "ini"),
-            "table",
-        ),
-        ControlOption(
-            "table",
-            "none",
-            "which table of a file with several is read, from 1",
-            only_for="table",
-        ),
-        ControlOption(
-            "coordinates",
-            "machine",
-            "machine: every move by SUPA; work: in the work offset that is active",
-            ("machine", "work"),
-            "program",
-        ),
-        ControlOption(
-            "machine_axis",
-            "axis",
-            "machine axis whose software limits the program asks for, such as AX1; axis: of the"
-            " same name as the channel axis that moves [M]",
-            only_for="program",
-        ),
-    )
+    options = options_of("sinumerik")
 
     def format_program(self, request: ProgramRequest) -> str:
         """Return the part program of a plan.

@@ -20,7 +20,6 @@ import numpy as np
 from thermaxis.codes import Place
 from thermaxis.controls._control import (
     Control,
-    ControlOption,
     GridRule,
     ProgramRequest,
     ReadTable,
@@ -29,6 +28,7 @@ from thermaxis.controls._control import (
     check_points,
     comment_text,
     number_option,
+    options_of,
     plain_number,
 )
 from thermaxis.controls._program import (
@@ -88,109 +88,7 @@ class Fanuc(Control):
         " side: positive where the axis must be moved further in positive direction [S]"
     )
     unit = "Values are whole numbers of the detection unit times the magnification"
-    options = (
-        ControlOption(
-            "program_number",
-            "7000",
-            "number O of the program, the next ones are subprograms",
-            only_for="program",
-        ),
-        ControlOption(
-            "call",
-            "P",
-            "P: M98 P with repetitions and program number in one word, Series 16i and later; L:"
-            " M98 P L, Series 15 and the tape format of Series 10 and 11 [M]",
-            ("P", "L"),
-            "program",
-        ),
-        ControlOption(
-            "work_offset",
-            "G54",
-            "work coordinate system, whose offsets must be zero",
-            ("G54", "G55", "G56", "G57", "G58", "G59"),
-            "program",
-        ),
-        ControlOption(
-            "axis_number",
-            _AUTO,
-            "number of the axis on the control, parameter word A; auto: X 1, Y 2, Z 3, others 4",
-            only_for="table",
-        ),
-        ControlOption(
-            "detection_unit",
-            "1",
-            "detection unit of the axis, in 0.001 mm or 0.001 deg",
-            only_for="table",
-        ),
-        ControlOption(
-            "magnification",
-            _AUTO,
-            "parameter 3623, 1 to 100; auto: the smallest with which every value fits",
-            only_for="table",
-        ),
-        ControlOption(
-            "largest_value",
-            "7",
-            "largest magnitude of a point's value: 7, on newer controls 127 [M]",
-            only_for="table",
-        ),
-        ControlOption(
-            "max_points",
-            "128",
-            "largest number of points of an axis and direction [S]",
-            only_for="table",
-        ),
-        ControlOption(
-            "highest_point",
-            "1023",
-            "highest point number of the control, for all axes together [M]",
-            only_for="table",
-        ),
-        ControlOption(
-            "reference_point",
-            _AUTO,
-            "parameter 3620, point number of the reference position; auto: the axis with number a"
-            " begins at (a - 1) times max_points, twice that with two tables",
-            only_for="table",
-        ),
-        ControlOption(
-            "reference_coordinate",
-            "table",
-            "machine coordinate of the reference position, mm or deg; table: where the table is"
-            " zero, and in reading what the file's comment says",
-            only_for="table",
-        ),
-        ControlOption(
-            "bidirectional",
-            "0",
-            "1: a second table for the negative direction (parameters 3605#0, 3626, 3627), an"
-            " option of the control",
-            ("0", "1"),
-            "table",
-        ),
-        ControlOption(
-            "return_direction",
-            "positive",
-            "direction in which the axis returns to its reference position; only for two tables",
-            ("positive", "negative"),
-            "table",
-        ),
-        ControlOption(
-            "modulo",
-            "0",
-            "1: a rotary axis that repeats after 360 deg (parameter 3625)",
-            ("0", "1"),
-            "table",
-        ),
-        ControlOption(
-            "comments",
-            "1",
-            "1: comments in parentheses at the head; 0: none, where a control does not skip them"
-            " [M]",
-            ("0", "1"),
-            "table",
-        ),
-    )
+    options = options_of("fanuc")
 
     def format_program(self, request: ProgramRequest) -> str:
         """Return the NC program of a plan.

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 from thermaxis.codes import Place
-from thermaxis.controls._control import ControlOption, ProgramRequest, plain_number
+from thermaxis.controls._control import ProgramRequest, options_of, plain_number
 from thermaxis.controls._program import (
     MoveWords,
     block_lines,
@@ -30,21 +30,7 @@ LONGEST_DWELL_S = 3600.0
 MOST_LABELS = 999
 """Largest number of a label on the iTNC 530; from memory. [1]"""
 
-PROGRAM_OPTIONS = (
-    ControlOption(
-        "coordinates",
-        "machine",
-        "machine: every move with M91, from the machine datum; work: from the active datum",
-        ("machine", "work"),
-        "program",
-    ),
-    ControlOption(
-        "program_name",
-        "AXISRUN",
-        "name in the first and last block, letters, digits, - and _; the file needs the same name",
-        only_for="program",
-    ),
-)
+PROGRAM_OPTIONS = options_of("heidenhain")
 """Options of the NC program."""
 
 _FEED_DECIMALS = 3

@@ -18,12 +18,12 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.controls._control import (
-    ControlOption,
     GridRule,
     ReadTable,
     TableRequest,
     TableText,
     check_points,
+    options_of,
 )
 from thermaxis.controls.heidenhain._com import (
     DECIMALS,
@@ -67,18 +67,7 @@ class HeidenhainITnc530(HeidenhainControl):
         "A value is plus the mean deviation: positive where the axis travels too far, and the"
         " control then moves it back [S]"
     )
-    options = (
-        *PROGRAM_OPTIONS,
-        ControlOption(
-            "spacing",
-            "any",
-            "power_of_two: the distance of the points must be 0.0001 mm times a power of two, as"
-            " TNC 407, 415 and 425 ask [V]; any: not checked, and whether an iTNC 530 asks for it"
-            " is not known",
-            ("any", "power_of_two"),
-            "table",
-        ),
-    )
+    options = (*PROGRAM_OPTIONS, *options_of("heidenhain-itnc530"))
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
         """Return the rule: up to 256 equidistant points, one value each."""
