@@ -9,12 +9,6 @@ import pytest
 from tests.unit.positioning.builders import closed_form, stop_times
 from thermaxis.cli import main
 
-DRIFT_KEYS = {
-    *("model", "significant", "p_no_drift", "noise_std_forward", "noise_std_backward"),
-    *("residual_std", "total", "total_per_m", "reference_time_s", "levels_forward"),
-    *("levels_backward", "levels_std_forward", "levels_std_backward", "iso230_2"),
-    *("uncertainty", "diagnosis"),
-}
 FIGURES = (
     *("B", "B_mean", "M", "E_forward", "E_backward", "E"),
     *("R_forward", "R_backward", "R", "A_forward", "A_backward", "A"),
@@ -49,17 +43,6 @@ def drifting(tmp_path: Path) -> Path:
 def evaluated(capsys: pytest.CaptureFixture[str], path: Path, *options: str) -> dict[str, object]:
     assert main(["evaluate", str(path), "--json", "-", *options]) == 0
     return json.loads(capsys.readouterr().out)
-
-
-def test_every_promised_key_of_the_drift_is_there(
-    drifting: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    drift = evaluated(capsys, drifting)["drift"]
-    assert set(drift) >= DRIFT_KEYS
-    assert set(drift["uncertainty"]) == set(FIGURES)
-    assert set(drift["iso230_2"]) == {*FIGURES, "targets"}
-    for finding in drift["diagnosis"]:
-        assert set(finding) >= {"finding", "value", "unit", "text"}
 
 
 def test_the_drift_of_a_known_run_comes_out(

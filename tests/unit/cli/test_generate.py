@@ -1,12 +1,11 @@
 """The command ``generate`` writes the virtual axes, and the shipped examples are what it writes."""
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from thermaxis.cli.axis import generate
+from thermaxis.cli import execute
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_rtl, read_tidy_csv
 from thermaxis.positioning import TimeSource
@@ -16,9 +15,7 @@ EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 
 def run(*words):
-    parser = argparse.ArgumentParser()
-    generate.add_arguments(parser)
-    return generate.run(parser.parse_args([str(word) for word in words]))
+    return execute(["generate", *map(str, words)])
 
 
 @pytest.mark.parametrize(

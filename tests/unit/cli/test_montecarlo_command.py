@@ -1,18 +1,15 @@
 """The command ``montecarlo``: words for people, JSON for programs, one error for a bad number."""
 
-import argparse
 import json
 
 import pytest
 
-from thermaxis.cli.axis import montecarlo
+from thermaxis.cli import execute
 from thermaxis.errors import ConfigurationError
 
 
 def run(*words):
-    parser = argparse.ArgumentParser()
-    montecarlo.add_arguments(parser)
-    return montecarlo.run(parser.parse_args(words))
+    return execute(["montecarlo", *words])
 
 
 def test_the_result_is_told_in_words(capsys):
@@ -61,20 +58,6 @@ def test_json_on_standard_output_stands_there_alone(capsys):
     assert sum(shown["histogram"]["source"]) == 200
     assert sum(shown["histogram"]["derived"]) == 199
     assert len(shown["histogram"]["edges"]) == len(shown["histogram"]["source"]) + 1
-
-
-def test_json_in_a_file_leaves_the_words_on_standard_output(capsys, tmp_path):
-    file = tmp_path / "result.json"
-    run("--json", str(file), "--repetitions", "50")
-    assert json.loads(file.read_text(encoding="ascii"))["one_sequence"]["theory"] == 2**0.5
-    assert "How much more" in capsys.readouterr().out
-
-
-def test_the_same_arguments_print_the_same(capsys):
-    run("--repetitions", "50")
-    first = capsys.readouterr().out
-    run("--repetitions", "50")
-    assert capsys.readouterr().out == first
 
 
 def test_a_number_that_is_not_possible_is_one_error(capsys):
