@@ -47,6 +47,7 @@ FREE = (
     *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
     *("model.reference_c", "model.provenance.figures"),
     *("correct.options", "check-table.options", "events.events[].details"),
+    "identify.findings[].values",
 )
 """Objects whose keys come from a file, are numbers of cycles, or options of one control."""
 

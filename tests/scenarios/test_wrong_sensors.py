@@ -52,7 +52,7 @@ def test_a_stuck_sensor_is_named_when_a_model_is_verified(
     stuck = written(tmp_path / "stuck.csv", T_spindle_C=spindle)
     capsys.readouterr()
     assert main(["verify", str(model), str(stuck)]) == 0
-    assert "T_spindle_C stays at" in capsys.readouterr().out
+    assert "T_spindle_C: stays at" in capsys.readouterr().out
 
 
 def test_a_model_that_is_no_better_than_a_static_regression_says_so(tmp_path: Path) -> None:

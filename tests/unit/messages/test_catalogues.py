@@ -20,6 +20,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.messages import LANGUAGES, keys, template
 from thermaxis.runtime import PRIORITIES, AlarmCode, LoopAnswer, Role
+from thermaxis.thermal import FindingKind
 
 FOLDER = resources.files("thermaxis.messages")
 
@@ -36,6 +37,7 @@ CODES: dict[str, set[str]] = {
     "role": set(Role),
     "priority": set(PRIORITIES),
     "alarm": set(AlarmCode),
+    "log": {*FindingKind, "swapped_names"},
 }
 
 

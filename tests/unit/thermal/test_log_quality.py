@@ -38,9 +38,7 @@ def found(
 
 
 def only(findings: tuple[LogFinding, ...]) -> LogFinding:
-    assert len(findings) == 1, [f.words for f in findings]
-    assert findings[0].words
-    assert findings[0].remedy
+    assert len(findings) == 1, [f.message for f in findings]
     return findings[0]
 
 
@@ -88,8 +86,8 @@ def test_values_that_stand_for_a_fault_are_named_with_their_place() -> None:
         finding = only(found(changed))
         assert (finding.kind, finding.channel) == (FindingKind.OUT_OF_RANGE, "T2_C")
         assert finding.rows == (700, 2001)
-        assert "6 values of T2_C" in finding.words
-        assert f"{sentinel:g}" in finding.words
+        values = finding.message.values
+        assert (values["name"], values["count"], values["example"]) == ("T2_C", 6, sentinel)
         assert finding.serious
 
 
@@ -104,10 +102,11 @@ def test_the_step_of_a_quantised_channel_is_stated() -> None:
     changed["T3_C"] = np.round(changed["T3_C"], 1)
     finding = only(found(changed))
     assert finding.kind is FindingKind.QUANTISED
-    assert "steps of 0.1 degC" in finding.words
+    assert finding.message.values["step"] == pytest.approx(0.1)
+    assert finding.message.values["unit"] == "degC"
     assert not finding.serious
     changed["T3_C"] = np.round(columns()["T3_C"] * 16) / 16
-    assert "steps of 0.0625 degC" in only(found(changed)).words
+    assert only(found(changed)).message.values["step"] == pytest.approx(0.0625)
 
 
 def test_a_channel_that_is_stuck_while_others_move_is_named_with_its_rows() -> None:
@@ -225,7 +224,8 @@ def test_names_exchanged_against_an_earlier_log_are_found() -> None:
     later["T1_C"], later["T4_C"] = later["T4_C"], later["T1_C"]
     finding = only(check_log(right.from_columns(later, sample_time_s=STEP_S), reference=reference))
     assert (finding.kind, finding.channel) == (FindingKind.SWAPPED, "T1_C,T4_C")
-    assert "before" in finding.words
+    assert finding.message.code == "log-swapped_names"
+    assert finding.message.values["reference"] == "before"
 
 
 @pytest.mark.real_data
@@ -268,7 +268,7 @@ def test_gaps_of_the_record_are_counted_and_the_longest_is_named() -> None:
     time_s[3000:] += 90.0
     finding = only(found(columns(), time_s))
     assert finding.kind is FindingKind.GAP
-    assert finding.words == "2 gaps of 590 s in all, the longest of 510 s after row 999"
+    assert finding.message.values == {"count": 2, "lost_s": 590.0, "longest_s": 510.0, "row": 999}
 
 
 def test_a_gap_of_one_hour_may_be_the_clock() -> None:
@@ -291,7 +291,7 @@ def test_a_channel_that_is_seen_now_and_then_is_rare_not_missing() -> None:
     changed["Z_um"] = np.where(seen, changed["Z_um"], np.nan)
     finding = only(found(changed))
     assert finding.kind is FindingKind.RARE
-    assert "seen 20 times for about 60 s" in finding.words
+    assert finding.message.values == {"name": finding.channel, "count": 20, "lasts_s": 60.0}
 
 
 def test_a_channel_at_a_slower_rate_is_not_missing() -> None:
@@ -304,7 +304,7 @@ def test_values_held_between_measurements_are_named() -> None:
     changed = columns()
     changed["T2_C"] = np.repeat(changed["T2_C"][::10], 10)
     findings = [f for f in found(changed) if f.kind is FindingKind.HELD]
-    assert "changes every 10 rows" in only(tuple(findings)).words
+    assert only(tuple(findings)).message.values["rows"] == 10
 
 
 def test_uneven_times_are_named() -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from thermaxis import __version__
+from thermaxis.codes import values_as_json
+from thermaxis.messages import remedy_of, sentence, sentence_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
 from thermaxis.thermal import (
     Identification,
@@ -30,19 +32,16 @@ def finding_sentences(findings: Mapping[str, Sequence[LogFinding]]) -> list[str]
     """Return findings as sentences; channels of one log of which the same is said share one."""
     said: list[str] = []
     for log, found in findings.items():
-        channels: dict[str, list[str]] = {}
+        alike: dict[object, list[LogFinding]] = {}
         for finding in found:
-            rest = finding.words.removeprefix(f"{finding.channel} ")
-            names = channels.setdefault(rest if rest != finding.words else finding.words, [])
-            if rest != finding.words:
-                names.append(finding.channel)
-        for rest, names in channels.items():
-            if len(names) > _MOST_NAMED:
-                listed = f"{', '.join(names[:_MOST_NAMED])} and {len(names) - _MOST_NAMED} more"
-            else:
-                listed = ", ".join(names)
-            each = " each" if len(names) > 1 else ""
-            said.append(f"{log}: {listed}{each} {rest}" if names else f"{log}: {rest}")
+            values = tuple((k, v) for k, v in finding.message.values.items() if k != "name")
+            alike.setdefault((finding.message.code, values), []).append(finding)
+        for same in alike.values():
+            names = ", ".join(finding.channel for finding in same[:_MOST_NAMED])
+            more = f" and {len(same) - _MOST_NAMED} more" if len(same) > _MOST_NAMED else ""
+            message = same[0].message
+            values = {**message.values, "name": names + more} if names else message.values
+            said.append(f"{log}: {sentence(message.code, values)}")
     return said
 
 
@@ -91,9 +90,11 @@ def _findings(findings: Mapping[str, Sequence[LogFinding]]) -> Iterator[dict[str
                 "log": log,
                 "kind": str(finding.kind),
                 "channel": finding.channel,
-                "text": finding.words,
-                "remedy": finding.remedy,
+                "text": sentence_of(finding.message),
+                "remedy": remedy_of(finding.message),
                 "rows": finding.rows,
+                "code": finding.message.code,
+                "values": values_as_json(finding.message.values),
             }
 
 

@@ -13,6 +13,7 @@ from thermaxis.codes import Place
 from thermaxis.compensation import TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
+from thermaxis.messages import remedy_of, sentence_of
 from thermaxis.thermal import LogFinding, MeasuredOutput, ThermalLog, check_log, without_sentinels
 
 _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
@@ -175,7 +176,7 @@ def findings_in(log: ThermalLog, channels: Sequence[str]) -> tuple[LogFinding, .
 def sensor_warnings(logs: Sequence[ThermalLog], channels: Sequence[str]) -> tuple[str, ...]:
     """Return what is seriously wrong with the channels of a model, before the model is blamed."""
     return tuple(
-        f"{log.where}: {finding.words}. {finding.remedy}"
+        f"{log.where}: {sentence_of(finding.message)}. {remedy_of(finding.message)}"
         for log in logs
         for finding in findings_in(log, channels)
         if finding.serious

@@ -5,3 +5,36 @@ remark-input_failed = an input had failed for too long in { FIXED($share_percent
 remark-gap = { outcome-gap } ({ $count } times)
 remark-clock_backward = { outcome-clock_backward } ({ $count } times)
 remark-limits_too_narrow = the limits are too narrow: the compensation goes to the state Fault { $count } times; here each is acknowledged at once
+
+## What is suspicious about a log
+
+log-never_measured = { $name }: no value in any row
+    .remedy = Leave the channel out, or check its wiring and the export.
+log-out_of_range = { $name }: { $count } values are no measurement, such as { $example } { $unit }, the first in row { $row }
+    .remedy = Check the sensor and its wiring, and make these values missing before a model is identified.
+log-swapped = { $name }: exchange places at row { $row } ({ $first_before } and { $second_before } { $unit } become { $first_after } and { $second_after })
+    .remedy = Check the plugs and the order of the channels; exchange them from this row on, or use the rows before it.
+log-swapped_names = { $name }: move with the other channels as if their names were exchanged against { $reference }
+    .remedy = Warm one of the sensors by hand and see which channel moves.
+log-stuck = { $name }: stays at { $value } { $unit } for { $lasts_s } s from row { $row } on
+    .remedy = Check the sensor and the recorder, and leave these rows out.
+log-constant = { $name }: { $value } { $unit } in all { $rows } rows
+    .remedy = Leave it out as an input; if it should have moved, check the sensor.
+log-jump = { $name }: { $count } jumps, the largest of { $size } { $unit } from row { $row } to row { $next_row }, where { $usual } is usual
+    .remedy = Heat cannot make it: check the sensor, its contact, or whether the machine was moved.
+log-noisy = { $name }: a noise of { $noise } { $unit }, { FIXED($times, decimals: 0) } times that of the other channels
+    .remedy = Check its shield and contact; prefer another sensor as an input, or filter more.
+log-clock = the times jump by one hour at row { $row }, { $at_s } s after the start
+    .remedy = If the recorder ran on, its clock was set forward (daylight saving time): export times with a zone.
+log-gap = { $count } gaps of { $lost_s } s in all, the longest of { $longest_s } s after row { $row }
+    .remedy = Nothing is filled in: check that the machine did the same in a gap as around it.
+log-missing = { $name }: missing in { $count } places for { $lost_s } s in all, the longest after row { $row }
+    .remedy = Nothing is filled in; rows without an input or output are left out of the fit.
+log-quantised = { $name }: values come in steps of { $step } { $unit }
+    .remedy = Take block means of many rows, here and in the running compensation, or a finer output of the sensor.
+log-held = { $name }: values change every { $rows } rows only: the recorder holds them for about { $lasts_s } s
+    .remedy = Choose a sample time of at least { $lasts_s } s.
+log-rare = { $name }: seen { $count } times for about { $lasts_s } s
+    .remedy = It is used where it was measured, and not interpolated.
+log-uneven = { FIXED($percent, decimals: 0) }% of the times between rows differ from the usual { $usual_s } s by more than a fifth
+    .remedy = Choose a sample time of several usual steps: block means make the times even.

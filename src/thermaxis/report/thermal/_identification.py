@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from thermaxis import __version__
 from thermaxis.compensation import Provenance
+from thermaxis.messages import sentence_of
 from thermaxis.report._document import (
     Block,
     Document,
@@ -487,7 +488,9 @@ def _sensor_words(records: Records, logs: Sequence[ThermalLog]) -> list[Block]:
     for log in logs:
         names = [name for name in log.columns if name.casefold() in wanted]
         found = check_log(log.select(names)) if names else ()
-        said += [plain_text(f"{log.name}: {finding.words}", 400) for finding in found]
+        said += [
+            plain_text(f"{log.name}: {sentence_of(finding.message)}", 400) for finding in found
+        ]
     if not said:
         return [Paragraph("Sensor first: no fault was found in the channels that were used.")]
     more = len(said) - _MOST_FINDINGS

@@ -1,10 +1,10 @@
 """Look for wrong sensors and wrong clocks before a model is blamed.
 
 Every check compares a channel with itself and with the other channels of its unit; none of them
-knows the machine. A finding is a suspicion in words, with the rows to look at.
+knows the machine. A finding is a suspicion: a code, its values, and the rows to look at.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import combinations
@@ -13,6 +13,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, Place, Value
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log._thermal_log import ThermalLog, common_names
 
@@ -51,9 +52,9 @@ _LENGTHS = ("um", "mm", "nm", "m")
 class FindingKind(StrEnum):
     """What is wrong, the most important first."""
 
-    NEVER_MEASURED = "never measured"
+    NEVER_MEASURED = "never_measured"
     """No value in any row."""
-    OUT_OF_RANGE = "out of range"
+    OUT_OF_RANGE = "out_of_range"
     """Values that no sensor of its kind measures, or that stand for a fault."""
     SWAPPED = "swapped"
     """Two channels exchange places."""
@@ -81,6 +82,7 @@ class FindingKind(StrEnum):
     """Times between rows vary."""
 
 
+_Place: TypeAlias = tuple[tuple[int, int], tuple[float, float]]
 _ORDER = {kind: place for place, kind in enumerate(FindingKind)}
 
 
@@ -91,12 +93,8 @@ class LogFinding:
 
     kind: FindingKind
     """What is wrong."""
-    channel: str
-    """Its column; two names with a comma between them where they are swapped; empty for times."""
-    words: str
-    """What was found, as a sentence without its full stop."""
-    remedy: str
-    """What to do about it."""
+    message: Message
+    """What was found, with its values; its place is the channel."""
     rows: tuple[int, int] | None = None
     """First row and the one behind the last, from zero, if it has a place. [1]"""
     time_s: tuple[float, float] | None = None
@@ -105,9 +103,29 @@ class LogFinding:
     """Share of the rows that it concerns: orders findings of one kind. [1]"""
 
     @property
+    def channel(self) -> str:
+        """Its column; two with a comma between them where they are swapped; empty for times."""
+        return self.message.place.channel
+
+    @property
     def serious(self) -> bool:
         """Whether a model of this channel would be wrong."""
         return _ORDER[self.kind] <= _ORDER[FindingKind.JUMP]
+
+
+def _finding(
+    kind: FindingKind,
+    channel: str,
+    values: Mapping[str, Value],
+    at: _Place | None = None,
+    extent: float = 1.0,
+    code: str = "",
+) -> LogFinding:
+    """Return a finding; ``log-`` and its code, or else its kind, is the sentence's key."""
+    named = {"name": channel, **values} if channel else values
+    message = Message(f"log-{code or kind}", named, Place(channel=channel))
+    rows, time_s = at or (None, None)
+    return LogFinding(kind, message, rows, time_s, extent)
 
 
 @final
@@ -164,15 +182,7 @@ def check_log(log: ThermalLog, *, reference: ThermalLog | None = None) -> tuple[
     for name in log.columns:
         channel = _channel(log, name)
         if channel is None:
-            findings.append(
-                LogFinding(
-                    FindingKind.NEVER_MEASURED,
-                    name,
-                    f"{name} has no value in any row",
-                    "Leave the channel out, or check its wiring and the export",
-                    extent=1.0,
-                )
-            )
+            findings.append(_finding(FindingKind.NEVER_MEASURED, name, {}))
             continue
         channels.append(channel)
     peers = {unit: [c for c in channels if c.unit == unit] for unit in {c.unit for c in channels}}
@@ -272,7 +282,7 @@ def _resolution(values: FloatArray) -> float:
     return step if bool(np.all(np.abs(counts - np.rint(counts)) < 0.02 * counts + 0.01)) else 0.0
 
 
-def _place(channel: _Channel, first: int, last: int) -> tuple[tuple[int, int], tuple[float, float]]:
+def _place(channel: _Channel, first: int, last: int) -> _Place:
     """Return rows and times of the measurements from one index to another, both included."""
     rows = int(channel.rows[first]), int(channel.rows[last]) + 1
     return rows, (float(channel.time_s[first]), float(channel.time_s[last]))
@@ -286,46 +296,22 @@ def _check_times(log: ThermalLog) -> list[LogFinding]:
     findings: list[LogFinding] = []
     gaps = np.flatnonzero(steps > LONG_GAP_STEPS * usual)
     for row in map(int, gaps[np.abs(steps[gaps] - 3600.0 - usual) <= 1.5 * usual][:3]):
-        at = float(log.time_s[row])
-        findings.append(
-            LogFinding(
-                FindingKind.CLOCK,
-                "",
-                f"the times jump by one hour at row {row + 1}, {at:g} s after the start",
-                "If the recorder ran on, its clock was set forward (daylight saving time): export"
-                " times with a zone",
-                (row, row + 2),
-                (at, float(log.time_s[row + 1])),
-            )
-        )
+        at = (row, row + 2), (float(log.time_s[row]), float(log.time_s[row + 1]))
+        values = {"row": row + 1, "at_s": at[1][0]}
+        findings.append(_finding(FindingKind.CLOCK, "", values, at, 0.0))
     if gaps.size and gaps.size <= 0.2 * steps.size:
         lost = float(np.sum(steps[gaps] - usual))
         longest = int(gaps[np.argmax(steps[gaps])])
-        findings.append(
-            LogFinding(
-                FindingKind.GAP,
-                "",
-                f"{gaps.size} {'gaps' if gaps.size > 1 else 'gap'} of {lost:g} s in all, the"
-                f" longest of {float(steps[longest]):g} s after row {longest}",
-                "Nothing is filled in: check that the machine did the same in a gap as around it",
-                (longest, longest + 2),
-                (float(log.time_s[longest]), float(log.time_s[longest + 1])),
-                extent=lost / max(log.duration_s, usual),
-            )
-        )
+        at = (longest, longest + 2), (float(log.time_s[longest]), float(log.time_s[longest + 1]))
+        values = {"count": gaps.size, "lost_s": lost, "row": longest}
+        values |= {"longest_s": float(steps[longest])}
+        share = lost / max(log.duration_s, usual)
+        findings.append(_finding(FindingKind.GAP, "", values, at, share))
     ordinary = np.delete(steps, gaps)
     uneven = float(np.mean(np.abs(ordinary - usual) > 0.2 * usual))
     if uneven > 0.05:
-        findings.append(
-            LogFinding(
-                FindingKind.UNEVEN,
-                "",
-                f"{100.0 * uneven:.0f} % of the times between rows differ from the usual"
-                f" {usual:g} s by more than a fifth",
-                "Choose a sample time of several usual steps: block means make the times even",
-                extent=uneven,
-            )
-        )
+        values = {"percent": 100.0 * uneven, "usual_s": usual}
+        findings.append(_finding(FindingKind.UNEVEN, "", values, extent=uneven))
     return findings
 
 
@@ -349,38 +335,19 @@ def _report_range(channel: _Channel) -> list[LogFinding]:
         return []
     index = np.flatnonzero(channel.suspect)
     seen, counts = np.unique(channel.values[index], return_counts=True)
-    common = float(seen[np.argmax(counts)])
-    rows, times = _place(channel, int(index[0]), int(index[-1]))
-    words = f"{count} values of {channel.name} are no measurement, such as {common:g}"
-    words += f" {channel.unit}, the first in row {rows[0]}"
-    return [
-        LogFinding(
-            FindingKind.OUT_OF_RANGE,
-            channel.name,
-            words,
-            "Check the sensor and its wiring, and make these values missing before a model is"
-            " identified",
-            rows,
-            times,
-            extent=count / channel.values.size,
-        )
-    ]
+    at = _place(channel, int(index[0]), int(index[-1]))
+    example = float(seen[np.argmax(counts)])
+    values = {"count": count, "example": example, "unit": channel.unit, "row": at[0][0]}
+    extent = count / channel.values.size
+    return [_finding(FindingKind.OUT_OF_RANGE, channel.name, values, at, extent)]
 
 
 def _report_constant(channel: _Channel) -> LogFinding | None:
     if channel.values.size < 3 or float(np.ptp(channel.values)) > 0.0:
         return None
-    rows, times = _place(channel, 0, channel.values.size - 1)
-    return LogFinding(
-        FindingKind.CONSTANT,
-        channel.name,
-        f"{channel.name} is {float(channel.values[0]):g} {channel.unit}".rstrip()
-        + f" in all {channel.values.size} rows",
-        "Leave it out as an input; if it should have moved, check the sensor",
-        rows,
-        times,
-        extent=1.0,
-    )
+    at = _place(channel, 0, channel.values.size - 1)
+    values = {"value": float(channel.values[0]), "unit": channel.unit, "rows": channel.values.size}
+    return _finding(FindingKind.CONSTANT, channel.name, values, at)
 
 
 def _runs(values: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -404,19 +371,11 @@ def _find_stuck(channel: _Channel, peers: Sequence[_Channel]) -> list[LogFinding
             break
         if bool(channel.suspect[begin]) or not _should_have_moved(channel, others, run, lengths):
             continue
-        rows, times = _place(channel, begin, end)
-        findings.append(
-            LogFinding(
-                FindingKind.STUCK,
-                channel.name,
-                f"{channel.name} stays at {float(channel.values[begin]):g} {channel.unit} for"
-                f" {times[1] - times[0]:g} s from row {rows[0]} on",
-                "Check the sensor and the recorder, and leave these rows out",
-                rows,
-                times,
-                extent=length / channel.values.size,
-            )
-        )
+        at = _place(channel, begin, end)
+        values = {"value": float(channel.values[begin]), "unit": channel.unit, "row": at[0][0]}
+        values |= {"lasts_s": at[1][1] - at[1][0]}
+        extent = length / channel.values.size
+        findings.append(_finding(FindingKind.STUCK, channel.name, values, at, extent))
     return findings
 
 
@@ -547,20 +506,11 @@ def _find_jumps(channel: _Channel) -> list[LogFinding]:
         return []
     largest = int(jumps[np.argmax(change[jumps])])
     first = int(good[largest])
-    rows, times = _place(channel, first, min(int(good[largest + 1]), channel.values.size - 1))
-    many = "one jump" if jumps.size == 1 else f"{jumps.size} jumps, the largest"
-    return [
-        LogFinding(
-            FindingKind.JUMP,
-            channel.name,
-            f"{channel.name} has {many} of {float(change[largest]):.3g} {channel.unit} from row"
-            f" {rows[0]} to row {rows[1] - 1}, where {usual:.2g} is usual",
-            "Heat cannot make it: check the sensor, its contact, or whether the machine was moved",
-            rows,
-            times,
-            extent=jumps.size / channel.values.size,
-        )
-    ]
+    at = _place(channel, first, min(int(good[largest + 1]), channel.values.size - 1))
+    values = {"count": jumps.size, "size": float(change[largest]), "usual": usual}
+    values |= {"unit": channel.unit, "row": at[0][0], "next_row": at[0][1] - 1}
+    extent = jumps.size / channel.values.size
+    return [_finding(FindingKind.JUMP, channel.name, values, at, extent)]
 
 
 def _report_missing(channel: _Channel, log: ThermalLog) -> list[LogFinding]:
@@ -579,32 +529,15 @@ def _report_missing(channel: _Channel, log: ThermalLog) -> list[LogFinding]:
     lost = float(np.sum(steps[own] - channel.step))
     share = lost / max(log.duration_s, channel.step)
     longest = int(own[np.argmax(steps[own])])
-    rows, times = _place(channel, longest, longest + 1)
     visits = own.size + 1
     if share > 0.5 and visits > 2:
         length = float(np.median(np.diff(np.concatenate(([0], own + 1, [channel.values.size])))))
-        return [
-            LogFinding(
-                FindingKind.RARE,
-                channel.name,
-                f"{channel.name} is seen {visits} times for about"
-                f" {max(length - 1.0, 0.0) * channel.step:g} s",
-                "It is used where it was measured, and not interpolated",
-                extent=share,
-            )
-        ]
-    return [
-        LogFinding(
-            FindingKind.MISSING,
-            channel.name,
-            f"{channel.name} is missing in {own.size} {'places' if own.size > 1 else 'place'} for"
-            f" {lost:g} s in all, the longest after row {rows[0]}",
-            "Nothing is filled in; rows without an input or output are left out of the fit",
-            rows,
-            times,
-            extent=share,
-        )
-    ]
+        lasts_s = max(length - 1.0, 0.0) * channel.step
+        values = {"count": visits, "lasts_s": lasts_s}
+        return [_finding(FindingKind.RARE, channel.name, values, extent=share)]
+    at = _place(channel, longest, longest + 1)
+    values = {"count": own.size, "lost_s": lost, "row": at[0][0]}
+    return [_finding(FindingKind.MISSING, channel.name, values, at, share)]
 
 
 def _report_steps(channel: _Channel) -> list[LogFinding]:
@@ -616,36 +549,18 @@ def _report_steps(channel: _Channel) -> list[LogFinding]:
         if channel.unit == "um"
         else np.inf
     )
-    findings: list[LogFinding] = []
     if channel.resolution > 0.999 * least:
-        findings.append(
-            LogFinding(
-                FindingKind.QUANTISED,
-                channel.name,
-                f"{channel.name} comes in steps of {channel.resolution:.4g} {channel.unit}",
-                "Take block means of many rows, here and in the running compensation, or a finer"
-                " output of the sensor",
-                extent=1.0,
-            )
-        )
-        return findings
+        values = {"step": channel.resolution, "unit": channel.unit}
+        return [_finding(FindingKind.QUANTISED, channel.name, values)]
     _, lengths = _runs(channel.values)
     if not (channel.is_temperature or channel.is_length) or lengths.size < 20:
-        return findings
+        return []
     usual = int(np.median(lengths[1:-1]))
     alike = float(np.mean(np.abs(lengths[1:-1] - usual) <= max(1.0, 0.1 * usual)))
-    if usual >= 3 and alike > 0.8:
-        findings.append(
-            LogFinding(
-                FindingKind.HELD,
-                channel.name,
-                f"{channel.name} changes every {usual} rows only: the recorder holds its values"
-                f" for about {usual * channel.step:g} s",
-                f"Choose a sample time of at least {usual * channel.step:g} s",
-                extent=alike,
-            )
-        )
-    return findings
+    if usual < 3 or alike <= 0.8:
+        return []
+    values = {"rows": usual, "lasts_s": usual * channel.step}
+    return [_finding(FindingKind.HELD, channel.name, values, extent=alike)]
 
 
 def _check_noise(group: Sequence[_Channel]) -> list[LogFinding]:
@@ -654,12 +569,10 @@ def _check_noise(group: Sequence[_Channel]) -> list[LogFinding]:
     noises = [max(channel.noise, 0.3 * channel.resolution) for channel in group]
     usual = float(np.median(noises))
     return [
-        LogFinding(
+        _finding(
             FindingKind.NOISY,
             channel.name,
-            f"{channel.name} has a noise of {noise:.2g} {channel.unit}, {noise / usual:.0f} times"
-            f" that of the other channels",
-            "Check its shield and contact; prefer another sensor as an input, or filter more",
+            {"noise": noise, "unit": channel.unit, "times": noise / usual},
             extent=min(noise / usual / 1000.0, 1.0),
         )
         for channel, noise in zip(group, noises, strict=True)
@@ -707,18 +620,10 @@ def _exchange_at(a: _Channel, b: _Channel, row: int) -> LogFinding | None:
     usual = max(a.change, b.change, a.noise, b.noise, a.resolution, b.resolution)
     if crossed > 0.2 * kept or min(abs(float(a1 - a0)), abs(float(b1 - b0))) < 6.0 * usual:
         return None
-    rows, times = _place(a, ia, a.values.size - 1)
-    return LogFinding(
-        FindingKind.SWAPPED,
-        f"{a.name},{b.name}",
-        f"{a.name} and {b.name} exchange their values at row {row} ({float(a0):.4g} and"
-        f" {float(b0):.4g} {a.unit} become {float(a1):.4g} and {float(b1):.4g})",
-        "Check the plugs and the order of the channels; exchange them from this row on, or use the"
-        " rows before it",
-        rows,
-        times,
-        extent=(a.values.size - ia) / a.values.size,
-    )
+    at, share = _place(a, ia, a.values.size - 1), (a.values.size - ia) / a.values.size
+    values = {"row": row, "unit": a.unit, "first_before": float(a0), "second_before": float(b0)}
+    values |= {"first_after": float(a1), "second_after": float(b1)}
+    return _finding(FindingKind.SWAPPED, f"{a.name},{b.name}", values, at, share)
 
 
 def _without_consequences(findings: Sequence[LogFinding]) -> list[LogFinding]:
@@ -771,16 +676,8 @@ def _compare_names(log: ThermalLog, reference: ThermalLog) -> list[LogFinding]:
     if not found:
         return []
     _, i, j = min(found)
-    return [
-        LogFinding(
-            FindingKind.SWAPPED,
-            f"{names[i]},{names[j]}",
-            f"{names[i]} and {names[j]} move with the other channels as if their names were"
-            f" exchanged against {reference.where}",
-            "Warm one of the sensors by hand and see which channel moves",
-            extent=1.0,
-        )
-    ]
+    pair, values = f"{names[i]},{names[j]}", {"reference": reference.where}
+    return [_finding(FindingKind.SWAPPED, pair, values, code="swapped_names")]
 
 
 def _varies(log: ThermalLog, name: str) -> bool:
