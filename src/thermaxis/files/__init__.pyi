@@ -42,6 +42,4 @@ from .settings import (
     write_model as write_model,
     write_plan as write_plan,
 )
-from .table import (
-    FALLBACK_ENCODING as FALLBACK_ENCODING,
-)
+from .table import FALLBACK_ENCODING as FALLBACK_ENCODING

@@ -72,10 +72,7 @@ def refusal(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> str:
 def test_a_wrong_budget_is_an_error_that_names_file_and_key(tmp_path: Path) -> None:
     for text, said in [
         ("[devices]\n", "devices: unknown_key"),
-        (
-            "[device]\nexpanded_uncertainty_mm = 1\n",
-            "device.expanded_uncertainty_mm: unknown_key",
-        ),
+        ("[device]\nexpanded_uncertainty_mm = 1\n", "device.expanded_uncertainty_mm: unknown_key"),
         ("device = 3\n", "device: not_a_table"),
         ("[alignment]\nmisalignment_mm = -1\n", "alignment.misalignment_mm: outside_range"),
         ("[alignment]\nmisalignment_mm = nan\n", "alignment.misalignment_mm: not_finite"),

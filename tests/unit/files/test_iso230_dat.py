@@ -118,10 +118,7 @@ def test_names_of_variables_become_the_header(tmp_path: Path):
 def test_nanometres_survive_the_subtraction(tmp_path: Path):
     readings = [(d, k, c, v) for d, k, c, v in all_readings((10000.0, 10001.0))]
     readings[0] = ("FWD", 1, 1, 10000.000000123)
-    test = read(
-        tmp_path,
-        dat((10000.0, 10001.0), readings, settings="CYCLES=3\nPOSITIONS=2\n"),
-    )
+    test = read(tmp_path, dat((10000.0, 10001.0), readings, settings="CYCLES=3\nPOSITIONS=2\n"))
     assert test.deviation[0, 0, 0] == pytest.approx(0.000123, abs=1e-8)
 
 

@@ -506,10 +506,7 @@ def test_what_is_no_whole_linear_run_is_refused(tmp_path: Path, changes: dict[st
 
 
 def made_test(targets: Sequence[float], deviation: np.ndarray, **fields: object) -> PositioningTest:
-    return replace(
-        PositioningTest(AxisKind.LINEAR, np.array(targets), deviation),
-        **fields,
-    )
+    return replace(PositioningTest(AxisKind.LINEAR, np.array(targets), deviation), **fields)
 
 
 def test_what_is_written_has_the_documented_layout(tmp_path: Path):

@@ -229,10 +229,7 @@ def test_what_is_done_with_other_columns_is_said(
             ([*PLAIN, row], "line 14")
             for row in ("1,forward", "1,forward,0,1,5", '1,forward,"0,1', '1,f"o,0,1')
         ),
-        (
-            [*PLAIN, ROWS[2]],
-            "line 14: reading_twice",
-        ),
+        ([*PLAIN, ROWS[2]], "line 14: reading_twice"),
         ([*PLAIN, "0,+,0,1"], "line 14: cycle_below_one"),
         ([*PLAIN, "1000000000,+,0,1"], "line 14: table_too_sparse"),
         (
@@ -243,23 +240,14 @@ def test_what_is_done_with_other_columns_is_said(
             "too_many_channels",
         ),
         ([HEADING, *(f"{c},+,0,1" for c in (1, 2))], "one_target"),
-        (
-            [HEADING, *(f"{c},+,{t},1" for t in range(10_001) for c in (1, 2))],
-            "too_many_targets",
-        ),
-        (
-            [HEADING, "1,+,0,1", "2,+,0,1", "1,-,9,1", "2,-,9,1"],
-            "too_few_readings_of_target",
-        ),
+        ([HEADING, *(f"{c},+,{t},1" for t in range(10_001) for c in (1, 2))], "too_many_targets"),
+        ([HEADING, "1,+,0,1", "2,+,0,1", "1,-,9,1", "2,-,9,1"], "too_few_readings_of_target"),
         ([HEADING, "1,+,0,1", "1,+,2000,1"], "too_few_readings_of_target"),
         (
             [HEADING.replace("mm", "deg").replace("um", "arcsec"), "1,+,0,1", "1,+,2500,1"],
             "too_few_readings_of_target",
         ),
-        (
-            [HEADING, "1,+,0,1", "1,+,2500,1", "1,-,0,1"],
-            "too_few_readings_of_target",
-        ),
+        ([HEADING, "1,+,0,1", "1,+,2500,1", "1,-,0,1"], "too_few_readings_of_target"),
         ([*PLAIN[:9], *PLAIN[10:]], "too_few_readings_of_target"),
         (
             ["cycle,run,target_mm,deviation_um", *changed(RUNS, 11, 0, "1")],

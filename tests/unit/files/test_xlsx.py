@@ -83,10 +83,7 @@ def with_value(value: object) -> list[Sequence[object]]:
         ),
         ([[HEADING, *ROWS, ROWS[1]]], "cell Sheet!A10: reading_twice"),
         ([[("a", 1)], [("b", 2)]], "cell Sheet!A1: run_headings_incomplete"),
-        (
-            [[("a", 1)], [("b",), ("x", "target_mm")]],
-            "cell Sheet1!A2: run_headings_incomplete",
-        ),
+        ([[("a", 1)], [("b",), ("x", "target_mm")]], "cell Sheet1!A2: run_headings_incomplete"),
     ],
 )
 def test_what_is_wrong_is_an_error_that_names_the_cell(

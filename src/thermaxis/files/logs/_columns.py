@@ -294,11 +294,7 @@ def _check_names(place: Place, channels: Sequence[Channel]) -> None:
 
 
 def build_log(
-    table: LogTable,
-    plan: ColumnPlan,
-    *,
-    name: str,
-    sample_time_s: float | None = None,
+    table: LogTable, plan: ColumnPlan, *, name: str, sample_time_s: float | None = None
 ) -> ThermalLog:
     """Make a log of a table, column by column."""
     if table.rows == 0:

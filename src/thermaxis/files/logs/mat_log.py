@@ -31,10 +31,7 @@ _MOST_COLUMNS = 4096
 
 
 def read_thermal_mat(
-    path: Path | str,
-    *,
-    mapping: ThermalMapping | None = None,
-    sample_time_s: float | None = None,
+    path: Path | str, *, mapping: ThermalMapping | None = None, sample_time_s: float | None = None
 ) -> ThermalLog:
     """Read a thermal log from a file of MATLAB.
 
@@ -81,13 +78,7 @@ def _log_of(
     def read(index: int) -> ColumnValues:
         return kept[headings[index]]
 
-    table = LogTable(
-        place=Place(name),
-        headings=headings,
-        rows=rows,
-        read=read,
-        remarks=remarks,
-    )
+    table = LogTable(place=Place(name), headings=headings, rows=rows, read=read, remarks=remarks)
     return build_log(table, plan, name=Path(name).stem, sample_time_s=sample_time_s)
 
 

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 
 def read_thermal_parquet(
-    path: Path | str,
-    *,
-    mapping: ThermalMapping | None = None,
-    sample_time_s: float | None = None,
+    path: Path | str, *, mapping: ThermalMapping | None = None, sample_time_s: float | None = None
 ) -> ThermalLog:
     """Read a thermal log from Parquet.
 
@@ -40,12 +37,7 @@ def read_thermal_parquet(
         with _damage_named(name):
             return _values_of(frame.select(pl.nth(index)).collect().to_series())
 
-    table = LogTable(
-        place=Place(name),
-        headings=tuple(names),
-        rows=rows,
-        read=read,
-    )
+    table = LogTable(place=Place(name), headings=tuple(names), rows=rows, read=read)
     return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
 
 

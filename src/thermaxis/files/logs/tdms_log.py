@@ -33,10 +33,7 @@ _TIME = "time_s"
 
 
 def read_thermal_tdms(
-    path: Path | str,
-    *,
-    mapping: ThermalMapping | None = None,
-    sample_time_s: float | None = None,
+    path: Path | str, *, mapping: ThermalMapping | None = None, sample_time_s: float | None = None
 ) -> ThermalLog:
     """Read a thermal log from a file of LabVIEW.
 
@@ -185,10 +182,7 @@ def _group_log(
     place = Place(path, channel=group)
     plan = plan_columns(place, headings, here)
     table = LogTable(
-        place=place,
-        headings=headings,
-        rows=rows,
-        read=lambda index: columns[headings[index]],
+        place=place, headings=headings, rows=rows, read=lambda index: columns[headings[index]]
     )
     return build_log(table, plan, name=Path(path).stem)
 

@@ -30,10 +30,7 @@ _ROWS_ABOVE = 100
 
 
 def read_thermal_xlsx(
-    path: Path | str,
-    *,
-    mapping: ThermalMapping | None = None,
-    sample_time_s: float | None = None,
+    path: Path | str, *, mapping: ThermalMapping | None = None, sample_time_s: float | None = None
 ) -> ThermalLog:
     """Read a thermal log from a workbook.
 

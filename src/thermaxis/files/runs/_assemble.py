@@ -11,12 +11,7 @@ from numpy.typing import NDArray
 from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table import first_few
-from thermaxis.positioning import (
-    APPROACHES,
-    FloatArray,
-    PositioningTest,
-    is_single_run_axis,
-)
+from thermaxis.positioning import APPROACHES, FloatArray, PositioningTest, is_single_run_axis
 
 IntArray: TypeAlias = NDArray[np.int64]
 

@@ -8,12 +8,7 @@ from thermaxis.files import table as tables
 from thermaxis.files.runs.iso230_dat import dat_test
 from thermaxis.files.runs.rtl import rtl_test
 from thermaxis.files.runs.xlsx import table_test
-from thermaxis.files.table import (
-    FALLBACK_ENCODING,
-    csv_table,
-    decode_text,
-    read_content,
-)
+from thermaxis.files.table import FALLBACK_ENCODING, csv_table, decode_text, read_content
 from thermaxis.positioning import PositioningTest
 
 _START_CHARACTERS = 65_536

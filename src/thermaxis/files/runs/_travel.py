@@ -18,11 +18,7 @@ _DECIMALS = 9
 
 
 def targets_through_a_turn(
-    kind: AxisKind,
-    row_target: FloatArray,
-    cycle: _IntArray,
-    approach: _IntArray,
-    place: FloatArray,
+    kind: AxisKind, row_target: FloatArray, cycle: _IntArray, approach: _IntArray, place: FloatArray
 ) -> tuple[FloatArray, list[str]]:
     """Let the targets of a rotary axis rise through 360 degrees where the travel does.
 

@@ -217,11 +217,7 @@ def rtl_test(source: SourceText) -> PositioningTest:
 
 
 def write_rtl(
-    test: PositioningTest,
-    path: Path | str,
-    *,
-    deviation_decimals: int = 3,
-    encoding: str = "utf-8",
+    test: PositioningTest, path: Path | str, *, deviation_decimals: int = 3, encoding: str = "utf-8"
 ) -> None:
     """Write a run of a linear axis in the layout of a Renishaw ``.rtl`` file.
 

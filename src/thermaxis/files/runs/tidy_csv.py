@@ -440,11 +440,7 @@ def _times(table: Table, given: NDArray[np.bool_]) -> _Times:
                     "magnitude_too_large", most=NUMBER_LIMIT, place=table.at(column=time_column)
                 )
     readings = reading_times(
-        given=given,
-        order=order,
-        time_s=time_s,
-        line=table.row,
-        at=table.source.at,
+        given=given, order=order, time_s=time_s, line=table.row, at=table.source.at
     )
     if start is not None and end is None and readings.time_s is not None:
         end = start + timedelta(seconds=float(readings.time_s[given].max()))

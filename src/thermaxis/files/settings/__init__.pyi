@@ -1,17 +1,7 @@
-from ._moments import (
-    day_of as day_of,
-    duration_of as duration_of,
-    moment_of as moment_of,
-)
-from ._reading import (
-    settings_of as settings_of,
-)
-from .budget_toml import (
-    read_budget as read_budget,
-)
-from .correction_limits_toml import (
-    read_correction_limits as read_correction_limits,
-)
+from ._moments import day_of as day_of, duration_of as duration_of, moment_of as moment_of
+from ._reading import settings_of as settings_of
+from .budget_toml import read_budget as read_budget
+from .correction_limits_toml import read_correction_limits as read_correction_limits
 from .figure_limits_toml import (
     DecisionRule as DecisionRule,
     FigureLimits as FigureLimits,
@@ -40,9 +30,7 @@ from .plan_json import (
     read_plan as read_plan,
     write_plan as write_plan,
 )
-from .regions_toml import (
-    read_regions as read_regions,
-)
+from .regions_toml import read_regions as read_regions
 from .thermal_mapping_toml import (
     TIME_UNITS_S as TIME_UNITS_S,
     ColumnMapping as ColumnMapping,

@@ -30,10 +30,7 @@ _LINEAR: Mapping[str, Mapping[str, str]] = {
 }
 """Fields of the budget of a linear axis by table and key."""
 _ROTARY: Mapping[str, Mapping[str, str]] = {
-    "device": {
-        "expanded_uncertainty_arcsec": "device",
-        "error_range_arcsec": "device_range",
-    },
+    "device": {"expanded_uncertainty_arcsec": "device", "error_range_arcsec": "device_range"},
     "environment": {"variation_arcsec": "environmental_variation"},
 }
 """The same of a rotary axis: angles neither expand nor have a length."""

@@ -39,12 +39,7 @@ from typing import Any, cast
 from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import (
-    Form,
-    content_sha256,
-    read_document,
-    write_document,
-)
+from thermaxis.files.settings._document import Form, content_sha256, read_document, write_document
 from thermaxis.files.settings._reading import settings_of
 
 FORMAT = "thermaxis-compensation-model"

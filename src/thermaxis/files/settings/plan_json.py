@@ -29,12 +29,7 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import (
-    Form,
-    content_sha256,
-    read_document,
-    write_document,
-)
+from thermaxis.files.settings._document import Form, content_sha256, read_document, write_document
 from thermaxis.files.settings._reading import settings_of, unknown_key
 from thermaxis.positioning import APPROACHES, Cycle, FloatArray, TestPlan
 from thermaxis.quantities import AxisKind

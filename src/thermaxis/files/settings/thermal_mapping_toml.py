@@ -8,12 +8,7 @@ from typing import final
 
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._reading import (
-    LARGEST_TOML_BYTES,
-    as_table,
-    parse_toml,
-    settings_of,
-)
+from thermaxis.files.settings._reading import LARGEST_TOML_BYTES, as_table, parse_toml, settings_of
 from thermaxis.files.table import read_text
 from thermaxis.thermal.log import unit_named
 

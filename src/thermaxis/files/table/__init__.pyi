@@ -16,13 +16,8 @@ from ._csv_rows import (
     read_csv_table as read_csv_table,
     split_cells as split_cells,
 )
-from ._damage import (
-    DAMAGE as DAMAGE,
-    damage_named as damage_named,
-)
-from ._metadata import (
-    metadata_lines as metadata_lines,
-)
+from ._damage import DAMAGE as DAMAGE, damage_named as damage_named
+from ._metadata import metadata_lines as metadata_lines
 from ._quantities import (
     TARGET_RESOLUTION as TARGET_RESOLUTION,
     check_start_and_end as check_start_and_end,
@@ -78,6 +73,4 @@ from ._workbook import (
     opened_sheets as opened_sheets,
     workbook_table as workbook_table,
 )
-from ._workbook_parts import (
-    CELL_LIMIT as CELL_LIMIT,
-)
+from ._workbook_parts import CELL_LIMIT as CELL_LIMIT

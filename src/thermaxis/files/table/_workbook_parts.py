@@ -65,10 +65,7 @@ def check_parts(content: bytes, place: Place) -> bool:
     """
     _check_directory_size(content, place)
     counts = _Counts()
-    with (
-        damage_named(place),
-        zipfile.ZipFile(io.BytesIO(content)) as archive,
-    ):
+    with damage_named(place), zipfile.ZipFile(io.BytesIO(content)) as archive:
         parts = archive.infolist()
         _check_directory(parts, place)
         for part in parts:
