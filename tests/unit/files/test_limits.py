@@ -9,8 +9,10 @@ import sys
 import time
 import zipfile
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
+import openpyxl
 import pytest
 
 from tests.refused import refused, said as found
@@ -18,7 +20,6 @@ from thermaxis.errors import MeasurementFileError
 from thermaxis.files import read_positioning
 from thermaxis.files.runs import _assemble
 from thermaxis.files.table import (
-    CELL_LIMIT,
     _columns,
     _csv_rows,
     _metadata,
@@ -31,21 +32,8 @@ SHEET = "xl/worksheets/sheet1.xml"
 MAIN = b'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
 BEGIN = b'<?xml version="1.0"?><worksheet ' + MAIN + b"><sheetData>"
 END = b"</sheetData></worksheet>"
-TYPES = b"""<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
-<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
-<Default Extension="xml" ContentType="application/xml"/>
-<Override PartName="/xl/workbook.xml" ContentType="application/vnd.openxmlformats-officedocument.\
-spreadsheetml.sheet.main+xml"/>
-<Override PartName="/xl/worksheets/sheet1.xml" ContentType="application/vnd.openxmlformats-\
-officedocument.spreadsheetml.worksheet+xml"/>
-<Override PartName="/xl/sharedStrings.xml" ContentType="application/vnd.openxmlformats-\
-officedocument.spreadsheetml.sharedStrings+xml"/></Types>"""
-OFFICE = b"http://schemas.openxmlformats.org/officeDocument/2006/relationships"
-BOOK = b"<workbook " + MAIN + b' xmlns:r="' + OFFICE + b'"><sheets><sheet name="Sheet" '
-BOOK += b'sheetId="1" r:id="rId1"/></sheets></workbook>'
-RELATIONS = b'<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-RELATIONS += b'<Relationship Id="rId1" Type="' + OFFICE + b'/worksheet" '
-RELATIONS += b'Target="worksheets/sheet1.xml"/></Relationships>'
+SHARED = b"""<Override PartName="/xl/sharedStrings.xml" ContentType="application/vnd.openxml\
+formats-officedocument.spreadsheetml.sharedStrings+xml"/>"""
 
 CHILD = """
 import json, sys, time
@@ -70,6 +58,14 @@ print(json.dumps([results, peak]))
 """
 
 
+@cache
+def empty_workbook() -> bytes:
+    stream = io.BytesIO()
+    book = openpyxl.Workbook()
+    book.save(stream)
+    return stream.getvalue()
+
+
 def workbook(
     path: Path,
     sheet: Iterable[bytes],
@@ -78,17 +74,14 @@ def workbook(
     more: dict[str, Iterable[bytes]] | None = None,
 ) -> Path:
     """Pack a workbook whose sheet, and further parts, come in pieces."""
-    parts: dict[str, Iterable[bytes]] = {
-        "[Content_Types].xml": [TYPES],
-        "xl/workbook.xml": [BOOK],
-        "xl/_rels/workbook.xml.rels": [RELATIONS],
-        "xl/sharedStrings.xml": [b"<sst ", MAIN, b"/>"],
-        "xl/styles.xml": [b"<styleSheet ", MAIN, b"/>"],
-        SHEET: [BEGIN, *sheet, END],
-        **(more or {}),
-    }
-    with zipfile.ZipFile(path, "w", method) as archive:
-        for name, pieces in parts.items():
+    with (
+        zipfile.ZipFile(path, "w", method) as archive,
+        zipfile.ZipFile(io.BytesIO(empty_workbook())) as empty,
+    ):
+        parts = {name: [empty.read(name)] for name in empty.namelist()}
+        types = parts["[Content_Types].xml"][0].replace(b"</Types>", SHARED + b"</Types>")
+        parts |= {"[Content_Types].xml": [types], "xl/sharedStrings.xml": [b"<sst ", MAIN, b"/>"]}
+        for name, pieces in {**parts, SHEET: [BEGIN, *sheet, END], **(more or {})}.items():
             with archive.open(name, "w") as part:
                 for piece in pieces:
                     part.write(piece)
@@ -131,7 +124,7 @@ def large_directory(path: Path, source: Path) -> Path:
 def hostile_files(folder: Path) -> dict[Path, str]:
     """Make each file, with a word of the error that it has to get."""
     row = b"<row>" + b"<c><v>-49.226</v></c>" * 1000 + b"</row>"
-    many = [row] * (CELL_LIMIT // 1000 + 1)
+    many = [row] * (_workbook_parts.CELL_LIMIT // 1000 + 1)
     far = b'<row r="1048576"><c r="XFD1048576"><v>1</v></c></row>'
     wide = (b'<row r="%d"><c r="XFD%d"/></row>' % (k, k) for k in range(1, 2000))
     bomb = workbook(folder / "bomb.xlsx", [b" " * 10_000_000] * 9)

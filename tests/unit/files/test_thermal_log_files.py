@@ -288,6 +288,11 @@ def test_any_rows_give_a_log_or_an_error(rows: list[list[str]], delimiter: str) 
             *(["degC", "um"], None, ["'Overflow' stands in 1 cells", "1 values beyond 1e9"]),
         ),
         (
+            "time_s;T_C;Z_um\n0;1,5;0.25\n1;2;\N{MINUS SIGN}0,5\n2;inf;1\n",
+            *([0.0, 1.0, 2.0], {"T_C": [1.5, 2, np.nan], "Z_um": [0.25, -0.5, 1]}),
+            *(["degC", "um"], None, ["'inf' stands in 1 cells"]),
+        ),
+        (
             "time_s,T_C,state\n0,1,idle\n1,2,run\n",
             *([0.0, 1.0], {"T_C": [1, 2]}, ["degC"], None),
             ["columns without numbers were left out: state"],

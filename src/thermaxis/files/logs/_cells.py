@@ -35,39 +35,29 @@ def numbers_or_words(
     A column with more numbers than words is one of numbers with a mistake in it, unless it may
     hold dates. Words that stand for a missing value are counted.
     """
-    import polars as pl  # noqa: PLC0415  takes a tenth of a second
-
     words = cells.str.strip_chars()
-    plain = words if decimal == "." else words.str.replace(decimal, ".", literal=True)
-    values = plain.cast(pl.Float64(), strict=False)
-    if values.null_count() == words.null_count() and (decimal == "." or not _has_point(words)):
-        return _finite(values)
+    values = _cast(words, decimal)
+    if values.null_count() == words.null_count() and bool(values.is_finite().all()):
+        return values.fill_null(np.nan).to_numpy()
     words = words.fill_null("")
-    plain = words.str.replace_all("\N{MINUS SIGN}", "-", literal=True)
-    if decimal != ".":  # a point beside a decimal comma would be a sign for thousands
-        pointed = plain.str.contains(".", literal=True)
-        plain = plain.str.replace_all(decimal, ".", literal=True).zip_with(
-            ~pointed, pl.Series([""])
-        )
-    values = plain.cast(pl.Float64(), strict=False)
+    values = _cast(words.str.replace_all("\N{MINUS SIGN}", "-", literal=True), decimal)
     lower = words.str.to_lowercase()
     absent = (words == "") | lower.is_in(list(MISSING_WORDS))
     wrong = values.is_null() & ~absent
     if wrong.any():
-        count = wrong.sum()
-        if not dates and count < (values.is_not_null() & ~absent).sum():
+        if not dates and wrong.sum() < (values.is_not_null() & ~absent).sum():
             first = int(wrong.arg_max() or 0)
             raise MeasurementFileError("not_a_number", text=words[first], place=at(first))
         return [word or None for word in words.to_list()]
     if missing is not None:
         missing.update(words.filter(lower.is_in(list(_TOLD))).to_list())
-    return _finite(values)
+    numbers = values.fill_null(np.nan).to_numpy()
+    return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _has_point(words: "pl.Series") -> bool:
-    return bool(words.str.contains(".", literal=True).any())
+def _cast(words: "pl.Series", decimal: str) -> "pl.Series":
+    """Return numbers, null where a word is none; two signs in one word make no number."""
+    import polars as pl  # noqa: PLC0415  takes a tenth of a second
 
-
-def _finite(column: "pl.Series") -> FloatArray:
-    values = column.fill_null(np.nan).to_numpy()
-    return np.where(np.isfinite(values), values, np.nan) if np.isinf(values).any() else values
+    plain = words if decimal == "." else words.str.replace_all(decimal, ".", literal=True)
+    return plain.cast(pl.Float64(), strict=False)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from thermaxis.files.logs._columns import parse_log_heading
-from thermaxis.files.table import encoded, protected, quoted
+from thermaxis.files.table import encoded, protected, quoted, write_content
 from thermaxis.thermal import ThermalLog
 
 
@@ -27,12 +27,10 @@ def write_thermal_log(
 
     Raises
     ------
-    OSError
+    MeasurementFileError
         If the file cannot be written.
     """
-    Path(path).write_text(
-        format_thermal_log(log, first_time_s=first_time_s), encoding="ascii", newline="\n"
-    )
+    write_content(path, format_thermal_log(log, first_time_s=first_time_s).encode("ascii"))
 
 
 def format_thermal_log(log: ThermalLog, *, first_time_s: float | None = None) -> str:

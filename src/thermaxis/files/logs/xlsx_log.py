@@ -1,6 +1,6 @@
 """Thermal logs in workbooks, ``.xlsx``: the first sheet with a column of times."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from thermaxis.codes import Place
@@ -16,8 +16,6 @@ from thermaxis.files.logs._columns import (
 )
 from thermaxis.files.settings import ThermalMapping
 from thermaxis.files.table import (
-    CELL_LIMIT,
-    Cells,
     TableSource,
     cell_text,
     is_number,
@@ -40,7 +38,7 @@ def read_thermal_xlsx(
     name = str(path)
     with opened_sheets(name, read_content(path)) as sheets:
         for source, cells in sheets:
-            rows = _all_rows(source, cells)
+            rows = [row for row, _ in cells]
             for index, row in enumerate(rows[:_ROWS_ABOVE]):
                 headings = ["" if cell is None else str(cell).strip() for cell in row]
                 if not are_headings([cell for cell in headings if cell], mapping):
@@ -49,17 +47,6 @@ def read_thermal_xlsx(
                 table = _table(source, headings, rows, index, plan)
                 return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
     raise MeasurementFileError("no_time_column", place=Place(name))
-
-
-def _all_rows(source: TableSource, cells: Iterator[Cells]) -> list[Sequence[object]]:
-    rows: list[Sequence[object]] = []
-    count = 0
-    for row, _ in cells:
-        count += max(1, len(row))
-        if count > CELL_LIMIT:
-            raise MeasurementFileError("too_many_cells", most=CELL_LIMIT, place=source.at())
-        rows.append(row)
-    return rows
 
 
 def _table(

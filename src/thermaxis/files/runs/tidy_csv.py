@@ -387,7 +387,7 @@ def _not_understood(table: Table) -> str:
         for heading in table.headings
         if heading.text and heading.role is None and not heading.text.startswith(CHANNEL_PREFIX)
     ]
-    return listed(unknown)
+    return listed(unknown) or "none"
 
 
 def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:

@@ -73,4 +73,3 @@ from ._workbook import (
     opened_sheets as opened_sheets,
     workbook_table as workbook_table,
 )
-from ._workbook_parts import CELL_LIMIT as CELL_LIMIT

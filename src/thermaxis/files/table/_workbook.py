@@ -54,7 +54,7 @@ def opened_sheets(
             for index, sheet in enumerate(books[0].worksheets)
             if sheet.sheet_state == "visible"
         )
-        yield ((source, _cells(source.at(), books, index)) for index, source in sources)
+        yield ((source, _cells(source, books, index)) for index, source in sources)
 
 
 def _opened(name: str, content: bytes, *, data_only: bool) -> "Workbook":
@@ -66,14 +66,19 @@ def _opened(name: str, content: bytes, *, data_only: bool) -> "Workbook":
         )
 
 
-def _cells(place: Place, books: Sequence["Workbook"], index: int) -> Iterator[Cells]:
-    with damage_named(place):
+def _cells(source: TableSource, books: Sequence["Workbook"], index: int) -> Iterator[Cells]:
+    with damage_named(source.at()):
         rows: list[Iterator[Sequence[object]]] = []
         for book in books:
             sheet = book.worksheets[index]
             sheet.reset_dimensions()  # what the sheet says of its size is not to be trusted
             rows.append(sheet.iter_rows(values_only=True))
-        for values in rows[0]:
+        cells = 0
+        for number, values in enumerate(rows[0], start=1):
+            cells += max(1, len(values))  # an empty row counts as well
+            if cells > CELL_LIMIT:
+                place = source.at(number)
+                raise MeasurementFileError("too_many_cells", most=CELL_LIMIT, place=place)
             yield values, next(rows[1], ()) if len(rows) > 1 else ()
 
 
@@ -83,7 +88,7 @@ def workbook_table(name: str, content: bytes) -> Table:
     with opened_sheets(name, content) as sheets:
         for source, cells in sheets:
             above: list[Row] = []
-            table = _table_of(source, _text_rows(source, cells), above)
+            table = _table_of(source, _text_rows(cells), above)
             if table is not None:
                 return table
             seen += [(source, row) for row in above]
@@ -109,13 +114,9 @@ def _table_of(source: TableSource, rows: Iterator[Row], above: list[Row]) -> Tab
     return None
 
 
-def _text_rows(source: TableSource, cells: Iterator[Cells]) -> Iterator[Row]:
+def _text_rows(cells: Iterator[Cells]) -> Iterator[Row]:
     """Yield the rows that hold anything, as texts; a formula without a value is '='."""
-    width = 1
     for number, (row, formulas) in enumerate(cells, start=1):
-        width = max(width, len(row))
-        if number * width > CELL_LIMIT:
-            raise MeasurementFileError("too_many_cells", most=CELL_LIMIT, place=source.at(number))
         texts = [cell_text(value) for value in row]
         for column, formula in enumerate(formulas[: len(row)]):
             if row[column] is None and formula is not None:

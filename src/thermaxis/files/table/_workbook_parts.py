@@ -16,7 +16,7 @@ from thermaxis.files.table._damage import damage_named
 UNPACKED_LIMIT_BYTES = 80_000_000
 """Largest sum of the unpacked parts: a million cells of about 55 bytes, and texts. [byte]"""
 CELL_LIMIT = 1_000_000
-"""Largest number of cells of all sheets, and of the rectangle that a sheet spans. [1]"""
+"""Largest number of cells of all sheets, and of those that a sheet spans, empty ones too. [1]"""
 
 _COLUMN_LIMIT = 16_384  # XFD, the last column of spreadsheet programs
 _DIRECTORY_LIMIT_BYTES = 1_000_000
