@@ -57,6 +57,10 @@ RENAMED_KEYS = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
 RENAMED: dict[str, str] = {
     "thermaxis.compensation.judge": "thermaxis.compensation.validate_sample",
     "thermaxis.plc.Twin": "thermaxis.plc.BlockInstance",
+    "thermaxis.report.read_budget": "thermaxis.files.read_budget",
+    "thermaxis.report.read_header": "thermaxis.files.read_header",
+    "thermaxis.report.read_limits": "thermaxis.files.read_figure_limits",
+    "thermaxis.report.read_regions": "thermaxis.files.read_regions",
     "thermaxis.runtime.spare_name": "thermaxis.runtime.redundant_name",
 }
 """Public names and packages (`thermaxis.thermal.Old`, `thermaxis.old`) by what they are now."""
