@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -12,6 +11,11 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.transfer_function._figures import fit_percent
+from thermaxis.thermal.transfer_function._order_search import (
+    HIGHEST_ORDER,
+    blocks_of_rows,
+    search_orders,
+)
 from thermaxis.thermal.transfer_function._polynomial_model import (
     MOST_COEFFICIENTS,
     OrderTrial,
@@ -27,10 +31,6 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
 )
 from thermaxis.thermal.transfer_function._residuals import correlation, portmanteau_p
 
-HIGHEST_ORDER = 4
-"""Largest n and m of the default search: that of the paper's tables and one more. [1]"""
-FEWEST_BLOCKS = 5
-"""Blocks of rows that the default search leaves out one after the other, at least. [1]"""
 SLOWEST_ROWS = 40.0
 """A time constant of more rows than this is too slow for an equation error. [row]"""
 LONGEST_SHARE = 1.0 / 3.0
@@ -319,16 +319,6 @@ def _free_run(model: PolynomialModel, experiment: Experiment) -> FloatArray:
     return frozen_array(np.where(np.isfinite(y), np.clip(y, -1e100, 1e100), 1e100))
 
 
-def blocks_of_rows(experiments: Sequence[Experiment]) -> list[tuple[Experiment, int, int]]:
-    """Return the blocks that are left out one after the other."""
-    each = -(-FEWEST_BLOCKS // len(experiments))
-    blocks: list[tuple[Experiment, int, int]] = []
-    for experiment in experiments:
-        borders = [round(experiment.y.size * i / each) for i in range(each + 1)]
-        blocks += [(experiment, a, b) for a, b in pairwise(borders)]
-    return blocks
-
-
 def _search(
     experiments: Sequence[Experiment], delays: tuple[int, ...], *, constant: bool
 ) -> tuple[tuple[OrderTrial, ...], ArxOrders]:
@@ -341,44 +331,16 @@ def _search(
     ]
     kept = [triangle([f for j, f in enumerate(factors) if j != i]) for i in range(len(blocks))]
     filled = [(held(e.u)[0][:b], e.y[:b], a) for e, a, b in blocks]
-    trials: dict[tuple[int, int], FloatArray] = {}
-    for m in range(HIGHEST_ORDER + 1):
-        for n in range(HIGHEST_ORDER + 1):
-            orders = ArxOrders(m, (n + 1,) * inputs, delays)
-            columns = _columns_within(largest, orders, constant=constant)
-            solutions = [solve_triangle(factor, columns) for factor in kept]
-            errors = [
-                _left_out_error(solution, orders, rows, constant=constant)
-                for solution, rows in zip(solutions, filled, strict=True)
-            ]
-            trials[n, m] = np.array(errors)
-    weights = np.array([float(np.count_nonzero(~np.isnan(e.y[a:b]))) for e, a, b in blocks])
-    n, m = choose_orders(trials, weights, inputs)
-    searched = tuple(
-        OrderTrial(i, j, float(np.sqrt(np.sum(errors) / np.sum(weights))), (i, j) == (n, m))
-        for (i, j), errors in trials.items()
-    )
-    return searched, ArxOrders(m, (n + 1,) * inputs, delays)
 
+    def left_out(n: int, m: int) -> FloatArray:
+        orders = ArxOrders(m, (n + 1,) * inputs, delays)
+        columns = _columns_within(largest, orders, constant=constant)
+        solutions = [solve_triangle(factor, columns) for factor in kept]
+        pairs = zip(solutions, filled, strict=True)
+        return np.array([_left_out_error(s, orders, rows, constant=constant) for s, rows in pairs])
 
-def choose_orders(
-    errors: dict[tuple[int, int], FloatArray], weights: FloatArray, inputs: int
-) -> tuple[int, int]:
-    """Choose the fewest coefficients that are not clearly worse than the best."""
-    totals = {key: float(np.sum(values)) for key, values in errors.items()}
-    best = min(totals, key=lambda key: totals[key])
-    if not np.isfinite(totals[best]):
-        raise DataError("no_stable_orders", place=Place(key="orders"))
-    count = max(int(np.count_nonzero(weights)), 2)
-    allowed: list[tuple[int, int]] = []
-    for key, values in errors.items():
-        if not np.isfinite(totals[key]):
-            continue
-        difference = values - errors[best]
-        std_error = float(np.std(difference, ddof=1)) * float(np.sqrt(count))
-        if totals[key] - totals[best] <= std_error:
-            allowed.append(key)
-    return min(allowed, key=lambda key: (inputs * (key[0] + 1) + key[1], totals[key]))
+    trials, n, m = search_orders(blocks, inputs, left_out)
+    return trials, ArxOrders(m, (n + 1,) * inputs, delays)
 
 
 def _columns_within(largest: ArxOrders, orders: ArxOrders, *, constant: bool) -> list[int]:

@@ -12,10 +12,7 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import FEWEST_READINGS, Experiment, common_shape
 from thermaxis.thermal.transfer_function._arx import (
-    HIGHEST_ORDER,
     block_means,
-    blocks_of_rows,
-    choose_orders,
     per_input,
     pole_warnings,
     triangle,
@@ -33,6 +30,11 @@ from thermaxis.thermal.transfer_function._oe_start import (
     OeOrders,
     denominators_to_start,
     stabilised,
+)
+from thermaxis.thermal.transfer_function._order_search import (
+    Block,
+    blocks_of_rows,
+    search_orders,
 )
 from thermaxis.thermal.transfer_function._polynomial_model import (
     OrderTrial,
@@ -510,18 +512,12 @@ def _search(
     short_delays = tuple(round(d / rows) for d in delays)
     plain = OeOptions(options.start, 0, options.constant, -(-options.lead_in_rows // rows))
     blocks = blocks_of_rows(short)
-    errors: dict[tuple[int, int], FloatArray] = {}
-    for m in range(HIGHEST_ORDER + 1):
-        for n in range(HIGHEST_ORDER + 1):
-            orders = OeOrders((m,) * inputs, (n + 1,) * inputs, short_delays)
-            errors[n, m] = _errors_left_out(short, blocks, orders, plain)
-    weights = np.array([float(np.count_nonzero(~np.isnan(e.y[a:b]))) for e, a, b in blocks])
-    n, m = choose_orders(errors, weights, inputs)
-    total = float(np.sum(weights))
-    trials = tuple(
-        OrderTrial(i, j, float(np.sqrt(np.sum(values) / total)), (i, j) == (n, m))
-        for (i, j), values in errors.items()
-    )
+
+    def left_out(n: int, m: int) -> FloatArray:
+        orders = OeOrders((m,) * inputs, (n + 1,) * inputs, short_delays)
+        return _errors_left_out(short, blocks, orders, plain)
+
+    trials, n, m = search_orders(blocks, inputs, left_out)
     return trials, OeOrders((m,) * inputs, (n + 1,) * inputs, delays)
 
 
@@ -536,7 +532,7 @@ def _long_enough(experiment: Experiment, rows: int) -> bool:
 
 def _errors_left_out(
     experiments: Sequence[Experiment],
-    blocks: Sequence[tuple[Experiment, int, int]],
+    blocks: Sequence[Block],
     orders: OeOrders,
     options: OeOptions,
 ) -> FloatArray:
