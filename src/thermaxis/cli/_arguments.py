@@ -1,10 +1,16 @@
 """Arguments of commands, declared as their usage reads, and kinds that several commands take."""
 
 import argparse
+import re
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
+
+UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
+"""Units in which a time may be written. [s]"""
+TIME = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h)?")
+"""A time, or a bare number."""
 
 Kind: TypeAlias = Callable[[str], object]
 
@@ -110,3 +116,13 @@ def day(text: str) -> str:
         return date.fromisoformat(text).isoformat()
     except ValueError:
         raise argparse.ArgumentTypeError("a date such as 2026-03-31 is expected") from None
+
+
+def positive_seconds(text: str) -> float:
+    """Return a time in seconds as it is written on the command line."""
+    match = TIME.fullmatch(text.replace(" ", ""))
+    number = -1.0 if match is None or match["number"] is None else float(match["number"])
+    seconds = number * UNITS_S[(match["unit"] if match else None) or "s"]
+    if not 0.0 < seconds <= 1e9:
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive time; write 60, 5min or 1h")
+    return seconds

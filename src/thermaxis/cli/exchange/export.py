@@ -4,12 +4,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder
+from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.cli._json import write_json
 from thermaxis.cli.exchange._export_files import Export, export_of
 from thermaxis.cli.exchange._export_folder import require_folder, write_folder
 from thermaxis.cli.exchange._export_settings import named_number, named_range
-from thermaxis.cli.thermal._thermal_logs import positive_seconds
 from thermaxis.codes import printable
 from thermaxis.plc.blocks import bound_texts, restart_warning
 

@@ -6,10 +6,9 @@ import sys
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder, count
+from thermaxis.cli._arguments import adder, count, positive_seconds
 from thermaxis.cli._json import write_json
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._thermal_logs import positive_seconds
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment

@@ -10,8 +10,7 @@ from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder
-from thermaxis.cli.thermal._thermal_logs import positive_seconds
+from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.report.tables import text_table
@@ -34,10 +33,6 @@ full disk and restarts.
 """
 
 
-def _duration(text: str) -> float:
-    return positive_seconds(text)
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
@@ -47,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--for TIME",
         "end after so long: a number of seconds, or with min or h (default: when interrupted)",
-        _duration,
+        positive_seconds,
         dest="duration",
     )
     add(

@@ -2,22 +2,25 @@
 
 import argparse
 import hashlib
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from thermaxis.cli._arguments import add_mapping, adder, diameter
+from thermaxis.cli._arguments import (
+    TIME,
+    UNITS_S,
+    add_mapping,
+    adder,
+    diameter,
+    positive_seconds,
+)
 from thermaxis.codes import Place
 from thermaxis.compensation import TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
 from thermaxis.messages import remedy_of, sentence_of
 from thermaxis.thermal import LogFinding, MeasuredOutput, ThermalLog, check_log, without_sentinels
-
-_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
-_EDGE = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h)?")
 
 
 @final
@@ -38,7 +41,7 @@ class Span:
 def span(text: str) -> Span:
     """Return a span as it is written on the command line."""
     first_word, colon, last_word = text.replace(" ", "").partition(":")
-    first, last = _EDGE.fullmatch(first_word), _EDGE.fullmatch(last_word)
+    first, last = TIME.fullmatch(first_word), TIME.fullmatch(last_word)
     if not colon or first is None or last is None or first_word + last_word == "":
         raise argparse.ArgumentTypeError(
             f"'{text}' is no span; write 0:6669 in rows, or 0:8h or 30min:90min in time"
@@ -52,20 +55,10 @@ def span(text: str) -> Span:
     scaled: list[float | None] = []
     for match, number in zip((first, last), numbers, strict=True):
         unit = match["unit"] or units[0]  # 0:8h
-        scaled.append(None if number is None else number * _UNITS_S[unit])
+        scaled.append(None if number is None else number * UNITS_S[unit])
     if any(n is not None and n < 0 for n in scaled):
         raise argparse.ArgumentTypeError(f"'{text}': times count from the first row")
     return Span(scaled[0], scaled[1], in_seconds=True, text=text)
-
-
-def positive_seconds(text: str) -> float:
-    """Return a time in seconds as it is written on the command line."""
-    match = _EDGE.fullmatch(text.replace(" ", ""))
-    number = -1.0 if match is None or match["number"] is None else float(match["number"])
-    seconds = number * _UNITS_S[(match["unit"] if match else None) or "s"]
-    if not 0.0 < seconds <= 1e9:
-        raise argparse.ArgumentTypeError(f"'{text}' is no positive time; write 60, 5min or 1h")
-    return seconds
 
 
 def add_log_options(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from thermaxis import __version__, report
-from thermaxis.cli._arguments import add_json, add_report, adder, day
+from thermaxis.cli._arguments import add_json, add_report, adder, day, positive_seconds
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
@@ -18,7 +18,6 @@ from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
     findings_in,
-    positive_seconds,
     read_logs,
     remarks_of,
     span,
