@@ -391,22 +391,18 @@ def levels_at(
 
     Notes
     -----
-    With the splines R of the C functions at that time, (C (K + 3), C), and the shapes H of the
-    levels, (C, L), the levels are l + H'R's. With T = I - X B^-1 R H and M the matrix that `fit`
-    solves for the levels, their covariance is the noise's variance times
-
-        H' R' B^-1 R H + T' M^-1 T.
+    With the splines R of the levels at that time, the product of the row and of their shapes, the
+    levels are l + R's. With T = I - X B^-1 R and M the matrix that `fit` solves for the levels,
+    their covariance is the noise's variance times R' B^-1 R + T' M^-1 T.
     """
     sums = fitted.sums
-    splines = np.zeros((sums.right.size, sums.shapes))
+    spline = np.zeros((sums.right.size, sums.levels))
     for c in range(sums.shapes):
-        splines[c :: sums.shapes, c] = row
-    splines[sums.pinned] = 0.0
-    level = fitted.level + shape_of_level.T @ (splines.T @ fitted.spline)
-    solved = _banded_solve(fitted.spline_factor, splines)
-    through = np.eye(sums.levels) - sums.cross @ solved @ shape_of_level
-    own = shape_of_level.T @ (splines.T @ solved) @ shape_of_level
-    return level, fitted.variance * (own + through.T @ _full_solve(fitted.level_factor, through))
+        spline[c :: sums.shapes] = np.outer(row, shape_of_level[c])
+    spline[sums.pinned] = 0.0
+    level = fitted.level + spline.T @ fitted.spline
+    solved, through, back = _solved(fitted, np.eye(sums.levels), spline)
+    return level, fitted.variance * (spline.T @ solved + through.T @ back)
 
 
 def functions_at(fitted: Fit, rows: FloatArray) -> tuple[FloatArray, FloatArray]:

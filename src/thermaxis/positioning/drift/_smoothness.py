@@ -8,7 +8,7 @@ the start, as a warming does.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias, final
 
@@ -198,7 +198,8 @@ def reported(average: Average) -> Reported:
         return Reported((average.line,), (1.0,))
     fits: list[Fit] = []
     weights: list[float] = []
-    for _, own in _by_time(average):
+    for sums in {id(fitted.sums): fitted.sums for fitted in average.fits}.values():
+        own = [(w, f) for w, f in zip(average.weight, average.fits, strict=True) if f.sums is sums]
         weight = float(sum(w for w, _ in own))
         spline = np.asarray(sum(w * f.spline for w, f in own), dtype=np.float64) / weight
         fits.append(replace(own[0][1], spline=spline))
@@ -206,11 +207,11 @@ def reported(average: Average) -> Reported:
     return Reported(tuple(fits), tuple(weights))
 
 
-def _by_time(average: Average) -> Iterator[tuple[Sums, list[tuple[float, Fit]]]]:
-    """Yield the fits with their weights, those of one time together."""
-    for sums in {id(fitted.sums): fitted.sums for fitted in average.fits}.values():
-        pairs = zip(average.weight.tolist(), average.fits, strict=True)
-        yield sums, [(weight, fitted) for weight, fitted in pairs if fitted.sums is sums]
+def _rows(average: Average, time: FloatArray, reference: float | None = None) -> list[FloatArray]:
+    """Return the rows of spline values of every fit; those of one time are one array."""
+    all_sums = {id(fitted.sums): fitted.sums for fitted in average.fits}
+    rows = {key: rows_at(sums, time, reference) for key, sums in all_sums.items()}
+    return [rows[id(fitted.sums)] for fitted in average.fits]
 
 
 def level_errors(
@@ -224,11 +225,10 @@ def level_errors(
     stated levels l: sum over k of w_k (V_k + (l_k - l)(l_k - l)').
     """
     spread = np.zeros((level.size, level.size))
-    for sums, fits in _by_time(average):
-        row = rows_at(sums, np.array([reference]))[0]
-        for w, fitted in fits:
-            mean, covariance = levels_at(fitted, row, shape_of_level)
-            spread += w * (covariance + np.outer(mean - level, mean - level))
+    rows = _rows(average, np.array([reference]))
+    for w, fitted, row in zip(average.weight, average.fits, rows, strict=True):
+        mean, covariance = levels_at(fitted, row[0], shape_of_level)
+        spread += w * (covariance + np.outer(mean - level, mean - level))
     return spread
 
 
@@ -237,9 +237,8 @@ def function_errors(
 ) -> FloatArray:
     """Return the mean square errors of stated functions, averaged over the smoothness."""
     square = np.zeros_like(stated)
-    for sums, fits in _by_time(average):
-        rows = rows_at(sums, time, reference)
-        for w, fitted in fits:
-            mean, variance = functions_at(fitted, rows)
-            square += w * (variance + (mean - stated) ** 2)
+    rows = _rows(average, time, reference)
+    for w, fitted, own in zip(average.weight, average.fits, rows, strict=True):
+        mean, variance = functions_at(fitted, own)
+        square += w * (variance + (mean - stated) ** 2)
     return square
