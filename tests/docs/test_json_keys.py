@@ -48,8 +48,10 @@ FREE = (
     *("model.reference_c", "model.provenance.figures"),
     *("correct.options", "check-table.options", "events.events[].details"),
     "identify.findings[].values",
+    *("check-table.finding_codes[]", "correct.finding_codes[]", "correct.merge.finding_codes[]"),
 )
-"""Objects whose keys come from a file, are numbers of cycles, or options of one control."""
+"""Objects whose keys come from a file, are numbers of cycles, options of one control, or those of
+what is said as data."""
 
 BY_FIGURE = ("plan.expected.figures",)
 """Objects with one object for each figure."""

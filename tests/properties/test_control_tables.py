@@ -13,6 +13,7 @@ from thermaxis.controls import (
     control_names,
 )
 from thermaxis.errors import ThermaxisError
+from thermaxis.messages import text_of
 from thermaxis.positioning import (
     AxisLevels,
     FloatArray,
@@ -223,4 +224,4 @@ def test_a_damaged_table_is_refused_in_words_or_read_as_finite_values(
         return
     added = control.correction(read.table, np.array([-1e6, 0.0, 30.0, 1e6]))
     assert bool(np.all(np.isfinite(added)))
-    assert all(text.isprintable() for text in read.findings)
+    assert all(text_of(one).isprintable() for one in read.findings)

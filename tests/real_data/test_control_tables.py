@@ -39,9 +39,10 @@ def test_the_screw_table_is_read_whole_and_its_typing_error_is_named(real_data: 
     assert table.table.position.tolist() == list(range(-10, 11, 2))
     rows = np.loadtxt(path)
     assert table.table.deviation == pytest.approx(1000 * (rows[:, 1:] - rows[:, :1]), abs=1e-9)
-    (finding,) = table.findings
-    assert finding.startswith("line 4: the forward value -4.2 lies 197.5 µm")
-    assert "typing error" in finding
+    (one,) = table.findings
+    assert (one.code, one.place.line) == ("finding-value_off_neighbours", 4)
+    assert (one.values["side"], one.values["value"]) == ("forward", "-4.2")
+    assert one.values["off"] == pytest.approx(197.5, abs=0.05)
     meant = path.read_text(encoding="ascii").replace("-4.2 ", "-4.002 ")
     assert read(path, "linuxcnc", text=meant).findings == ()
 
@@ -69,8 +70,7 @@ def test_the_first_sinumerik_table_is_read_whole(real_data: Path) -> None:
     assert table.table.position == pytest.approx(-215 + 19.7436 * np.arange(40))
     assert table.table.axis == "AX1"
     assert table.table.backlash == pytest.approx(0.9)  # minus $MA_BACKLASH
-    (finding,) = table.findings
-    assert "does not activate itself: set MD32700 to 1" in finding
+    assert [one.code for one in table.findings] == ["finding-activation_off"]
 
 
 def test_the_second_sinumerik_table_is_refused_as_the_control_does(real_data: Path) -> None:

@@ -20,6 +20,7 @@ from thermaxis.controls._control import (
     check_points,
     check_size,
     comment_text,
+    finding,
 )
 from thermaxis.errors import ConfigurationError
 
@@ -38,6 +39,7 @@ __all__ = [
     "comment_text",
     "control_by_name",
     "control_names",
+    "finding",
 ]
 
 

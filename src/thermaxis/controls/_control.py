@@ -15,7 +15,7 @@ from importlib.resources import files
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, final
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import NOWHERE, Message, Place, Value, printable
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.quantities import AxisKind
 
@@ -154,17 +154,13 @@ class ReadTable:
 
     table: "CompensationTable"
     """Its values as deviations."""
-    findings: tuple[str, ...] = ()
-    """What looks wrong in it or would surprise, with the line, in words."""
+    findings: tuple[Message, ...] = ()
+    """What looks wrong in it or would surprise."""
     points_in_file: int | None = None
     """Number of points that the file seems to hold, where the control reads fewer. [1]"""
     resolution: float | None = None
     """Step of the values in this very file, where it is not that of the `GridRule`, as with a
     magnification that was chosen to fit the values. [µm or arcsec]"""
-
-    def __post_init__(self) -> None:
-        """Let a terminal show what findings quote, and not obey it."""
-        object.__setattr__(self, "findings", tuple(printable(f, 400) for f in self.findings))
 
 
 class Control(ABC):
@@ -301,6 +297,11 @@ class Control(ABC):
         return -table.deviation_at(position)
 
 
+def finding(code: str, place: Place = NOWHERE, **values: Value) -> Message:
+    """Return a finding in a table: its sentence is ``finding-`` and the code."""
+    return Message(f"finding-{code}", values, place)
+
+
 def options_of(control: str) -> tuple[ControlOption, ...]:
     """Return the options of a control, or of a maker's controls, from ``options.toml``."""
     page = (files("thermaxis.controls") / "options.toml").read_text("utf-8")
@@ -413,7 +414,7 @@ def check_size(content: str | bytes, path: str) -> None:
         )
 
 
-def text_lines(text: str, path: str) -> tuple[list[str], list[str]]:
+def text_lines(text: str, path: str) -> tuple[list[str], list[Message]]:
     """Return the lines of a table for a control whose ends of lines are not known by a proof."""
     check_size(text, path)
     for mark in BYTE_ORDER_MARKS:
@@ -423,13 +424,7 @@ def text_lines(text: str, path: str) -> tuple[list[str], list[str]]:
     if alone is None:
         return lines, []
     number = len(_END_OF_LINE.findall(text, 0, alone.start())) + 1
-    return lines, [
-        (
-            f"line {number} is ended by a carriage return alone, without a line feed: a control may"
-            " take it and the next for one line, or refuse the file; save it with the control's own"
-            " ends of lines"
-        )
-    ]
+    return lines, [finding("line_ended_by_return_alone", Place(line=number))]
 
 
 def check_points(table: "CompensationTable", rule: GridRule, title: str) -> None:

@@ -17,7 +17,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Message, Place
 from thermaxis.controls._control import (
     BYTE_ORDER_MARKS,
     Control,
@@ -28,6 +28,7 @@ from thermaxis.controls._control import (
     TableText,
     check_points,
     check_size,
+    finding,
     options_of,
     plain_number,
 )
@@ -57,7 +58,6 @@ _INCH_MM = 25.4
 _LINEAR_AXES, _ROTARY_AXES = "XYZUVW", "ABC"
 _FIRST_LOOP = 100
 _SIDES = ("forward", "reverse")
-_END_BY_NEWLINE = "End every line by a newline"
 
 # atomic: as sscanf, a number takes what it can and gives nothing back
 _NUMBER = r"\s*+((?>[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][+-]?[0-9]++)?))"
@@ -250,9 +250,9 @@ def _axis_letter(request: ProgramRequest) -> str:
 # ---- reading ------------------------------------------------------------------------------------
 
 
-def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
+def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[Message]]:
     rows: list[_Row] = []
-    findings: list[str] = []
+    findings: list[Message] = []
     for number, line in enumerate(lines, start=1):
         _check_length(line, number, path, ended=number < len(lines))
         triplet = _TRIPLET.match(line)
@@ -293,7 +293,7 @@ def _not_finite(path: str, line: int) -> MeasurementFileError:
     )
 
 
-def _stopped(lines: list[str], number: int, read: int, path: str) -> list[str]:
+def _stopped(lines: list[str], number: int, read: int, path: str) -> list[Message]:
     """Say what the control leaves unread behind a line that is no triplet."""
     line = lines[number - 1]
     if any(_NOT_FINITE.fullmatch(word) for word in line.split()):
@@ -301,17 +301,12 @@ def _stopped(lines: list[str], number: int, read: int, path: str) -> list[str]:
     left = sum(_TRIPLET.match(other) is not None for other in lines[number:])
     if not line.strip() and left == 0:
         return []
-    shown = f"'{printable(line.strip(), 40)}'" if line.strip() else "blank"
-    comma = ", a decimal comma among them" if re.search(r"[0-9],[0-9]", line) else ""
-    return [
-        (
-            f"line {number} is {shown}{comma}: LinuxCNC stops reading there and reports nothing;"
-            f" {read} point(s) are read, {left} behind it are left out"
-        )
-    ]
+    comma = re.search(r"[0-9],[0-9]", line) is not None
+    code = "reading_stops_at_comma" if comma else "reading_stops"
+    return [finding(code, Place(line=number), text=line.strip(), points=read, left=left)]
 
 
-def _behind(rest: str, number: int, path: str) -> list[str]:
+def _behind(rest: str, number: int, path: str) -> list[Message]:
     """Look at what stands behind the third number, which the control passes over."""
     returns = "\r" in rest.rstrip()
     rest = rest.strip()
@@ -319,10 +314,8 @@ def _behind(rest: str, number: int, path: str) -> list[str]:
         raise MeasurementFileError("table_decimal_comma", text=rest, place=Place(path, number))
     if not rest:
         return []
-    finding = f"line {number}: '{printable(rest, 40)}' behind the three numbers is passed over"
-    if returns:
-        finding += f". To LinuxCNC a carriage return ends no line. {_END_BY_NEWLINE}"
-    return [finding]
+    code = "passed_over_by_return" if returns else "passed_over"
+    return [finding(code, Place(line=number), text=rest)]
 
 
 def _check_rows(rows: list[_Row], path: str) -> None:
@@ -360,9 +353,9 @@ def _check_type(position: FloatArray, value: FloatArray, path: str, stated: str)
 
 def _typing_errors(
     rows: list[_Row], position: FloatArray, deviation: FloatArray, kind: AxisKind
-) -> list[str]:
+) -> list[Message]:
     """Name values that lie far from the line through their neighbours."""
-    findings: list[str] = []
+    findings: list[Message] = []
     unit = kind.units.deviation
     for side, name in enumerate(_SIDES):
         kept = np.arange(len(rows))
@@ -373,13 +366,19 @@ def _typing_errors(
             worst = _worst(position[kept], deviation[kept, side], off * share)
             row = rows[int(kept[worst])]
             findings.append(
-                f"line {row.line}: the {name} value {row.words[1 + side]} lies"
-                f" {off[worst]:.4g} {unit} from what its neighbours suggest: a typing error?"
+                finding(
+                    "value_off_neighbours",
+                    Place(line=row.line),
+                    side=name,
+                    value=row.words[1 + side],
+                    off=float(off[worst]),
+                    unit=unit,
+                )
             )
             kept = np.delete(kept, worst)
     more = len(findings) - _NAMED
     if more > 0:
-        findings = [*findings[:_NAMED], f"{more} more values lie far from their neighbours"]
+        findings = [*findings[:_NAMED], finding("more_values_off", count=more)]
     return findings
 
 

@@ -19,7 +19,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Message, Place
 from thermaxis.controls._control import (
     Control,
     GridRule,
@@ -29,6 +29,7 @@ from thermaxis.controls._control import (
     TableText,
     check_points,
     comment_text,
+    finding,
     number_option,
     options_of,
     plain_number,
@@ -415,7 +416,7 @@ class _Section:
     scalars: dict[str, _Value] = field(default_factory=dict[str, "_Value"])
     backlash: _Value | None = None
     enable: _Value | None = None
-    repeated: list[str] = field(default_factory=list[str])
+    repeated: list[Message] = field(default_factory=list[Message])
 
     def check_indices(self, path: str) -> None:
         """Refuse gaps: there the control would keep what it holds."""
@@ -456,35 +457,36 @@ class _Section:
             )
         return low, step
 
-    def findings(self, kind: AxisKind, options: Mapping[str, str], path: str) -> list[str]:
+    def findings(self, kind: AxisKind, options: Mapping[str, str], path: str) -> list[Message]:
         """Return what would surprise the user of this table."""
         said = list(self.repeated[:_NAMED])
         if len(self.repeated) > _NAMED:
-            said.append(f"{len(self.repeated) - _NAMED} more values stand twice")
+            said.append(finding("more_values_twice", count=len(self.repeated) - _NAMED))
         said.append(self._activation(path))
         if options.get("encoder", "1") != str(int(self.encoder) + 1):
-            said.append(f"the table is for encoder {int(self.encoder) + 1} of the axis")
+            said.append(finding("other_encoder", encoder=int(self.encoder) + 1))
         modulo = self.scalars.get("IS_MODULO")
         if modulo is None:
-            said.append("IS_MODULO is not written: the control keeps what it holds")
+            said.append(finding("modulo_not_written"))
         elif (modulo.number(path) != 0) != (options.get("modulo", "0") == "1"):
             said.append(
-                f"line {modulo.line}: IS_MODULO is {printable(modulo.words, 20)}; read as an axis"
-                f" that is {'' if options.get('modulo') == '1' else 'not '}modulo"
+                finding(
+                    "modulo_differs",
+                    Place(line=modulo.line),
+                    value=modulo.words,
+                    modulo=options.get("modulo", "0"),
+                )
             )
         if modulo is not None and modulo.number(path) != 0 and kind is AxisKind.LINEAR:
-            said.append("the file calls its axis modulo, the run is of a linear one")
+            said.append(finding("modulo_though_linear"))
         return said
 
-    def _activation(self, path: str) -> str:
+    def _activation(self, path: str) -> Message:
         if self.enable is None:
-            return "the file does not set MD32700 ENC_COMP_ENABLE: set it to 1 for the table to act"
-        if self.enable.number(path) == 0:
-            return (
-                f"line {self.enable.line}: the file sets ENC_COMP_ENABLE to 0: its table does not"
-                " activate itself: set MD32700 to 1"
-            )
-        return f"line {self.enable.line}: the file activates its table by itself"
+            return finding("not_activated")
+        off = self.enable.number(path) == 0
+        code = "activation_off" if off else "activates_itself"
+        return finding(code, Place(line=self.enable.line))
 
 
 def _last_digit(step: _Value) -> float:
@@ -492,11 +494,11 @@ def _last_digit(step: _Value) -> float:
     return 10.0 ** -(step.decimals or 3)
 
 
-def _split(lines: list[str], path: str) -> tuple[list[_Section], list[str]]:
+def _split(lines: list[str], path: str) -> tuple[list[_Section], list[Message]]:
     """Return the tables of a file, each from its own axis, encoder and program."""
     finished: list[_Section] = []
     current: dict[tuple[str, str], _Section] = {}
-    strange: list[str] = []
+    strange: list[Message] = []
     for number, line in enumerate(lines, start=1):
         statement = line.partition(";")[0].strip()
         if _END.fullmatch(statement):
@@ -509,10 +511,13 @@ def _split(lines: list[str], path: str) -> tuple[list[_Section], list[str]]:
         if assigned is None or not _take(current, assigned, number, path):
             if "AA_ENC_COMP" in statement.upper():
                 raise _malformed(line, number, path)
-            strange.append(f"line {number}: '{printable(line.strip(), 40)}' was passed over")
+            strange.append(finding("line_passed_over", Place(line=number), text=line.strip()))
     finished += current.values()
     if len(strange) > _NAMED:
-        strange = [*strange[:_NAMED], f"{len(strange) - _NAMED} more lines were passed over"]
+        strange = [
+            *strange[:_NAMED],
+            finding("more_lines_passed_over", count=len(strange) - _NAMED),
+        ]
     return [section for section in finished if section.values], strange
 
 
@@ -553,8 +558,7 @@ def _take_value(section: _Section, index: str, value: _Value, path: str) -> None
     before = section.values.get(int(index))
     if before is not None:
         section.repeated.append(
-            f"index {int(index)} stands twice, in lines {before.line} and {value.line}: the"
-            " control takes the last one"
+            finding("index_twice", Place(line=value.line), index=int(index), first_line=before.line)
         )
     section.values[int(index)] = value
 

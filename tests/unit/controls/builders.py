@@ -42,6 +42,11 @@ def planned_stops(plan: TestPlan) -> list[tuple[float, float]]:
     return list(zip(plan.target[visits.target].tolist(), side.tolist(), strict=True))
 
 
+def found(read: ReadTable) -> list[str]:
+    """Return the codes of what was found in a table."""
+    return [one.code.removeprefix("finding-") for one in read.findings]
+
+
 def table_text(control: Control, table: object, *sets: str) -> str:
     options = check_options(control, sets, purpose="table")
     return control.format_table(TableRequest(table=table, options=options)).text

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
+from tests.unit.controls.builders import found
 from thermaxis.codes import Place
 from thermaxis.controls import (
     LARGEST_TABLE_BYTES,
@@ -94,14 +95,14 @@ def test_ends_of_lines_are_told_where_a_control_may_read_another_table(name: str
         if end == "\n\r\r" and name.startswith("heidenhain"):
             continue  # it reads an empty line within the table, and says so
         got = read(name, text.replace("\n", end))
-        assert not any("carriage return" in finding for finding in got.findings)
+        assert "line_ended_by_return_alone" not in found(got)
     got = read(name, text.replace("\n", "\r"))
-    assert sum("line 1 is ended by a carriage return alone" in f for f in got.findings) == 1
+    assert found(got).count("line_ended_by_return_alone") == 1
     assert got.table.deviation.tolist() == known.table.deviation.tolist()
     lines = text.split("\n")
     mixed = "\r\n".join([*lines[:2], "\r".join(lines[2:4]), *lines[4:]])
-    (finding,) = (f for f in read(name, mixed).findings if "carriage return" in f)
-    assert finding.startswith("line 3 is ended")
+    (one,) = (f for f in read(name, mixed).findings if f.code.endswith("return_alone"))
+    assert one.place.line == 3
 
 
 @pytest.mark.parametrize("name", BY_ALL_ENDS)

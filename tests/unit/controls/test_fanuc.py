@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 
 from tests.refusals import refused
-from tests.unit.controls.builders import plan_of, program_of
+from tests.unit.controls.builders import found, plan_of, program_of
 from thermaxis.controls import (
     ReadTable,
     TableRequest,
@@ -230,7 +230,7 @@ def test_the_example_of_the_manual_is_read_as_the_manual_draws_it() -> None:
     correction = FANUC.correction(got.table, position)
     assert correction[:, FORWARD].tolist() == pytest.approx(list(MANUAL_SUM))
     assert correction[:, BACKWARD].tolist() == pytest.approx(list(MANUAL_SUM))
-    assert any("reference position" in finding for finding in got.findings)
+    assert "reference_unknown" in found(got)
 
 
 def test_the_example_of_the_manual_is_written_with_its_numbers() -> None:
@@ -370,7 +370,7 @@ def test_the_second_table_gives_each_direction_its_own_course() -> None:
     again = read(other, "bidirectional=1", "return_direction=negative").table
     assert again.deviation == pytest.approx(table.deviation)
     alone = read(text)
-    assert any("second table" in finding for finding in alone.findings)
+    assert "second_table_not_simulated" in found(alone)
 
 
 def test_the_magnification_is_the_smallest_that_fits_and_the_loss_is_said() -> None:
@@ -444,7 +444,7 @@ def test_a_modulo_axis_closes_its_turn() -> None:
     assert whole.table.position.tolist() == [0.0, 90.0, 180.0, 270.0, 360.0]
     number = numbers[3621]
     bent = read(bare.replace(f"N{10000 + number + 1}P-5", f"N{10000 + number + 1}P-4"), kind=ROTARY)
-    assert any("shifts with every turn" in finding for finding in bent.findings)
+    assert "turn_adds_up" in found(bent)
 
 
 @pytest.mark.parametrize(
@@ -556,16 +556,16 @@ def test_the_axis_is_that_of_the_comment_or_goes_by_its_usual_number() -> None:
     for number, axis in [(1, "X"), (2, "Y"), (3, "Z"), (4, ""), (7, "")]:
         got = read(bare.replace("A1P", f"A{number}P"))
         assert got.table.axis == axis
-        said = any(f"axis number {number} is taken for {axis}" in f for f in got.findings)
+        said = "axis_by_number" in found(got)
         assert said == bool(axis)
     assert read(bare, "axis_number=1").table.axis == ""
     assert read(bare.replace("A1P", "P")).table.axis == ""
     assert read(GOOD).table.axis == "X"
-    assert not any("axis number" in finding for finding in read(GOOD).findings)
+    assert "axis_by_number" not in found(read(GOOD))
     moved = GOOD.replace("A1P", "A3P")
     assert read(moved).table.axis == "X"
-    assert any("names axis X, and axis number 3 is usually Z" in f for f in read(moved).findings)
-    assert not any("usually" in f for f in read(moved, "axis_number=3").findings)
+    assert "comment_of_other_axis" in found(read(moved))
+    assert "comment_of_other_axis" not in found(read(moved, "axis_number=3"))
 
 
 @given(
@@ -700,7 +700,7 @@ def test_reversal_of_an_older_file_moves_into_the_two_tables_and_1851_becomes_0(
     assert FANUC.correction(again.table, position) == pytest.approx(
         np.array([[3.0, -3.0], [-1.0, -5.0], [-3.0, -11.0], [1.0, -5.0]])
     )
-    assert not any("1851" in finding for finding in again.findings)
+    assert "backlash_beside_second_table" not in found(again)
     said = " ".join(text.sentences)
     assert "1851 is written as 0" in said
     assert "set the backlash" not in said

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from tests.unit.controls.builders import planned_stops, program_of
+from tests.unit.controls.builders import found, planned_stops, program_of
 from thermaxis.codes import Place
 from thermaxis.controls import (
     TableRequest,
@@ -386,10 +386,10 @@ def test_where_the_control_stops_without_a_word_the_reader_says_so(
     table = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
     assert table.table.position.size == read
     assert table.points_in_file == read + left
-    (finding,) = table.findings
-    assert finding.startswith(f"line {line} is ")
-    assert f"{read} point(s) are read, {left} behind it are left out" in finding
-    assert ("decimal comma" in finding) == ("," in text)
+    (one,) = table.findings
+    assert one.place.line == line
+    assert (one.values["points"], one.values["left"]) == (read, left)
+    assert found(table) == ["reading_stops_at_comma" if "," in text else "reading_stops"]
 
 
 @pytest.mark.parametrize("end", ["", "\n", "\r\n", "\n\n\n"])
@@ -459,14 +459,12 @@ def test_a_carriage_return_ends_no_line() -> None:
     read = CONTROL.read_table("0 0 0\r1 1 1\r2 2 2\r", "x", AxisKind.LINEAR, table_options())
     assert read.table.position.tolist() == [0.0]
     assert read.points_in_file == 3
-    (finding,) = read.findings
-    assert "behind the three numbers is passed over" in finding
-    assert "a carriage return ends no line" in finding
+    assert found(read) == ["passed_over_by_return"]
     read = CONTROL.read_table(
         "0 0 0\r\n1 1 1\r2 2 2\r\n3 3 3", "x", AxisKind.LINEAR, table_options()
     )
     assert read.table.position.tolist() == [0.0, 1.0, 3.0]
-    assert [finding[:7] for finding in read.findings] == ["line 2:"]
+    assert [one.place.line for one in read.findings] == [2]
     long = "".join(f"{i} {i} {i}\r" for i in range(60))
     with refused("line_ended_by_return"):
         CONTROL.read_table(long, "x", AxisKind.LINEAR, table_options())
@@ -475,7 +473,7 @@ def test_a_carriage_return_ends_no_line() -> None:
 def test_text_behind_the_three_numbers_is_passed_over_and_told() -> None:
     read = CONTROL.read_table("0 0 0 # a\n1 1 1 7\n", "x", AxisKind.LINEAR, table_options())
     assert read.table.position.tolist() == [0.0, 1.0]
-    assert [finding[:9] for finding in read.findings] == ["line 1: '", "line 2: '"]
+    assert [one.place.line for one in read.findings] == [1, 2]
 
 
 @pytest.mark.parametrize("type_", ["0", "1"])
@@ -501,8 +499,9 @@ def test_one_wrong_value_is_named_with_its_line_and_no_other(place: int, side: i
     rows[place, 1 + side] += 0.198
     text = "".join(f"{p:.4f} {f:.4f} {r:.4f}\n" for p, f, r in rows.tolist())
     read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
-    (finding,) = read.findings
-    assert finding.startswith(f"line {place + 1}: the {('forward', 'reverse')[side]} value")
+    (one,) = read.findings
+    assert found(read) == ["value_off_neighbours"]
+    assert (one.place.line, one.values["side"]) == (place + 1, ("forward", "reverse")[side])
 
 
 def test_a_smooth_table_and_small_scatter_raise_no_suspicion() -> None:
@@ -531,7 +530,7 @@ def test_a_value_is_suspect_from_10_um_and_ten_typical_distances_on(
             kind=AxisKind.LINEAR, axis="X", position=position, deviation=deviation
         )
         read = CONTROL.read_table(written(table), "x", AxisKind.LINEAR, table_options())
-        assert [finding[:8] for finding in read.findings] == (["line 21:"] if over_um > 0 else [])
+        assert [one.place.line for one in read.findings] == ([21] if over_um > 0 else [])
 
 
 def test_the_largest_number_that_is_read_is_a_million() -> None:

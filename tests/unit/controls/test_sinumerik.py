@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from tests.unit.controls.builders import planned_stops, program_of
+from tests.unit.controls.builders import found, planned_stops, program_of
 from thermaxis.codes import Place
 from thermaxis.controls import (
     TableRequest,
@@ -432,9 +432,8 @@ def test_a_modulo_axis_needs_a_table_of_one_whole_turn() -> None:
     assert "differ by 1 arcsec" in " ".join(result.sentences)
     read = CONTROL.read_table(result.text, "x", AxisKind.ROTARY, table_options("modulo=1"))
     assert len(read.findings) == 1
-    assert "not modulo" in " ".join(
-        CONTROL.read_table(result.text, "x", AxisKind.ROTARY, table_options()).findings
-    )
+    read = CONTROL.read_table(result.text, "x", AxisKind.ROTARY, table_options())
+    assert "modulo_differs" in found(read)
     part = replace(turn, position=position[:-1], deviation=deviation[:-1])
     with refused("turn_not_covered"):
         written(part, "modulo=1")
@@ -451,9 +450,8 @@ def read(text: str, *stated: str) -> CompensationTable:
     return CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options(*stated)).table
 
 
-def findings(text: str, *stated: str) -> str:
-    options = table_options(*stated)
-    return "\n".join(CONTROL.read_table(text, "x", AxisKind.LINEAR, options).findings)
+def findings(text: str, *stated: str) -> list[str]:
+    return found(CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options(*stated)))
 
 
 def changed(old: str, new: str) -> str:
@@ -540,20 +538,19 @@ def test_max_may_be_off_by_one_last_digit_of_the_step_for_each_step(
 def test_repeated_indices_are_told_and_the_last_one_counts() -> None:
     text = changed("$AA_ENC_COMP[0,2", "$AA_ENC_COMP[0,1,X1]=0.5\r\n$AA_ENC_COMP[0,2")
     assert read(text).mean.tolist() == [0.0, 500.0, -32.0]
-    assert f"index 1 stands twice, in lines {FIRST + 1} and {FIRST + 2}" in findings(text)
+    assert "index_twice" in findings(text)
 
 
 def test_activation_encoder_and_unknown_lines_are_told() -> None:
-    assert "does not activate itself: set MD32700 to 1" in findings(GOOD)
+    assert "activation_off" in findings(GOOD)
     active = changed("ENABLE[0,X1]=0", "ENABLE[0,X1]=1")
-    assert "activates its table by itself" in findings(active)
+    assert "activates_itself" in findings(active)
     silent = changed("$MA_ENC_COMP_ENABLE[0,X1]=0\r\n", "")
-    assert "does not set MD32700" in findings(silent)
-    assert "for encoder 1" in findings(GOOD, "encoder=2")
+    assert "not_activated" in findings(silent)
+    assert "other_encoder" in findings(GOOD, "encoder=2")
     more = changed("CHANDATA(1)", "CHANDATA(1)\r\nG0 X100\r\n$MA_OTHER[0,X1]=7")
-    assert "'G0 X100' was passed over" in findings(more)
-    assert "$MA_OTHER" in findings(more)
-    assert "IS_MODULO is not written" in findings(changed("$AA_ENC_COMP_IS_MODULO[0,X1]=0\r\n", ""))
+    assert findings(more).count("line_passed_over") == 2
+    assert "modulo_not_written" in findings(changed("$AA_ENC_COMP_IS_MODULO[0,X1]=0\r\n", ""))
 
 
 def test_spaces_block_numbers_lower_case_and_comments_do_no_harm() -> None:

@@ -23,6 +23,7 @@ from thermaxis.runtime import PRIORITIES, AlarmCode, LoopAnswer, Role
 from thermaxis.thermal import FindingKind
 
 FOLDER = resources.files("thermaxis.messages")
+ENGLISH_ONLY = ("error-", "finding-")
 
 
 CODES: dict[str, set[str]] = {
@@ -42,15 +43,15 @@ CODES: dict[str, set[str]] = {
 
 
 def files(language: str) -> dict[str, FluentResource]:
-    """Read the files of a language; errors have sentences in English alone."""
+    """Read the files of a language; errors and findings have sentences in English alone."""
     every = (FOLDER / language).iterdir()
-    entries = {one.name: one for one in every if not one.name.startswith("errors_")}
+    entries = {one.name: one for one in every if not one.name.startswith(("errors_", "findings_"))}
     return {name: FluentResource(one.read_text("utf-8")) for name, one in entries.items()}
 
 
 def said(language: str) -> set[str]:
-    """Return the keys of a language, without those of errors."""
-    return {key for key in keys(language) if not key.startswith("error-")}
+    """Return the keys of a language, without those of errors and findings."""
+    return {key for key in keys(language) if not key.startswith(ENGLISH_ONLY)}
 
 
 class Gaps(Visitor):
@@ -188,7 +189,7 @@ def test_no_english_is_left_over_by_accident(language: str) -> None:
 def test_sentences_end_as_the_english_ones_do(language: str) -> None:
     ends = (".", ":", "?")
     english = TEXTS["en"]
-    texts = {key: text for key, text in TEXTS[language].items() if not key.startswith("error-")}
+    texts = {key: text for key, text in TEXTS[language].items() if not key.startswith(ENGLISH_ONLY)}
     odd = {key for key, text in texts.items() if english[key].endswith(ends) != text.endswith(ends)}
     assert odd == set()
 

@@ -30,13 +30,13 @@ class Variables(Visitor):
         self.names.add(node.id.name)
 
 
-def variables() -> dict[str, set[str]]:
+def variables(kind: str) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
-    for file in sorted((ROOT / "messages" / "en").glob("errors_*.ftl")):
+    for file in sorted((ROOT / "messages" / "en").glob(f"{kind}s_*.ftl")):
         for entry in FluentResource(file.read_text("utf-8")).body:
             assert not isinstance(entry, fluent.Junk), (file.name, entry.content)
             if isinstance(entry, fluent.Message):
-                code = entry.id.name.removeprefix("error-")
+                code = entry.id.name.removeprefix(f"{kind}-")
                 assert code not in found, f"{code} stands twice"
                 visitor = Variables()
                 visitor.visit(entry)
@@ -44,7 +44,7 @@ def variables() -> dict[str, set[str]]:
     return found
 
 
-SENTENCES = variables()
+SENTENCES = variables("error")
 
 
 def trees() -> Iterator[tuple[str, ast.Module]]:
@@ -113,3 +113,22 @@ def test_errors_have_sentences_in_english() -> None:
     assert {key for key in keys("en") if key.startswith("error-") and "." not in key} == {
         f"error-{code}" for code in SENTENCES
     }
+
+
+def test_every_finding_has_a_sentence_for_all_its_values_and_every_sentence_a_finding() -> None:
+    sentences = variables("finding")
+    constants: set[str] = set()
+    wrong: list[object] = []
+    for file, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                constants.add(node.value)
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "finding":
+                given = {one.arg for one in node.keywords if one.arg}
+                wrong += [
+                    (file, node.lineno, code)
+                    for code in codes_of(node.args[0])
+                    if sentences.get(code) != given
+                ]
+    assert wrong == []
+    assert set(sentences) - constants == set()

@@ -14,7 +14,14 @@ from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.axis.tables.control import add_control, axis_name
-from thermaxis.cli.axis.tables.described import effects, slope_in_words, table_of, targets_of
+from thermaxis.cli.axis.tables.described import (
+    effects,
+    finding_codes,
+    found_in,
+    slope_in_words,
+    table_of,
+    targets_of,
+)
 from thermaxis.cli.axis.tables.in_force import read_older
 from thermaxis.cli.axis.tables.run import (
     AxisRun,
@@ -119,7 +126,7 @@ def check(arguments: argparse.Namespace) -> CheckedTable:
     measured = evaluate_correction(run.test, correction)
     opposite = evaluate_correction(run.test, -correction)
     findings = [
-        *read.findings,
+        *found_in(read),
         *_axis_findings(run, read, wanted_axis),
         *_range_findings(run, read),
     ]
@@ -238,6 +245,7 @@ def described(result: CheckedTable) -> list[Part]:
         Value("range", {key: systematic_range(level) for key, level in ranges.items()}),
         Section("", [Value("", findings, "finding" if result.findings else "no finding")]),
         Value("findings", result.findings),
+        Value("finding_codes", finding_codes(result.read)),
         Value("warnings", _warnings(result), "warning"),
     ]
 

@@ -13,8 +13,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
-from thermaxis.controls._control import ReadTable, text_lines
+from thermaxis.codes import Message, Place
+from thermaxis.controls._control import ReadTable, finding, text_lines
 from thermaxis.controls.fanuc._points import (
     AXIS_LETTERS,
     FIRST_POINT,
@@ -65,7 +65,7 @@ class _Words:
 
     values: Mapping[tuple[int, int], _Word]
     comments: tuple[str, ...]
-    findings: tuple[str, ...]
+    findings: tuple[Message, ...]
 
 
 def _words(text: str, path: str) -> _Words:
@@ -91,7 +91,7 @@ def _words(text: str, path: str) -> _Words:
             if content.strip():
                 _add_words(path, number, content.strip(), values)
     if any(line.strip() for line in lines[starts[1] + 1 :]):
-        findings.append(f"what follows the % of line {starts[1] + 1} is not read")
+        findings.append(finding("unread_behind_end", Place(line=starts[1] + 1)))
     return _Words(values, tuple(comments), tuple(findings))
 
 
@@ -174,8 +174,9 @@ class _Reading:
         kept = self._kept(position, counted, extent, turns=turns)
         largest = int(np.max(np.abs(np.diff(counted[:, 0])), initial=0))
         findings.append(
-            "simulated as linear between the points; a control that puts out each value at once"
-            f" adds up to {0.5 * largest * quantum:g} {self.kind.units.deviation} [S]"
+            finding(
+                "simulated_linear", most=0.5 * largest * quantum, unit=self.kind.units.deviation
+            )
         )
         offset = self._whole(3627) * self.chosen.unit if self.chosen.bidirectional else 0.0
         if not self.chosen.returns_positive:
@@ -240,7 +241,7 @@ class _Reading:
             raise MeasurementFileError("turn_not_360", place=self._at(3625))
         return True
 
-    def _place(self, findings: list[str]) -> tuple[float, tuple[float, float] | None]:
+    def _place(self, findings: list[Message]) -> tuple[float, tuple[float, float] | None]:
         """Return where the reference position lies, and which grid positions were meant."""
         found = next(filter(None, map(_POINT_COMMENT.fullmatch, self.words.comments)), None)
         extent = None
@@ -249,23 +250,20 @@ class _Reading:
             try:
                 first, last, place = (float(found[g]) for g in ("first", "last", "reference"))
             except ValueError:
-                findings.append("the comment on the points is no longer readable")
+                findings.append(finding("points_comment_unreadable"))
             else:
                 extent = (first, last)
                 if reference is not None and abs(reference - place) > 1e-6:
-                    findings.append(f"the file's comment has the reference position at {place:g}")
+                    findings.append(finding("comment_of_other_reference", reference=place))
                     extent = None
                 reference = place if reference is None else reference
         if reference is None:
-            findings.append(
-                "the file does not say where the reference position lies: 0 is taken; state"
-                " --set reference_coordinate if it is elsewhere"
-            )
+            findings.append(finding("reference_unknown"))
             reference = 0.0
         return reference, extent
 
     def _positive_table(
-        self, reference: float, step: float, *, turns: bool, findings: list[str]
+        self, reference: float, step: float, *, turns: bool, findings: list[Message]
     ) -> tuple[FloatArray, FloatArray]:
         """Return grid positions and the sums of the values from the reference position, (k, 2)."""
         at, first, last = (self._whole(p) for p in (3620, 3621, 3622))
@@ -286,22 +284,16 @@ class _Reading:
             start = self._whole(3626)
             sides.append(self._points(start, start + last - first))
         elif (3626, self.axis) in self.words.values and self._whole(3626) != 0:
-            findings.append(
-                "the file has a second table (3626), which is not simulated: state"
-                " --set bidirectional=1 if the control uses it"
-            )
+            findings.append(finding("second_table_not_simulated"))
         sums: list[FloatArray] = []
         for values in sides:
             run = np.concatenate(([0.0], np.cumsum(values)))
             if turns:
                 if values[0] != values[-1]:
-                    findings.append("the first and the last point of the turn differ")
+                    findings.append(finding("turn_ends_differ"))
                 run = run[1:] - run[1]
                 if run[-1] != 0:
-                    findings.append(
-                        f"the values of a turn add up to {run[-1]:g}, not to 0: the position"
-                        " shifts with every turn"
-                    )
+                    findings.append(finding("turn_adds_up", sum=float(run[-1])))
             sums.append(run if turns else run - run[at - first + 1])
         before = at - first + 1
         if turns:
@@ -352,32 +344,28 @@ class _Reading:
             return slice(1, None)  # the number of the reference position alone, without a value
         return slice(None)
 
-    def _backlash(self, findings: list[str]) -> float | None:
+    def _backlash(self, findings: list[Message]) -> float | None:
         if (1851, self.axis) not in self.words.values:
             return None
         lost = self._whole(1851) * self.chosen.unit
         if self.chosen.bidirectional and lost != 0:
-            findings.append("the backlash (1851) acts beside the second table: it should be 0 [M]")
+            findings.append(finding("backlash_beside_second_table"))
         return -lost
 
-    def _axis_name(self, findings: list[str]) -> str:
+    def _axis_name(self, findings: list[Message]) -> str:
         """Return the axis by the file's comment, else by its number unless that was stated."""
         usual = AXIS_LETTERS[self.axis - 1] if 1 <= self.axis <= _NAMED_BY_NUMBER else ""
         if self.axis == 0:
-            findings.append("the parameters name no axis number")
+            findings.append(finding("no_axis_number"))
         if self.chosen.axis_number is not None:
             usual = ""
         found = next(filter(None, map(_AXIS_COMMENT.match, self.words.comments)), None)
         if found is None:
             if usual:
-                findings.append(
-                    f"axis number {self.axis} is taken for {usual}: state --set axis_number if the"
-                    " axes of the control count otherwise"
-                )
+                findings.append(finding("axis_by_number", number=self.axis, axis=usual))
             return usual
         if usual and usual != found["axis"]:
             findings.append(
-                f"the comment names axis {found['axis']}, and axis number {self.axis} is usually"
-                f" {usual}: check it, and state --set axis_number"
+                finding("comment_of_other_axis", axis=found["axis"], number=self.axis, usual=usual)
             )
         return found["axis"]

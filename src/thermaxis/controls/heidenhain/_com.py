@@ -7,11 +7,12 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.controls._control import (
     Control,
     ProgramRequest,
     TableText,
+    finding,
     plain_number,
     text_lines,
 )
@@ -119,8 +120,8 @@ class ComText:
     """The file, for errors."""
     lines: tuple[str, ...]
     """Its lines without their ends, blank lines at the end left out."""
-    findings: tuple[str, ...] = ()
-    """What is unusual about the ends of its lines, in words."""
+    findings: tuple[Message, ...] = ()
+    """What is unusual about the ends of its lines."""
 
     def at(self, line: int, column: str = "") -> Place:
         """Return a place of the table."""
@@ -230,15 +231,15 @@ def rows_of(source: ComText, *, needs_end: bool) -> Iterator[tuple[int, list[tup
         yield number + 3, words[1:]
 
 
-def findings_on_others(others: Iterable[str]) -> list[str]:
+def findings_on_others(others: Iterable[str]) -> list[Message]:
     """Return what is said of the columns that are not simulated."""
-    listed = ", ".join(sorted(others))
+    listed = tuple(sorted(others))
     if not listed:
         return []
-    return [f"columns of other axes are not simulated: {listed} (sag and cross compensation)"]
+    return [finding("other_axes_not_simulated", axes=listed)]
 
 
-def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list[str]]:
+def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list[Message]]:
     """Return the column of the axis whose positions the rows have, and what is unusual."""
     if not labels:
         raise MeasurementFileError("axis_heading_missing", place=source.at(2))
@@ -252,4 +253,4 @@ def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list
         )
     if len(labels) > 1:
         raise MeasurementFileError("axis_not_named", columns=tuple(labels), place=source.at(1))
-    return labels[0], [f"the table's name has no axis: column {labels[0]} is taken for its own"]
+    return labels[0], [finding("axis_by_column", axis=labels[0])]

@@ -16,13 +16,14 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.controls._control import (
     GridRule,
     ReadTable,
     TableRequest,
     TableText,
     check_points,
+    finding,
     options_of,
 )
 from thermaxis.controls.heidenhain._com import (
@@ -130,7 +131,7 @@ class HeidenhainITnc530(HeidenhainControl):
         axis, findings = own_column(source, found["name"], list(headings))
         value = _rows(source, datum, step, headings, axis, findings)
         if options.get("spacing") == "power_of_two" and not _is_power_of_two(step):
-            findings.append(f"the distance {step:g} is not 0.0001 mm times a power of two")
+            findings.append(finding("no_power_of_two", spacing_mm=step))
         deviation = np.array(value) * value_unit(kind)
         position: FloatArray = datum + step * np.arange(len(value), dtype=np.float64)
         return ReadTable(
@@ -206,7 +207,7 @@ def _rows(
     step: float,
     headings: Mapping[str, int],
     axis: str,
-    findings: list[str],
+    findings: list[Message],
 ) -> list[float]:
     values: list[float] = []
     others: set[str] = set()

@@ -16,6 +16,9 @@ from thermaxis.cli.axis.tables.run import (
     systematic_range,
     temperature_in_words,
 )
+from thermaxis.codes import message_as_json
+from thermaxis.controls import ReadTable
+from thermaxis.messages import text_of
 from thermaxis.positioning import (
     APPROACHES,
     BACKWARD,
@@ -49,11 +52,21 @@ _SAME_REVERSAL = 1e-3
 """Reversals nearer than this are the same: the last digit that is shown. [µm or arcsec]"""
 
 
+def found_in(read: ReadTable) -> tuple[str, ...]:
+    """Return what was found in a control's table, in sentences."""
+    return tuple(text_of(one) for one in read.findings)
+
+
+def finding_codes(read: ReadTable) -> list[dict[str, object]]:
+    """Return what was found in a control's table, as JSON has it."""
+    return [message_as_json(one) for one in read.findings]
+
+
 def described(result: MadeTable, kept: str | None) -> list[Part]:
     """Return a table that was made for terminal and JSON."""
     run, drift, older = result.run, result.run.drift, result.older
     state = drift.reference_time_s if result.drift_free and drift is not None else None
-    read = () if older is None else older.read.findings
+    read = () if older is None else found_in(older.read)
     return [
         Value("version", __version__),
         Value("input", {"name": run.name, "sha256": run.sha256}),
@@ -79,7 +92,8 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
         effects(run.test, result.measured, result.without_drift),
         Value("merge", None) if older is None else Section("merge", list(_older(result, older))),
         Section("", [Value("", read, "finding in the older table")]),
-        Value("findings", result.read.findings, "read back"),
+        Value("findings", found_in(result.read), "read back"),
+        Value("finding_codes", finding_codes(result.read)),
         Value("warnings", warnings_of(result), "warning"),
     ]
 
@@ -313,7 +327,8 @@ def _older(result: MadeTable, older: OlderTable) -> Iterator[Part]:
             f" {table.backlash:+.3f} {unit.deviation}"
         )
     yield Value("name", older.name)
-    yield Value("findings", older.read.findings)
+    yield Value("findings", found_in(older.read))
+    yield Value("finding_codes", finding_codes(older.read))
     yield Value("lost", older.lost)
     yield Value("reference_position", point.older)
     yield Value("backlash", older.read.table.backlash)

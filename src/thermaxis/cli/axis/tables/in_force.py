@@ -9,8 +9,15 @@ from typing import final
 import numpy as np
 
 from thermaxis.cli.axis.tables.run import AxisRun
-from thermaxis.codes import Place
-from thermaxis.controls import LARGEST_TABLE_BYTES, Control, GridRule, ReadTable, check_size
+from thermaxis.codes import Message, Place
+from thermaxis.controls import (
+    LARGEST_TABLE_BYTES,
+    Control,
+    GridRule,
+    ReadTable,
+    check_size,
+    finding,
+)
 from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
 from thermaxis.positioning import CompensationTable, FloatArray
 
@@ -90,7 +97,7 @@ def read_older(control: Control, path: Path, run: AxisRun, options: Mapping[str,
     return replace(read, findings=(*unusual, *read.findings))
 
 
-def _read_table_text(path: Path) -> tuple[str, tuple[str, ...]]:
+def _read_table_text(path: Path) -> tuple[str, tuple[Message, ...]]:
     """Return the text of a control's table, and what is unusual in it."""
     place = Place(file=str(path))
     try:
@@ -104,16 +111,16 @@ def _read_table_text(path: Path) -> tuple[str, tuple[str, ...]]:
     check_size(content, str(path))
     if content.startswith(_BYTE_ORDER_MARKS) or b"\0" in content:
         raise MeasurementFileError("not_plain_text", place=place)
-    findings: list[str] = []
+    findings: list[Message] = []
     marked = content.startswith(b"\xef\xbb\xbf")
     if marked:
-        findings.append("the file begins with a byte order mark, which a control may not skip")
+        findings.append(finding("byte_order_mark_first"))
     strange = next(
         (k for k, byte in enumerate(content) if byte > 127 and (k > 2 or not marked)), None
     )
     if strange is not None:
         line = content.count(b"\n", 0, strange) + 1
-        findings.append(f"line {line} has letters outside of ASCII, which a control may not read")
+        findings.append(finding("letters_outside_ascii", Place(line=line)))
     return content.decode("latin-1"), tuple(findings)
 
 
