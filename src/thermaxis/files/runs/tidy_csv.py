@@ -2,17 +2,15 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import DataError, MeasurementFileError
-from thermaxis.files.runs._assemble import Assembled, assemble_readings, check_enough_readings
+from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
 from thermaxis.files.runs._travel import (
     FULL_TURN_DEG,
     rows_against_direction,
@@ -55,14 +53,6 @@ _IntArray: TypeAlias = NDArray[np.int64]
 _MOST_DECIMALS = 9
 _AGREEMENT = 1e-6
 """Smallest disagreement of measured and deviation that is told. [µm or arcsec]"""
-
-
-class _Times(NamedTuple):
-    """Columns of time and order, judged, with the time of day if it is known."""
-
-    readings: ReadingTimes
-    start: datetime | None
-    end: datetime | None
 
 
 def read_tidy_csv(
@@ -115,8 +105,8 @@ def tidy_test(table: Table) -> PositioningTest:
     given = ~np.isnan(deviation)
     if not bool(given.any()):
         raise MeasurementFileError("no_readings_in_file", place=table.at())
-    times = _times(table, given)
-    order = times.readings.order
+    times, start, end = _times(table, given)
+    order = times.order
     place = np.arange(row_target.size, dtype=np.float64) if order is None else order
     row_target, turn_remarks = targets_through_a_turn(unit.kind, row_target, cycle, approach, place)
     if order is None:
@@ -131,11 +121,32 @@ def tidy_test(table: Table) -> PositioningTest:
         deviation=deviation,
         line=table.row,
         order=order,
-        time_s=times.readings.time_s,
+        time_s=times.time_s,
         channels=channels,
     )
-    remarks += [*turn_remarks, *times.readings.remarks, *assembled.remarks]
-    return _checked_test(table, unit.kind, target, assembled, times, remarks)
+    remarks += [*turn_remarks, *times.remarks, *assembled.remarks]
+    source = times.source
+    if source is TimeSource.FILE and metadata.interpolated:
+        source = TimeSource.INTERPOLATED
+    test = PositioningTest(
+        kind=unit.kind,
+        target=target,
+        deviation=assembled.deviation,
+        time_source=source,
+        time_s=assembled.time_s,
+        order=assembled.order,
+        order_deduced=metadata.order_deduced and assembled.order is not None,
+        start=start,
+        end=end,
+        cycle=metadata.cycle,
+        channels=assembled.channels,
+        environment=metadata.environment,
+        header=metadata.header,
+        # A file that was written before carries the remarks of its first reading.
+        remarks=tuple(dict.fromkeys(remarks)),
+    )
+    check_enough_readings(test, table.source.at())
+    return test
 
 
 def format_tidy_csv(test: PositioningTest) -> str:
@@ -173,9 +184,9 @@ def format_tidy_csv(test: PositioningTest) -> str:
     units = test.kind.units
     names = ["cycle", "direction", f"target_{units.position_suffix}"]
     names += [f"deviation_{units.deviation_suffix}", *map(_channel_heading, test.channels)]
-    columns: list[Iterable[str]] = [
-        map(str, (j + 1).tolist()),
-        (APPROACHES[k] for k in a.tolist()),
+    columns = [
+        [str(k) for k in (j + 1).tolist()],
+        [APPROACHES[k] for k in a.tolist()],
         _written(test.target[i]),
         _written(test.deviation[i, j, a]),
         *(_written(values[i, j, a]) for values in test.channels.values()),
@@ -417,7 +428,10 @@ def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:
     return dict(zip(names, kept.values(), strict=True)), remarks
 
 
-def _times(table: Table, given: NDArray[np.bool_]) -> _Times:
+def _times(
+    table: Table, given: NDArray[np.bool_]
+) -> tuple[ReadingTimes, datetime | None, datetime | None]:
+    """Return columns of time and order, judged, with the time of day if it is known."""
     order_column = table.column_of(Role.ORDER)
     time_column = _time_column(table)
     order = None if order_column is None else table.numbers(order_column)
@@ -445,7 +459,7 @@ def _times(table: Table, given: NDArray[np.bool_]) -> _Times:
     if start is not None and end is None and readings.time_s is not None:
         end = start + timedelta(seconds=float(readings.time_s[given].max()))
     check_start_and_end(table, start, end)
-    return _Times(readings, start, end)
+    return readings, start, end
 
 
 def _time_column(table: Table) -> int | None:
@@ -455,38 +469,6 @@ def _time_column(table: Table) -> int | None:
     if len(dated) == 1 or not found:
         return dated[0] if dated else None
     return table.column_of(Role.TIME)
-
-
-def _checked_test(
-    table: Table,
-    kind: AxisKind,
-    target: FloatArray,
-    assembled: Assembled,
-    times: _Times,
-    remarks: Sequence[str],
-) -> PositioningTest:
-    metadata = table.metadata
-    source = times.readings.source
-    if source is TimeSource.FILE and metadata.interpolated:
-        source = TimeSource.INTERPOLATED
-    test = PositioningTest(
-        kind=kind,
-        target=target,
-        deviation=assembled.deviation,
-        time_source=source,
-        time_s=assembled.time_s,
-        order=assembled.order,
-        order_deduced=metadata.order_deduced and assembled.order is not None,
-        start=times.start,
-        end=times.end,
-        cycle=metadata.cycle,
-        channels=assembled.channels,
-        environment=metadata.environment,
-        header=metadata.header,
-    )
-    check_enough_readings(test, table.source.at())
-    # A file that was written before carries the remarks of its first reading.
-    return replace(test, remarks=tuple(dict.fromkeys(remarks)))
 
 
 def _check_readable(test: PositioningTest) -> None:
