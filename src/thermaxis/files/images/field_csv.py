@@ -1,9 +1,7 @@
 """Thermal fields as CSV: one line per row of pixels, degrees Celsius."""
 
 import codecs
-import csv
 import math
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +14,10 @@ from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table import (
     check_is_text,
     is_comment_line,
+    numeric_cells,
     parse_number,
     read_start,
+    split_cells,
     write_content,
 )
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
@@ -34,7 +34,6 @@ MOST_SIDE = 100_000
 
 _KELVIN_FROM_C = 230.0
 """A table is not that hot: a field with such a mean may be in kelvin. [°C]"""
-_PLAIN = re.compile(r"[0-9+\-. eE]*")
 
 
 @final
@@ -217,33 +216,16 @@ def _delimiter(line: str) -> str:
     return next((sign for sign in ("\t", ";") if sign in line), ",")
 
 
-def _cells(line: str, number: int, form: _Form) -> list[str]:
-    if '"' not in line:
-        return line.split(form.delimiter)
-    try:
-        return next(csv.reader([line], delimiter=form.delimiter, strict=True))
-    except csv.Error:
-        raise MeasurementFileError("quotation_marks", place=form.at(number)) from None
-
-
 def _row(line: str, number: int, form: _Form) -> FloatArray:
     """Read a row at once where it is plain, else cell by cell, with the error that names it."""
-    cells = _cells(line, number, form)
-    text = "".join(cells)
+    cells = split_cells(line, form.delimiter)
+    if cells is None:
+        raise MeasurementFileError("quotation_marks", place=form.at(number))
     if not form.decimal:  # the first decimal sign holds for the file
-        form.decimal = next((sign for sign in text if sign in ".,"), "")
-    words = cells
-    foreign = form.decimal == "," and "." in text
-    if form.decimal == "," and not foreign:
-        words = [cell.replace(",", ".") for cell in cells]
-        text = text.replace(",", ".")
-    if not foreign and _PLAIN.fullmatch(text):
-        try:
-            row = np.array([float(word) if word.strip(" ") else np.nan for word in words])
-        except ValueError:
-            row = None
-        if row is not None and _are_temperatures(row):
-            return row
+        form.decimal = next((sign for cell in cells for sign in cell if sign in ".,"), "")
+    row = numeric_cells(cells, form.decimal or ".")
+    if row is not None and _are_temperatures(row):
+        return row
     return np.array([_pixel(cell, number, k, form) for k, cell in enumerate(cells, start=1)])
 
 
@@ -252,10 +234,9 @@ def _are_temperatures(row: FloatArray) -> bool:
 
 
 def _pixel(text: str, line: int, column: int, form: _Form) -> float:
-    word = text.strip(" \t")
-    if not word:
+    if not text:
         return float("nan")
-    value = parse_number(word, form.at(line, column), decimal=form.decimal or ".")
+    value = parse_number(text, form.at(line, column), decimal=form.decimal or ".")
     if not ABSOLUTE_ZERO_C <= value <= HIGHEST_C:
         place = form.at(line, column)
         raise MeasurementFileError(

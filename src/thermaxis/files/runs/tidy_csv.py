@@ -184,7 +184,7 @@ def format_tidy_csv(test: PositioningTest) -> str:
     units = test.kind.units
     names = ["cycle", "direction", f"target_{units.position_suffix}"]
     names += [f"deviation_{units.deviation_suffix}", *map(_channel_heading, test.channels)]
-    columns = [
+    columns: list[list[str]] = [
         [str(k) for k in (j + 1).tolist()],
         [APPROACHES[k] for k in a.tolist()],
         _written(test.target[i]),
