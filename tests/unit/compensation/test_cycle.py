@@ -337,45 +337,27 @@ def test_a_model_that_has_nothing_to_say_moves_nothing() -> None:
 
 def test_every_answer_of_an_ordinary_state() -> None:
     bench = Bench()
-    assert bench.answer(HOLD) == (
-        False,
-        AnswerCode.NOTHING_TO_HOLD,
-    )
+    assert bench.answer(HOLD) == (False, AnswerCode.NOTHING_TO_HOLD)
     assert bench.answer(ENABLE) == (True, AnswerCode.ENABLED)
     assert bench.answer(ENABLE) == (True, AnswerCode.ALREADY_ENABLED)
     assert bench.answer(HOLD) == (True, AnswerCode.HELD)
     assert bench.answer(RequestKind.RESUME) == (True, AnswerCode.RESUMED)
     assert bench.answer(DISABLE) == (True, AnswerCode.DISABLED)
     assert bench.answer(RequestKind.MODEL) == (False, AnswerCode.NOT_SUPPORTED)
-    assert bench.answer(ACKNOWLEDGE) == (
-        True,
-        AnswerCode.NO_FAULT,
-    )
+    assert bench.answer(ACKNOWLEDGE) == (True, AnswerCode.NO_FAULT)
     assert bench.answer(ENABLE, other_compensation=None) == (
         False,
         AnswerCode.OTHER_COMPENSATION_UNREAD,
     )
-    assert bench.answer(ENABLE, other_compensation=True) == (
-        False,
-        AnswerCode.DOUBLE_COMPENSATION,
-    )
+    assert bench.answer(ENABLE, other_compensation=True) == (False, AnswerCode.DOUBLE_COMPENSATION)
     assert bench.answer(trim(1.0, output="W_um")) == (False, AnswerCode.UNKNOWN_OUTPUT)
     assert bench.answer(trim(5.01)) == (False, AnswerCode.TRIM_RANGE)
-    assert bench.answer(trim(1.0, None)) == (
-        False,
-        AnswerCode.TRIM_DURATION,
-    )
+    assert bench.answer(trim(1.0, None)) == (False, AnswerCode.TRIM_DURATION)
     assert bench.answer(trim(0.0, None)) == (True, AnswerCode.TRIM_CLEARED)
     assert bench.answer(trim(-5.0, 28_800.0)) == (True, AnswerCode.TRIM_SET)
     assert bench.answer(trim(2.0, 28_800.0)) == (True, AnswerCode.TRIM_REPLACED)
-    assert bench.answer(Request(DIAMETER, value=-1.0)) == (
-        False,
-        AnswerCode.DIAMETER_RANGE,
-    )
-    assert bench.answer(Request(DIAMETER, value=None)) == (
-        True,
-        AnswerCode.DIAMETER_SET,
-    )
+    assert bench.answer(Request(DIAMETER, value=-1.0)) == (False, AnswerCode.DIAMETER_RANGE)
+    assert bench.answer(Request(DIAMETER, value=None)) == (True, AnswerCode.DIAMETER_SET)
 
 
 def test_every_answer_in_the_state_fault() -> None:
@@ -385,17 +367,11 @@ def test_every_answer_in_the_state_fault() -> None:
     assert bench.answer(ENABLE, **other) == (False, refused)
     assert not bench.answer(HOLD, **other)[0]
     assert bench.answer(trim(1.0), **other) == (False, AnswerCode.IN_FAULT)
-    assert bench.answer(ACKNOWLEDGE, **other) == (
-        False,
-        AnswerCode.DOUBLE_COMPENSATION_STILL,
-    )
+    assert bench.answer(ACKNOWLEDGE, **other) == (False, AnswerCode.DOUBLE_COMPENSATION_STILL)
     assert not bench.answer(ACKNOWLEDGE, other_compensation=None)[0]
     assert bench.answer(DISABLE, **other)[0]
     assert bench.now is FAULT
-    assert bench.answer(ACKNOWLEDGE) == (
-        True,
-        AnswerCode.ACKNOWLEDGED,
-    )
+    assert bench.answer(ACKNOWLEDGE) == (True, AnswerCode.ACKNOWLEDGED)
     assert bench.now in {FADING, OFF}
     bench = Bench().to(ACTIVE).steps(4, read_back_um=None)
     for loss in ({"read_back_um": None}, {"connected": False}):

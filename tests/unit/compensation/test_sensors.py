@@ -7,8 +7,6 @@ from typing import Any
 import pytest
 
 from thermaxis.compensation import (
-    Outcome,
-    Quality,
     Sample,
     SampleQuality,
     SensorRules,
@@ -217,19 +215,6 @@ def test_the_ends_of_the_rules_are_taken_and_the_defaults_are_those_of_the_docs(
     plain = SensorRules(lowest_c=1.0, highest_c=60.0)
     assert (plain.largest_rate_k_per_s, plain.step_k, plain.longest_age_s) == (0.1, 1.0, 10.0)
     assert (plain.frozen_s, plain.largest_difference_k) == (14_400.0, 3.0)
-
-
-def test_every_sentence_is_there() -> None:
-    assert {quality.name for quality in SampleQuality} == {
-        *("GOOD", "REDUNDANT", "MISSING", "STATUS_BAD", "OLD", "NO_TIME_STAMP"),
-        *("OUT_OF_RANGE", "TOO_FAST", "FROZEN", "DISAGREES"),
-    }
-    assert {outcome.name for outcome in Outcome} == {
-        *("STARTED", "WAITING", "CLOCK_BACKWARD", "CLOCK_UNUSABLE", "CLOCK_STILL"),
-        *("STATE_UNUSABLE", "GAP", "INPUT_HELD", "INPUT_FAILED"),
-        *("DIAMETER_HELD", "DIAMETER_UNKNOWN", "OUTSIDE_VALIDITY"),
-    }
-    assert [quality.value for quality in Quality] == ["good", "held", "bad"]
 
 
 def test_a_sensor_that_was_never_read_is_allowed_nothing() -> None:
