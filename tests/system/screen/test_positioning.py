@@ -62,7 +62,13 @@ class Server:
 
         async def live(connection: WebSocket) -> None:
             await connection.accept()
-            status = {"state": "Active", "cycle_s": 1.0, "alarms": [], "utc": None}
+            status = {
+                "state": "Active",
+                "state_said": "",
+                "cycle_s": 1.0,
+                "alarms": [],
+                "utc": None,
+            }
             try:
                 while True:
                     message = {
