@@ -69,13 +69,16 @@ def test_options_after_a_travel_are_still_options(plan: Path, tmp_path: Path) ->
         main(words(plan, tmp_path / "a.ngc", "-x"))
 
 
-@pytest.mark.parametrize("travel", ["0:510", "-10:300", "0:300"])
+@pytest.mark.parametrize(
+    ("travel", "excess"), [("0:510", 2.441), ("-10:300", 2.117), ("0:300", 2.441)]
+)
 def test_a_program_that_leaves_the_travel_is_refused_and_nothing_is_written(
-    plan: Path, tmp_path: Path, travel: str
+    plan: Path, tmp_path: Path, travel: str, excess: float
 ) -> None:
     output = tmp_path / "a.ngc"
     error = refusal(*words(plan, output, "--travel", travel))
     assert (error.code, error.place.key) == ("program_beyond_travel", "--travel")
+    assert error.values["excess"] == pytest.approx(excess, abs=1e-3)
     assert error.values["lowest"] == pytest.approx(-2.441, abs=1e-3)
     assert error.values["highest"] == pytest.approx(302.117, abs=1e-3)
     assert not output.exists()

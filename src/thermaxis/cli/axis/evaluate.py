@@ -95,8 +95,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--edition",
-        "1997, 2006 or 2014: names on the certificate. 1988 and vdi3441: those figures beside"
-        " the ones of 2014, unverified (default: 2014)",
+        "edition of ISO 230-2 whose names the figures carry; 1988 and vdi3441 (VDI/DGQ 3441) come"
+        " beside 2014, unverified (default: 2014)",
         choices=("1988", "1997", "2006", "2014", "vdi3441"),
         default="2014",
     )

@@ -64,8 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--scale MM", "millimetres of one pixel (default: pixels)", float)
     add(
         "--times H",
-        "one number of hours for each image, named after the images; from the first reading"
-        " of the run if one is given",
+        "one number of hours for each image, named after the images; with --run from its"
+        " first reading",
         nargs="+",
     )
     add(

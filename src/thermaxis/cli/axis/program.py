@@ -149,6 +149,7 @@ def _check_travel(
             place=Place(key="--travel"),
             lowest=lowest,
             highest=highest,
+            excess=max(travel[0] - lowest, highest - travel[1]),
             low=travel[0],
             high=travel[1],
             unit=plan.kind.units.position,

@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--cpu",
         "of SCL: s7-1500 (also SINUMERIK ONE) or s7-300 (also 840D sl; REAL only) (default:"
-        " s7-1500; s7-300 with 32 bits)",
+        " s7-1500; s7-300 with --real 32)",
         choices=_CPUS,
     )
     add("--flavour", "of ST (default: iec)", choices=_FLAVOURS)

@@ -129,8 +129,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--joint PART=CHANNEL@MM,...",
         "estimate the gain of a part by workpiece diameter together with the parts, from"
         " displacements at several diameters: table=Z_D0_um@0,Z_D3000_um@3000, with @tcp for"
-        " the tool centre point; the stated output is then the name of the model's (default:"
-        " gains 1)",
+        " the tool centre point; --output is then the name of the model's (default: gains 1)",
         _joint,
     )
     add("--model OUT.json", "write the compensation model", Path)
