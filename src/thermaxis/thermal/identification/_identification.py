@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import final
 
@@ -49,7 +49,7 @@ class Method(StrEnum):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class IdentifiedOutput:
     """The model of one displacement and how sure its numbers are."""
 
@@ -64,14 +64,14 @@ class IdentifiedOutput:
     fit_from_rest_percent: float
     """The same from rest at the first row, as `verify` runs it; low for a test that began warm.
     [%]"""
-    noise_std_um: float | None
+    noise_std_um: float | None = None
     """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
-    slow_noise_std_um: float | None
+    slow_noise_std_um: float | None = None
     """Slow drift that no input explains; None where it was not estimated. [µm]"""
-    validation_mae_um: float | None
+    validation_mae_um: float | None = None
     """Mean absolute error of the free run on parts that were held out; None where there were
     none. [µm]"""
-    baseline_mae_um: Mapping[str, float]
+    baseline_mae_um: Mapping[str, float] = field(default_factory=dict[str, float])
     """The same of simple rules, by name; empty where there were none. [µm]"""
     training_rmse_um: Mapping[str, float]
     """Root mean square error on the training rows: of the ``model`` in free run, of a ``static``
@@ -79,7 +79,7 @@ class IdentifiedOutput:
     ``one_step`` persistence, which knows the displacement of the row before. [µm]"""
     static_gains_um_per_k: FloatArray
     """Gains of the static regression, one per input of the records. [µm/K]"""
-    polynomials: PolynomialResult | None
+    polynomials: PolynomialResult | None = None
     """Numerators and denominators of ARX and output error."""
     warnings: tuple[str, ...]
     """What the user must know of this output, in words."""
@@ -315,11 +315,8 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
         fit_from_rest_percent=fit,
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=result.slow_noise_std_um,
-        validation_mae_um=None,
-        baseline_mae_um={},
         training_rmse_um={"model": rmse, **beside},
         static_gains_um_per_k=static,
-        polynomials=None,
         warnings=(*result.warnings, *_verdict(result.fit_percent, fit, {"model": rmse, **beside})),
     )
 
@@ -374,13 +371,10 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
                 std=_unknown(chosen.model),
                 fit_percent=fit,
                 fit_from_rest_percent=fit,
-                noise_std_um=None,
-                slow_noise_std_um=None,
                 validation_mae_um=chosen.validation_mae_um,
                 baseline_mae_um=dict(chosen.baseline_mae_um),
                 training_rmse_um={"model": rmse, **beside},
                 static_gains_um_per_k=static,
-                polynomials=None,
                 warnings=(*chosen.flags, *_verdict(fit, fit, {"model": rmse, **beside})),
             )
         )
@@ -467,9 +461,6 @@ def _polynomials(
         fit_percent=result.fit_percent,
         fit_from_rest_percent=result.fit_percent,
         noise_std_um=result.noise_std_um,
-        slow_noise_std_um=None,
-        validation_mae_um=None,
-        baseline_mae_um={},
         training_rmse_um={"model": own, **beside},
         static_gains_um_per_k=static,
         polynomials=result,

@@ -224,33 +224,23 @@ def _exchanged(experiment: Experiment, label: str, names: Sequence[str]) -> list
     return [found[i] for i in sorted(found)]
 
 
-def _constant(experiments: Sequence[Experiment], column: int, name: str) -> SensorFinding | None:
+def _throughout(
+    experiments: Sequence[Experiment], name: str, fault: SensorFault, reason: str
+) -> SensorFinding:
+    """Return a finding about all experiments."""
+    return SensorFinding(name, fault, "all", 0.0, sum(e.duration_s for e in experiments), reason)
+
+
+def _useless(experiments: Sequence[Experiment], column: int, name: str) -> SensorFinding | None:
+    """Return that a channel never changes or is mostly missing."""
     values = np.concatenate([e.u[:, column] for e in experiments])
-    if float(np.nanmax(values)) > float(np.nanmin(values)):
+    if not float(np.nanmax(values)) > float(np.nanmin(values)):
+        return _throughout(experiments, name, SensorFault.CONSTANT, "never changes")
+    absent = int(np.count_nonzero(np.isnan(values)))
+    if absent <= MOST_MISSING * values.size:
         return None
-    return SensorFinding(
-        name=name,
-        fault=SensorFault.CONSTANT,
-        experiment="all",
-        start_s=0.0,
-        duration_s=sum(e.duration_s for e in experiments),
-        reason="never changes",
-    )
-
-
-def _missing(experiments: Sequence[Experiment], column: int, name: str) -> SensorFinding | None:
-    rows = sum(e.y.size for e in experiments)
-    absent = sum(int(np.count_nonzero(np.isnan(e.u[:, column]))) for e in experiments)
-    if absent <= MOST_MISSING * rows:
-        return None
-    return SensorFinding(
-        name=name,
-        fault=SensorFault.MISSING,
-        experiment="all",
-        start_s=0.0,
-        duration_s=sum(e.duration_s for e in experiments),
-        reason=f"is missing in {absent} of {rows} rows",
-    )
+    reason = f"is missing in {absent} of {values.size} rows"
+    return _throughout(experiments, name, SensorFault.MISSING, reason)
 
 
 def _noisy(
@@ -258,17 +248,10 @@ def _noisy(
 ) -> list[SensorFinding]:
     if max(e.sample_time_s for e in experiments) > LONGEST_NOISE_STEP_S:
         return []
-    duration_s = sum(e.duration_s for e in experiments)
     usual = float(np.median(noise_k))
+    more = f"mK of noise, the median channel {1000 * usual:.0f} mK"
     return [
-        SensorFinding(
-            name=name,
-            fault=SensorFault.NOISY,
-            experiment="all",
-            start_s=0.0,
-            duration_s=duration_s,
-            reason=f"has {1000 * own:.0f} mK of noise, the median channel {1000 * usual:.0f} mK",
-        )
+        _throughout(experiments, name, SensorFault.NOISY, f"has {1000 * own:.0f} {more}")
         for name, own in zip(names, noise_k.tolist(), strict=True)
         if usual > 0 and own > NOISY_TIMES * usual
     ]
@@ -300,7 +283,7 @@ def check_candidates(
     noise_k = sensor_noise_k(experiments)
     findings: list[SensorFinding] = []
     for i, name in enumerate(names):
-        useless = _constant(experiments, i, name) or _missing(experiments, i, name)
+        useless = _useless(experiments, i, name)
         if useless is not None:
             findings.append(useless)
             continue
