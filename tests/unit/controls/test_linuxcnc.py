@@ -14,7 +14,6 @@ from thermaxis.codes import Place
 from thermaxis.controls import (
     TableRequest,
     check_options,
-    control_by_name,
 )
 from thermaxis.controls.linuxcnc import CONTROL
 from thermaxis.errors import MeasurementFileError
@@ -187,12 +186,6 @@ def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
     assert "WARNING the check holds" in program_of(
         CONTROL, plan, "coordinates=work", travel=(-10.0, 50.0)
     )
-
-
-@pytest.mark.parametrize("travel", [(-6.0, 50.0), (-10.0, 37.0)])
-def test_motion_beyond_the_travel_is_refused(travel: tuple[float, float]) -> None:
-    with refused("beyond_travel"):
-        program_of(CONTROL, PLAN, travel=travel)
 
 
 @pytest.mark.parametrize(
@@ -578,10 +571,7 @@ def test_numbers_are_taken_as_the_control_takes_them() -> None:
         CONTROL.read_table("1.5 2\n", "x", AxisKind.LINEAR, table_options())
 
 
-@pytest.mark.parametrize("feed", [1e-7, 4e-10])
-def test_a_feed_that_would_be_written_as_zero_is_refused(feed: float) -> None:
-    with refused("feed_too_small"):
-        program_of(CONTROL, replace(PLAN, feed=feed))
+def test_a_small_feed_is_written() -> None:
     assert "F0.0005" in program_of(CONTROL, replace(PLAN, feed=0.0005))
 
 
@@ -604,13 +594,6 @@ def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
         CONTROL.read_table("0 0 0\n" * 1_000_000, "x", AxisKind.LINEAR, table_options())
 
 
-def test_an_overrun_that_is_lost_in_the_digits_is_refused() -> None:
-    for cycle in Cycle:
-        with refused("overrun_too_short"):
-            program_of(CONTROL, replace(PLAN, cycle=cycle, overrun=1e-9))
+def test_an_overrun_of_two_digits_is_driven() -> None:
     plan = replace(PLAN, overrun=2e-6)
     assert drive(program_of(CONTROL, plan)).stops == planned_stops(plan)
-
-
-def test_the_control_is_found_by_its_name() -> None:
-    assert control_by_name("linuxcnc") is CONTROL

@@ -1,27 +1,13 @@
-import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
+from tests.unit.controls.builders import plan_of, program_of
+from thermaxis.codes import Place
 from thermaxis.controls import ProgramRequest, check_options, control_by_name, control_names
 from thermaxis.controls._program import feed_word, inward_positions
 from thermaxis.files import plan_sha256
-from thermaxis.positioning import Move, MoveBlock, TestPlan, moves_of_plan
-from thermaxis.quantities import AxisKind
-
-
-def plan_of(**changes: object) -> TestPlan:
-    fields: dict[str, object] = {
-        "kind": AxisKind.LINEAR,
-        "axis": "X",
-        "target": np.array([0.0, 21.5, 38.0]),
-        "cycles": 2,
-        "feed": 300.0,
-        "dwell_s": 2.0,
-        "recording_s": 0.5,
-        "overrun": 5.0,
-    }
-    return TestPlan(**{**fields, **changes})
+from thermaxis.positioning import Cycle, Move, MoveBlock, moves_of_plan
 
 
 @given(
@@ -83,3 +69,16 @@ def test_every_control_refuses_an_overrun_that_its_digits_lose(name: str) -> Non
                 options=check_options(control, [], purpose="program"),
             )
         )
+
+
+@pytest.mark.parametrize("name", control_names())
+def test_no_control_writes_a_feed_an_overrun_or_a_way_that_is_lost_or_too_large(name: str) -> None:
+    control = control_by_name(name)
+    with refused("feed_too_small"):
+        program_of(control, plan_of(feed=1e-7))
+    for cycle in Cycle:
+        with refused("overrun_too_short"):
+            program_of(control, plan_of(cycle=cycle, overrun=1e-9))
+    for travel in ((0.0, 200.0), (-10.0, 90.0)):
+        with refused("beyond_travel", Place(key="travel")):
+            program_of(control, plan_of(), travel=travel)
