@@ -13,7 +13,7 @@ from starlette.routing import Route as HttpRoute
 from starlette.testclient import TestClient
 
 from tests.system.screen.stand import wait_until
-from tests.unit.screen.engineer_bench import KnownFeed, application
+from tests.unit.screen.stand import KnownFeed, application
 from thermaxis.screen import Assets
 from thermaxis.screen.access import ScreenParts, render
 from thermaxis.screen.feed import said_status

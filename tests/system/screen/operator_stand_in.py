@@ -9,25 +9,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Route
 
 from tests.unit.screen.people import People
+from tests.unit.screen.stand import application as around, parts
 from thermaxis.codes import Message
-from thermaxis.runtime import EventRecord, Role, SystemClock, read_machine
+from thermaxis.runtime import EventRecord, Role, read_machine
 from thermaxis.screen import CHART_SCRIPT, Assets, _live_socket
-from thermaxis.screen.access import Outcome, ScreenParts, _login_page, spoken
-from thermaxis.screen.feed import StatusFeed, Told
+from thermaxis.screen.access import Outcome, _login_page, spoken
+from thermaxis.screen.feed import Told
 from thermaxis.screen.pages import operator_page as _operator_page
 from thermaxis.screen.pages.history import said_event
-
-if TYPE_CHECKING:
-    from thermaxis.screen.access import Persons
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 STARTED = datetime.now(UTC) - timedelta(hours=2)
@@ -226,14 +224,8 @@ def application(stand_in: StandIn) -> Starlette:
     """Return the application around a stand-in."""
     configuration = read_machine(EXAMPLE)
     assert configuration.screen is not None
-    parts = ScreenParts(
-        configuration=configuration,
-        settings=configuration.screen,
-        clock=SystemClock(),
-        feed=cast("StatusFeed", stand_in),
-        persons=cast("Persons", stand_in.people),
-        program="this run",
-    )
+    looks = configuration.screen.view_without_login
+    given = parts(configuration, stand_in, people=stand_in.people, view_without_login=looks)
     assets = Assets()
 
     async def asset(request: Request) -> Response:
@@ -244,19 +236,11 @@ def application(stand_in: StandIn) -> Starlette:
     async def trend8(request: Request) -> Response:
         return JSONResponse(trend(stand_in.status, spoken(request)))
 
-    found = Starlette(
-        routes=[
-            Route("/static/{name:path}", asset),
-            Route("/trend8", trend8),
-            *_operator_page.routes(parts),
-            *_live_socket.routes(parts),
-            *_login_page.routes(parts),
-        ]
-    )
-    found.state.parts = parts
     if not stand_in.status["model_sha256"]:
         stand_in.status["model_sha256"] = configuration.model.sha256
-    return found
+    own: list[BaseRoute] = [Route("/static/{name:path}", asset), Route("/trend8", trend8)]
+    pages = (_operator_page, _live_socket, _login_page)
+    return around(given, [*own, *(route for page in pages for route in page.routes(given))])
 
 
 @contextlib.contextmanager

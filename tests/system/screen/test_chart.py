@@ -8,8 +8,9 @@ from playwright.sync_api import Browser, Page, Route
 
 from tests.system.screen.engineer_browser import Pages, opened
 from tests.system.screen.stand import wait_until
-from tests.unit.screen.engineer_bench import CHANNELS, KnownFeed, lathe, parts_with, told_by_a_loop
+from tests.unit.screen.engineer_bench import CHANNELS, lathe, told_by_a_loop
 from tests.unit.screen.people import TOKEN
+from tests.unit.screen.stand import KnownFeed, parts
 from thermaxis.runtime import Role
 
 MACHINE = lathe()
@@ -35,7 +36,7 @@ def pages_for(role: Role | None = None) -> Pages:
     feed = KnownFeed(dict(WARM))
     feed.fill(("T_spindle_C", "T_spindle_C.redundant"), 36.0, 0.05, 290)
     feed.fill(("T_column_C",), 21.0, 0.02, 12)
-    return Pages(parts_with(MACHINE, feed, role), feed)
+    return Pages(parts(MACHINE, feed, role), feed)
 
 
 def texts(page: Page, selector: str) -> list[str]:

@@ -9,14 +9,12 @@ import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, Literal, Self, cast
+from typing import Any, Literal, Self
 
 import pytest
 import uvicorn
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, Route as Asked, expect
-from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
@@ -24,10 +22,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.people import People
+from tests.unit.screen.stand import application, parts
 from thermaxis.messages import LANGUAGES
-from thermaxis.runtime import Role, SystemClock
+from thermaxis.runtime import Role
 from thermaxis.screen import Assets
-from thermaxis.screen.access import Guard, ScreenParts
+from thermaxis.screen.access import Guard
 from thermaxis.screen.pages.positioning import page as _positioning_page
 
 pytestmark = [
@@ -44,17 +43,7 @@ class Server:
 
     def __init__(self) -> None:
         self.people = People().come(Role.ENGINEER, "Nováková")
-        parts = ScreenParts(
-            configuration=cast("Any", SimpleNamespace(name="lathe", server=None)),
-            settings=cast(
-                "Any",
-                SimpleNamespace(view_without_login=True, language="en", evaluation_s=280.0),
-            ),
-            clock=SystemClock(),
-            feed=cast("Any", None),
-            persons=cast("Any", self.people),
-            program="p",
-        )
+        given = parts(people=self.people, evaluation_s=280.0)
         assets = Assets()
 
         async def asset(request: Request) -> Response:
@@ -82,15 +71,12 @@ class Server:
             except WebSocketDisconnect:
                 return
 
-        pages = _positioning_page.routes(parts)
-        application = Starlette(
-            routes=[*pages, Route("/static/{name:path}", asset), WebSocketRoute("/live", live)]
-        )
-        application.state.parts = parts
+        pages = _positioning_page.routes(given)
+        routes = [*pages, Route("/static/{name:path}", asset), WebSocketRoute("/live", live)]
         self.listener = socket.create_server(("127.0.0.1", 0))
         port = self.listener.getsockname()[1]
         self.address = f"http://127.0.0.1:{port}"
-        guard = Guard(application, [f"127.0.0.1:{port}"], secure=False)
+        guard = Guard(application(given, routes), [f"127.0.0.1:{port}"], secure=False)
         self.server = uvicorn.Server(
             uvicorn.Config(guard, log_level="error", timeout_graceful_shutdown=1, lifespan="off")
         )

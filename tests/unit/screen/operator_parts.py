@@ -1,19 +1,16 @@
 """The operator's routes with people and a feed that tests decide about."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import httpx2 as httpx
-from starlette.applications import Starlette
 
 from tests.unit.screen.people import TOKEN, People
-from thermaxis.runtime import MachineConfiguration, Role, SystemClock, read_machine
-from thermaxis.screen.access import Outcome, ScreenParts
-from thermaxis.screen.feed import StatusFeed, Told
+from tests.unit.screen.stand import application, parts
+from thermaxis.runtime import MachineConfiguration, Role, read_machine
+from thermaxis.screen.access import Outcome
+from thermaxis.screen.feed import Told
 from thermaxis.screen.pages import operator_page as _operator_page
-
-if TYPE_CHECKING:
-    from thermaxis.screen.access import Persons
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 
@@ -53,18 +50,12 @@ async def sent(
     """Return the answer of the operator's routes to a request."""
     found = configuration()
     assert found.screen is not None
-    parts = ScreenParts(
-        configuration=found,
-        settings=found.screen,
-        clock=SystemClock(),
-        feed=cast("StatusFeed", somebody),
-        persons=cast("Persons", somebody.people),
-        program="this run",
+    given = parts(
+        found, somebody, people=somebody.people, view_without_login=found.screen.view_without_login
     )
-    application = Starlette(routes=_operator_page.routes(parts))
-    application.state.parts = parts
+    app = application(given, _operator_page.routes(given))
     headers = {"X-Thermaxis-Token": token, "Accept-Language": "en", **options.pop("headers", {})}
     async with httpx.AsyncClient(
-        transport=httpx.ASGITransport(application), base_url="http://screen"
+        transport=httpx.ASGITransport(app), base_url="http://screen"
     ) as client:
         return await client.request(method, path, headers=headers, **options)

@@ -16,8 +16,8 @@ from uvicorn.server import ServerState
 
 from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import run
-from tests.unit.screen.frame_parts import parts
 from tests.unit.screen.people import TOKEN, People
+from tests.unit.screen.stand import parts
 from tests.unit.screen.web_server import served
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role

@@ -13,14 +13,14 @@ from starlette.routing import BaseRoute, Route
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from tests.unit.screen.frame_parts import (
+from tests.unit.screen.people import PASSWORD, TOKEN, People
+from tests.unit.screen.stand import (
     Feed,
     client,
     parts,
     settings_with,
     told,
 )
-from tests.unit.screen.people import PASSWORD, TOKEN, People
 from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.screen import Assets, _live_socket
@@ -46,7 +46,7 @@ def asked(
     def routes(_: ScreenParts) -> list[BaseRoute]:
         return [guarded(role, named=named, page=page)]
 
-    return client(parts(view=view), routes, name=who).get("/guarded").status_code
+    return client(parts(view_without_login=view), routes, name=who).get("/guarded").status_code
 
 
 # ---- who may ------------------------------------------------------------------------------------
@@ -70,7 +70,7 @@ def test_a_page_that_needs_a_log_in_sends_to_it_and_back() -> None:
     def routes(_: ScreenParts) -> list[BaseRoute]:
         return [guarded(Role.VIEWER, page=True)]
 
-    answer = client(parts(view=False), routes).get("/guarded")
+    answer = client(parts(view_without_login=False), routes).get("/guarded")
     assert (answer.status_code, answer.headers["location"]) == (303, "/login?next=/guarded")
 
 
@@ -145,7 +145,7 @@ def test_whoever_has_lost_the_session_looks_on_and_is_told_to_log_in_again_to_ac
     def routes(_: ScreenParts) -> list[BaseRoute]:
         return [guarded(Role.VIEWER, named=True)]
 
-    given = parts(view=False)
+    given = parts(view_without_login=False)
     browser = client(given, routes, name=who)
     lose(given, who)
     assert browser.get("/guarded").status_code == 200
@@ -171,7 +171,7 @@ def test_what_needs_more_than_looking_is_refused_for_the_lost_session_not_for_th
 
 
 def test_a_wrong_password_at_the_next_log_in_takes_nobodys_looking_away() -> None:
-    given = parts(view=False)
+    given = parts(view_without_login=False)
     people = cast("People", given.persons)
     browser = client(given, _login_page.routes, name="operator")
     lose(given, "operator")
@@ -182,7 +182,7 @@ def test_a_wrong_password_at_the_next_log_in_takes_nobodys_looking_away() -> Non
 
 
 def test_a_lost_session_is_told_once_to_an_open_page_which_is_then_closed() -> None:
-    given = parts(view=False)
+    given = parts(view_without_login=False)
     feed = cast("Feed", given.feed)
     browser = client(given, _live_socket.routes, name="operator")
     with browser:
@@ -204,7 +204,7 @@ def test_a_lost_session_is_told_once_to_an_open_page_which_is_then_closed() -> N
 
 
 def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
-    given = parts(view=False)
+    given = parts(view_without_login=False)
     browser = client(given, _live_socket.routes, name="engineer")
     with browser.websocket_connect(LIVE) as socket:
         socket.receive_json()
@@ -228,7 +228,7 @@ def state_of(given: ScreenParts, cookie: str | None) -> dict[str, object]:
 
 
 def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
-    given = parts(view=False)
+    given = parts(view_without_login=False)
     people = cast("People", given.persons)
     assert state_of(given, None)["why"] == ""
     assert state_of(given, "of another run")["why"] == sentence("login-started_anew")
@@ -241,7 +241,7 @@ def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
 
 
 def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() -> None:
-    given = parts(view=False)
+    given = parts(view_without_login=False)
     feed = cast("Feed", given.feed)
     there = state_of(given, None)
     assert there == {
@@ -273,7 +273,7 @@ def log_in(browser: TestClient, name: str, password: str) -> Response:
 
 @pytest.mark.parametrize("secure", [True, False])
 def test_a_log_in_sets_a_cookie_that_scripts_and_other_sites_do_not_get(*, secure: bool) -> None:
-    browser = client(parts(view=False, secure=secure), _login_page.routes)
+    browser = client(parts(view_without_login=False, secure=secure), _login_page.routes)
     answer = log_in(browser, "operator", PASSWORD)
     assert answer.status_code == 200
     cookie = answer.headers["set-cookie"].lower()
@@ -466,7 +466,7 @@ def test_an_open_page_is_told_when_its_log_in_ends() -> None:
 def test_a_page_that_may_not_look_is_not_connected() -> None:
     with (
         pytest.raises(WebSocketDisconnect),
-        client(parts(view=False), _live_socket.routes).websocket_connect(LIVE),
+        client(parts(view_without_login=False), _live_socket.routes).websocket_connect(LIVE),
     ):
         pass
 

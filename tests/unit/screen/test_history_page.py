@@ -23,11 +23,11 @@ from tests.unit.runtime.history_records import (
 )
 from tests.unit.screen.history_parts import write_history
 from tests.unit.screen.people import TOKEN, People
+from tests.unit.screen.stand import application, parts
 from tests.unit.screen.test_probe_page import measured
 from thermaxis.codes import Message
 from thermaxis.messages import LANGUAGES, isolated, sentence
 from thermaxis.runtime import EventRecord, Role, Secret
-from thermaxis.screen.access import ScreenParts
 from thermaxis.screen.pages import probe_page as _probe_page
 from thermaxis.screen.pages.history import close_history, history_of, page as _history_page, to_ms
 from thermaxis.screen.work import Work
@@ -49,7 +49,12 @@ class Stage:
     """The pages with a history, and somebody with a role or nobody."""
 
     def __init__(
-        self, path: Path, role: Role = Role.VIEWER, *, probes: tuple[str, ...] = ()
+        self,
+        path: Path,
+        role: Role = Role.VIEWER,
+        *,
+        probes: tuple[str, ...] = (),
+        looked_at: bool = False,
     ) -> None:
         self.clock = Ticking(NOW)
         outputs = tuple(SimpleNamespace(name=name) for name in OUTPUTS)
@@ -66,18 +71,12 @@ class Stage:
             server=None,
         )
         people = People(self.clock).come(None if role is Role.NONE else role, "Nováková")
-        self.settings = SimpleNamespace(view_without_login=False, language="en")
-        self.parts = ScreenParts(
-            configuration=cast("Any", configuration),
-            settings=cast("Any", self.settings),
-            clock=self.clock,
-            feed=cast("Any", SimpleNamespace(latest=SimpleNamespace(status={}))),
-            persons=cast("Any", people),
-            program="p",
+        feed = SimpleNamespace(latest=SimpleNamespace(status={}))
+        self.parts = parts(
+            configuration, feed, people=people, clock=self.clock, view_without_login=looked_at
         )
         pages = (*_history_page.routes(self.parts), *_probe_page.routes(self.parts))
-        self.application = Starlette(routes=list(pages))
-        self.application.state.parts = self.parts
+        self.application = application(self.parts, list(pages))
 
     def __enter__(self) -> "Client":
         self.runner = asyncio.Runner()
@@ -160,9 +159,7 @@ def test_nobody_without_a_log_in_is_told_anything(path: Path, address: str) -> N
 
 
 def test_who_may_look_without_a_log_in_may_not_export(path: Path) -> None:
-    stage = Stage(path, Role.NONE)
-    stage.settings.view_without_login = True
-    with stage as nobody:
+    with Stage(path, Role.NONE, looked_at=True) as nobody:
         assert nobody.get("/history/series").status_code == 200
         assert nobody.export(**SPAN, format="csv").status_code == 401
 

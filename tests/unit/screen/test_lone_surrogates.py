@@ -13,10 +13,10 @@ import pytest
 from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
-from tests.unit.screen.engineer_bench import EXAMPLE, KnownFeed, application, parts_with
-from tests.unit.screen.frame_parts import client, parts
+from tests.unit.screen.engineer_bench import EXAMPLE
 from tests.unit.screen.operator_parts import Somebody, sent
 from tests.unit.screen.people import HERE, People
+from tests.unit.screen.stand import KnownFeed, application, client, parts
 from tests.unit.screen.test_failed_log_ins import Door, played
 from thermaxis.runtime import LONGEST_NAME, LONGEST_PASSWORD, Role, read_machine
 from thermaxis.screen.access import FAILURES_BY_ADDRESS, _login_page, answer_json
@@ -86,7 +86,7 @@ def test_a_file_whose_name_is_no_text_is_not_offered_as_a_model(tmp_path: Path) 
     shutil.copytree(EXAMPLE.parent / "models", tmp_path / "models")
     (tmp_path / "models" / os.fsdecode(b"odd\xff.json")).write_bytes(b"{}")
     machine = read_machine(tmp_path / EXAMPLE.name)
-    given = parts_with(machine, KnownFeed(None))
+    given = parts(machine, KnownFeed(None))
     browser = TestClient(application(given, _model_page.routes(given)))
     answer = browser.get("/model/values")
     assert answer.status_code == 200

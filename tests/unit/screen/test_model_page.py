@@ -12,15 +12,8 @@ import pytest
 from starlette.testclient import TestClient
 
 from tests.opcua_server import until
-from tests.unit.screen.engineer_bench import (
-    CHANNELS,
-    EXAMPLE,
-    KnownFeed,
-    application,
-    lathe,
-    parts_with,
-    told_by_a_loop,
-)
+from tests.unit.screen.engineer_bench import CHANNELS, EXAMPLE, lathe, told_by_a_loop
+from tests.unit.screen.stand import KnownFeed, application, parts
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_model, write_model
 from thermaxis.messages import ISOLATE, sentence_of
@@ -66,8 +59,8 @@ def client(
     role: Role | None = None,
     **settings: Any,
 ) -> TestClient:
-    parts = parts_with(machine, KnownFeed(status), role, **settings)
-    return TestClient(application(parts, _model_page.routes(parts)), follow_redirects=False)
+    given = parts(machine, KnownFeed(status), role, **settings)
+    return TestClient(application(given, _model_page.routes(given)), follow_redirects=False)
 
 
 def test_the_model_in_force_is_shown_when_its_hash_is_the_loops(

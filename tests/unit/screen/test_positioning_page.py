@@ -12,20 +12,18 @@ import zipfile
 from collections.abc import AsyncIterator, Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Self, cast
 from urllib.parse import urlencode
 
 import httpx2 as httpx
 import pytest
-from starlette.applications import Starlette
 
 from tests.unit.screen.people import TOKEN, People
+from tests.unit.screen.stand import application, parts
 from thermaxis.files import read_positioning
 from thermaxis.messages import sentence
 from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
 from thermaxis.runtime import Role
-from thermaxis.screen.access import ScreenParts
 from thermaxis.screen.pages.positioning import page as _positioning_page
 from thermaxis.screen.pages.positioning._results import KEPT_S, MOST_OF_A_PERSON
 from thermaxis.screen.pages.positioning.page import (
@@ -67,21 +65,12 @@ class Stage:
         self.where = where
         self.clock = Clock()
         self.people = People(cast("Any", self.clock)).come(Role.ENGINEER)
-        facts: dict[str, Any] = {
-            "view_without_login": False,
-            "language": "en",
-            "evaluation_s": 100.0,
-        }
-        parts = ScreenParts(
-            configuration=cast("Any", SimpleNamespace(name="lathe", server=None)),
-            settings=cast("Any", SimpleNamespace(**(facts | settings))),
-            clock=cast("Any", self.clock),
-            feed=cast("Any", None),
-            persons=cast("Any", self.people),
-            program="p",
+        given = parts(
+            people=self.people,
+            clock=self.clock,
+            **{"view_without_login": False, **settings},
         )
-        self.application = Starlette(routes=_positioning_page.routes(parts))
-        self.application.state.parts = parts
+        self.application = application(given, _positioning_page.routes(given))
         self.runner = asyncio.Runner()
         self.work = self.runner.run(self._made(program))
         self.application.state.work = self.work

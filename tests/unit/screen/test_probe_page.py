@@ -13,13 +13,9 @@ from starlette.testclient import TestClient
 
 from tests.unit.runtime.history_records import BEGIN, cycle_record, url_of
 from tests.unit.runtime.simulated import SimulatedHistorian
-from tests.unit.screen.engineer_bench import (
-    KnownFeed,
-    application,
-    lathe as lathe_configuration,
-    parts_with,
-)
+from tests.unit.screen.engineer_bench import lathe as lathe_configuration
 from tests.unit.screen.history_parts import write_history
+from tests.unit.screen.stand import KnownFeed, application, parts
 from thermaxis.compensation import (
     Compensation,
     Limits,
@@ -260,6 +256,6 @@ def test_a_compensation_without_any_drift_has_no_ratio(tmp_path: Path) -> None:
 
 
 def test_the_probes_of_a_page_are_named_as_everywhere_and_asked_for_by_their_own_name() -> None:
-    parts = parts_with(lathe_configuration(), KnownFeed(None))
-    page = TestClient(application(parts, _probe_page.routes(parts))).get("/probe").text
+    given = parts(lathe_configuration(), KnownFeed(None))
+    page = TestClient(application(given, _probe_page.routes(given))).get("/probe").text
     assert '<option value="Z_um">Z</option>' in page

@@ -11,14 +11,8 @@ import pytest
 from hypothesis import given, strategies as st
 from starlette.testclient import TestClient
 
-from tests.unit.screen.engineer_bench import (
-    CHANNELS,
-    KnownFeed,
-    application,
-    lathe,
-    parts_with,
-    told_by_a_loop,
-)
+from tests.unit.screen.engineer_bench import CHANNELS, lathe, told_by_a_loop
+from tests.unit.screen.stand import KnownFeed, application, parts
 from thermaxis.compensation import SensorRules
 from thermaxis.screen.pages import sensors_page as _sensors_page
 from thermaxis.screen.pages.sensors_page import LEAST_VALUES, facts_of, noise_of, rules_of
@@ -27,8 +21,8 @@ STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
 
 
 def client(feed: KnownFeed, **settings: Any) -> TestClient:
-    parts = parts_with(lathe(), feed, **settings)
-    return TestClient(application(parts, _sensors_page.routes(parts)), follow_redirects=False)
+    given = parts(lathe(), feed, **settings)
+    return TestClient(application(given, _sensors_page.routes(given)), follow_redirects=False)
 
 
 # ---- noise --------------------------------------------------------------------------------------

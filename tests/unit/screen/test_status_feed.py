@@ -511,17 +511,17 @@ def test_looks_beyond_those_that_are_remembered_take_no_memory() -> None:
 
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         tracemalloc.start()
-        for number in range(2, 1202):
+        for number in range(2, 802):
             loop.text = read_as(20.0 + number / 64.0, number)
             await feed.after(feed.latest.number)
-            if number % 300 == 1:
+            if number % 200 == 1:
                 gc.collect()
                 used.append(tracemalloc.get_traced_memory()[0])
         tracemalloc.stop()
 
     look(loop, act)
     assert len(used) == 4
-    assert max(used[2:]) - used[1] < 60_000, used  # 100 byte for each of 600 looks
+    assert max(used[2:]) - used[1] < 40_000, used  # 100 byte for each of 400 looks
 
 
 def test_a_connection_that_was_made_anew_during_a_look_shows_nothing_unasked() -> None:
