@@ -13,10 +13,7 @@ BLOCK = re.compile(r"```(\w*)\n(.*?)```", re.DOTALL)
 
 
 def test_every_command_of_the_page_runs_and_the_refused_one_says_what_the_page_says(
-    root: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page = (root / "docs" / "how-to" / "write-a-compensation-table.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)

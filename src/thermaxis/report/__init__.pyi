@@ -11,18 +11,10 @@ from ._names import (
     edition_name as edition_name,
     other_standard_name as other_standard_name,
 )
-from ._output import (
-    write_bytes as write_bytes,
-)
-from ._positioning_report import (
-    PositioningReport as PositioningReport,
-)
-from ._progress import (
-    Progress as Progress,
-)
-from ._text import (
-    fixed as fixed,
-)
+from ._output import write_bytes as write_bytes
+from ._positioning_report import PositioningReport as PositioningReport
+from ._progress import Progress as Progress
+from ._text import fixed as fixed
 from .certificate import (
     unshowable as unshowable,
     write_certificate_html as write_certificate_html,

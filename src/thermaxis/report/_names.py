@@ -63,11 +63,7 @@ _NAMES_2014: Mapping[str, str] = MappingProxyType(
     }
 )
 FIGURE_NAMES: Mapping[Edition, Mapping[str, str]] = MappingProxyType(
-    {
-        Edition.E1997: _NAMES_OLDER,
-        Edition.E2006: _NAMES_OLDER,
-        Edition.E2014: _NAMES_2014,
-    }
+    {Edition.E1997: _NAMES_OLDER, Edition.E2006: _NAMES_OLDER, Edition.E2014: _NAMES_2014}
 )
 """Names of the figures by edition and key, from memory: 2014 says error where older ones say
 deviation or value."""

@@ -13,14 +13,7 @@ from thermaxis.cli import main
 from thermaxis.cli.axis.tables import make as _make_table
 from thermaxis.cli.axis.tables.plausible import doubts_about_size
 from thermaxis.cli.axis.tables.reference import reference_point
-from thermaxis.controls import (
-    Control,
-    GridRule,
-    ProgramRequest,
-    ReadTable,
-    TableRequest,
-    TableText,
-)
+from thermaxis.controls import Control, GridRule, ProgramRequest, ReadTable, TableRequest, TableText
 from thermaxis.errors import DataError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import CompensationTable, evaluate_drift, evaluate_iso230_2
@@ -349,11 +342,7 @@ def test_a_fanuc_with_two_tables_gets_it_in_the_second_one_and_zero_in_1851(
     ],
 )
 def test_a_reversal_value_that_the_file_does_not_replace_is_refused(
-    run: Path,
-    tmp_path: Path,
-    control: str,
-    more: tuple[str, ...],
-    code: str,
+    run: Path, tmp_path: Path, control: str, more: tuple[str, ...], code: str
 ) -> None:
     old = tmp_path / "old.comp"
     old.write_text("0 0 0\n250 250.01 250.01\n")
@@ -862,11 +851,7 @@ class Forgetful(Control):
         return TableText(text="table\n", sentences=())
 
     def read_table(
-        self,
-        text: str,
-        path: str,
-        kind: AxisKind,
-        options: Mapping[str, str],
+        self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
     ) -> ReadTable:
         assert self.last is not None
         k = self.last.position.size - self.lost
@@ -888,11 +873,7 @@ class Forgetful(Control):
     ],
 )
 def test_a_file_that_is_not_read_back_as_it_was_meant_is_not_written(
-    run: Path,
-    tmp_path: Path,
-    control: Control,
-    code: str,
-    monkeypatch: pytest.MonkeyPatch,
+    run: Path, tmp_path: Path, control: Control, code: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(_make_table, "control_by_name", lambda _: control)
     assert refused(run, tmp_path / "x", control="forgetful") == code

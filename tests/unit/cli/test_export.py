@@ -25,11 +25,7 @@ from thermaxis.files import model_sha256, read_model, write_model
 from thermaxis.plc import vectors_of
 
 STATED = ("--limit", "280", "--rate", "0.5", "--plausible", "5:80")
-FILES = {
-    "scl": {"scl"},
-    "st": {"st"},
-    "c": {"c", "h"},
-}
+FILES = {"scl": {"scl"}, "st": {"st"}, "c": {"c", "h"}}
 
 
 @pytest.fixture(autouse=True)
@@ -548,10 +544,7 @@ def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
     [
         (("--at", "1", "--at", "900"), "direction_not_stated"),
         (("--at", "100", "--positive", "away"), "models_and_positions_differ"),
-        (
-            ("--at", "X_um=1", "--at", "900", "--positive", "away"),
-            "models_and_positions_differ",
-        ),
+        (("--at", "X_um=1", "--at", "900", "--positive", "away"), "models_and_positions_differ"),
         (("--at", "1", "--at", "1.5", "--positive", "away"), None),
         (("--at", "100", "--at", "100", "--positive", "away"), None),
         (("--at", "1", "--at", "2.5", "--positive", "away"), None),
@@ -736,10 +729,7 @@ PAGE_BLOCK = re.compile(r"```(console|text)\n(.*?)```", re.DOTALL)
 
 
 def test_every_command_of_the_page_runs_and_the_refused_one_says_what_the_page_says(
-    root: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page = (root / "docs" / "how-to" / "export-to-a-plc.md").read_text(encoding="utf-8")
     shutil.copytree(root / "examples", tmp_path / "examples")

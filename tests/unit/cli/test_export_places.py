@@ -72,12 +72,7 @@ def test_what_was_typed_wrong_is_named_as_an_option(
 MODELS: Mapping[str, tuple[dict[str, object], str, str, tuple[str, str]]] = {
     "gap": ({"longest_gap_s": 5.0}, "--cycle-s 10", "gap_within_cycle", ("longest_gap_s", "")),
     "outputs": ({"outputs": 9}, "--cycle-s 1", "outside_count", ("outputs", "")),
-    "delay": (
-        {"part": a_part(delay_s=20_000.0)},
-        "--cycle-s 1",
-        "delay_too_long",
-        ("parts", "p"),
-    ),
+    "delay": ({"part": a_part(delay_s=20_000.0)}, "--cycle-s 1", "delay_too_long", ("parts", "p")),
     "tiny": (
         {"part": Part("p", "T", "", 1e-40)},
         f"--cycle-s 1 {REAL}",

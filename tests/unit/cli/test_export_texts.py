@@ -15,14 +15,7 @@ import pytest
 
 from thermaxis.cli.exchange import _export_files, export
 from thermaxis.cli.exchange._export_settings import Exported
-from thermaxis.compensation import (
-    CompensationModel,
-    Output,
-    Part,
-    Provenance,
-    Section,
-    TrainingLog,
-)
+from thermaxis.compensation import CompensationModel, Output, Part, Provenance, Section, TrainingLog
 from thermaxis.files import write_model
 from thermaxis.plc import vectors_of
 

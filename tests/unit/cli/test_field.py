@@ -202,11 +202,7 @@ def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, cap
     [
         (("--emissivity", "0.9"), "option_needs", "--emissivity"),
         (("--reflected-temperature", "20"), "option_needs", "--reflected-temperature"),
-        (
-            ("--emissivity", "1.2", "--reflected-temperature", "20"),
-            "no_emissivity",
-            "--emissivity",
-        ),
+        (("--emissivity", "1.2", "--reflected-temperature", "20"), "no_emissivity", "--emissivity"),
         (
             ("--emissivity", "0.9", "--reflected-temperature", "nan"),
             "outside_range",

@@ -20,10 +20,7 @@ OPC_UA_OUTPUT = """\
 node = "ns=2;s=Z_offset"
 read_back_node = "ns=2;s=Z_accepted"
 """
-TO_LINUXCNC = (
-    (OPC_UA_SINK, '[sink]\nkind = "linuxcnc"\n'),
-    (OPC_UA_OUTPUT, "joint = 2\n"),
-)
+TO_LINUXCNC = ((OPC_UA_SINK, '[sink]\nkind = "linuxcnc"\n'), (OPC_UA_OUTPUT, "joint = 2\n"))
 
 
 def run(*words: object) -> int:

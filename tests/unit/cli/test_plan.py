@@ -113,11 +113,7 @@ def test_the_same_words_give_the_same_plan_byte_for_byte(tmp_path: Path) -> None
     ("words", "cycle", "approaches"),
     [
         (("--mode", "unidirectional"), Cycle.STANDARD, (FORWARD,)),
-        (
-            ("--mode", "unidirectional", "--approach-side", "backward"),
-            Cycle.STANDARD,
-            (BACKWARD,),
-        ),
+        (("--mode", "unidirectional", "--approach-side", "backward"), Cycle.STANDARD, (BACKWARD,)),
         (("--mode", "pilgrim"), Cycle.PILGRIM, (FORWARD, BACKWARD)),
         (("--mode", "step", "--approach-side", "forward"), Cycle.STEP, (FORWARD,)),
     ],

@@ -354,9 +354,7 @@ def test_targets_with_fewer_readings_are_counted_in_the_notes(
     assert fields_of(report)["Runs per direction"] == "2 to 5"
 
 
-def test_values_of_the_environment_have_at_most_three_decimals(
-    small: PositioningReport,
-) -> None:
+def test_values_of_the_environment_have_at_most_three_decimals(small: PositioningReport) -> None:
     environment = {
         "air_temperature_c": StartEnd(23.600000381, 24.41667),
         "environment_factor_um": StartEnd(0.316411, 0.0004567),
@@ -476,10 +474,7 @@ def test_the_duration_is_that_between_the_printed_start_and_end(small: Positioni
             {"end": "2026-03-01 08:00:00"},
             "stated none: the end lies before the start; in the file 7 h 01 min 00 s",
         ),
-        (
-            {"start": "2026-03-02T07:30:00+01:00", "end": "2026-03-02T13:31:00Z"},
-            "7 h 01 min 00 s",
-        ),
+        ({"start": "2026-03-02T07:30:00+01:00", "end": "2026-03-02T13:31:00Z"}, "7 h 01 min 00 s"),
     ],
 )
 def test_a_typed_time_of_any_kind_has_a_duration_in_words(

@@ -5,15 +5,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from thermaxis.report.tables import (
-    Section,
-    Table,
-    Value,
-    as_json,
-    as_text,
-    rows_of,
-    without_text,
-)
+from thermaxis.report.tables import Section, Table, Value, as_json, as_text, rows_of, without_text
 
 ROWS = rows_of(
     Value("position", np.array([0.0, 10.0]), "mm", ".1f"),

@@ -498,11 +498,7 @@ def test_the_same_result_gives_the_same_bytes(
 
 
 def test_an_identification_is_written_as_pdf_and_html(
-    found: Identification,
-    records: Records,
-    log: ThermalLog,
-    drawn_once: DrawnOnce,
-    tmp_path: Path,
+    found: Identification, records: Records, log: ThermalLog, drawn_once: DrawnOnce, tmp_path: Path
 ) -> None:
     logs = [log, make_log(2)]
     provenance = replace(MODEL.provenance, date="2026-03-31")
@@ -516,11 +512,7 @@ def test_an_identification_is_written_as_pdf_and_html(
 
 
 def test_another_suffix_is_refused_before_anything_is_drawn(
-    log: ThermalLog,
-    result: Verification,
-    found: Identification,
-    records: Records,
-    tmp_path: Path,
+    log: ThermalLog, result: Verification, found: Identification, records: Records, tmp_path: Path
 ) -> None:
     with pytest.raises(ConfigurationError, match=r"\.docx.*\.pdf or \.html"):
         write_verification_report(MODEL, [log], result, tmp_path / "r.docx")

@@ -394,10 +394,7 @@ def _uncertainty(result: PlanResult) -> Iterator[Part]:
             f" {simulated.level_error:.3f} {unit}, stated {simulated.level_std:.3f} {unit}"
             " (root mean squares)."
         )
-        parts[-1] = Section(
-            "simulated",
-            values_of(simulated, "runs", "level_error", "level_std"),
-        )
+        parts[-1] = Section("simulated", values_of(simulated, "runs", "level_error", "level_std"))
     yield Section("expected", [*parts, said])
 
 

@@ -10,12 +10,7 @@ from pathlib import Path
 
 from thermaxis.cli._arguments import add_encoding, add_json, adder, hours, number
 from thermaxis.cli._json import show
-from thermaxis.cli._outputs import (
-    check_outputs,
-    check_table_name,
-    keep_older,
-    write_ascii,
-)
+from thermaxis.cli._outputs import check_outputs, check_table_name, keep_older, write_ascii
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.axis.tables.control import add_control
 from thermaxis.cli.axis.tables.described import described

@@ -100,12 +100,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     files = program_files(program, target)
     vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
     facts = GuideFacts(
-        target,
-        tuple(files),
-        vectors,
-        exported.compensation.interlocks,
-        line,
-        exported.warnings,
+        target, tuple(files), vectors, exported.compensation.interlocks, line, exported.warnings
     )
     files[vectors] = tested.text
     files[guide] = guide_text(settings, program, facts)
@@ -113,14 +108,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     sources = tuple((source.name, source.sha256) for source in exported.sources)
     size = instance_bytes(program)
     facts_of = ReportFacts(
-        target,
-        sources,
-        difference,
-        line,
-        tested,
-        size,
-        exported.machine,
-        exported.warnings,
+        target, sources, difference, line, tested, size, exported.machine, exported.warnings
     )
     report = report_of(settings, facts_of, files)
     files[stem + REPORT_ENDING] = report_text(report)

@@ -335,11 +335,7 @@ def _stated(
 
 
 def _by_name(
-    stated: Sequence[_Named[_Value]],
-    wanted: tuple[str, ...],
-    option: str,
-    form: str,
-    example: str,
+    stated: Sequence[_Named[_Value]], wanted: tuple[str, ...], option: str, form: str, example: str
 ) -> Mapping[str, _Value]:
     """Return what was stated of every name; one without a name counts for all the others."""
     wanted = tuple(dict.fromkeys(wanted))

@@ -139,10 +139,7 @@ def build_probe_session(
 def _probed(
     source: Source, configuration: "MachineConfiguration", session: "OpcUaSession", clock: Clock
 ) -> Source:
-    from thermaxis.runtime.sources import (  # noqa: PLC0415
-        OpcUaSource,
-        ProbedSource,
-    )
+    from thermaxis.runtime.sources import OpcUaSource, ProbedSource  # noqa: PLC0415
 
     nodes = probes_read(configuration)
     return ProbedSource(source, OpcUaSource(session, nodes), tuple(nodes), clock)
@@ -188,10 +185,7 @@ def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSetting
 
 
 def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source, Clock]:
-    from thermaxis.files import (  # noqa: PLC0415
-        read_thermal_log,
-        read_thermal_mapping,
-    )
+    from thermaxis.files import read_thermal_log, read_thermal_mapping  # noqa: PLC0415
     from thermaxis.runtime.sources import ReplayClock, ReplaySource  # noqa: PLC0415
 
     settings = configuration.source

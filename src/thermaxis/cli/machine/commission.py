@@ -116,9 +116,7 @@ def _asked(question: str) -> bool:
 
 
 async def _prove(
-    configuration: MachineConfiguration,
-    plan: CommissioningPlan,
-    arguments: argparse.Namespace,
+    configuration: MachineConfiguration, plan: CommissioningPlan, arguments: argparse.Namespace
 ) -> StepProof:
     clock = SystemClock()
     parts = build_parts(configuration, clock)

@@ -7,14 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from thermaxis.cli._arguments import (
-    TIME,
-    UNITS_S,
-    add_mapping,
-    adder,
-    diameter,
-    positive_seconds,
-)
+from thermaxis.cli._arguments import TIME, UNITS_S, add_mapping, adder, diameter, positive_seconds
 from thermaxis.codes import Place
 from thermaxis.compensation import TrainingLog
 from thermaxis.errors import ConfigurationError

@@ -11,9 +11,7 @@ from thermaxis.cli._arguments import add_json, add_report, adder, day, positive_
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._identification import (
-    described,
-)
+from thermaxis.cli.thermal._identification import described
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
@@ -278,9 +276,7 @@ def _check_twice(entries: Sequence[ReadLog]) -> None:
 
 
 def _common_step_s(
-    arguments: argparse.Namespace,
-    logs: Sequence[ThermalLog],
-    inputs: Sequence[InputDefinition],
+    arguments: argparse.Namespace, logs: Sequence[ThermalLog], inputs: Sequence[InputDefinition]
 ) -> float | None:
     """Return the step at which every candidate has a value; None where the rows' own step does."""
     if not arguments.candidates:

@@ -3,12 +3,6 @@ from ._files import (
     write_certificate_pdf as write_certificate_pdf,
     write_report as write_report,
 )
-from ._html import (
-    render_html as render_html,
-)
-from ._pdf import (
-    document_pdf as document_pdf,
-)
-from ._showable import (
-    unshowable as unshowable,
-)
+from ._html import render_html as render_html
+from ._pdf import document_pdf as document_pdf
+from ._showable import unshowable as unshowable

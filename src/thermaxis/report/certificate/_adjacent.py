@@ -130,10 +130,7 @@ def _pair_table(report: PositioningReport, result: AdjacentDifferenceResult) -> 
 
 def _chart_table(report: PositioningReport, result: AdjacentDifferenceResult) -> Table:
     decimals = detail_decimals(report)
-    columns = [
-        Column("Position", "left"),
-        Column(f"Target [{report.test.kind.units.position}]"),
-    ]
+    columns = [Column("Position", "left"), Column(f"Target [{report.test.kind.units.position}]")]
     for approach, found in enumerate(result.approaches):
         if found is not None:
             columns += [Column(f"chart {ARROWS[approach]}"), Column(f"bound {ARROWS[approach]}")]

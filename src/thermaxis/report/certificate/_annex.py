@@ -75,10 +75,7 @@ def raw_section(report: PositioningReport) -> Section:
         f" {test.kind.units.deviation}, with all their decimals; one row per run, one column per"
         f" target (in {test.kind.units.position})."
     )
-    return Section(
-        heading,
-        (Paragraph(words), *_reading_tables(report), *_channels(report)),
-    )
+    return Section(heading, (Paragraph(words), *_reading_tables(report), *_channels(report)))
 
 
 def _reading_tables(report: PositioningReport) -> list[Block]:

@@ -250,10 +250,5 @@ def condition_section(report: PositioningReport) -> Section:
         for group in HEADER_GROUPS
     ]
     return Section(
-        "Conditions of the test",
-        (
-            *groups,
-            _traceability(report),
-            *_other_lines(report),
-        ),
+        "Conditions of the test", (*groups, _traceability(report), *_other_lines(report))
     )

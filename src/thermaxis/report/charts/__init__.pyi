@@ -1,14 +1,10 @@
-from ._adjacent import (
-    bound_words as bound_words,
-)
+from ._adjacent import bound_words as bound_words
 from ._drift_model import (
     growth_unit as growth_unit,
     reference_place as reference_place,
     time_words as time_words,
 )
-from ._field import (
-    write_field_figures as write_field_figures,
-)
+from ._field import write_field_figures as write_field_figures
 from ._figures import (
     charts_of as charts_of,
     write_figures as write_figures,

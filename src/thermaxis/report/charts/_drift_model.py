@@ -20,15 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from thermaxis.positioning import APPROACHES, DriftResult, FloatArray, TimeSource
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._style import (
-    ARROWS,
-    DARK,
-    GREY,
-    MARKERS,
-    drawable,
-    new_figure,
-    zero_line,
-)
+from thermaxis.report._style import ARROWS, DARK, GREY, MARKERS, drawable, new_figure, zero_line
 from thermaxis.report.charts._parts import (
     at_position,
     measured_approaches,

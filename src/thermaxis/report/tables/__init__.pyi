@@ -9,10 +9,5 @@ from ._described import (
     values_of as values_of,
     without_text as without_text,
 )
-from ._evaluation import (
-    describe_evaluation as describe_evaluation,
-)
-from ._text_table import (
-    filled as filled,
-    text_table as text_table,
-)
+from ._evaluation import describe_evaluation as describe_evaluation
+from ._text_table import filled as filled, text_table as text_table

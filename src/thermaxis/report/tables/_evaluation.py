@@ -289,10 +289,7 @@ def _uncertainty_alone(report: PositioningReport) -> Iterator[Part]:
         return
     measured, form = report.uncertainty.measured, f".{report.figure_decimals}f"
     rows = [
-        [
-            Value("", FIGURE_SYMBOLS[key], ""),
-            Value("", _expanded(measured, key), "U (k = 2)", form),
-        ]
+        [Value("", FIGURE_SYMBOLS[key], ""), Value("", _expanded(measured, key), "U (k = 2)", form)]
         for key in FIGURE_KEYS
     ]
     title = f"Uncertainty of the figures, {report.test.kind.units.deviation}"

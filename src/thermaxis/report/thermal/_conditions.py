@@ -27,10 +27,7 @@ def speed_panel(log: ThermalLog) -> Panel | None:
 
 
 def relative_values(
-    log: ThermalLog,
-    channel: str,
-    reference_s: float,
-    reference: float | None = None,
+    log: ThermalLog, channel: str, reference_s: float, reference: float | None = None
 ) -> FloatArray:
     """Return a channel relative to its reference."""
     name = log.name_of(channel)

@@ -47,13 +47,7 @@ from thermaxis.report.thermal._words import (
     warning_blocks,
     with_interval,
 )
-from thermaxis.thermal import (
-    Identification,
-    IdentifiedOutput,
-    Records,
-    ThermalLog,
-    check_log,
-)
+from thermaxis.thermal import Identification, IdentifiedOutput, Records, ThermalLog, check_log
 
 _MOST_CURVE = 40
 _MOST_FINDINGS = 40

@@ -31,13 +31,7 @@ from thermaxis.report.thermal._panels import (
 from thermaxis.report.thermal._poles import pole_zero_chart, time_constant_chart
 from thermaxis.report.thermal._steps import identified_step_chart
 from thermaxis.report.thermal._words import hours, name_text
-from thermaxis.thermal import (
-    Identification,
-    IdentifiedOutput,
-    Records,
-    SelectionResult,
-    ThermalLog,
-)
+from thermaxis.thermal import Identification, IdentifiedOutput, Records, SelectionResult, ThermalLog
 
 MOST_LOGS = 4
 """Records that are drawn; the tables hold all. [1]"""
@@ -49,11 +43,7 @@ _STEMS = Look("#0072b2", width=0.9, stems=True)
 
 
 def identification_charts(
-    result: Identification,
-    records: Records,
-    logs: Sequence[ThermalLog],
-    *,
-    reference_s: float,
+    result: Identification, records: Records, logs: Sequence[ThermalLog], *, reference_s: float
 ) -> tuple[ThermalChart, ...]:
     """Return the charts of an identification in the order in which a report shows them."""
     record_s = record_length_s(records)

@@ -224,7 +224,4 @@ def _hashes(logs: Sequence[ThermalLog], result: Verification, sha256: str) -> tu
     )
     columns = columns_of("*Log | Rows | <SHA-256 of names, times and values")
     words = "Logs of this verification: the hash is of the content as read, not of a file."
-    return (
-        Table(columns, rows, words),
-        Fields("", (("SHA-256 of the model", sha256),), code=True),
-    )
+    return (Table(columns, rows, words), Fields("", (("SHA-256 of the model", sha256),), code=True))

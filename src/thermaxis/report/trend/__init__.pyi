@@ -1,6 +1,4 @@
-from ._chart import (
-    write_trend_figures as write_trend_figures,
-)
+from ._chart import write_trend_figures as write_trend_figures
 from ._trend import (
     Trend as Trend,
     TrendChange as TrendChange,
