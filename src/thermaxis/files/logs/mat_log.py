@@ -9,7 +9,6 @@ import numpy as np
 from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.logs._columns import (
-    ColumnValues,
     LogTable,
     build_log,
     parse_log_heading,
@@ -52,33 +51,22 @@ def read_thermal_mat(
             variables = _read_level_4(path)
         else:
             raise ValueError("no mark of MATLAB")
-    return _log_of(name, variables, mapping, sample_time_s)
-
-
-def _log_of(
-    name: str,
-    variables: Mapping[str, FloatArray],
-    mapping: ThermalMapping | None,
-    sample_time_s: float | None,
-) -> ThermalLog:
     vectors = dict(_vectors(variables))
     if not vectors:
         raise MeasurementFileError("no_vector", place=Place(name))
     rows = _rows_of(vectors, mapping)
     kept = {key: values for key, values in vectors.items() if values.size == rows}
     others = [key for key, values in vectors.items() if values.size != rows]
+    remark = f"variables that are not as long as the times were left out: {first_few(others)}"
     headings = tuple(kept)
-    remarks = (
-        (f"variables that are not as long as the times were left out: {first_few(others)}",)
-        if others
-        else ()
-    )
     plan = plan_columns(Place(name), headings, mapping)
-
-    def read(index: int) -> ColumnValues:
-        return kept[headings[index]]
-
-    table = LogTable(place=Place(name), headings=headings, rows=rows, read=read, remarks=remarks)
+    table = LogTable(
+        place=Place(name),
+        headings=headings,
+        rows=rows,
+        read=lambda index: kept[headings[index]],
+        remarks=(remark,) if others else (),
+    )
     return build_log(table, plan, name=Path(name).stem, sample_time_s=sample_time_s)
 
 

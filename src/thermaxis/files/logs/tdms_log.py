@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
@@ -198,10 +199,5 @@ def _mapping_of_group(
             columns[heading] = given.columns[heading]
         elif heading in units and not parse_log_heading(heading).unit:
             columns[heading] = ColumnMapping(unit=units[heading])
-    return ThermalMapping(
-        columns=columns,
-        time_column=given.time_column if given.time_column in headings else None,
-        time_unit=given.time_unit,
-        time_format=given.time_format,
-        sample_time_s=given.sample_time_s,
-    )
+    time_column = given.time_column if given.time_column in headings else None
+    return replace(given, columns=columns, time_column=time_column)
