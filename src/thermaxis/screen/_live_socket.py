@@ -12,8 +12,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from thermaxis.codes import Message
 from thermaxis.messages import sentence
 from thermaxis.runtime import Role
-from thermaxis.screen.access import OUT, Person, ScreenParts, Visitor, visitor_of
-from thermaxis.screen.feed import Told, said_status
+from thermaxis.screen.access import OUT, ScreenParts, UserSession, Visitor, visitor_of
+from thermaxis.screen.feed import StatusSnapshot, said_status
 
 MOST_VIEWERS = 64
 """Pages that are open at once. Default: three times what a shop needs. [1]"""
@@ -108,7 +108,7 @@ class LiveSocket:
                 await socket.send_text(self._message(told, visitor.language))
                 told = await self._parts.feed.after(told.number)
 
-    def _message(self, told: Told, language: str) -> str:
+    def _message(self, told: StatusSnapshot, language: str) -> str:
         if told.live:
             now_s = self._parts.clock.monotonic_s()
             age_s = max(0.0, now_s - told.received_s)
@@ -124,7 +124,7 @@ class LiveSocket:
             }
         )
 
-    def _status(self, told: Told, language: str) -> str:
+    def _status(self, told: StatusSnapshot, language: str) -> str:
         """Return the status with its sentences in a language; made once for all its pages."""
         known = self._said.get(language)
         if known is None or known[0] != told.text:
@@ -143,7 +143,7 @@ class LiveSocket:
         text = self._lost(now) or changed
         return json.dumps({"kind": "role", "role": now.role.value, "text": text})
 
-    def _ended(self, person: Person, language: str) -> str:
+    def _ended(self, person: UserSession, language: str) -> str:
         text = sentence(person.ended or OUT, language=language)
         return json.dumps({"kind": "ended", "text": text})
 

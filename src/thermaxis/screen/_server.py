@@ -19,7 +19,7 @@ from thermaxis.runtime.host import is_loopback, server_context
 from thermaxis.screen._application import build_application
 from thermaxis.screen._connections import MOST_CONNECTIONS, Connection, Listener
 from thermaxis.screen._log_lines import speak_plainly
-from thermaxis.screen.access import Persons, ScreenParts
+from thermaxis.screen.access import ScreenParts, UserSessions
 from thermaxis.screen.feed import StatusFeed
 
 _KEEP_ALIVE_S = 15
@@ -59,7 +59,7 @@ async def serve(
         settings=settings,
         clock=clock,
         feed=StatusFeed(configuration.screen_connection(settings.user, settings.password), clock),
-        persons=Persons(
+        persons=UserSessions(
             configuration.screen_connection,
             clock,
             idle_s=settings.idle_s,

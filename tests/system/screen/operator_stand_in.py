@@ -23,7 +23,7 @@ from thermaxis.codes import Message
 from thermaxis.runtime import EventRecord, Role, read_machine
 from thermaxis.screen import CHART_SCRIPT, Assets, _live_socket
 from thermaxis.screen.access import Outcome, _login_page, spoken
-from thermaxis.screen.feed import Told
+from thermaxis.screen.feed import StatusSnapshot
 from thermaxis.screen.pages import operator_page as _operator_page
 from thermaxis.screen.pages.history import said_event
 
@@ -139,7 +139,7 @@ class StandIn:
     # ---- as StatusFeed
 
     @property
-    def latest(self) -> Told:
+    def latest(self) -> StatusSnapshot:
         """Return the present look."""
         self.looks += 1
         if self.live:
@@ -148,9 +148,9 @@ class StandIn:
         why = "" if self.live else "feed-no_connection"
         now_s = time.monotonic()
         text = json.dumps(self.status)
-        return Told(self.looks, text, self.status, now_s, START, self.live, why)
+        return StatusSnapshot(self.looks, text, self.status, now_s, START, self.live, why)
 
-    async def after(self, number: int) -> Told:
+    async def after(self, number: int) -> StatusSnapshot:
         """Return the next look."""
         del number
         await asyncio.sleep(0.2)

@@ -9,7 +9,7 @@ from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.stand import application, parts
 from thermaxis.runtime import MachineConfiguration, Role, read_machine
 from thermaxis.screen.access import Outcome
-from thermaxis.screen.feed import Told
+from thermaxis.screen.feed import StatusSnapshot
 from thermaxis.screen.pages import operator_page as _operator_page
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
@@ -34,9 +34,9 @@ class Somebody:
         return [(method, arguments) for _, method, arguments in self.people.asked]
 
     @property
-    def latest(self) -> Told:
+    def latest(self) -> StatusSnapshot:
         """Return the present look."""
-        return Told(1, "{}", {}, 0.0, None, not self.why, self.why)
+        return StatusSnapshot(1, "{}", {}, 0.0, None, not self.why, self.why)
 
 
 def configuration() -> MachineConfiguration:

@@ -1,14 +1,14 @@
-"""Log-ins without a loop's server: the one stand-in for `Persons`, for all tests of pages."""
+"""Log-ins without a loop's server: the one stand-in for `UserSessions`, for all tests of pages."""
 
 from typing import TYPE_CHECKING, cast
 
 from thermaxis.codes import Message
 from thermaxis.runtime import Clock, Role, SystemClock
-from thermaxis.screen.access import OUT, Answer, Outcome, Person, Question
-from thermaxis.screen.access._persons import BUSY, NO_ROLE, REFUSED, SCREEN_ENDS, Refusal
+from thermaxis.screen.access import OUT, Answer, Outcome, Question, UserSession
+from thermaxis.screen.access._user_sessions import BUSY, NO_ROLE, REFUSED, SCREEN_ENDS, Refusal
 
 if TYPE_CHECKING:
-    from thermaxis.screen.access._person_session import PersonSession
+    from thermaxis.screen.access._loop_session import LoopSession
 
 HERE = "127.0.0.1"
 PASSWORD = "right horse staple"  # noqa: S105 - of users who do not exist
@@ -22,24 +22,24 @@ class Session:
 
 
 class People:
-    """Stands for `Persons`: one password for everybody, who come and go as a test says.
+    """Stands for `UserSessions`: one password for everybody, who come and go as a test says.
 
     The persons are the program's own; only their sessions are made up. The name of a user is that
     of the role; the cookie is ``cookie-`` and the name, and one name has one log-in.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:
-        self.standing: dict[str, Person] = {}
+        self.standing: dict[str, UserSession] = {}
         """Who has logged in, by cookie."""
-        self.in_front: Person | None = None
+        self.in_front: UserSession | None = None
         """Whom a browser belongs to that sends no cookie; None for nobody."""
-        self.touched: list[Person] = []
+        self.touched: list[UserSession] = []
         """Signs of persons."""
         self.refusal: Refusal | None = None
         """Why nobody is logged in."""
         self.answer = Outcome(Answer.ACCEPTED, Message("answer-resumed"))
         """What the loop answers."""
-        self.asked: list[tuple[Person, str, tuple[float | str, ...]]] = []
+        self.asked: list[tuple[UserSession, str, tuple[float | str, ...]]] = []
         """What reached the loop, from whom."""
         self._clock = clock or SystemClock()
         self._ended: dict[str, str] = {}
@@ -47,21 +47,21 @@ class People:
 
     # ---- what a test says -----------------------------------------------------------------------
 
-    def person(self, role: Role, name: str = "novak") -> Person:
+    def person(self, role: Role, name: str = "novak") -> UserSession:
         """Return somebody with a session."""
         now_s = self._clock.monotonic_s()
-        return Person(name, role, TOKEN, HERE, now_s, now_s, cast("PersonSession", Session()))
+        return UserSession(name, role, TOKEN, HERE, now_s, now_s, cast("LoopSession", Session()))
 
     def come(self, role: Role | None, name: str = "novak") -> "People":
         """Put somebody in front of the browser, who logs in without a cookie; None for nobody."""
         self.in_front = None if role is None else self.person(role, name)
         return self
 
-    def lose(self, person: Person) -> None:
+    def lose(self, person: UserSession) -> None:
         """Take the session at the loop away from somebody."""
         cast("Session", person.session).lost = True
 
-    def end(self, person: Person, key: str) -> None:
+    def end(self, person: UserSession, key: str) -> None:
         """End a log-in."""
         person.reason = key
         for cookie in [known for known, one in self.standing.items() if one is person]:
@@ -87,7 +87,9 @@ class People:
             if person is not None:
                 self.end(person, SCREEN_ENDS)
 
-    async def log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+    async def log_in(
+        self, name: str, password: str, address: str
+    ) -> tuple[str, UserSession] | Refusal:
         """Log somebody in."""
         if not self._open:
             return Refusal(BUSY)
@@ -116,7 +118,7 @@ class People:
         """How many log-ins stand."""
         return len(self.standing)
 
-    def of(self, cookie: str | None, *, touch: bool = False) -> Person | None:
+    def of(self, cookie: str | None, *, touch: bool = False) -> UserSession | None:
         """Return whose cookie it is, or who sits in front."""
         person = self.standing.get(cookie or "", self.in_front)
         if person is not None and touch:
@@ -128,7 +130,7 @@ class People:
         """Return why the log-in of a cookie has ended."""
         return self._ended.get(cookie or "", "")
 
-    async def ask(self, person: Person, question: Question) -> Outcome:
+    async def ask(self, person: UserSession, question: Question) -> Outcome:
         """Note what is asked, and answer it."""
         key = person.ended or person.lost
         if key:

@@ -18,8 +18,8 @@ from thermaxis.runtime import (
     hash_password,
     write_users,
 )
-from thermaxis.screen.access import Outcome, Person, Persons, Question, question_of
-from thermaxis.screen.access._persons import Refusal
+from thermaxis.screen.access import Outcome, Question, UserSession, UserSessions, question_of
+from thermaxis.screen.access._user_sessions import Refusal
 
 HERE = "127.0.0.1"
 IDLE_S = 900.0
@@ -32,14 +32,14 @@ class Shop:
 
     pairs: Pairs
     server: StatusServer
-    persons: Persons
+    persons: UserSessions
     clock: HandClock
     box: Box
     cable: Cable
 
     async def log_in(
         self, name: str, password: str = PASSWORD, address: str = HERE
-    ) -> tuple[str, Person]:
+    ) -> tuple[str, UserSession]:
         found = await self.persons.log_in(name, password, address)
         assert not isinstance(found, Refusal), found
         return found
@@ -49,7 +49,7 @@ class Shop:
         assert isinstance(found, Refusal)
         return found
 
-    async def ask(self, person: Person, method: str, *arguments: float | str) -> Outcome:
+    async def ask(self, person: UserSession, method: str, *arguments: float | str) -> Outcome:
         return await self.persons.ask(person, asks(method, *arguments))
 
     @property
@@ -137,7 +137,7 @@ async def shop(stage: Stage, **changes: float) -> AsyncIterator[Shop]:
     await cable.mend()
     asked = {"idle_s": IDLE_S, "longest_s": LONGEST_S, **changes}
     connection = connection_to(stage.pairs, lambda: cable.url)
-    persons = Persons(connection, stage.clock, **asked)
+    persons = UserSessions(connection, stage.clock, **asked)
     await persons.open()
     place = Shop(stage.pairs, stage.server, persons, stage.clock, box, cable)
     try:

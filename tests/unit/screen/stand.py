@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 from tests.unit.screen.people import HERE, PASSWORD, People
 from thermaxis.runtime import Role, ScreenSettings, Secret, SystemClock
 from thermaxis.screen.access import ScreenParts
-from thermaxis.screen.feed import Told, parse_status
+from thermaxis.screen.feed import StatusSnapshot, parse_status
 
 NO_DATA = "feed-no_connection"
 
@@ -35,26 +35,26 @@ def status(**changes: object) -> dict[str, Any]:
     }
 
 
-def told(look: int, *, live: bool = True, why: str = "", **changes: object) -> Told:
+def told(look: int, *, live: bool = True, why: str = "", **changes: object) -> StatusSnapshot:
     """Return a look at the loop."""
     found, now_s = status(**changes), SystemClock().monotonic_s()
     utc = datetime(2026, 11, 20, 10, tzinfo=UTC)
-    return Told(look, json.dumps(found), MappingProxyType(found), now_s, utc, live, why)
+    return StatusSnapshot(look, json.dumps(found), MappingProxyType(found), now_s, utc, live, why)
 
 
 class Feed:
     """A feed that tells what it is given."""
 
-    def __init__(self, latest: Told | None = None) -> None:
+    def __init__(self, latest: StatusSnapshot | None = None) -> None:
         self.latest = latest or told(1)
         self._news = asyncio.Event()
 
-    def tell(self, look: Told) -> None:
+    def tell(self, look: StatusSnapshot) -> None:
         """Tell something new."""
         self.latest = look
         self._news.set()
 
-    async def after(self, number: int) -> Told:
+    async def after(self, number: int) -> StatusSnapshot:
         """Wait for something newer; it is told from another thread, so it is looked for anew."""
         while self.latest.number <= number:
             self._news.clear()
@@ -76,14 +76,14 @@ class KnownFeed:
         self.live = status is not None
 
     @property
-    def latest(self) -> Told:
+    def latest(self) -> StatusSnapshot:
         if self.status is None:
-            return Told(1, "", {}, 0.0, None, live=False, why=NO_DATA)
+            return StatusSnapshot(1, "", {}, 0.0, None, live=False, why=NO_DATA)
         text = json.dumps(self.status)
         parsed = parse_status(text)
         why = "" if self.live else NO_DATA
         utc = datetime.fromisoformat(parsed["utc"])
-        return Told(self.number, text, parsed, 1000.0, utc, live=self.live, why=why)
+        return StatusSnapshot(self.number, text, parsed, 1000.0, utc, live=self.live, why=why)
 
     def recent(self, name: str) -> tuple[tuple[float, float], ...]:
         return self.raw.get(name, ())

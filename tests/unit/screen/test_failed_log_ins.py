@@ -12,10 +12,10 @@ from tests.unit.runtime.status_server_parts import HandClock
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Secret
-from thermaxis.screen.access import FAILURES_BY_ADDRESS, Persons, _persons
+from thermaxis.screen.access import FAILURES_BY_ADDRESS, UserSessions, _user_sessions
 from thermaxis.screen.access._failed_log_ins import FailuresByAddress, counted_as
 from thermaxis.screen.access._login_page import _STATUS
-from thermaxis.screen.access._persons import (
+from thermaxis.screen.access._user_sessions import (
     BUSY,
     IMPOSSIBLE,
     MOST_AT_ONCE,
@@ -36,11 +36,11 @@ def no_server(name: str, password: Secret) -> NoReturn:
 
 
 class Door:
-    """Persons before whom somebody stands; names with a bracket are no names of users."""
+    """Sessions before which somebody stands; names with a bracket are no names of users."""
 
     def __init__(self) -> None:
         self.clock = HandClock()
-        self.persons = Persons(no_server, self.clock, idle_s=900.0, longest_s=28_800.0)
+        self.persons = UserSessions(no_server, self.clock, idle_s=900.0, longest_s=28_800.0)
 
     async def knock(self, name: str, address: str) -> Refusal:
         found = await self.persons.log_in(name, "a password", address)
@@ -112,8 +112,10 @@ class SlowServer:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.looked_at, self.known = 0, asyncio.Event()
-        monkeypatch.setattr(_persons.PersonSession, "log_in", self.log_in)
-        monkeypatch.setattr(_persons, "is_refusal", lambda error: isinstance(error, TimeoutError))
+        monkeypatch.setattr(_user_sessions.LoopSession, "log_in", self.log_in)
+        monkeypatch.setattr(
+            _user_sessions, "is_refusal", lambda error: isinstance(error, TimeoutError)
+        )
 
     async def log_in(self, *_: object) -> NoReturn:
         self.looked_at += 1
@@ -121,8 +123,8 @@ class SlowServer:
         raise TimeoutError
 
 
-def slow_door(clock: HandClock) -> Persons:
-    return Persons(lambda *_: None, clock, idle_s=900.0, longest_s=28_800.0)
+def slow_door(clock: HandClock) -> UserSessions:
+    return UserSessions(lambda *_: None, clock, idle_s=900.0, longest_s=28_800.0)
 
 
 def test_passwords_that_are_checked_at_once_do_not_pass_the_share(

@@ -27,7 +27,7 @@ from thermaxis.screen import Assets, _live_socket
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._server import allowed_hosts
 from thermaxis.screen.access import LOOP_GONE, ScreenParts, _login_page, for_script, needs
-from thermaxis.screen.access._persons import FULL, TOO_MANY, TOO_MANY_IN_ALL, Refusal
+from thermaxis.screen.access._user_sessions import FULL, TOO_MANY, TOO_MANY_IN_ALL, Refusal
 
 LIVE = "ws://127.0.0.1:8450/live"
 

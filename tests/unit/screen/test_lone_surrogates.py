@@ -20,7 +20,7 @@ from tests.unit.screen.stand import KnownFeed, application, client, parts
 from tests.unit.screen.test_failed_log_ins import Door, played
 from thermaxis.runtime import LONGEST_NAME, LONGEST_PASSWORD, Role, read_machine
 from thermaxis.screen.access import FAILURES_BY_ADDRESS, _login_page, answer_json
-from thermaxis.screen.access._persons import REFUSED, TOO_MANY_FROM_HERE
+from thermaxis.screen.access._user_sessions import REFUSED, TOO_MANY_FROM_HERE
 from thermaxis.screen.pages.model import page as _model_page
 
 SCREEN = Path(_login_page.__file__).parents[1]

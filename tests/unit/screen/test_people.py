@@ -12,8 +12,8 @@ from tests.unit.screen.people import HERE, PASSWORD, People
 from tests.unit.screen.person_parts import Stage, appoint, asks, shop
 from thermaxis.codes import Message
 from thermaxis.runtime import Role, SystemClock
-from thermaxis.screen.access import Answer, Person, Persons
-from thermaxis.screen.access._persons import Refusal
+from thermaxis.screen.access import Answer, UserSession, UserSessions
+from thermaxis.screen.access._user_sessions import Refusal
 
 OWN = {"person", "come", "lose", "end", "end_cookie"}
 """What only the stand-in has: a test moves it so."""
@@ -37,14 +37,14 @@ def public(kind: type) -> dict[str, object]:
 
 def test_the_stand_in_is_called_as_persons_are() -> None:
     stand_in = public(People)
-    assert set(stand_in) == set(public(Persons)) | OWN
-    for name, how in public(Persons).items():
+    assert set(stand_in) == set(public(UserSessions)) | OWN
+    for name, how in public(UserSessions).items():
         assert stand_in[name] == how, name
 
 
 # ---- the same scenes for both -------------------------------------------------------------------
 
-Scene = Callable[[Persons, str, Callable[[Person], Awaitable[None]]], Awaitable[None]]
+Scene = Callable[[UserSessions, str, Callable[[UserSession], Awaitable[None]]], Awaitable[None]]
 
 
 @pytest.fixture(params=["the stand-in", "the program's own"])
@@ -54,7 +54,7 @@ def play(
     async def before_people(scene: Scene) -> None:
         people = People(SystemClock())
 
-        async def lose(person: Person) -> None:
+        async def lose(person: UserSession) -> None:
             people.lose(person)
 
         await people.open()
@@ -65,7 +65,7 @@ def play(
         async with asyncio.timeout(50.0), shop(loops_stage) as place:
             appoint(place.pairs.users, ROLES)
 
-            async def lose(person: Person) -> None:
+            async def lose(person: UserSession) -> None:
                 person.session.give_up()
 
             await scene(place.persons, PASSWORD_AT_THE_LOOP, lose)
@@ -74,14 +74,14 @@ def play(
     return lambda scene: runner.run(chosen(scene))
 
 
-async def logged_in(persons: Persons, name: str, password: str) -> tuple[str, Person]:
+async def logged_in(persons: UserSessions, name: str, password: str) -> tuple[str, UserSession]:
     found = await persons.log_in(name, password, HERE)
     assert not isinstance(found, Refusal), found
     return found
 
 
 def test_somebody_comes_is_known_by_the_cookie_alone_and_goes(play) -> None:
-    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+    async def scene(persons: UserSessions, password: str, _: MethodType) -> None:
         for name, role in ROLES.items():
             cookie, person = await logged_in(persons, name, password)
             assert (person.name, person.role, person.granted) == (name, role, role)
@@ -103,7 +103,7 @@ def test_somebody_comes_is_known_by_the_cookie_alone_and_goes(play) -> None:
 
 
 def test_a_wrong_name_or_password_comes_to_nothing(play) -> None:
-    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+    async def scene(persons: UserSessions, password: str, _: MethodType) -> None:
         for name, given in (("operator", "wrong"), ("nobody", password), ("", ""), ("none", "x")):
             assert await persons.log_in(name, given, HERE) == Refusal("login-refused")
         assert persons.count == 0
@@ -112,7 +112,7 @@ def test_a_wrong_name_or_password_comes_to_nothing(play) -> None:
 
 
 def test_whoever_has_lost_the_session_stays_to_look_on_and_asks_for_nothing(play) -> None:
-    async def scene(persons: Persons, password: str, lose: MethodType) -> None:
+    async def scene(persons: UserSessions, password: str, lose: MethodType) -> None:
         cookie, person = await logged_in(persons, "engineer", password)
         await lose(person)
         assert persons.of(cookie) is person
@@ -125,7 +125,7 @@ def test_whoever_has_lost_the_session_stays_to_look_on_and_asks_for_nothing(play
 
 
 def test_what_is_asked_is_looked_at_in_the_same_order(play) -> None:
-    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+    async def scene(persons: UserSessions, password: str, _: MethodType) -> None:
         cookie, person = await logged_in(persons, "engineer", password)
         trim = asks("Trim", "Z_um", -5, 3600)
         assert (await persons.ask(person, trim)).answer is Answer.ACCEPTED
@@ -136,7 +136,7 @@ def test_what_is_asked_is_looked_at_in_the_same_order(play) -> None:
 
 
 def test_the_end_of_the_screen_ends_every_log_in_and_lets_nobody_in(play) -> None:
-    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+    async def scene(persons: UserSessions, password: str, _: MethodType) -> None:
         found = [await logged_in(persons, name, password) for name in ROLES]
         await persons.close()
         assert {person.ended for _, person in found} == {"login-screen_ends"}

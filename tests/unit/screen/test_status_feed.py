@@ -38,7 +38,7 @@ from thermaxis.runtime import (
     write_users,
 )
 from thermaxis.runtime.status import Snapshot, as_json, facts_of
-from thermaxis.screen.feed import StatusFeed, Told, _status_feed
+from thermaxis.screen.feed import StatusFeed, StatusSnapshot, _status_feed
 from thermaxis.screen.feed._status_feed import (
     LARGEST_STATUS_BYTES,
     REMEMBERED_LOOKS,
@@ -68,9 +68,9 @@ def look(
     run_in_virtual_time(life())
 
 
-async def looks(feed: StatusFeed, count: int) -> list[Told]:
+async def looks(feed: StatusFeed, count: int) -> list[StatusSnapshot]:
     """Return the next looks, none left out."""
-    found: list[Told] = []
+    found: list[StatusSnapshot] = []
     number = feed.latest.number
     for _ in range(count):
         told = await feed.after(number)
@@ -583,7 +583,7 @@ def test_a_status_with_a_flood_of_names_is_remembered_within_a_bound() -> None:
 
 def test_whoever_waits_is_told_of_the_end() -> None:
     loop = Loop()
-    ended: list[Told] = []
+    ended: list[StatusSnapshot] = []
 
     async def act(feed: StatusFeed, clock: VirtualClock) -> None:
         await feed.after(0)

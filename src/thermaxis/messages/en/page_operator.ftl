@@ -169,7 +169,7 @@ operator-gain_none = The model has no gain by diameter: nothing changes.
 operator-gain_not_known = Which gain counts is not known here: another model is in force than this screen was started with.
 operator-asks_under = Recorded with your name: { $name }
 
-## the course of a request
+## how far a request came
 
 operator-request = Last request
 operator-requested_at = requested { $time }

@@ -26,12 +26,6 @@ from thermaxis.screen.access._parts import (
     asset_folder,
     parts_of,
 )
-from thermaxis.screen.access._persons import (
-    LOOP_GONE,
-    OUT,
-    Person,
-    Persons,
-)
 from thermaxis.screen.access._plain_page import (
     kind_of_mistake,
     place_of_mistake,
@@ -43,6 +37,12 @@ from thermaxis.screen.access._render import (
     for_script,
     render,
 )
+from thermaxis.screen.access._user_sessions import (
+    LOOP_GONE,
+    OUT,
+    UserSession,
+    UserSessions,
+)
 
 __all__ = [
     "FAILURES_BY_ADDRESS",
@@ -53,10 +53,10 @@ __all__ = [
     "Answer",
     "Guard",
     "Outcome",
-    "Person",
-    "Persons",
     "Question",
     "ScreenParts",
+    "UserSession",
+    "UserSessions",
     "Visitor",
     "answer_json",
     "asset_folder",

@@ -15,7 +15,7 @@ from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.screen.access._language import language_of
 from thermaxis.screen.access._parts import ScreenParts, parts_of
-from thermaxis.screen.access._persons import Person
+from thermaxis.screen.access._user_sessions import UserSession
 
 LANGUAGE_COOKIE = "thermaxis_language"
 """Cookie with the language that somebody has chosen."""
@@ -41,7 +41,7 @@ class Visitor(NamedTuple):
     """``en``, ``de`` or ``cs``."""
     token: str
     """What a request of theirs must carry; empty without a log-in."""
-    person: Person | None
+    person: UserSession | None
     """The log-in, if there is one."""
 
 

@@ -19,7 +19,8 @@ from thermaxis.screen.access._access import (
     why_out,
 )
 from thermaxis.screen.access._parts import ScreenParts, parts_of
-from thermaxis.screen.access._persons import (
+from thermaxis.screen.access._render import render
+from thermaxis.screen.access._user_sessions import (
     BUSY,
     FULL,
     NO_ROLE,
@@ -29,7 +30,6 @@ from thermaxis.screen.access._persons import (
     TOO_MANY_IN_ALL,
     Refusal,
 )
-from thermaxis.screen.access._render import render
 
 _YEAR_S = 31_536_000
 _STATUS = {

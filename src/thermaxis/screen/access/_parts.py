@@ -7,7 +7,7 @@ from typing import cast, final
 from starlette.requests import HTTPConnection
 
 from thermaxis.runtime import Clock, MachineConfiguration, ScreenSettings
-from thermaxis.screen.access._persons import Persons
+from thermaxis.screen.access._user_sessions import UserSessions
 from thermaxis.screen.feed import StatusFeed
 
 
@@ -24,7 +24,7 @@ class ScreenParts:
     """Time."""
     feed: StatusFeed
     """What the loop tells."""
-    persons: Persons
+    persons: UserSessions
     """Who has logged in."""
     program: str
     """Name of this run of the screen; another one makes open pages load themselves again."""

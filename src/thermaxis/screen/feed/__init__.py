@@ -6,7 +6,7 @@ from thermaxis.screen.feed._status_feed import (
     REQUESTS,
     WHO_AM_I,
     StatusFeed,
-    Told,
+    StatusSnapshot,
     parse_status,
     role_in,
 )
@@ -16,7 +16,7 @@ __all__ = [
     "REQUESTS",
     "WHO_AM_I",
     "StatusFeed",
-    "Told",
+    "StatusSnapshot",
     "parse_status",
     "role_in",
     "said_code",

@@ -74,7 +74,7 @@ ENDED: Final = "feed-ended"
 """The screen is being ended."""
 
 
-class Told(NamedTuple):
+class StatusSnapshot(NamedTuple):
     """One look at the loop."""
 
     number: int
@@ -233,7 +233,7 @@ class StatusFeed:
         self._session = OpcUaSession(patient, clock) if session is None else session
         self._clock = clock
         self._every_s = every_s
-        self._latest = Told(
+        self._latest = StatusSnapshot(
             number=0,
             text="",
             status=_NOTHING,
@@ -251,7 +251,7 @@ class StatusFeed:
         self._raw: deque[tuple[float, Mapping[str, float]]] = deque(maxlen=REMEMBERED_LOOKS)
 
     @property
-    def latest(self) -> Told:
+    def latest(self) -> StatusSnapshot:
         """The last look."""
         return self._latest
 
@@ -278,7 +278,7 @@ class StatusFeed:
         if not task.cancelled() and (error := task.exception()) is not None:
             raise error  # a mistake in the program is not hidden
 
-    async def after(self, number: int) -> Told:
+    async def after(self, number: int) -> StatusSnapshot:
         """Wait for a look that is newer than another one."""
         while self._latest.number <= number:
             if self._task is not None and self._task.done():

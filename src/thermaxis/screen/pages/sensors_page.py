@@ -17,7 +17,7 @@ from thermaxis.screen.pages.history import Json
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import ScreenParts
-    from thermaxis.screen.feed import StatusFeed, Told
+    from thermaxis.screen.feed import StatusFeed, StatusSnapshot
 
 LEAST_VALUES: Final = 30
 """Below so many values no noise is told. Default: the standard deviation of 30 values is known to
@@ -115,7 +115,7 @@ def values_of(feed: "StatusFeed", names: Sequence[str]) -> Mapping[str, Json]:
     return {name: _one(told, feed.recent(name)) for name in names}
 
 
-def _one(told: "Told", values: Values) -> Json:
+def _one(told: "StatusSnapshot", values: Values) -> Json:
     noise = noise_of(values) if values else Noise(None, 0)
     times: list[float] = []
     if told.received_utc is not None:

@@ -12,7 +12,7 @@ from thermaxis.runtime import Clock
 from thermaxis.screen.work import WorkFolder
 
 if TYPE_CHECKING:
-    from thermaxis.screen.access import Person
+    from thermaxis.screen.access import UserSession
 
 KEPT_S: Final = 3600.0
 """Time for which a result is kept. [s]"""
@@ -35,7 +35,7 @@ class Result(NamedTuple):
 
     id: str
     """128 random bits: part of its address."""
-    person: "Person"
+    person: "UserSession"
     """Who asked, and alone may see it."""
     name: str
     """Name of the file as the person's computer calls it, fit to be shown."""
@@ -66,7 +66,7 @@ class KeptResults:
 
     def keep(
         self,
-        person: "Person",
+        person: "UserSession",
         *,
         name: str,
         shown: Json,
@@ -90,13 +90,13 @@ class KeptResults:
         loop = asyncio.get_running_loop()
         self._sweeps = loop.call_later(SWEEP_S, self._sweep_on) if self._results else None
 
-    def of(self, person: "Person | None", key: str) -> Result | None:
+    def of(self, person: "UserSession | None", key: str) -> Result | None:
         """Return a result to its owner."""
         self.sweep()
         found = self._results.get(key)
         return found if found is not None and found.person is person else None
 
-    def all_of(self, person: "Person | None") -> list[Result]:
+    def all_of(self, person: "UserSession | None") -> list[Result]:
         """Return the results of a person, the latest first."""
         self.sweep()
         return [one for one in reversed(self._results.values()) if one.person is person]

@@ -42,7 +42,7 @@ from thermaxis.screen.work import (
 )
 
 if TYPE_CHECKING:
-    from thermaxis.screen.access import Person, ScreenParts
+    from thermaxis.screen.access import ScreenParts, UserSession
 
 LARGEST_BYTES: Final = 20_000_000
 """Largest upload, the run with what goes along. [byte]"""
@@ -291,7 +291,7 @@ def _size_of(text: str, option: str) -> int:
 # ---- upload and evaluation ----------------------------------------------------------------------
 
 
-async def _evaluated(request: Request, work: Work, asked: _Asked, person: "Person") -> Result:
+async def _evaluated(request: Request, work: Work, asked: _Asked, person: "UserSession") -> Result:
     """Store the upload, run the command and keep what came."""
     folder = work.folder()
     async with contextlib.AsyncExitStack() as undone:

@@ -12,7 +12,7 @@ import { latest, onNoData, onStatus } from "../live.js";
 import { clock, duration, word } from "../words.js";
 
 const LONGEST_MS = 60 * 1000;
-const MOST_COURSES = 3;
+const MOST_REQUESTS = 3;
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {"accepted" | "refused" | "unknown"} Kind */
@@ -20,7 +20,7 @@ const MOST_COURSES = 3;
 
 /**
  * A request and how far it came; times in milliseconds, all of it kept from page to page.
- * @typedef {object} Course
+ * @typedef {object} RequestState
  * @property {string} method
  * @property {(string | number)[]} args
  * @property {string | null} sha256 hash of a model's file
@@ -51,8 +51,8 @@ const MOST_COURSES = 3;
  *   it nothing can be asked then
  */
 
-/** @type {Course[]} the newest first */
-let courses = kept();
+/** @type {RequestState[]} the newest first */
+let requests = kept();
 let loud = false; // what another page has asked was read aloud there
 const saidAloud = made("p", "", "unseen");
 saidAloud.setAttribute("aria-live", "polite");
@@ -62,7 +62,7 @@ document.body.append(saidAloud);
 tell();
 onStatus(look);
 onNoData(() => {
-  for (const course of courses) course.blind = true;
+  for (const request of requests) request.blind = true;
   tell();
 });
 
@@ -75,23 +75,23 @@ onNoData(() => {
  */
 export async function ask(method, args, wording) {
   if (!(await confirmed(wording))) return null;
-  const course = begin(method, args, wording);
+  const request = begin(method, args, wording);
   const late = { kind: /** @type {Kind} */ ("unknown"), reason: "" };
   const answers = answerOf(method, args);
   const answer = await Promise.race([
     answers,
     new Promise((go) => { setTimeout(() => go(late), LONGEST_MS); }),
   ]);
-  take(course, answer);
-  if (answer === late) void answers.then((found) => take(course, found));
+  take(request, answer);
+  if (answer === late) void answers.then((found) => take(request, found));
   return { accepted: answer.kind === "accepted", reason: answer.reason };
 }
 
 /** @param {string} method @param {(string | number)[]} args @param {Wording} wording
- * @returns {Course} */
+ * @returns {RequestState} */
 function begin(method, args, wording) {
-  /** @type {Course} */
-  const course = {
+  /** @type {RequestState} */
+  const request = {
     method,
     args,
     sha256: wording.sha256 ?? null,
@@ -109,17 +109,17 @@ function begin(method, args, wording) {
     came: null,
     blind: latest() === null,
   };
-  courses = [course, ...courses].slice(0, MOST_COURSES);
+  requests = [request, ...requests].slice(0, MOST_REQUESTS);
   loud = true;
   tell();
-  return course;
+  return request;
 }
 
-/** @param {Course} course @param {Answer} answer */
-function take(course, answer) {
-  course.answered = Date.now();
-  course.answer = answer.kind;
-  course.reason = answer.reason;
+/** @param {RequestState} request @param {Answer} answer */
+function take(request, answer) {
+  request.answered = Date.now();
+  request.answer = answer.kind;
+  request.reason = answer.reason;
   tell();
   const now = latest();
   if (now) look(now);
@@ -151,15 +151,15 @@ function kindOf(answer) {
 
 /** @param {Status} status */
 function look(status) {
-  watch(courses, status, Date.now());
+  watch(requests, status, Date.now());
   tell();
 }
 
-// ---- the line that shows its course ----------------------------------------------------------
+// ---- the line that shows how far it came -----------------------------------------------------
 
 function tell() {
-  keep(courses);
-  const [newest, ...older] = courses;
+  keep(requests);
+  const [newest, ...older] = requests;
   if (!newest) return;
   const place = document.querySelector("[data-requests]") ?? ownPlace();
   const lines = [made("b", newest.title), ...linesOf(newest), ...older.map(shortOf)];
@@ -172,41 +172,42 @@ function tell() {
   if (loud && saidAloud.textContent !== aloud.join(" ")) saidAloud.textContent = aloud.join(" ");
 }
 
-/** @param {Course} course */
-function linesOf(course) {
-  const requested = word("operator-requested_at", { time: clock(course.requested) });
+/** @param {RequestState} request */
+function linesOf(request) {
+  const requested = word("operator-requested_at", { time: clock(request.requested) });
   const lines = [made("span", requested, "ask-began")];
-  const time = clock(course.answered);
-  if (course.answer === "waits") lines.push(made("span", "→ " + word("operator-answer_waits")));
-  if (course.answer === "refused") {
+  const time = clock(request.answered);
+  if (request.answer === "waits") lines.push(made("span", "→ " + word("operator-answer_waits")));
+  if (request.answer === "refused") {
     lines.push(made("span", `→ ✕ ${word("operator-refused_at", { time })}`, "ask-wrong"));
-    if (course.reason) lines.push(made("span", course.reason, "ask-why"));
+    if (request.reason) lines.push(made("span", request.reason, "ask-why"));
   }
-  if (course.answer === "unknown") {
+  if (request.answer === "unknown") {
     lines.push(made("span", `→ ? ${word("operator-answer_none")}`, "ask-wrong"));
-    lines.push(made("span", "→ " + effectOf(course), "ask-stands"));
-    if (course.reason) lines.push(made("span", course.reason, "ask-why"));
+    lines.push(made("span", "→ " + effectOf(request), "ask-stands"));
+    if (request.reason) lines.push(made("span", request.reason, "ask-why"));
   }
-  if (course.answer === "accepted") {
+  if (request.answer === "accepted") {
     lines.push(made("span", "→ " + word("operator-accepted_at", { time }), "ask-taken"));
-    lines.push(made("span", "→ " + effectOf(course), "ask-stands"));
-    if (course.reason) lines.push(made("span", course.reason, "ask-reason"));
+    lines.push(made("span", "→ " + effectOf(request), "ask-stands"));
+    if (request.reason) lines.push(made("span", request.reason, "ask-reason"));
   }
   return lines;
 }
 
-/** A course before the newest one: how it stands, and what was asked when. @param {Course} course */
-function shortOf(course) {
-  const time = clock(course.answered);
+/** A request before the newest one: how it stands, and what was asked when.
+ * @param {RequestState} request */
+function shortOf(request) {
+  const time = clock(request.answered);
   const stands = {
     waits: () => word("operator-answer_waits"),
-    refused: () => `✕ ${word("operator-refused_at", { time })}. ${course.reason}`,
-    unknown: () => course.came ? effectOf(course)
-      : `? ${word("operator-answer_none")}, ${effectOf(course)}`,
-    accepted: () => effectOf(course),
+    refused: () => `✕ ${word("operator-refused_at", { time })}. ${request.reason}`,
+    unknown: () => request.came ? effectOf(request)
+      : `? ${word("operator-answer_none")}, ${effectOf(request)}`,
+    accepted: () => effectOf(request),
   };
-  const asked = `${clock(course.requested)} ${course.title}`;
-  return made("span", `${stands[course.answer]().trim()} – ${asked}`, "ask-older");
+  const asked = `${clock(request.requested)} ${request.title}`;
+  return made("span", `${stands[request.answer]().trim()} – ${asked}`, "ask-older");
 }
 
 /** @type {Record<string, () => string>} */
@@ -217,16 +218,16 @@ const ENDED = {
   unseen: () => word("operator-effective_unknown"),
 };
 
-/** @param {Course} course */
-function effectOf(course) {
-  if (course.came) {
-    const time = clock(course.came);
-    return course.answer === "unknown" ? word("operator-as_asked_at", { time })
+/** @param {RequestState} request */
+function effectOf(request) {
+  if (request.came) {
+    const time = clock(request.came);
+    return request.answer === "unknown" ? word("operator-as_asked_at", { time })
       : `✓ ${word("operator-effective_at", { time })}`;
   }
-  if (course.ended) return ENDED[course.ended]?.() ?? "";
-  if (course.blind) return word("operator-effective_unknown");
-  return course.stage || word("operator-effective_waits");
+  if (request.ended) return ENDED[request.ended]?.() ?? "";
+  if (request.blind) return word("operator-effective_unknown");
+  return request.stage || word("operator-effective_waits");
 }
 
 function ownPlace() {

@@ -4,9 +4,9 @@
 
 import { ENDS } from "./watch.js";
 
-/** @typedef {import("./ask.js").Course} Course */
+/** @typedef {import("./ask.js").RequestState} RequestState */
 
-const KEPT = "thermaxis.requests.3"; // with another form of a course another number
+const KEPT = "thermaxis.requests.3"; // with another form of a request another number
 const ANSWERS = ["waits", "accepted", "refused", "unknown"];
 const TEXTS = ["method", "title", "reason", "started", "model", "person", "stage"];
 
@@ -21,22 +21,22 @@ function logIn() {
   return name ? `${hash} ${name}` : "";
 }
 
-/** @param {Course[]} courses */
-export function keep(courses) {
+/** @param {RequestState[]} requests */
+export function keep(requests) {
   if (!logIn()) return;
   try {
-    sessionStorage.setItem(KEPT, JSON.stringify({ logIn: logIn(), courses }));
+    sessionStorage.setItem(KEPT, JSON.stringify({ logIn: logIn(), requests }));
   } catch {
     // a browser that keeps nothing shows what this page has asked
   }
 }
 
-/** What was asked from another page since this log-in. @returns {Course[]} */
+/** What was asked from another page since this log-in. @returns {RequestState[]} */
 export function kept() {
   try {
     const found = JSON.parse(sessionStorage.getItem(KEPT) ?? "{}");
-    if (logIn() && found.logIn === logIn() && Array.isArray(found.courses)) {
-      return found.courses.filter(isCourse).map(unanswered);
+    if (logIn() && found.logIn === logIn() && Array.isArray(found.requests)) {
+      return found.requests.filter(isRequest).map(unanswered);
     }
     forget();
   } catch {
@@ -55,7 +55,7 @@ export function forget() {
 }
 
 /** @param {any} one */
-function isCourse(one) {
+function isRequest(one) {
   return one !== null && typeof one === "object"
     && TEXTS.every((name) => typeof one[name] === "string")
     && Array.isArray(one.args) && one.args.every(isArgument)
@@ -76,9 +76,9 @@ function isTime(one) {
   return one === null || Number.isFinite(one);
 }
 
-/** The page that waited for an answer is gone: it may still take effect. @param {Course} course
- * @returns {Course} */
-function unanswered(course) {
-  return course.answer === "waits"
-    ? { ...course, answer: "unknown", answered: course.requested } : course;
+/** The page that waited for an answer is gone: it may still take effect. @param {RequestState} request
+ * @returns {RequestState} */
+function unanswered(request) {
+  return request.answer === "waits"
+    ? { ...request, answer: "unknown", answered: request.requested } : request;
 }

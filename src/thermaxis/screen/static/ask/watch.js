@@ -4,7 +4,7 @@
 
 import { acts, stageOf } from "./effects.js";
 
-/** @typedef {import("./ask.js").Course} Course */
+/** @typedef {import("./ask.js").RequestState} RequestState */
 /** @typedef {Record<string, any>} Status */
 
 /** A request is watched for so long after its answer. */
@@ -29,22 +29,22 @@ const CONTRARY = {
 
 /**
  * Judge what was asked by a status.
- * @param {Course[]} courses the newest first; what is found is written into them
+ * @param {RequestState[]} requests the newest first; what is found is written into them
  * @param {Status} status
  * @param {number} nowMs
  */
-export function watch(courses, status, nowMs) {
-  courses.forEach((course, k) => {
-    const unseen = course.blind;
-    course.blind = false;
-    if (!WATCHED.includes(course.answer) || course.came !== null || course.ended) return;
-    course.started ||= startOf(status); // asked without data: of the loop that is seen first
-    const later = courses.slice(0, k).filter((one) => isContrary(one, course));
-    course.ended = endOf(course, later, status, nowMs - (course.answered ?? nowMs), unseen);
+export function watch(requests, status, nowMs) {
+  requests.forEach((request, k) => {
+    const unseen = request.blind;
+    request.blind = false;
+    if (!WATCHED.includes(request.answer) || request.came !== null || request.ended) return;
+    request.started ||= startOf(status); // asked without data: of the loop that is seen first
+    const later = requests.slice(0, k).filter((one) => isContrary(one, request));
+    request.ended = endOf(request, later, status, nowMs - (request.answered ?? nowMs), unseen);
     const undecided = later.some((one) => one.answer === "waits");
-    if (course.ended || undecided || status.number <= course.number) return;
-    if (acts(status, course)) course.came = nowMs;
-    course.stage = stageOf(status, course);
+    if (request.ended || undecided || status.number <= request.number) return;
+    if (acts(status, request)) request.came = nowMs;
+    request.stage = stageOf(status, request);
   });
 }
 
@@ -54,22 +54,22 @@ function startOf(status) {
 }
 
 /**
- * @param {Course} course
- * @param {Course[]} later requests of the contrary since then
+ * @param {RequestState} request
+ * @param {RequestState[]} later requests of the contrary since then
  * @param {Status} status
  * @param {number} passedMs
  * @param {boolean} unseen whether there were no data until now
  * @returns {string}
  */
-function endOf(course, later, status, passedMs, unseen) {
-  if (startOf(status) !== course.started) return "restarted";
+function endOf(request, later, status, passedMs, unseen) {
+  if (startOf(status) !== request.started) return "restarted";
   if (later.some((one) => WATCHED.includes(one.answer))) return "replaced";
   if (passedMs <= LATE_MS) return "";
   return unseen ? "unseen" : "late";
 }
 
-/** @param {Course} later @param {Course} course */
-function isContrary(later, course) {
-  return (CONTRARY[course.method]?.includes(later.method) ?? false)
-    && (course.method !== "Trim" || later.args[0] === course.args[0]);
+/** @param {RequestState} later @param {RequestState} request */
+function isContrary(later, request) {
+  return (CONTRARY[request.method]?.includes(later.method) ?? false)
+    && (request.method !== "Trim" || later.args[0] === request.args[0]);
 }

@@ -197,7 +197,7 @@ function openInputs() {
   });
 }
 
-/** The course of the last request, where it is longer than its place. */
+/** How far the last request came, where that is longer than its place. */
 function watchRequest() {
   const place = byId("request");
   const open = () => {

@@ -57,7 +57,7 @@ def is_refusal(error: BaseException) -> bool:
 
 
 @final
-class PersonSession:
+class LoopSession:
     """A session that is logged in; see `log_in`.
 
     Not protected: a request whose answer does not come may take effect all the same.
@@ -67,12 +67,12 @@ class PersonSession:
         self._link = link
 
     @staticmethod
-    async def log_in(settings: ConnectionSettings, clock: Clock) -> "PersonSession":
+    async def log_in(settings: ConnectionSettings, clock: Clock) -> "LoopSession":
         """Log in, and forget the password."""
         patient = replace(settings, timeout_s=REQUEST_S)
         link = await connect_once(patient, PairFiles(patient), clock, LOG_IN_S, SESSION_TIMEOUT_MS)
         link.client.set_password("")
-        return PersonSession(link)
+        return LoopSession(link)
 
     @property
     def lost(self) -> bool:

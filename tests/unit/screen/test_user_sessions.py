@@ -39,12 +39,12 @@ from thermaxis.runtime.status import ASKS
 from thermaxis.screen.access import (
     FAILURES_BY_ADDRESS,
     Answer,
-    Person,
-    Persons,
-    _person_session,
-    _persons,
+    UserSession,
+    UserSessions,
+    _loop_session,
+    _user_sessions,
 )
-from thermaxis.screen.access._persons import (
+from thermaxis.screen.access._user_sessions import (
     KEEP_ALIVE_S,
     MOST_AT_ONCE,
     MOST_OF_ONE,
@@ -290,7 +290,7 @@ def test_a_configuration_that_lets_nobody_log_in_says_so(at_the_shop) -> None:
         raise ConfigurationError("a password needs encryption", where="screen")
 
     async def act(place: Shop) -> None:
-        persons = Persons(connection_for, place.clock, idle_s=IDLE_S, longest_s=LONGEST_S)
+        persons = UserSessions(connection_for, place.clock, idle_s=IDLE_S, longest_s=LONGEST_S)
         await persons.open()
         found = await persons.log_in("novak", PASSWORD, HERE)
         assert isinstance(found, Refusal)
@@ -330,7 +330,7 @@ def test_a_server_with_another_certificate_is_told_no_password(
     tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(_person_session, "LOG_IN_S", 1.0)
+    monkeypatch.setattr(_loop_session, "LOG_IN_S", 1.0)
     other = Pairs(tmp_path_factory.mktemp("other"))
     appoint(other.users, ROLES)
     heard: list[str] = []
@@ -617,7 +617,7 @@ def test_after_a_restart_of_the_server_everybody_looks_on_and_nobody_acts(
     runner.run(scene())
 
 
-async def without_session(place: Shop, name: str = "novak") -> tuple[str, Person]:
+async def without_session(place: Shop, name: str = "novak") -> tuple[str, UserSession]:
     """Log somebody in and take the connection away."""
     cookie, person = await place.log_in(name)
     await place.cable.cut()
@@ -691,7 +691,7 @@ def test_a_lost_session_gives_its_role_back_to_nobody_and_leaves_nothing_running
 def test_whoever_looks_on_takes_no_place_of_those_who_act_and_their_number_is_bounded(
     at_the_shop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_persons, "MOST_LOST", 2)
+    monkeypatch.setattr(_user_sessions, "MOST_LOST", 2)
 
     async def act(place: Shop) -> None:
         first, _ = await without_session(place)
@@ -710,7 +710,9 @@ def test_a_server_that_freezes_leaves_the_log_in_for_looking(
 ) -> None:
     async def act(place: Shop) -> None:
         cookie, person = await place.log_in("novak")
-        monkeypatch.setattr(_persons, "NO_SIGN_S", 0.2)  # only what stays silent waits so long
+        monkeypatch.setattr(
+            _user_sessions, "NO_SIGN_S", 0.2
+        )  # only what stays silent waits so long
         place.cable.stop()
         await place.clock.move(KEEP_ALIVE_S)
         await until(lambda: person.lost == "login-loop_gone")
@@ -882,7 +884,9 @@ def test_a_request_that_waits_for_the_loop_costs_nobody_the_log_in(
 ) -> None:
     async def act(place: Shop) -> None:
         cookie, person = await place.log_in("novak")
-        monkeypatch.setattr(_persons, "NO_SIGN_S", 0.1)  # only what stays silent waits so long
+        monkeypatch.setattr(
+            _user_sessions, "NO_SIGN_S", 0.1
+        )  # only what stays silent waits so long
         place.box.gate = asyncio.Event()
         asking = asyncio.create_task(place.ask(person, "Hold"))
         await until(lambda: bool(place.box.requests))
@@ -907,7 +911,7 @@ def test_the_server_keeps_the_session_of_a_person_longer_than_any_request_may_ta
         assert inner is not None
         kept_s = [client.processor.session.session_timeout for client in inner.bserver.clients]
         assert kept_s == [90.0]
-        assert kept_s[0] > _person_session.REQUEST_S
+        assert kept_s[0] > _loop_session.REQUEST_S
 
     at_the_shop(act)
 
@@ -930,7 +934,7 @@ def test_a_page_that_gives_a_request_up_leaves_the_session_whole(at_the_shop) ->
 def test_what_a_person_is_tells_no_secret(at_the_shop) -> None:
     async def act(place: Shop) -> None:
         cookie, person = await place.log_in("novak")
-        assert isinstance(person, Person)
+        assert isinstance(person, UserSession)
         for text in (repr(person), str(person), repr(place.persons)):
             assert cookie not in text
             assert person.token not in text

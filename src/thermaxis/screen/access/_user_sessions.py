@@ -37,7 +37,7 @@ from thermaxis.screen.access._answers import (
     unknown,
 )
 from thermaxis.screen.access._failed_log_ins import FailuresByAddress
-from thermaxis.screen.access._person_session import PersonSession, is_refusal
+from thermaxis.screen.access._loop_session import LoopSession, is_refusal
 
 COOKIE_BYTES: Final = 32
 """Random bytes of a cookie. Origin: twice what OWASP asks of a session. [byte]"""
@@ -58,7 +58,7 @@ MOST_AT_ONCE: Final = 4
 MOST_WAITING: Final = 8
 """Log-ins that wait for that. [1]"""
 MOST_LOST: Final = 48
-"""Persons who may only look on, as their session is gone; with the next one the first ends. [1]"""
+"""People who may only look on, as their session is gone; with the next one the first ends. [1]"""
 _LONGEST_COOKIE: Final = 128
 _MOST_ENDED: Final = 64
 
@@ -109,7 +109,7 @@ class Refusal(NamedTuple):
 
 @final
 @dataclass(slots=True, eq=False)
-class Person:
+class UserSession:
     """Somebody who has logged in, once: another log-in of the same user is another person."""
 
     name: str
@@ -124,8 +124,8 @@ class Person:
     """When it was, monotonic. [s]"""
     seen_s: float
     """Last sign of the person, monotonic. [s]"""
-    session: PersonSession = field(repr=False)
-    """The session at the loop; requests go through `Persons.ask`."""
+    session: LoopSession = field(repr=False)
+    """The session at the loop; requests go through `UserSessions.ask`."""
     reason: str = ""
     """Key of the words that say why the log-in has ended; empty while it has not."""
     waiting: int = 0
@@ -150,7 +150,7 @@ class Person:
 
 
 @final
-class Persons:
+class UserSessions:
     """Logs people in and out, and asks the loop what they ask.
 
     A person whose session at the loop is lost stays, with the role viewer and the same ends, so
@@ -189,7 +189,7 @@ class Persons:
         self._longest_s = longest_s
         self._most = most
         self._answer_s = answer_s
-        self._persons: dict[bytes, Person] = {}
+        self._persons: dict[bytes, UserSession] = {}
         self._ended: dict[bytes, str] = {}
         self._failures = Failures()
         self._by_address = FailuresByAddress()
@@ -227,7 +227,7 @@ class Persons:
                     if not (self._end_if_over(known, person) or person.session.busy):
                         group.create_task(self._refresh(known, person))
 
-    async def _refresh(self, known: bytes, person: Person) -> None:
+    async def _refresh(self, known: bytes, person: UserSession) -> None:
         """Ask the server who a person is now; end the log-in of somebody who is nobody."""
         session = person.session
         waits = session.busy  # the server answers one after the other, and the loop takes its time
@@ -242,7 +242,7 @@ class Persons:
         else:
             person.granted = caller.role
 
-    def _end_if_over(self, known: bytes, person: Person) -> bool:
+    def _end_if_over(self, known: bytes, person: UserSession) -> bool:
         """End a log-in that lasted too long, return whether it did; part from a lost session."""
         now_s = self._clock.monotonic_s()
         if now_s - person.began_s >= self._longest_s:
@@ -254,7 +254,7 @@ class Persons:
             self._bound_lost()
         return bool(person.reason)
 
-    def _part(self, person: Person) -> None:
+    def _part(self, person: UserSession) -> None:
         """Close a session, once; the log-in may go on without it."""
         if person.parted:
             return
@@ -281,7 +281,9 @@ class Persons:
 
     # ---- log-in ---------------------------------------------------------------------------------
 
-    async def log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+    async def log_in(
+        self, name: str, password: str, address: str
+    ) -> tuple[str, UserSession] | Refusal:
         """Log somebody in."""
         refused = self._too_many(name[: LONGEST_NAME + 1], address)
         if refused is not None:  # whoever is refused takes no place among those who wait
@@ -295,7 +297,9 @@ class Persons:
         finally:
             self._coming -= 1
 
-    async def _log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+    async def _log_in(
+        self, name: str, password: str, address: str
+    ) -> tuple[str, UserSession] | Refusal:
         name = name[: LONGEST_NAME + 1]
         refused = self._too_many(name, address)
         if refused is not None:
@@ -331,7 +335,7 @@ class Persons:
         for known, person in tuple(self._persons.items()):
             self._end_if_over(known, person)
 
-    async def _session_of(self, name: str, password: str) -> PersonSession | Refusal:
+    async def _session_of(self, name: str, password: str) -> LoopSession | Refusal:
         """Return a session under a name and a password, or why there is none."""
         try:
             check_name(name)
@@ -345,15 +349,15 @@ class Persons:
         except ConfigurationError:
             return Refusal(IMPOSSIBLE)
         try:
-            return await PersonSession.log_in(settings, self._clock)
+            return await LoopSession.log_in(settings, self._clock)
         except FAILURES as error:
             if is_refusal(error):
                 return Refusal(REFUSED)
             return Refusal(IMPOSSIBLE if isinstance(error, ThermaxisError) else NO_CONNECTION)
 
     async def _admit(
-        self, session: PersonSession, name: str, address: str
-    ) -> tuple[str, Person] | Refusal:
+        self, session: LoopSession, name: str, address: str
+    ) -> tuple[str, UserSession] | Refusal:
         """Give a session that is logged in a cookie, if the server says that it may look."""
         admitted = False
         try:
@@ -372,7 +376,7 @@ class Persons:
         now_s = self._clock.monotonic_s()
         cookie = secrets.token_urlsafe(COOKIE_BYTES)
         token = secrets.token_urlsafe(TOKEN_BYTES)
-        person = Person(name, caller.role, token, address, now_s, now_s, session)
+        person = UserSession(name, caller.role, token, address, now_s, now_s, session)
         self._persons[_hash(cookie)] = person
         return cookie, person
 
@@ -405,7 +409,7 @@ class Persons:
         """How many sessions at the loop there are: those who have lost theirs take no place."""
         return sum(not person.lost for person in self._persons.values())
 
-    def of(self, cookie: str | None, *, touch: bool = False) -> Person | None:
+    def of(self, cookie: str | None, *, touch: bool = False) -> UserSession | None:
         """Return whose cookie it is."""
         if self._task is not None and self._task.done():
             self._task.result()
@@ -421,7 +425,7 @@ class Persons:
         """Return why the log-in of a cookie has ended."""
         return self._ended.get(_hash(cookie), "")
 
-    async def ask(self, person: Person, question: Question) -> Outcome:
+    async def ask(self, person: UserSession, question: Question) -> Outcome:
         """Ask the loop for something under the name of a person."""
         ended = self._over(person) or person.lost
         if ended:
@@ -440,17 +444,17 @@ class Persons:
             await self._ask_role(person)
         return outcome_of(answer)
 
-    def _over(self, person: Person) -> str:
+    def _over(self, person: UserSession) -> str:
         """Return why a log-in is over, after ending one that should be; empty if it stands."""
         known = self._known(person)
         if known is not None:
             self._end_if_over(known, person)
         return person.ended
 
-    def _known(self, person: Person) -> bytes | None:
+    def _known(self, person: UserSession) -> bytes | None:
         return next((known for known, one in self._persons.items() if one is person), None)
 
-    async def _ask_role(self, person: Person) -> None:
+    async def _ask_role(self, person: UserSession) -> None:
         known = self._known(person)
         if known is not None:
             await self._refresh(known, person)
