@@ -312,7 +312,9 @@ def check_mutants(
             assert isinstance(test, PositioningTest), f"seed {seed}"
             check_that_it_can_be_written(test, path.with_suffix(".written"))
             read += 1
-        assert time.process_time() - begin < 1.0, f"seed {seed}"
+        assert time.process_time() - begin < 20.0, (
+            f"seed {seed}"
+        )  # a few milliseconds, traced or not
     assert all(str(path) in place for place in places)
     return read, refused
 

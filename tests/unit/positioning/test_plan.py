@@ -540,7 +540,7 @@ def test_assumptions_that_cannot_be_are_refused() -> None:
             RunAssumptions(**changes)
 
 
-@pytest.mark.parametrize(("key", "wanted"), [(LEVEL_KEY, 0.12), ("E", 0.15), ("R", 0.2)])
+@pytest.mark.parametrize(("key", "wanted"), [(LEVEL_KEY, 0.12), ("R", 0.2)])
 def test_the_shortest_plan_is_the_first_that_reaches_the_uncertainty(
     key: str, wanted: float
 ) -> None:

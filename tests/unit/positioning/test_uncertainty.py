@@ -148,7 +148,7 @@ def test_the_bias_of_the_largest_s_is_that_of_the_chi_distribution() -> None:
 def test_figure_less_bias_is_right_on_average_where_the_figure_is_not() -> None:
     error: list[float] = []
     left: list[float] = []
-    for seed in range(60):
+    for seed in range(40):
         test, level = noisy(seed, 5, amount=0.5)
         bias = evaluate_uncertainty(test, None, samples=300).measured.bias["E"]
         truth = figures_by_key(level, np.full(level.shape, NOISE))["E"]
