@@ -140,19 +140,6 @@ def test_the_side_of_the_control_names_every_setting_data_and_the_sign() -> None
         }
 
 
-@pytest.mark.parametrize("target", TARGETS, ids=str)
-def test_the_guide_says_when_the_offset_is_taken_over_and_that_levels_ask_for_nothing(
-    target: Target,
-) -> None:
-    text = guide(exported(double=target.variant != "s7-300"), target)
-    assert "taken over in **every** call in which `connected` and `read_ok` are TRUE" in text
-    assert "after a loss of the connection in the first such call" in text
-    assert "bring the offset back in the control, then enable" in text
-    assert "`reset`, then enable" not in text
-    assert "what stands at the first call asks for nothing" in text
-    assert "only while `linked` is TRUE and `heartbeat` changes" in text
-
-
 def test_the_table_of_losses_has_the_numbers_of_the_export_and_the_head_has_them_too() -> None:
     settings = exported()
     rules = SupervisorRules(

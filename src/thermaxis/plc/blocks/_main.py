@@ -54,7 +54,6 @@ class _Main:
         self.settings = settings
         self.compensation = settings.compensation
         self.outputs = list(enumerate(output_texts(settings), 1))
-        self.names = [output.name for output in self.compensation.model.outputs]
         self.text = ""
         self.draft = Draft(
             settings.names.block,
@@ -72,6 +71,12 @@ class _Main:
     def flag(self, name: str, text: str) -> None:
         """Declare a BOOL that is found anew in every call."""
         self.draft.temporary(name, text, _BOOL)
+
+    def bound(self, k: int, name: str, text: str, key: str, factor: float = 1.0) -> None:
+        """Declare a limit of an output, times a factor, in micrometres."""
+        value_um = getattr(self.compensation.bounds[k - 1], key) * factor
+        channel = self.compensation.model.outputs[k - 1].name
+        self.draft.constant(f"{name}{k}_um", f"{text} [um]", value_um, key, channel)
 
     # ---- sections of the body -------------------------------------------------------------------
 
@@ -161,13 +166,7 @@ class _Main:
         )
         for k, (stem, text) in self.outputs:
             self.draft.instance(f"fb_read_back{k}", READ_BACK)
-            self.draft.constant(
-                f"total{k}_um",
-                f"{text}: largest magnitude with the trim [um]",
-                self.compensation.bounds[k - 1].total_um,
-                "total_um",
-                self.names[k - 1],
-            )
+            self.bound(k, "total", f"{text}: largest magnitude with the trim", "total_um")
             self.add(
                 f"""
                 fb_read_back{k}(
@@ -245,13 +244,7 @@ class _Main:
         )
         for k, (stem, text) in self.outputs:
             self.draft.instance(f"fb_trim{k}", TRIM)
-            self.draft.constant(
-                f"largest_trim{k}_um",
-                f"{text}: largest trim [um]",
-                self.compensation.bounds[k - 1].largest_trim_um,
-                "largest_trim_um",
-                self.names[k - 1],
-            )
+            self.bound(k, "largest_trim", f"{text}: largest trim", "largest_trim_um")
             self.add(
                 f"""
                 fb_trim{k}(
@@ -366,13 +359,7 @@ class _Main:
         )
         for k, (stem, text) in self.outputs:
             self.draft.instance(f"fb_wanted{k}", WANTED)
-            self.draft.constant(
-                f"largest{k}_um",
-                f"{text}: largest magnitude of the correction [um]",
-                self.compensation.bounds[k - 1].largest_um,
-                "largest_um",
-                self.names[k - 1],
-            )
+            self.bound(k, "largest", f"{text}: largest magnitude of the correction", "largest_um")
             self.add(
                 f"""
                 fb_wanted{k}(
@@ -438,23 +425,12 @@ class _Main:
             """
         )
         for k, (stem, text) in self.outputs:
-            bounds, draft = self.compensation.bounds[k - 1], self.draft
+            draft = self.draft
             draft.instance(f"fb_limit{k}", LIMIT)
             draft.temporary(f"asked{k}_um", f"{text}: where it is to go [um]")
-            draft.constant(
-                f"deadband{k}_um",
-                f"{text}: deadband [um]",
-                bounds.deadband_um,
-                "deadband_um",
-                self.names[k - 1],
-            )
-            draft.constant(
-                f"rate_step{k}_um",
-                f"{text}: largest change in a cycle [um]",
-                self.settings.steps_um[k - 1],
-                "largest_rate_um_per_s",
-                self.names[k - 1],
-            )
+            self.bound(k, "deadband", f"{text}: deadband", "deadband_um")
+            rate = f"{text}: largest change in a cycle"
+            self.bound(k, "rate_step", rate, "largest_rate_um_per_s", self.settings.cycle_s)
             self.add(
                 f"""
                 if follows:
