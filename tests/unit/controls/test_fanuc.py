@@ -117,7 +117,7 @@ def test_the_axis_visits_every_target_in_order_and_from_its_side(
     cycle=st.sampled_from(list(Cycle)),
     start=st.floats(-500.0, 500.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_no_move_ends_beyond_the_plan_however_its_overrun_rounds(
     overrun: float, cycles: int, cycle: Cycle, start: float
 ) -> None:
@@ -284,7 +284,7 @@ def runs(draw: st.DrawFn) -> tuple[AxisLevels, float, float]:
     unit=st.sampled_from(["0.1", "1", "2.5"]),
     backlash=st.booleans(),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_written_read_and_simulated_a_table_stays_within_bound_and_rounding(
     run: tuple[AxisLevels, float, float],
     kind: AxisKind,
@@ -574,7 +574,7 @@ def test_the_axis_is_that_of_the_comment_or_goes_by_its_usual_number() -> None:
     st.floats(0.0, 1.0),
     st.integers(3, 128),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_as_many_points_as_are_asked_for_are_enough_wherever_the_reference_lies(
     first: int, span: int, share: float, points: int
 ) -> None:
@@ -606,7 +606,7 @@ def test_128_points_through_a_reference_1_um_beside_a_round_interval_are_128() -
     st.integers(-400, 400),
     st.sampled_from([8, 16, 128]),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_the_spacing_that_is_named_for_too_many_numbers_works(
     count: int, step: int, below: int, most: int
 ) -> None:
@@ -643,7 +643,7 @@ def test_a_newer_file_states_its_interval_with_a_point() -> None:
 
 
 @given(text=st.text(alphabet=st.sampled_from("%NAP()0123456,.;\r\n -+"), max_size=200))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_hostile_text_is_an_error_with_words(text: str) -> None:
     with pytest.raises(MeasurementFileError):
         read(f"%{text}")

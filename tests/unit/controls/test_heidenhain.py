@@ -130,7 +130,7 @@ def test_the_axis_visits_every_target_in_order_and_from_its_side(
     cycle=st.sampled_from(list(Cycle)),
     start=st.floats(-500.0, 500.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_no_move_ends_beyond_the_plan_however_its_overrun_rounds(
     overrun: float, cycles: int, cycle: Cycle, start: float
 ) -> None:
@@ -314,7 +314,7 @@ finite = st.floats(-500.0, 500.0)
 
 @pytest.mark.parametrize("control", [ITNC, TNC640], ids=NAMES)
 @given(data=st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_written_read_and_simulated_a_table_stays_within_bound_and_rounding(
     control: Control, data: st.DataObject
 ) -> None:
@@ -439,7 +439,7 @@ def test_the_257th_row_is_refused_in_writing_and_in_reading(control: Control) ->
 @given(
     text=st.text(alphabet=st.sampled_from("BEGIN AXIS-X.COM_DTU:+0123,\r\n []e\t%"), max_size=200)
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_hostile_text_is_an_error_with_words(control: Control, text: str) -> None:
     with pytest.raises(MeasurementFileError):
         read_text(control, text)

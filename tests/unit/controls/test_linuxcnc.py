@@ -136,7 +136,7 @@ def test_the_head_states_the_duration_that_the_motion_takes() -> None:
     st.integers(1, 4),
     st.floats(0.001, 50.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
     thousandths: list[int],
     cycle: Cycle,
@@ -305,7 +305,7 @@ levels_of_any_run = st.integers(2, 12).flatmap(
     st.sampled_from(list(AxisKind)),
     st.one_of(st.none(), st.integers(2, 40)),
 )
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_any_run_is_corrected_within_the_interpolation_bound_and_half_a_step(
     run: tuple[list[int], list[float]],
     type_: str,
@@ -540,7 +540,7 @@ def test_the_largest_number_that_is_read_is_a_million() -> None:
     ),
     st.sampled_from(["0", "1"]),
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_no_number_overflows_whatever_its_size(rows: list[tuple[str, ...]], type_: str) -> None:
     """Warnings of numpy are errors in the tests."""
     text = "".join(" ".join(row) + "\n" for row in rows)
@@ -552,7 +552,7 @@ def test_no_number_overflows_whatever_its_size(rows: list[tuple[str, ...]], type
 
 
 @given(st.text(alphabet="0123456789.-+eE, \t\n\rnaifx#", max_size=200))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_no_text_makes_the_reader_fail_otherwise_than_by_its_own_error(text: str) -> None:
     try:
         read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
@@ -577,7 +577,7 @@ def test_a_small_feed_is_written() -> None:
 
 def test_the_longest_program_is_written_in_a_moment_and_its_lines_are_short() -> None:
     target = np.arange(1000) * 1.0
-    plan = replace(PLAN, target=target, cycle=Cycle.PILGRIM, cycles=90)
+    plan = replace(PLAN, target=target, cycle=Cycle.PILGRIM, cycles=20)
     program = program_of(CONTROL, plan)
     assert max(map(len, program.splitlines())) < 120
     assert len(drive(program).stops) == plan.stops

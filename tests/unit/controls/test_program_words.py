@@ -16,7 +16,7 @@ from thermaxis.positioning import Cycle, Move, MoveBlock, moves_of_plan
     decimals=st.integers(3, 6),
     side=st.sampled_from([-1.0, 1.0]),
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_a_turn_is_rounded_towards_its_stop_by_less_than_one_digit(
     target: int, overrun: float, decimals: int, side: float
 ) -> None:

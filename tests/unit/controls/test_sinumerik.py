@@ -136,7 +136,7 @@ def test_the_program_visits_every_target_in_order_from_its_side(
     st.integers(1, 4),
     st.floats(0.001, 50.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
     thousandths: list[int], cycle: Cycle, cycles: int, overrun: float
 ) -> None:
@@ -347,7 +347,7 @@ levels_of_any_run = st.integers(2, 12).flatmap(
     st.booleans(),
     st.integers(2, 40),
 )
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_any_run_is_corrected_within_the_interpolation_bound_and_half_a_step(
     run: tuple[list[int], list[float]], kind: AxisKind, backlash: bool, points: int
 ) -> None:
@@ -587,7 +587,7 @@ def test_one_value_of_another_axis_makes_a_second_table_and_is_asked_about() -> 
         max_size=20,
     )
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_no_text_makes_the_reader_fail_otherwise_than_by_its_own_error(lines: list[str]) -> None:
     try:
         read("\n".join(lines))

@@ -1,7 +1,5 @@
 """Structured Text, parsed and executed, against `cycle` in LREAL and the executed tree in REAL."""
 
-import time
-
 import pytest
 
 from tests.unit.plc.equal_parts import (
@@ -15,7 +13,7 @@ from tests.unit.plc.equal_parts import (
     short_record,
 )
 from tests.unit.plc.st_interpreter import Machine
-from thermaxis.plc import build_program, print_c, print_scl, print_st, scenario_steps
+from thermaxis.plc import build_program, print_st, scenario_steps
 
 
 @pytest.mark.parametrize("double", [True, False])
@@ -61,20 +59,6 @@ def test_a_comparison_has_every_output_of_the_block_in_it() -> None:
         assert [name for name in outputs if not name.startswith("model_id_")] == list(
             record.outputs
         )
-
-
-@pytest.mark.parametrize("double", [True, False])
-def test_a_block_is_generated_in_less_than_three_tenths_of_a_second(double: bool) -> None:
-    """Benchmarks measure it; here the best of three, so that a busy computer does not matter."""
-    settings = [demanded_settings(seed, cycle_s=1.0, double=double) for seed in range(12)]
-    largest = max(settings, key=lambda s: len(print_st(build_program(s))))
-    for text in (print_st, print_scl, print_c):
-        spent_s: list[float] = []
-        for _ in range(3):
-            begin_s = time.process_time()
-            assert text(build_program(largest))
-            spent_s.append(time.process_time() - begin_s)
-        assert min(spent_s) < 0.3, text.__name__
 
 
 def test_all_texts_of_a_model_are_compared_in_one_go() -> None:

@@ -100,8 +100,9 @@ def course_of(block: BlockInstance, exported: PlcSettings) -> Iterator[PlcStep]:
     return Course(exported, seed=3, block=block, near_share=0.4).steps()
 
 
-@pytest.mark.parametrize("double", [True, False])
-@pytest.mark.parametrize("positions", [(100.0, 900.0), (-50.5, 300.3, 1200.0)])
+@pytest.mark.parametrize(
+    ("positions", "double"), [((100.0, 900.0), True), ((-50.5, 300.3, 1200.0), False)]
+)
 def test_the_block_with_a_line_is_the_plain_one_with_the_line_as_its_law_says(
     positions: tuple[float, ...], double: bool
 ) -> None:

@@ -92,7 +92,7 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
 def logs() -> dict[str, ThermalLog]:
     hours = {"calibration-spindle": 14.25, "calibration-table": 14.25, "verification": 16.0}
     return {
-        name: log_lathe(VirtualLathe(name, 1), hours[name], every_s=120.0, truth=True)
+        name: log_lathe(VirtualLathe(name, 1), hours[name], every_s=300.0, truth=True)
         for name in hours
     }
 
@@ -125,7 +125,7 @@ def test_a_transfer_function_model_of_the_calibration_tests_takes_most_of_the_tr
         "Z_um",
         "table",
         dict(zip(PROBES, DIAMETERS, strict=True)),
-        modal_options=ModalOptions(most_lags=3),
+        modal_options=ModalOptions(most_lags=2),
     )
     model = joint.to_compensation_model(records, Provenance())
     simulated = [
@@ -140,7 +140,7 @@ def test_a_transfer_function_model_of_the_calibration_tests_takes_most_of_the_tr
     static = []
     for probe in PROBES:
         fitted = fit_baseline(Baseline.STATIC, records.experiments[probe])
-        static.append(simulate_baseline(fitted, u, 120.0))
+        static.append(simulate_baseline(fitted, u, 300.0))
     assert max(folds(truth, static)) < 4.0
 
 

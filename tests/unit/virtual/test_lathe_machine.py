@@ -65,9 +65,9 @@ def test_temperatures_come_in_counts_of_a_tenth_with_noise_of_their_own() -> Non
     errors: dict[str, list[float]] = {name: [] for name in SENSORS}
     for _ in range(3000):
         lathe.step(5.0)
-        true = lathe.temperature_c
+        true, readings = lathe.temperature_c, lathe.readings()
         for name, node in SENSORS.items():
-            value = lathe.readings()[name].value
+            value = readings[name].value
             assert isinstance(value, float)
             assert value == round(value, 1)
             errors[name].append(value - (lathe.hall_c if node < 0 else true[node]))
@@ -254,9 +254,9 @@ def test_a_count_has_no_dirt_and_no_negative_zero() -> None:
     assert counted(-3.26, 0.1) == -3.3
 
 
-def test_a_month_keeps_its_memory_and_stays_sane() -> None:
+def test_weeks_keep_their_memory_and_stay_sane() -> None:
     lathe = VirtualLathe("day", 1)
-    for _ in range(30 * 24):
+    for _ in range(12 * 24):
         lathe.step(HOUR)
     assert len(lathe._networks) < 100
     assert np.all((lathe.temperature_c > 15.0) & (lathe.temperature_c < 45.0))

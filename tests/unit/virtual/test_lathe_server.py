@@ -57,88 +57,89 @@ async def index_of(client: Client) -> int:
     return await client.get_namespace_index(NAMESPACE)
 
 
-def test_a_client_finds_every_signal_with_its_type_unit_status_and_stamps() -> None:
+async def every_signal(url: str) -> None:
+    async with Client(url) as client:
+        index = await index_of(client)
+        nodes = {n: client.get_node(ua.NodeId(n, index)) for n in SIGNALS}
+        await asyncio.sleep(0.5)
+        found = dict(
+            zip(
+                nodes,
+                await client.read_attributes(list(nodes.values()), ua.AttributeIds.Value),
+                strict=True,
+            )
+        )
+        assert found["T_column_C"].Value.Value == 0.0
+        assert found["T_column_C"].StatusCode.name == "BadSensorFailure"
+        assert math.isnan(found["T_bed_C"].Value.Value)
+        assert found["T_bed_C"].StatusCode.is_good()
+        assert found["T_hall_C"].Value.Value is None
+        assert found["T_hall_C"].StatusCode.name == "BadNoCommunication"
+        fresh = found["T_spindle_C"]
+        late = fresh.SourceTimestamp - found["T_table_C"].SourceTimestamp
+        machine_s = found["time_s"].Value.Value
+        assert machine_s > 20.0
+        assert late.total_seconds() == pytest.approx((machine_s - 10.0) / SPEED, abs=0.01)
+        assert abs(fresh.ServerTimestamp - fresh.SourceTimestamp) < timedelta(seconds=0.1)
+        kinds = {"bool": ua.VariantType.Boolean, "1": ua.VariantType.UInt32}
+        for name, signal in SIGNALS.items():
+            expected = kinds.get(signal.unit, ua.VariantType.Double)
+            assert await nodes[name].read_data_type_as_variant_type() == expected, name
+            if found[name].Value.Value is not None:
+                assert found[name].Value.VariantType == expected
+            level = await nodes[name].get_user_access_level()
+            assert (ua.AccessLevel.CurrentWrite in level) is signal.writable
+        text = (await nodes["T_spindle_C"].read_description()).Text
+        assert text == SIGNALS["T_spindle_C"].text
+        units = await (await nodes["Z_um"].get_child("0:EngineeringUnits")).read_value()
+        assert units == unit_of("um")
+
+
+async def offset(url: str) -> None:
+    async with Client(url) as client:
+        index = await index_of(client)
+
+        def node(name: str) -> object:
+            return client.get_node(ua.NodeId(name, index))
+
+        for beat in range(1, 9):
+            codes = await client.write_values(
+                [node("offset_mm"), node("heartbeat")],
+                [
+                    ua.DataValue(ua.Variant(-0.03, ua.VariantType.Double)),
+                    ua.DataValue(ua.Variant(beat, ua.VariantType.UInt32)),
+                ],
+                raise_on_partial_error=False,
+            )
+            assert all(code.is_good() for code in codes)
+            # what is accepted is there in the very next read
+            assert await node("offset_accepted_mm").read_value() == pytest.approx(-0.03)
+            await asyncio.sleep(0.1)
+        assert await node("watchdog_alive").read_value()
+        assert await node("offset_effective_mm").read_value() == pytest.approx(-0.03)
+        true = await node("Z_true_um").read_value()
+        drifted = await node("Z_uncorrected_um").read_value()
+        assert true - drifted == pytest.approx(-30.0, abs=0.5)
+
+        with pytest.raises(ua.UaStatusCodeError, match="type"):
+            await node("offset_mm").write_value(ua.Variant(1, ua.VariantType.Int64))
+        with pytest.raises(ua.UaStatusCodeError, match="type"):
+            await node("offset_mm").write_value(ua.Variant(1.0, ua.VariantType.Float))
+        await node("offset_mm").write_value(math.nan)  # accepted as Good, and not taken
+        assert await node("offset_mm").read_value() == -0.03
+        with pytest.raises(ua.UaStatusCodeError):
+            await node("T_spindle_C").write_value(20.0)
+        await node("diameter_mm").write_value(1500.0)
+        assert await node("diameter_mm").read_value() == 1500.0
+
+
+def test_signals_have_type_unit_status_and_stamps_and_a_written_offset_moves_the_tool() -> None:
+    """A client finds every signal; an offset with a moving heartbeat is reported."""
     lathe = lathe_with("bad T_column", "nan T_bed", "missing T_hall", "stale T_table at 10s")
 
     async def work(url: str) -> None:
-        async with Client(url) as client:
-            index = await index_of(client)
-            nodes = {n: client.get_node(ua.NodeId(n, index)) for n in SIGNALS}
-            await asyncio.sleep(0.5)
-            found = dict(
-                zip(
-                    nodes,
-                    await client.read_attributes(list(nodes.values()), ua.AttributeIds.Value),
-                    strict=True,
-                )
-            )
-            assert found["T_column_C"].Value.Value == 0.0
-            assert found["T_column_C"].StatusCode.name == "BadSensorFailure"
-            assert math.isnan(found["T_bed_C"].Value.Value)
-            assert found["T_bed_C"].StatusCode.is_good()
-            assert found["T_hall_C"].Value.Value is None
-            assert found["T_hall_C"].StatusCode.name == "BadNoCommunication"
-            fresh = found["T_spindle_C"]
-            late = fresh.SourceTimestamp - found["T_table_C"].SourceTimestamp
-            machine_s = found["time_s"].Value.Value
-            assert machine_s > 20.0
-            assert late.total_seconds() == pytest.approx((machine_s - 10.0) / SPEED, abs=0.01)
-            assert abs(fresh.ServerTimestamp - fresh.SourceTimestamp) < timedelta(seconds=0.1)
-            kinds = {"bool": ua.VariantType.Boolean, "1": ua.VariantType.UInt32}
-            for name, signal in SIGNALS.items():
-                expected = kinds.get(signal.unit, ua.VariantType.Double)
-                assert await nodes[name].read_data_type_as_variant_type() == expected, name
-                if found[name].Value.Value is not None:
-                    assert found[name].Value.VariantType == expected
-                level = await nodes[name].get_user_access_level()
-                assert (ua.AccessLevel.CurrentWrite in level) is signal.writable
-            text = (await nodes["T_spindle_C"].read_description()).Text
-            assert text == SIGNALS["T_spindle_C"].text
-            units = await (await nodes["Z_um"].get_child("0:EngineeringUnits")).read_value()
-            assert units == unit_of("um")
-
-    run_in_virtual_time(served(lathe, work))
-
-
-def test_a_written_offset_with_a_moving_heartbeat_moves_the_tool_and_is_reported() -> None:
-    lathe = lathe_with()
-
-    async def work(url: str) -> None:
-        async with Client(url) as client:
-            index = await index_of(client)
-
-            def node(name: str) -> object:
-                return client.get_node(ua.NodeId(name, index))
-
-            for beat in range(1, 9):
-                codes = await client.write_values(
-                    [node("offset_mm"), node("heartbeat")],
-                    [
-                        ua.DataValue(ua.Variant(-0.03, ua.VariantType.Double)),
-                        ua.DataValue(ua.Variant(beat, ua.VariantType.UInt32)),
-                    ],
-                    raise_on_partial_error=False,
-                )
-                assert all(code.is_good() for code in codes)
-                # what is accepted is there in the very next read
-                assert await node("offset_accepted_mm").read_value() == pytest.approx(-0.03)
-                await asyncio.sleep(0.1)
-            assert await node("watchdog_alive").read_value()
-            assert await node("offset_effective_mm").read_value() == pytest.approx(-0.03)
-            true = await node("Z_true_um").read_value()
-            drifted = await node("Z_uncorrected_um").read_value()
-            assert true - drifted == pytest.approx(-30.0, abs=0.5)
-
-            with pytest.raises(ua.UaStatusCodeError, match="type"):
-                await node("offset_mm").write_value(ua.Variant(1, ua.VariantType.Int64))
-            with pytest.raises(ua.UaStatusCodeError, match="type"):
-                await node("offset_mm").write_value(ua.Variant(1.0, ua.VariantType.Float))
-            await node("offset_mm").write_value(math.nan)  # accepted as Good, and not taken
-            assert await node("offset_mm").read_value() == -0.03
-            with pytest.raises(ua.UaStatusCodeError):
-                await node("T_spindle_C").write_value(20.0)
-            await node("diameter_mm").write_value(1500.0)
-            assert await node("diameter_mm").read_value() == 1500.0
+        await every_signal(url)
+        await offset(url)
         assert lathe.diameter_mm == 1500.0
 
     run_in_virtual_time(served(lathe, work))

@@ -327,11 +327,12 @@ class LatheServer:
 
     async def _build(self) -> None:
         server, settings = self._server, self._settings
+        if settings.certificate is not None and settings.private_key is not None:
+            await _load(server, settings.certificate, settings.private_key)
         await server.init()
         await server.set_application_uri(APPLICATION)
         server.set_server_name("thermaxis virtual lathe")
-        if settings.certificate is not None and settings.private_key is not None:
-            await _load(server, settings.certificate, settings.private_key)
+        if settings.certificate is not None:
             server.set_security_policy([ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt])
         else:
             server.set_security_policy([ua.SecurityPolicyType.NoSecurity])
