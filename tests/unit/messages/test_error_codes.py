@@ -4,6 +4,7 @@ import ast
 import pickle
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -47,9 +48,12 @@ def variables(kind: str) -> dict[str, set[str]]:
 SENTENCES = variables("error")
 
 
-def trees() -> Iterator[tuple[str, ast.Module]]:
-    for file in sorted(ROOT.rglob("*.py")):
-        yield str(file.relative_to(ROOT)), ast.parse(file.read_text("utf-8"))
+@cache
+def trees() -> tuple[tuple[str, ast.Module], ...]:
+    return tuple(
+        (str(file.relative_to(ROOT)), ast.parse(file.read_text("utf-8")))
+        for file in sorted(ROOT.rglob("*.py"))
+    )
 
 
 def codes_of(node: ast.expr) -> Iterator[str]:
