@@ -14,13 +14,27 @@ export function byId(id) {
  * @param {string} tag
  * @param {string} [text]
  * @param {string} [name] name of its class
+ * @param {(Node | string)[]} inner what stands in it behind the text
  * @returns {HTMLElement}
  */
-export function made(tag, text = "", name = "") {
+export function made(tag, text = "", name = "", ...inner) {
   const element = document.createElement(tag);
-  element.append(...nodesOf(text));
+  element.append(...nodesOf(text), ...inner);
   if (name) element.className = name;
   return element;
+}
+
+/**
+ * @param {string} text
+ * @param {() => void} act
+ * @param {string} [label] what it does, where the text does not say it
+ */
+export function button(text, act, label = "") {
+  const found = /** @type {HTMLButtonElement} */ (made("button", text));
+  found.type = "button";
+  if (label) found.setAttribute("aria-label", label);
+  found.addEventListener("click", act);
+  return found;
 }
 
 /**

@@ -2,7 +2,7 @@
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
 import { forget } from "./ask/kept.js";
-import { say as show } from "./elements.js";
+import { made, say as show } from "./elements.js";
 import { noDataWords, onLive, onNoData, onStatus, onVisitor, startLive } from "./live.js";
 import { clock, word } from "./words.js";
 
@@ -34,9 +34,8 @@ const SHAPES = { critical: "1", high: "2", medium: "3", low: "4" };
  * @param {string} priority
  */
 export function alarmMark(priority) {
-  const mark = document.createElement("span");
-  mark.className = `mark mark-${priority}`;
-  mark.textContent = SHAPES[/** @type {keyof typeof SHAPES} */ (priority)] ?? "?";
+  const shape = SHAPES[/** @type {keyof typeof SHAPES} */ (priority)] ?? "?";
+  const mark = made("span", shape, `mark mark-${priority}`);
   mark.setAttribute("aria-hidden", "true");
   return mark;
 }
@@ -106,11 +105,9 @@ function chooseTheme() {
 function offerLogIn() {
   const end = byId("logout");
   if (!end || byId("log-in-again")) return;
-  const again = document.createElement("a");
+  const again = /** @type {HTMLAnchorElement} */ (made("a", word("login-again"), "button"));
   again.id = "log-in-again";
-  again.className = "button";
   again.href = `/login?next=${encodeURIComponent(location.pathname)}`;
-  again.textContent = word("login-again");
   end.before(again);
   end.hidden = true;
 }

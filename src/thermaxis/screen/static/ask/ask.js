@@ -6,7 +6,7 @@
 import { keep, kept } from "./kept.js";
 import { modelOf } from "./effects.js";
 import { LATE_MS, watch } from "./watch.js";
-import { made, style } from "../elements.js";
+import { button, made, style } from "../elements.js";
 import { post } from "../frame.js";
 import { latest, onNoData, onStatus } from "../live.js";
 import { clock, duration, word } from "../words.js";
@@ -245,8 +245,8 @@ function ownPlace() {
  */
 function confirmed(wording) {
   const { dialog, body, buttons } = openDialog(wording.title);
-  const confirm = /** @type {HTMLButtonElement} */ (made("button", wording.title, "main"));
-  confirm.type = "button";
+  const confirm = button(wording.title, () => dialog.close("asked"));
+  confirm.className = "main";
   buttons.append(confirm);
   const why = made("p", word("operator-why_no_data"), "ask-wrong");
   /** @param {Status | null} status */
@@ -284,7 +284,6 @@ function confirmed(wording) {
   dialog.showModal();
   buttons.querySelector("button")?.focus();
   return new Promise((answer) => {
-    confirm.addEventListener("click", () => dialog.close("asked"));
     dialog.addEventListener("close", () => {
       clearInterval(timer);
       dialog.remove();
@@ -314,11 +313,7 @@ export function openDialog(title, leave = word("common-cancel")) {
   heading.id = `ask-${document.querySelectorAll("dialog").length}`;
   dialog.setAttribute("aria-labelledby", heading.id);
   const body = made("div", "", "ask-body");
-  const buttons = made("div", "", "ask-buttons");
-  const cancel = /** @type {HTMLButtonElement} */ (made("button", leave));
-  cancel.type = "button";
-  cancel.addEventListener("click", () => dialog.close(""));
-  buttons.append(cancel);
+  const buttons = made("div", "", "ask-buttons", button(leave, () => dialog.close("")));
   dialog.append(heading, body, buttons);
   document.body.append(dialog);
   return { dialog, body, buttons };

@@ -9,7 +9,7 @@ import { showLegend } from "./legend.js";
 import { clustersOf, nameMarks } from "./marks.js";
 import { colours, layoutOf, lookOf, tracesOf } from "./plot.js";
 import { milliseconds, plotlyLocale } from "./time.js";
-import { style } from "../elements.js";
+import { button, made, style } from "../elements.js";
 import { number, pageLocale, word } from "../words.js";
 
 /**
@@ -90,12 +90,9 @@ export function drawChart(element, chart) {
 /** @param {HTMLElement} element @returns {Drawn} */
 function begin(element) {
   style("chart/chart.css");
-  const plot = document.createElement("div");
-  const tools = document.createElement("div");
-  const legend = document.createElement("ul");
-  plot.className = "chart-plot";
-  tools.className = "chart-tools";
-  legend.className = "chart-legend";
+  const plot = made("div", "", "chart-plot");
+  const tools = made("div", "", "chart-tools");
+  const legend = made("ul", "", "chart-legend");
   element.classList.add("chart");
   element.replaceChildren(tools, plot, legend);
   const chart = { lines: [] };
@@ -289,31 +286,28 @@ function showTools(drawn, axis) {
   const { chart, tools } = drawn;
   tools.hidden = Boolean(chart.still);
   if (chart.still || tools.childElementCount) return;
-  const button = (/** @type {string} */ sign, /** @type {string} */ name, move) => {
-    const made = document.createElement("button");
-    made.type = "button";
-    made.textContent = sign;
-    made.setAttribute("aria-label", name);
-    made.title = name;
-    made.addEventListener("click", () => {
+  /** @param {string} sign @param {string} name @param {(now: Axis, span: number) => void} move */
+  const tool = (sign, name, move) => {
+    const found = button(sign, () => {
       const now = axisOf(drawn);
       move(now, now.last - now.first);
-    });
-    tools.append(made);
+    }, name);
+    found.title = name;
+    tools.append(found);
   };
-  button("◀", word("chart-earlier"), ({ first, last }, span) =>
+  tool("◀", word("chart-earlier"), ({ first, last }, span) =>
     show(drawn, [first - span / 2, last - span / 2]),
   );
-  button("▶", word("chart-later"), ({ first, last }, span) =>
+  tool("▶", word("chart-later"), ({ first, last }, span) =>
     show(drawn, [first + span / 2, last + span / 2]),
   );
-  button("−", word("chart-zoom_out"), ({ first, last }, span) =>
+  tool("−", word("chart-zoom_out"), ({ first, last }, span) =>
     show(drawn, [first - span / 2, last + span / 2]),
   );
-  button("+", word("chart-zoom_in"), ({ first, last }, span) =>
+  tool("+", word("chart-zoom_in"), ({ first, last }, span) =>
     show(drawn, [first + span / 4, last - span / 4]),
   );
-  button(word("chart-all"), word("chart-show_all"), () => show(drawn, null));
+  tool(word("chart-all"), word("chart-show_all"), () => show(drawn, null));
 }
 
 /** @param {Drawn} drawn @param {[number, number] | null} view */

@@ -1,6 +1,8 @@
 // @ts-check
 /** Legend of a chart, beside the data and never over them: sample, name, value, marks in words. */
 
+import { made } from "../elements.js";
+
 const SVG = "http://www.w3.org/2000/svg";
 
 /** Dashes as Plotly names them, and as SVG draws them. */
@@ -45,26 +47,15 @@ export function showLegend(list, entries) {
 
 /** @param {Entry} entry */
 function row(entry) {
-  const item = document.createElement("li");
-  item.className = `chart-entry chart-entry-${entry.kind}`;
-  const text = document.createElement("span");
-  text.textContent = entry.text;
-  if (entry.kind !== "more") item.append(entry.kind === "mark" ? letter(entry) : sample(entry));
-  item.append(text);
-  if ((entry.kind === "line" || entry.kind === "mark") && entry.value) {
-    const value = document.createElement("strong");
-    value.textContent = entry.value;
-    item.append(value);
-  }
-  return item;
+  const sign = entry.kind === "more" ? [] : [entry.kind === "mark" ? letter(entry) : sample(entry)];
+  const value = "value" in entry && entry.value ? [made("strong", entry.value)] : [];
+  return made("li", "", `chart-entry chart-entry-${entry.kind}`,
+    ...sign, made("span", entry.text), ...value);
 }
 
 /** @param {MarkEntry} entry */
 function letter(entry) {
-  const box = document.createElement("b");
-  box.className = entry.grave ? "chart-letter chart-letter-grave" : "chart-letter";
-  box.textContent = entry.letter;
-  return box;
+  return made("b", entry.letter, entry.grave ? "chart-letter chart-letter-grave" : "chart-letter");
 }
 
 /** @param {LineEntry | BandEntry} entry */

@@ -18,8 +18,6 @@ export function showEvents({ events, more }) {
 
 /** @param {Happened} event */
 function rowOf(event) {
-  const row = made("tr");
-  row.append(...[moment(event.t), event.kind_said, event.who, event.said].map((text) =>
-    made("td", text)));
-  return row;
+  const texts = [moment(event.t), event.kind_said, event.who, event.said];
+  return made("tr", "", "", ...texts.map((text) => made("td", text)));
 }

@@ -2,7 +2,7 @@
 // The history: any span, its series and events, a second span over it, exports.
 
 import { drawChart } from "../chart/chart.js";
-import { byId } from "../elements.js";
+import { button, byId, made } from "../elements.js";
 import { eventMark } from "./event_marks.js";
 import { showEvents } from "./events.js";
 import { bySeries, labelOf } from "./series.js";
@@ -179,25 +179,20 @@ function listSeries() {
   const place = byId("series");
   place.replaceChildren();
   for (const [group, names] of bySeries(units)) {
-    const title = document.createElement("h3");
-    title.textContent = shortNames(group);
-    place.append(title, ...names.map(seriesButton));
+    place.append(made("h3", shortNames(group)), ...names.map(seriesButton));
   }
 }
 
 /** @param {string} name */
 function seriesButton(name) {
-  const button = document.createElement("button");
   const unit = units[name] ? ` [${units[name]}]` : "";
-  button.type = "button";
-  button.textContent = labelOf(name) + unit;
-  button.setAttribute("aria-pressed", String(chosen.includes(name)));
-  button.addEventListener("click", () => choose(name, button));
-  return button;
+  const one = button(labelOf(name) + unit, () => choose(name, one));
+  one.setAttribute("aria-pressed", String(chosen.includes(name)));
+  return one;
 }
 
-/** @param {string} name @param {HTMLElement} button */
-function choose(name, button) {
+/** @param {string} name @param {HTMLElement} pressed */
+function choose(name, pressed) {
   const wanted = chosen.includes(name) ? chosen.filter((one) => one !== name) : [...chosen, name];
   if (wanted.length > MOST_SERIES) {
     tellWrong(word("history-too_many", { most: MOST_SERIES }));
@@ -208,7 +203,7 @@ function choose(name, button) {
     return;
   }
   chosen = wanted;
-  button.setAttribute("aria-pressed", String(chosen.includes(name)));
+  pressed.setAttribute("aria-pressed", String(chosen.includes(name)));
   if (span) void show(span);
 }
 
@@ -289,13 +284,13 @@ function wireExport() {
   /** @type {NodeListOf<HTMLButtonElement>} */
   const buttons = document.querySelectorAll("button[data-format]");
   const turn = (/** @type {boolean} */ off) => buttons.forEach((one) => { one.disabled = off; });
-  for (const button of buttons) {
-    button.addEventListener("click", async () => {
+  for (const one of buttons) {
+    one.addEventListener("click", async () => {
       if (!span || !place) return;
       place.textContent = word("history-export_works");
       turn(true);
       try {
-        const format = button.dataset.format ?? "";
+        const format = one.dataset.format ?? "";
         const name = await saved(`/history/export?${query(span, { format })}`);
         place.textContent = word("history-export_done", { name });
       } catch (error) {

@@ -3,7 +3,7 @@
 
 import { ask, openDialog } from "../ask/ask.js";
 import { foundElsewhere, isHeld, isZero, JUMPED } from "../ask/effects.js";
-import { byId, made, say } from "../elements.js";
+import { button, byId, made, say } from "../elements.js";
 import { latest } from "../live.js";
 import { diameterWord, facts, gainAt, isTrimmed, modelAsksUm } from "./parts.js";
 import {
@@ -403,15 +403,6 @@ function counts(status, mm) {
 }
 
 // ---- pieces ----------------------------------------------------------------------------------
-
-/** @param {string} text @param {() => void} act @param {string} [label] */
-function button(text, act, label = text) {
-  const found = /** @type {HTMLButtonElement} */ (made("button", text));
-  found.type = "button";
-  found.setAttribute("aria-label", label);
-  found.addEventListener("click", act);
-  return found;
-}
 
 /**
  * Buttons of which one is pressed.

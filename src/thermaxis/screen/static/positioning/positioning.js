@@ -1,7 +1,7 @@
 // @ts-check
 // Send a measured run, and show what its evaluation says.
 
-import { byId, made, say } from "../elements.js";
+import { button, byId, made, say } from "../elements.js";
 import { facts, shownOf } from "./result.js";
 import { moment, word } from "../words.js";
 
@@ -116,9 +116,9 @@ function request(form) {
 
 /**
  * @param {HTMLFormElement} form
- * @param {HTMLButtonElement} button
+ * @param {HTMLButtonElement} submit
  */
-async function send(form, button) {
+async function send(form, submit) {
   refuse("");
   const { address, body, lacking } = request(form);
   if (lacking) {
@@ -139,7 +139,7 @@ async function send(form, button) {
   chosen += 1;
   byId("run-result").hidden = true; // nobody takes an earlier run's figures for this one's
   told.hidden = false;
-  button.disabled = true;
+  submit.disabled = true;
   const timer = setInterval(tell, SECOND_MS);
   const answer = await answered(fetch(address, {
     method: "POST",
@@ -151,7 +151,7 @@ async function send(form, button) {
   }));
   clearInterval(timer);
   told.hidden = true;
-  button.disabled = false;
+  submit.disabled = false;
   if (!answer) refuse(word("positioning-no_answer"));
   else if (answer.ok) show(answer.found);
   else refuse(String(answer.found.text ?? word("positioning-no_answer")));
@@ -179,12 +179,7 @@ async function list(first) {
   if (!answer?.ok) return;
   const rows = /** @type {Result[]} */ (answer.found.results).map((one) => {
     const text = `${one.name} · ${moment(one.at)}`;
-    const button = /** @type {HTMLButtonElement} */ (made("button", text));
-    button.type = "button";
-    button.addEventListener("click", () => void open(one.id));
-    const row = document.createElement("li");
-    row.append(button);
-    return row;
+    return made("li", "", "", button(text, () => void open(one.id)));
   });
   byId("run-kept").replaceChildren(...rows);
   if (first && chosen === 0 && rows.length > 0) await open(answer.found.results[0].id);
@@ -198,7 +193,7 @@ function nameFile(input) {
 
 /** @param {HTMLFormElement} form */
 function begin(form) {
-  const button = /** @type {HTMLButtonElement} */ (byId("run-submit"));
+  const submit = /** @type {HTMLButtonElement} */ (byId("run-submit"));
   const reference = /** @type {HTMLSelectElement} */ (form.elements.namedItem("reference"));
   const value = /** @type {HTMLInputElement} */ (form.elements.namedItem("reference_value"));
   const follow = () => {
@@ -212,7 +207,7 @@ function begin(form) {
   follow();
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    void send(form, button);
+    void send(form, submit);
   });
   byId("run-figures").addEventListener("click", () => choose(false));
   byId("run-report").addEventListener("click", () => choose(true));

@@ -129,9 +129,8 @@ function figureTable(result) {
       ...(hasDrift && hasWithin ? [within(row.drift_free_within)] : []),
       ...(hasLimits ? [number(row.limit, digits)] : []),
     ];
-    const judged = made("td");
-    judged.append(decision(row.verdict));
-    return [name, ...cells.map((text) => made("td", text, "number")), ...(hasLimits ? [judged] : [])];
+    const judged = hasLimits ? [made("td", "", "", decision(row.verdict))] : [];
+    return [name, ...cells.map((text) => made("td", text, "number")), ...judged];
   }));
 }
 
@@ -150,20 +149,12 @@ function heading(text, kind = "") {
  * @param {HTMLElement[][]} rows
  */
 function table(head, rows) {
-  const [all, top, body] = [made("table"), made("thead"), made("tbody")];
-  const rowOf = (/** @type {HTMLElement[]} */ cells) => {
-    const row = made("tr");
-    row.append(...cells);
-    return row;
-  };
-  top.append(rowOf(head));
-  body.append(...rows.map(rowOf));
-  all.append(top, body);
-  const scroll = made("div", "", "run-scroll");
+  const rowOf = (/** @type {HTMLElement[]} */ cells) => made("tr", "", "", ...cells);
+  const scroll = made("div", "", "run-scroll", made("table", "", "",
+    made("thead", "", "", rowOf(head)), made("tbody", "", "", ...rows.map(rowOf))));
   scroll.tabIndex = 0;
   scroll.setAttribute("role", "region");
   scroll.setAttribute("aria-label", word("positioning-figures"));
-  scroll.append(all);
   return scroll;
 }
 
@@ -181,17 +172,13 @@ function notes(result) {
     ...(result.left_out.length > 0
       ? [word("positioning-uncertainty_without", { terms: result.left_out.join("; ") })] : []),
   ];
-  const box = made("div", "", "muted");
-  box.append(...lines.map((text) => made("p", text)));
-  return box;
+  return made("div", "", "muted", ...lines.map((text) => made("p", text)));
 }
 
 /** @param {Result} result */
 function verdict(result) {
   if (result.verdict === null) return [];
-  const line = document.createElement("p");
-  line.className = "run-verdict";
-  line.append(word("positioning-verdict"), decision(result.verdict));
+  const line = made("p", word("positioning-verdict"), "run-verdict", decision(result.verdict));
   const rule = known(RULES, result.decision_rule);
   return rule ? [line, made("p", word(rule), "muted")] : [line];
 }
@@ -250,9 +237,7 @@ function other(result) {
  * @param {HTMLElement[]} content
  */
 function section(title, content) {
-  const found = made("section");
-  found.append(made("h3", title), ...content);
-  return [found];
+  return [made("section", "", "", made("h3", title), ...content)];
 }
 
 /**
@@ -261,19 +246,15 @@ function section(title, content) {
  */
 function listed(title, rows) {
   if (rows.length === 0) return [];
-  const list = document.createElement("ul");
-  list.append(...rows);
-  return section(title, [list]);
+  return section(title, [made("ul", "", "", ...rows)]);
 }
 
 /** What it is in the page's language, then how much and where in the evaluation's own words.
  * @param {string} key @param {string} text */
 function finding(key, text) {
-  const row = document.createElement("li");
   const named = known(FINDINGS, key);
-  if (named) row.append(made("b", `${word(named)}: `));
-  row.append(inEnglish("span", text));
-  return row;
+  const name = named ? [made("b", `${word(named)}: `)] : [];
+  return made("li", "", "", ...name, inEnglish("span", text));
 }
 
 /** @param {Result} result */
