@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias, cast, final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, cast, final
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -105,11 +105,13 @@ def value_as_json(value: Value) -> object:
     Returns
     -------
     object
-        A message as a table of ``code`` and ``values``, several as a list; None for a number that
-        is not finite.
+        A message as a table of ``code``, ``values`` and, where it has one, ``place``; several as a
+        list; None for a number that is not finite.
     """
     if isinstance(value, Message):
-        return {"code": value.code, "values": values_as_json(value.values)}
+        return {
+            name: part for name, part in message_as_json(value).items() if part or name != "place"
+        }
     if isinstance(value, tuple):
         return [value_as_json(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
@@ -140,8 +142,17 @@ def value_of_json(found: object) -> Value:
         return tuple(one if isinstance(one, str | Message) else str(one) for one in parts)
     table = cast("dict[str, object]", found) if isinstance(found, dict) else {}
     if "code" in table:
-        return Message(str(table["code"]), values_of_json(table.get("values")))
+        code, values = str(table["code"]), values_of_json(table.get("values"))
+        return Message(code, values, _place_of_json(table.get("place")))
     return str(cast("object", found))
+
+
+def _place_of_json(found: object) -> Place:
+    """Return a place as its JSON says it; what is of another kind is left out."""
+    table = cast("dict[str, Any]", found) if isinstance(found, dict) else {}
+    return NOWHERE._replace(
+        **{name: table[name] for name in Place._fields if isinstance(table.get(name), str | int)}
+    )
 
 
 def values_of_json(found: object) -> "dict[str, Value]":

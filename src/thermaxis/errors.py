@@ -38,6 +38,13 @@ class ThermaxisError(Exception):
         super().__init__(code)
         self.message = Message(f"error-{code}", values, place or Place(key=where))
 
+    @classmethod
+    def of(cls, message: Message) -> Self:
+        """Return the error that a message tells of."""
+        error = cls(message.code.removeprefix("error-"))
+        error.message = message
+        return error
+
     @property
     def code(self) -> str:
         """What is wrong."""

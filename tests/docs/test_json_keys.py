@@ -47,6 +47,8 @@ FREE = (
     *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
     *("model.reference_c", "model.provenance.figures"),
     *("correct.options", "check-table.options", "events.events[].details"),
+    "check.configuration[].place",
+    "check.configuration[].values",
     "identify.findings[].values",
     *("check-table.finding_codes[]", "correct.finding_codes[]", "correct.merge.finding_codes[]"),
 )

@@ -456,7 +456,7 @@ def test_a_wrong_password_is_said_so_and_never_shown(
 ) -> None:
     machine, identity = guarded
     said = refusal(secured_settings(machine, identity, password="guessed-wrong"), machine)  # noqa: S106 - a wrong one
-    assert "refuses user operator" in said
+    assert "refuses the user operator" in said
     assert "guessed-wrong" not in said
 
 

@@ -249,7 +249,7 @@ def test_a_server_that_goes_and_comes_back_has_every_cycle_once(server: Server) 
                 await asyncio.sleep(0.3)
                 assert not one.status.storing
                 assert one.status.waiting > 0
-                assert PASSWORD not in one.status.text
+                assert PASSWORD not in str(one.status.failure)
                 await asyncio.to_thread(server.start)
                 assert await one.drain(30.0)
         assert await one.drain(30.0)
@@ -291,7 +291,8 @@ def test_a_second_writer_is_refused_until_the_first_has_ended(server: Server) ->
         two = await opened(server)
         two.record(cycle_record(1))
         assert not await two.drain(1.0)
-        assert "another program" in two.status.text
+        assert two.status.failure is not None
+        assert two.status.failure.code == "error-history_in_use"
         await one.close(5.0)
         assert await two.drain(10.0)
         await two.close(5.0)
@@ -308,8 +309,8 @@ def test_a_wrong_password_is_said_without_a_password(server: Server) -> None:
         await one.open(OUTPUTS, CHANNELS)
         one.record(cycle_record(0))
         assert not await one.drain(1.0)
-        assert "password authentication failed" in one.status.text
-        assert wrong not in one.status.text
+        assert "password authentication failed" in str(one.status.failure)
+        assert wrong not in str(one.status.failure)
         await one.close(0.2)
         assert one.status.lost == 1
 

@@ -296,7 +296,11 @@ def _argument(value: Value, language: str) -> _Argument:
     if value is None:
         return ABSENT
     if isinstance(value, Message):
-        return sentence(value.code, value.values, language=language)
+        said, place = (
+            sentence_of(value, language=language),
+            place_text(value.place, language=language),
+        )
+        return f"{place}: {said}" if place else said
     if isinstance(value, tuple):
         return _Several(tuple(str(_argument(part, language)) for part in value))
     if isinstance(value, str):

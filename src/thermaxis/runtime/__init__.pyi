@@ -58,7 +58,6 @@ from .config import (
     ModelFile as ModelFile,
     OutputSettings as OutputSettings,
     ProbeSettings as ProbeSettings,
-    Problem as Problem,
     ScreenSettings as ScreenSettings,
     ServerSettings as ServerSettings,
     SinkSettings as SinkSettings,

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final, final
 from urllib.parse import SplitResult, urlsplit
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 SECURITIES: Final = ("none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss")
@@ -13,6 +14,8 @@ SECURITIES: Final = ("none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha
 Basic128Rsa15 and Basic256 are withdrawn and never used."""
 DEFAULT_PORT: Final = 4840
 """Port of an address that names none, as registered for opc.tcp. [1]"""
+SHORTEST_TIMEOUT_S: Final = 0.01
+"""Shortest time of a request. [s]"""
 LONGEST_TIMEOUT_S: Final = 60.0
 """Longest time that a request may be given. [s]"""
 
@@ -104,11 +107,13 @@ class ConnectionSettings:
         self._check_security()
         for name in ("timeout_s", "retry_s"):
             value: float = getattr(self, name)
-            if not 0.01 <= value <= LONGEST_TIMEOUT_S:
+            if not SHORTEST_TIMEOUT_S <= value <= LONGEST_TIMEOUT_S:
                 raise ConfigurationError(
-                    f"{name} is not between 0.01 s and {LONGEST_TIMEOUT_S:g} s",
-                    where=self._where,
-                    remedy="Leave it out, or choose a time in between",
+                    "outside_range",
+                    value=value,
+                    least=SHORTEST_TIMEOUT_S,
+                    most=LONGEST_TIMEOUT_S,
+                    place=self._place._replace(key=f"{self._place.key}.{name}"),
                 )
 
     @property
@@ -136,8 +141,8 @@ class ConnectionSettings:
         return SplitResult(parts.scheme, f"{host}:{DEFAULT_PORT}", parts.path, "", "").geturl()
 
     @property
-    def _where(self) -> str:
-        return f"connection {self.name}"
+    def _place(self) -> Place:
+        return Place(key=f"connection.{self.name}")
 
     def _check_url(self) -> None:
         try:
@@ -146,44 +151,22 @@ class ConnectionSettings:
         except ValueError:
             raise self._no_address() from None
         if parts.username is not None or parts.password is not None:
-            raise ConfigurationError(
-                "the address contains a user or a password",
-                where=self._where,
-                remedy="Give user and password by themselves",
-            )
+            raise ConfigurationError("user_in_address", place=self._place)
         if not known or not self.url.isprintable() or " " in self.url:
             raise self._no_address()
 
     def _no_address(self) -> ConfigurationError:
-        return ConfigurationError(
-            "this is no address of an OPC UA server",
-            where=self._where,
-            remedy="Write it as opc.tcp://host:4840/path",
-        )
+        return ConfigurationError("no_opcua_address", place=self._place)
 
     def _check_security(self) -> None:
         if self.security not in SECURITIES:
             raise ConfigurationError(
-                f"the security policy '{self.security}' is not offered",
-                where=self._where,
-                remedy=f"Choose one of {', '.join(SECURITIES)}",
+                "unknown_choice", name=self.security, known=SECURITIES, place=self._place
             )
         if self.password and not self.user:
-            raise ConfigurationError(
-                "there is a password and no user",
-                where=self._where,
-                remedy="Name the user as well",
-            )
+            raise ConfigurationError("password_without_user", place=self._place)
         if not self.encrypted and self.user:
-            raise ConfigurationError(
-                "a user and password are never sent over a connection that is not encrypted",
-                where=self._where,
-                remedy="Choose a policy such as Basic256Sha256, or leave the user out",
-            )
+            raise ConfigurationError("user_unencrypted", place=self._place)
         for key in ("certificate", "private_key", "server_certificate"):
             if self.encrypted and getattr(self, key) is None:
-                raise ConfigurationError(
-                    f"{key} is missing, and the connection shall be encrypted",
-                    where=self._where,
-                    remedy="Make and fetch certificates with thermaxis certificate, and name them",
-                )
+                raise ConfigurationError("certificate_missing", name=key, place=self._place)

@@ -3,6 +3,8 @@
 from enum import StrEnum
 from typing import NamedTuple
 
+from thermaxis.codes import Message, Place, Value
+
 
 class Level(StrEnum):
     """How grave a finding is."""
@@ -10,7 +12,7 @@ class Level(StrEnum):
     OK = "ok"
     """As it should be."""
     WARNING = "warning"
-    """Somebody should know; nothing is forbidden."""
+    """It should be known; nothing is forbidden."""
     ERROR = "error"
     """No correction before it is gone."""
 
@@ -20,30 +22,29 @@ class Finding(NamedTuple):
 
     level: Level
     """How grave it is."""
-    what: str
-    """What was found, as a sentence without its full stop."""
-    where: str
-    """The table of the configuration, or a file."""
-    remedy: str = ""
-    """What to do; empty where nothing is to be done."""
-
-    @property
-    def sentence(self) -> str:
-        """The finding as text: where, what and what to do."""
-        advice = f" {self.remedy}." if self.remedy else ""
-        return f"{self.where}: {self.what}.{advice}"
+    message: Message
+    """What was found, and at which key of the configuration or in which file."""
 
 
-def ok(where: str, what: str) -> Finding:
+def ok(code: str, key: str, **values: Value) -> Finding:
     """Return a finding that all is well."""
-    return Finding(Level.OK, what, where)
+    return _finding(Level.OK, code, key, values)
 
 
-def warning(where: str, what: str, remedy: str) -> Finding:
-    """Return a finding that somebody should know."""
-    return Finding(Level.WARNING, what, where, remedy)
+def warning(code: str, key: str, **values: Value) -> Finding:
+    """Return a finding that should be known."""
+    return _finding(Level.WARNING, code, key, values)
 
 
-def error(where: str, what: str, remedy: str) -> Finding:
+def error(code: str, key: str, **values: Value) -> Finding:
     """Return a finding that forbids a correction."""
-    return Finding(Level.ERROR, what, where, remedy)
+    return _finding(Level.ERROR, code, key, values)
+
+
+def _finding(level: Level, code: str, key: str, values: dict[str, Value]) -> Finding:
+    return Finding(level, Message(f"self_test-{code}", values, Place(key=key)))
+
+
+def advice(code: str, key: str, **values: Value) -> Finding:
+    """Return a warning about a configuration by itself."""
+    return Finding(Level.WARNING, Message(f"advice-{code}", values, Place(key=key)))

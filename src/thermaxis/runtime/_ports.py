@@ -16,7 +16,7 @@ from typing import NamedTuple, Protocol, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import AnswerCode, CycleOutput, Request
-from thermaxis.messages import sentence_of
+from thermaxis.messages import sentence_of, text_of
 
 
 class Clock(Protocol):
@@ -111,6 +111,14 @@ class Sink(ABC):
     Not protected: a sink writes what it is told. Limits stand before it, and should stand behind
     it on the machine as well, with a watchdog on the heartbeat.
     """
+
+    failure: Message | None = None
+    """Why it is not connected, or its last write was refused; None if nothing is wrong."""
+
+    @property
+    def last_error(self) -> str:
+        """The same as an English sentence; empty if nothing is wrong."""
+        return "" if self.failure is None else text_of(self.failure)
 
     @abstractmethod
     async def open(self) -> None:
@@ -243,8 +251,8 @@ class HistorianStatus(NamedTuple):
     """Records that are kept until they can be stored. [1]"""
     lost: int = 0
     """Records that were lost since the start. [1]"""
-    text: str = ""
-    """What is wrong, as a sentence; empty if nothing is."""
+    failure: Message | None = None
+    """What keeps records from being stored; None if nothing does."""
 
 
 @final

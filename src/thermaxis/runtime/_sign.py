@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 AWAY: Final = "positive moves the tool away from the workpiece"
@@ -48,14 +49,10 @@ def offset_factor(unit: str, sign: str) -> float:
     """
     if unit not in OFFSET_UNITS:
         raise ConfigurationError(
-            f"the unit '{unit}' of an offset is not known",
-            where="unit",
-            remedy=f"Choose one of {', '.join(OFFSET_UNITS)}",
+            "unknown_choice", name=unit, known=tuple(OFFSET_UNITS), place=Place(key="unit")
         )
     if sign not in SIGNS:
         raise ConfigurationError(
-            f"the sign '{sign}' is not one of the two sentences",
-            where="sign",
-            remedy=f'Write "{AWAY}" or "{TOWARDS}"; thermaxis commission proves which is right',
+            "unknown_sign", sign=sign, away=AWAY, towards=TOWARDS, place=Place(key="sign")
         )
     return SIGNS[sign] * OFFSET_UNITS[unit]

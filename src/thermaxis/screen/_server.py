@@ -99,7 +99,7 @@ async def serve(
 def _context_of(settings: ScreenSettings) -> ssl.SSLContext | None:
     if settings.certificate is None or settings.private_key is None:
         return None
-    return server_context(settings.certificate, settings.private_key, where="screen")
+    return server_context(settings.certificate, settings.private_key)
 
 
 def _giving(

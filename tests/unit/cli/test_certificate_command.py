@@ -80,7 +80,7 @@ def test_a_certificate_that_ends_soon_is_warned_of(
     late, _ = make(tmp_path, "late", "--days", "60")
     capsys.readouterr()
     assert run("show", soon) == 0
-    assert "warning       the certificate expires on" in capsys.readouterr().out
+    assert "warning       the certificate soon.der expires on" in capsys.readouterr().out
     assert run("show", late) == 0
     assert "warning" not in capsys.readouterr().out
 
@@ -102,7 +102,7 @@ def test_several_certificates_are_shown_or_none(
 def test_an_existing_pair_is_renewed_only_when_asked(tmp_path: Path) -> None:
     certificate, key = make(tmp_path, "own")
     before = certificate.read_bytes()
-    with pytest.raises(ConfigurationError, match="there already"):
+    with pytest.raises(ConfigurationError, match="exists already"):
         run("new", certificate, key)
     assert certificate.read_bytes() == before
     make(tmp_path, "own", "--replace")
@@ -172,7 +172,7 @@ def test_a_stored_certificate_is_replaced_only_when_asked(
     path = tmp_path / "machine.der"
     path.write_bytes(b"the old one")
     words = ("fetch", url, "-o", path, "--fingerprint", certificate_of(certificate).sha256)
-    with pytest.raises(ConfigurationError, match="there already"):
+    with pytest.raises(ConfigurationError, match="exists already"):
         run(*words)
     assert path.read_bytes() == b"the old one"
     assert run(*words, "--replace") == 0
@@ -180,7 +180,7 @@ def test_a_stored_certificate_is_replaced_only_when_asked(
 
 
 def test_a_machine_that_is_not_there_is_an_error_in_words(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="nothing listens on port 1"):
+    with pytest.raises(ConfigurationError, match="Nothing listens on port 1"):
         run("fetch", "opc.tcp://127.0.0.1:1", "-o", tmp_path / "a.der", "--timeout", "1")
 
 

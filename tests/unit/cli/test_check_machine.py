@@ -114,7 +114,7 @@ def test_every_mistake_is_told_on_a_line_of_its_own_and_the_code_is_two(
     assert checked(path, "--offline", "--json", str(tmp_path / "found.json")) == check.WRONG
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 3
-    assert all(re.match(r"thermaxis: error: .*machine\.toml, line \d+, \[", s) for s in lines)
+    assert all(re.match(r"thermaxis: error: .*machine\.toml, line \d+, \w", s) for s in lines)
     found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
     assert found["machine"] is None
     assert len(found["configuration"]) == 3
@@ -201,7 +201,7 @@ def looked_at(folder: Path, *words: str, faults: Sequence[str] = ()) -> tuple[in
 
 def not_ok(result: dict) -> dict[str, tuple[str, str]]:
     return {
-        entry["where"]: (entry["level"], entry["what"])
+        entry["place"]["key"]: (entry["level"], entry["code"].removeprefix("self_test-"))
         for entry in result["self_test"]
         if entry["level"] != "ok"
     }
@@ -213,7 +213,7 @@ def test_the_example_fits_the_virtual_lathe_and_its_offset_is_written_back(
     code, result = looked_at(example, "--write")
     assert not_ok(result) == {}
     assert code == 0
-    assert "was written back" in result["self_test"][-1]["what"]
+    assert result["self_test"][-1]["code"] == "self_test-offset_written_back"
     assert "Nothing forbids a correction" in capsys.readouterr().out
 
 
@@ -230,11 +230,11 @@ def test_what_is_wrong_with_the_lathe_is_found(example: Path) -> None:
     )
     found = not_ok(result)
     assert code == check.FOUND
-    assert found["[input.T_spindle_C]"] == ("warning", "there is no value: BadSensorFailure")
-    assert found["[input.T_table_C]"][0] == "error"
-    assert found["[input.T_column_C]"][1].startswith("the redundant sensor differs by")
-    assert found["[interlock.no_emergency_stop]"] == ("warning", "it is not met at present")
-    assert found["[other_compensation]"][0] == "error"
+    assert found["input.T_spindle_C"] == ("warning", "input_no_value")
+    assert found["input.T_table_C"] == ("error", "input_other_unit")
+    assert found["input.T_column_C"] == ("warning", "redundant_differs")
+    assert found["interlock.no_emergency_stop"] == ("warning", "interlock_open")
+    assert found["other_compensation"] == ("error", "other_compensation_active")
 
 
 def test_wrong_nodes_types_and_units_are_found_on_the_lathe(example: Path) -> None:
@@ -254,12 +254,15 @@ def test_wrong_nodes_types_and_units_are_found_on_the_lathe(example: Path) -> No
     code, result = looked_at(example, "--write")
     found = not_ok(result)
     assert code == check.FOUND
-    assert "has no node" in found["[input.T_spindle_C]"][1]
-    assert "is Boolean, and a number is needed" in found["[input.T_table_C]"][1]
-    assert 'unit = "degC"' in found["[input.T_column_C]"][1]
-    assert "is Double, and a Boolean or a whole number" in found["[interlock.referenced]"][1]
-    assert "does not let this user write the offset" in found["[output.Z_um]"][1]
-    assert "has no node" in found["[sink], heartbeat_node"][1]
+    for key, finding in {
+        "input.T_spindle_C": "no_node",
+        "input.T_table_C": "node_no_number",
+        "input.T_column_C": "input_other_unit",
+        "interlock.referenced": "node_no_flag",
+        "output.Z_um": "output_not_writable",
+        "sink.heartbeat_node": "no_node",
+    }.items():
+        assert found[key] == ("error", finding)
     assert {level for level, _ in found.values()} == {"error"}
 
 
@@ -268,7 +271,7 @@ def test_nothing_is_written_back_while_another_program_runs_the_machine(example:
     configuration = read_machine(path)
     with (
         sole_runner(configuration.state_file, configuration.name),
-        pytest.raises(ConfigurationError, match="another program already runs"),
+        pytest.raises(ConfigurationError, match="Another program already runs"),
     ):
         checked(path, "--write", "--wait", "0.1")
 
@@ -280,7 +283,7 @@ def test_a_machine_that_is_not_there_is_told_after_the_wait(
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("127.0.0.1:4840", "127.0.0.1:1"), encoding="utf-8")
     assert checked(path, "--wait", "0.3") == check.FOUND
-    assert "not connected" in capsys.readouterr().out
+    assert "Not connected" in capsys.readouterr().out
 
 
 # ---- the parts ----------------------------------------------------------------------------------

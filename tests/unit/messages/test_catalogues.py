@@ -23,7 +23,7 @@ from thermaxis.runtime import PRIORITIES, AlarmCode, LoopAnswer, Role
 from thermaxis.thermal import FindingKind
 
 FOLDER = resources.files("thermaxis.messages")
-ENGLISH_ONLY = ("error-", "finding-")
+ENGLISH_ONLY = ("error-", "finding-", "advice-")
 
 
 CODES: dict[str, set[str]] = {
@@ -45,7 +45,11 @@ CODES: dict[str, set[str]] = {
 def files(language: str) -> dict[str, FluentResource]:
     """Read the files of a language; errors and findings have sentences in English alone."""
     every = (FOLDER / language).iterdir()
-    entries = {one.name: one for one in every if not one.name.startswith(("errors_", "findings_"))}
+    entries = {
+        one.name: one
+        for one in every
+        if not one.name.startswith(("errors_", "findings_", "advice_"))
+    }
     return {name: FluentResource(one.read_text("utf-8")) for name, one in entries.items()}
 
 

@@ -35,14 +35,18 @@ def test_numbers_have_the_signs_of_the_language(language: str, text: str) -> Non
 
 @pytest.mark.parametrize(
     ("count", "text"),
-    [(1, "1 záznam byl ztracen"), (3, "3 záznamy byly ztraceny"), (5, "5 záznamů bylo ztraceno")],
+    [
+        (1, "Od spuštění byl ztracen 1 záznam historie."),
+        (3, "Od spuštění byly ztraceny 3 záznamy historie."),
+        (5, "Od spuštění bylo ztraceno 5 záznamů historie."),
+    ],
 )
 def test_czech_counts_in_three_forms(count: int, text: str) -> None:
-    assert sentence("rest-lost", {"lost": count}, language="cs") == text
+    assert sentence("alarm-history_lost", {"lost": count}, language="cs") == text
 
 
 def test_large_counts_have_no_signs_between_their_digits() -> None:
-    assert sentence("rest-lost", {"lost": 1_234_567}) == "1234567 records were lost"
+    assert sentence("alarm-history_lost", {"lost": 1_234_567}).startswith("1234567 records")
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from tests.unit.runtime.status_server_parts import NOW, alarm, compensation, output, status
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Place, value_as_json
 from thermaxis.compensation import (
     Compensation,
     Outcome,
@@ -36,7 +36,9 @@ from thermaxis.runtime.status import _alarms
 from thermaxis.runtime.status._nodes import Snapshot, as_json
 
 
-def found(told: RuntimeStatus, of: Compensation | None = None, *forbidden: str) -> dict[str, Alarm]:
+def found(
+    told: RuntimeStatus, of: Compensation | None = None, *forbidden: Message
+) -> dict[str, Alarm]:
     return {a.key: a for a in alarms_of(told, of or compensation(*told.outputs), forbidden)}
 
 
@@ -172,7 +174,11 @@ def test_a_diameter_that_does_not_fit_is_told_while_it_matters(outcome: Outcome)
 
 
 def test_a_historian_that_does_not_store_is_told_and_a_loss_stays() -> None:
-    failing = status(historian=HistorianStatus(False, 120, 0, "the disk is full"))
+    failing = status(
+        historian=HistorianStatus(
+            False, 120, 0, Message("failure-history_unwritable", {"detail": "the disk is full"})
+        )
+    )
     assert "120 records" in found(failing)["historian"].cause
     lost = status(historian=HistorianStatus(True, 0, 17))
     assert found(lost)["history lost"].text.startswith("17 records")
@@ -193,11 +199,12 @@ def test_a_date_that_is_none_is_no_alarm(date: str) -> None:
 
 
 def test_every_finding_of_the_self_test_is_an_alarm_of_its_own() -> None:
-    told = found(status(), None, "the node Z is read only", "the clock differs by an hour")
-    assert [a.text for a in told.values()] == [
-        "The node Z is read only.",
-        "The clock differs by an hour.",
-    ]
+    one = Message("self_test-output_not_writable", {}, Place(key="output.Z_um"))
+    told = found(status(), None, one, Message("self_test-no_time_stamp"))
+    assert [a.values["finding"] for a in told.values()] == [one, Message("self_test-no_time_stamp")]
+    first = next(iter(told.values()))
+    assert first.text.startswith("output.Z_um: The server does not let")
+    assert first.remedy.startswith("Give the user the right to write")
 
 
 def test_an_expired_hold_and_a_late_cycle_are_told() -> None:
@@ -243,7 +250,7 @@ def test_every_alarm_has_all_its_words_and_the_gravest_come_first(
         sink_connected=flags[2],
         enabled=flags[3],
     )
-    alarms = alarms_of(told, compensation(), ("something is wrong",))
+    alarms = alarms_of(told, compensation(), (Message("self_test-no_time_stamp"),))
     ranks = [PRIORITIES.index(a.priority) for a in alarms]
     assert ranks == sorted(ranks)
     assert len({a.key for a in alarms}) == len(alarms)
@@ -322,10 +329,12 @@ def test_the_sentences_of_every_alarm_are_its_code_filled_with_its_values(
             outcomes=tuple(Outcome),
         ),
         samples={"T_spindle_C": SourceSample(read, good=False, status=text)},
-        historian=HistorianStatus(False, 3, 4, text),
+        historian=HistorianStatus(
+            False, 3, 4, Message("failure-history_unwritable", {"detail": text})
+        ),
         lateness_s=2.5,
     )
-    alarms = alarms_of(told, compensation(), (text,))
+    alarms = alarms_of(told, compensation(), (Message("self_test-offset_gone", {"status": text}),))
     assert len(alarms) > 4
     for one in alarms:
         whole = alarm_sentences(one.code, one.values)
@@ -338,7 +347,7 @@ def test_the_sentences_of_every_alarm_are_its_code_filled_with_its_values(
         assert shown["code"] == one.code
         for name, value in one.values.items():
             unknown = isinstance(value, float) and not math.isfinite(value)
-            assert shown["values"][name] == (None if unknown else value)
+            assert shown["values"][name] == (None if unknown else value_as_json(value))
 
 
 def test_a_saved_state_of_another_version_is_an_alarm_until_a_person_decides() -> None:

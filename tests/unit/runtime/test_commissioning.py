@@ -117,8 +117,10 @@ def test_an_offset_that_does_not_come_back_is_said_with_where_it_stands() -> Non
     async def play() -> float:
         clock = VirtualClock()
         begin_s = clock.monotonic_s()
-        with pytest.raises(DataError, match=r"stands at 10\.00 um"):
+        with pytest.raises(DataError) as caught:
             await prove_step(sink, clock, PLAN, measure)
+        assert caught.value.code == "offset_not_back"
+        assert caught.value.values["found_um"] == pytest.approx(10.0)
         return clock.monotonic_s() - begin_s
 
     assert run_in_virtual_time(play()) >= BACK_WITHIN_S
@@ -140,8 +142,9 @@ def test_a_measurement_that_fails_brings_the_offset_back() -> None:
 def test_a_step_beyond_the_limits_is_refused_before_anything_moves() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
     machine.offset_um["Z_um"] = 45.0
-    with pytest.raises(DataError, match="outside of the limits"):
+    with pytest.raises(DataError) as caught:
         proven(machine, 1.0)
+    assert caught.value.code == "step_outside_limits"
     assert not machine.written
     with pytest.raises(ConfigurationError):
         CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0), step_um=60.0)
@@ -153,10 +156,11 @@ def test_a_wrong_unit_is_noticed_by_the_probe_at_a_tenth_of_the_step() -> None:
     async def measure(_: str) -> float:
         return 1000.0 * machine.offset_um["Z_um"]
 
-    with pytest.raises(DataError, match="Check the unit"):
+    with pytest.raises(DataError) as caught:
         run_in_virtual_time(
             prove_step(SimulatedSink(machine), VirtualClock(), PLAN, measure, automatic=True)
         )
+    assert caught.value.code == "step_moved_otherwise"
     assert max(w["Z_um"] for w in machine.written) <= 1.0
     assert machine.offset_um["Z_um"] == 0.0
 
@@ -173,7 +177,8 @@ def test_a_machine_that_reports_another_offset_ends_the_step_early() -> None:
     async def measure(_: str) -> float:
         return machine.offset_um["Z_um"]
 
-    with pytest.raises(DataError, match="who else writes"):
+    with pytest.raises(DataError) as caught:
         run_in_virtual_time(prove_step(Clamped(machine), VirtualClock(), PLAN, measure))
+    assert caught.value.code == "offset_differs"
     assert max(w["Z_um"] for w in machine.written) <= 7.0
     assert machine.offset_um["Z_um"] == 0.0

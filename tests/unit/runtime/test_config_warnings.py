@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.unit.runtime.machine_files import machine_file, model
+from thermaxis.codes import Message
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.files import write_model
 from thermaxis.runtime import Finding, Level, read_machine, warnings_of
@@ -27,8 +28,9 @@ def warned(
     return warnings_of(read_machine(path), NOW)
 
 
-def texts(findings: Sequence[Finding]) -> str:
-    return "\n".join(finding.sentence for finding in findings)
+def codes(findings: Sequence[Finding]) -> dict[str, Message]:
+    """Return what is said by its code."""
+    return {one.message.code.removeprefix("advice-"): one.message for one in findings}
 
 
 def stated(of: CompensationModel) -> CompensationModel:
@@ -45,39 +47,39 @@ def test_a_configuration_with_everything_in_it_has_no_warning(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (('heartbeat_node = "ns=2;s=Heartbeat"\n', ""), "keeps the last offset"),
-        (('read_back_node = "ns=2;s=Z_accepted"\n', ""), "no read_back_node"),
+        (('heartbeat_node = "ns=2;s=Heartbeat"\n', ""), "no_heartbeat"),
+        (('read_back_node = "ns=2;s=Z_accepted"\n', ""), "no_read_back"),
         (
             ('[other_compensation]\nnode = "ns=2;s=OwnCompensation"\nactive = true\n', ""),
-            "builder's own compensation",
+            "other_compensation_unread",
         ),
         (
             ("lowest_c = 5.0\nhighest_c = 90.0", "lowest_c = -5.0\nhighest_c = 90.0"),
-            "often reads 0",
+            "zero_plausible",
         ),
-        (("rate_um_per_s = 0.5", "rate_um_per_s = 2.0"), "may mark the surface"),
-        (("cycle_s = 1.0", "cycle_s = 20.0"), "a value older than 10 s is refused"),
-        (("127.0.0.1:4840", "192.168.214.241:4840"), "not encrypted"),
-        (("largest_um = 100.0", "largest_um = 50.0"), "up to 200 µm, and 50 µm are allowed"),
-        (("largest_um = 100.0", "largest_um = 900.0"), "a narrow limit protects"),
+        (("rate_um_per_s = 0.5", "rate_um_per_s = 2.0"), "visible_step"),
+        (("cycle_s = 1.0", "cycle_s = 20.0"), "age_below_cycle"),
+        (("127.0.0.1:4840", "192.168.214.241:4840"), "connection_unencrypted"),
+        (("largest_um = 100.0", "largest_um = 50.0"), "limit_below_model"),
+        (("largest_um = 100.0", "largest_um = 900.0"), "limit_wide"),
     ],
 )
 def test_what_protects_less_than_it_could_is_said(
     tmp_path: Path, change: tuple[str, str], said: str
 ) -> None:
-    assert said not in texts(warned(tmp_path))
+    before = codes(warned(tmp_path)).get(said)
     found = warned(tmp_path, change)
-    assert said in texts(found)
+    assert codes(found)[said] != before
     assert all(finding.level is Level.WARNING for finding in found)
 
 
 def test_a_fade_that_the_end_does_not_wait_for_is_said(tmp_path: Path) -> None:
-    said = "to fade from the limit takes 200 s, and the end of the program waits for 120 s"
-    assert said in texts(warned(tmp_path))
+    values = codes(warned(tmp_path))["fade_too_long"].values
+    assert values == {"longest_s": 200.0, "stop_within_s": 120.0}
     longer = ("hold_input_s = 120.0", "stop_within_s = 201.0")
-    assert "to fade from the limit" not in texts(warned(tmp_path, longer))
+    assert "fade_too_long" not in codes(warned(tmp_path, longer))
     left = ("hold_input_s = 120.0", 'at_stop = "leave"')
-    assert "to fade from the limit" not in texts(warned(tmp_path, left))
+    assert "fade_too_long" not in codes(warned(tmp_path, left))
 
 
 def test_no_interlock_at_all_is_said(tmp_path: Path) -> None:
@@ -86,13 +88,12 @@ def test_no_interlock_at_all_is_said(tmp_path: Path) -> None:
         ('[interlock.referenced]\nnode = "ns=2;s=Z_referenced"\nmet = true\n', ""),
         ('[interlock.emergency_stop]\nnode = "ns=2;s=EmergencyStop"\nmet = false\n', ""),
     )
-    assert "there is no interlock" in texts(found)
+    assert "no_interlock" in codes(found)
 
 
 def test_a_dry_run_needs_none_of_the_machines_protection(tmp_path: Path) -> None:
     found = warned(tmp_path, ('[sink]\nkind = "opcua"', '[sink]\nkind = "dry"'))
-    for word in ("heartbeat", "interlock", "read_back_node"):
-        assert word not in texts(found)
+    assert not {"no_heartbeat", "no_interlock", "no_read_back"} & set(codes(found))
 
 
 def test_a_model_without_ranges_or_references_is_said_with_its_own_warnings(
@@ -102,18 +103,17 @@ def test_a_model_without_ranges_or_references_is_said_with_its_own_warnings(
     bare = CompensationModel(
         outputs=(Output("Z_um", (part,)),), warnings=("the paper states no sample time",)
     )
-    found = texts(warned(tmp_path, compensation=bare))
-    assert "from which temperatures it was made" in found
-    assert "count from those at the first start" in found
-    assert "the paper states no sample time" in found
+    found = codes(warned(tmp_path, compensation=bare))
+    assert {"range_unknown", "reference_at_start"} <= set(found)
+    assert found["said_of_model"].values == {"said": "the paper states no sample time"}
 
 
 def test_gains_by_diameter_without_a_node_are_said(tmp_path: Path) -> None:
     part = replace(model().outputs[0].parts[0], gain_by_diameter=(GainPoint(0.0, 1.0),))
     gains = CompensationModel(outputs=(Output("Z_um", (part,)),))
     table = ('[diameter]\nnode = "ns=2;s=Diameter"\nunit = "mm"\n', "")
-    assert "no node tells it" in texts(warned(tmp_path, table, compensation=gains))
-    assert "no node tells it" not in texts(warned(tmp_path, compensation=gains))
+    assert "diameter_unread" in codes(warned(tmp_path, table, compensation=gains))
+    assert "diameter_unread" not in codes(warned(tmp_path, compensation=gains))
 
 
 def test_an_input_that_is_only_recorded_is_said(tmp_path: Path) -> None:
@@ -121,7 +121,7 @@ def test_an_input_that_is_only_recorded_is_said(tmp_path: Path) -> None:
         '[input.T_hall_C]\nnode = "ns=2;s=T_hall"\nunit = "degC"\nlowest_c = 5\nhighest_c = 50\n\n'
     )
     found = warned(tmp_path, ("[supervisor]", more + "[supervisor]"))
-    assert any(f.where == "[input.T_hall_C]" and "only recorded" in f.what for f in found)
+    assert codes(found)["input_unused"].place.key == "input.T_hall_C"
 
 
 def test_the_largest_displacement_of_the_training_takes_the_worst_of_every_part() -> None:
@@ -154,21 +154,22 @@ def test_a_database_that_does_not_prove_who_it_is_is_said(
     found = warned(
         tmp_path, ('url = "sqlite:///history/lathe.db"', f'url = "postgresql://{address}"')
     )
-    assert ("verify-full" in texts(found)) is said
+    assert ("database_unproven" in codes(found)) is said
 
 
 def test_a_folder_that_is_not_there_is_an_error(tmp_path: Path) -> None:
     found = warnings_of(read_machine(machine_file(tmp_path)), NOW)
     errors = [finding for finding in found if finding.level is Level.ERROR]
-    assert [finding.where for finding in errors] == ["[historian], url"]
+    assert [finding.message.place.key for finding in errors] == ["historian.url"]
 
 
 def test_a_folder_of_the_state_is_made_where_it_can_be(tmp_path: Path) -> None:
     inside = ("cycle_s = 1.0", 'cycle_s = 1.0\nstate_file = "a/b/state.json"')
-    assert "state_file" not in texts(warned(tmp_path, inside))
+    assert "error-folder_not_found" not in codes(warned(tmp_path, inside))
     (tmp_path / "file").write_text("", encoding="utf-8")
     below_a_file = ("cycle_s = 1.0", 'cycle_s = 1.0\nstate_file = "file/state.json"')
-    assert "[machine], state_file: there is no folder" in texts(warned(tmp_path, below_a_file))
+    found = codes(warned(tmp_path, below_a_file))["error-folder_not_found"]
+    assert (found.place.key, found.place.file) == ("machine.state_file", str(tmp_path / "file"))
 
 
 # ---- certificates -------------------------------------------------------------------------------
@@ -187,7 +188,11 @@ def certified(folder: Path, begin: datetime, days: int = 365, uri: str = "urn:th
 
 
 def of_certificates(findings: Sequence[Finding]) -> list[Finding]:
-    return [finding for finding in findings if "certificate" in finding.where]
+    return [
+        finding
+        for finding in findings
+        if "certificate" in finding.message.code + finding.message.place.key
+    ]
 
 
 @pytest.mark.parametrize(
@@ -203,7 +208,7 @@ def test_certificates_that_expire_are_said_in_time(
         assert found == []
     else:
         assert {finding.level for finding in found} == {level}
-        assert {finding.where.split(", ")[1] for finding in found} == {
+        assert {finding.message.place.key.rpartition(".")[2] for finding in found} == {
             "certificate",
             "server_certificate",
         }
@@ -213,9 +218,9 @@ def test_a_certificate_with_another_address_is_an_error_before_the_server_says_s
     tmp_path: Path,
 ) -> None:
     change = certified(tmp_path, NOW - timedelta(days=1), uri="urn:other")
-    (finding,) = of_certificates(warned(tmp_path, change))
-    assert finding.level is Level.ERROR
-    assert "urn:other" in finding.what
+    found = warned(tmp_path, change)
+    assert codes(found)["error-application_uri_differs"].values["found"] == ("urn:other",)
+    assert Level.ERROR in {finding.level for finding in found}
 
 
 def test_what_is_no_certificate_is_an_error(tmp_path: Path) -> None:

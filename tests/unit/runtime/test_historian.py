@@ -48,9 +48,9 @@ def test_cycles_and_events_come_back_exactly(tmp_path: Path) -> None:
         with HistoryReader(url_of(path)) as reader:  # beside the writer
             assert list(reader.cycles()) == records
             assert reader.events() == events
-        assert one.status == (True, 0, 0, "")
+        assert one.status == (True, 0, 0, None)
         await one.close(5.0)
-        assert one.status == (True, 0, 0, "")
+        assert one.status == (True, 0, 0, None)
 
     run(scene)
     with HistoryReader(url_of(path)) as reader:

@@ -165,7 +165,7 @@ def test_nothing_to_export_is_said_with_what_there_is(history: Path, tmp_path: P
     with HistoryReader(url_of(history)) as reader:
         with pytest.raises(DataError, match=r"no cycle in this span.*from 2026-11-03T06:00:00"):
             export_history(reader, tmp_path / "log.csv", first=BEGIN + timedelta(days=1))
-        with pytest.raises(DataError, match=r"no column.*T_spindle_C"):
+        with pytest.raises(DataError, match=r"No column.*T_spindle_C"):
             export_history(reader, tmp_path / "log.csv", patterns=["Y_*"])
     assert not list(tmp_path.glob("log*"))
 
@@ -291,15 +291,15 @@ def test_a_copy_is_whole_while_the_writer_goes_on(
         assert [record.number for record in reader.cycles()] == list(range(900))
     code, _, error = command(capsys, "copy", history, "-o", copy)
     assert code == 2
-    assert "there already" in error
+    assert "exists already" in error
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("export", "none.db", "-o", "x.csv"), "no such file"),
-        (("export", "{h}", "-o", "x.txt"), "tells no format"),
-        (("export", "{h}", "-o", "x.csv", "--last", "1h", "--to", "2026-11-04"), "either ends"),
+        (("export", "{h}", "-o", "x.txt"), "names no format"),
+        (("export", "{h}", "-o", "x.csv", "--last", "1h", "--to", "2026-11-04"), "exclude each"),
         (
             ("events", "{h}", "--from", "2026-11-04", "--to", "2026-11-03"),
             "ends before it begins",

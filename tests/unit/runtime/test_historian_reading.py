@@ -162,7 +162,7 @@ def test_a_series_that_is_not_there_is_named_with_the_nearest_one(tmp_path: Path
     path = tmp_path / "h.db"
     write(path, [cycle_record(0)])
     with HistoryReader(url_of(path)) as reader:
-        with pytest.raises(DataError, match=r"no series T_spindel_C.*nearest is T_spindle_C"):
+        with pytest.raises(DataError, match=r"no 'T_spindel_C'.*T_spindle_C"):
             reader.trend(["T_spindel_C"], BEGIN, BEGIN + HOUR)
         with pytest.raises(DataError, match="span"):
             reader.trend(["T_spindle_C"], BEGIN, BEGIN)

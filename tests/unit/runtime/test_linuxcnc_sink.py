@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.linuxcnc_hal import PERIOD_S, MemoryHal, freeze
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import AWAY, TOWARDS, VirtualClock, run_in_virtual_time
@@ -382,7 +383,9 @@ def test_a_joint_that_is_not_homed_takes_no_offset() -> None:
 
     async def act(sink: LinuxCncSink) -> None:
         assert not sink.connected
-        assert "joint 2 is not homed" in sink.last_error
+        assert sink.failure == Message(
+            "error-joint_not_homed", {"joints": ("2",)}, Place("LinuxCNC")
+        )
         assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
         hal.values["joint.2.homed"] = 1.0
         await asyncio.sleep(0.6)
@@ -409,7 +412,11 @@ def test_another_program_that_sets_the_offset_is_noticed() -> None:
         await write_for(sink, 0.5, 1.0)
         hal.values["thermaxis-request-2"] = 0.05
         assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
-        assert "another program sets thermaxis-request-2" in sink.last_error
+        assert sink.failure is not None
+        assert (sink.failure.code, sink.failure.values) == (
+            "error-set_by_another",
+            {"pin": "thermaxis-request-2"},
+        )
         assert await sink.found(DEADLINE_S) is not None
         assert await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
 
@@ -430,31 +437,31 @@ def test_a_narrower_clamp_on_the_machine_shows_as_what_it_accepts() -> None:
 
 WRONG = {
     "a wider clamp": (r"(limit-2\.max) 0\.1", r"\1 0.11", "limit-2.max is 0.11"),
-    "no clamp": (r"setp \S+limit-2\.min .*\n", "", "limit-2.min is -1e+20"),
-    "an inverted clamp": (r"(limit-2\.max) 0\.1", r"\1 -0.1", "limit-2.max is -0.1"),
+    "no clamp": (r"setp \S+limit-2\.min .*\n", "", "limit-2.min is −1e+20"),
+    "an inverted clamp": (r"(limit-2\.max) 0\.1", r"\1 -0.1", "limit-2.max is −0.1"),
     "a faster rate": (r"(limit-2\.maxv) .*", r"\1 1.0", "limit-2.maxv is 1"),
     "no rate": (r"setp \S+limit-2\.maxv .*\n", "", "limit-2.maxv is 1e+20"),
-    "no timeout": (r"setp watchdog.timeout-0 .*\n", "", "timeout-0 is 0 s, too short"),
-    "a long timeout": (r"(watchdog.timeout-0) .*", r"\1 60", "timeout-0 is 60 s, more than 2 s"),
+    "no timeout": (r"setp watchdog.timeout-0 .*\n", "", "time is 0 s, too short"),
+    "a long timeout": (r"(watchdog.timeout-0) .*", r"\1 60", "time is 60 s, more than 2 s"),
     "no watchdog in the thread": (r"addf watchdog.process.*\n", "", "not run watchdog.process"),
     "no limit in the thread": (r"addf thermaxis-limit-2 .*\n", "", "not run thermaxis-limit-2"),
     "feedback behind the controller": (r"servo-thread -3", "servo-thread", "must run before"),
     "a clamp before the controller": (
         r"(addf thermaxis-limit-2 servo-thread)",
         r"\1 1",
-        "must run behind motion-controller",
+        "must run after motion-controller",
     ),
     "the watchdog behind the limit": (
         r"addf watchdog.process servo-thread\n([\s\S]*update-output servo-thread\n)",
         r"\1addf watchdog.process servo-thread\n",
         "order in servo-thread",
     ),
-    "a limit that nothing disables": (r" thermaxis-limit-2\.enable", "", "not connected"),
-    "an offset without its limit": (r"net thermaxis-offset-2.*\n", "", "shift-2.offset are not"),
+    "a limit that nothing disables": (r" thermaxis-limit-2\.enable", "", "Not connected"),
+    "an offset without its limit": (r"net thermaxis-offset-2.*\n", "", "shift-2.offset"),
     "another signal for the request": (
         r"net thermaxis-request-2 =>",
         "net other =>",
-        "signal thermaxis-request-2 and",
+        "signal thermaxis-request-2",
     ),
     "a jump": (r"(loadrt watchdog)", r"\1", "load is used"),
     "a jump by a signal": (r"(loadrt watchdog)", r"\1", "load is used"),

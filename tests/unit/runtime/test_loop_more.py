@@ -16,7 +16,7 @@ import pytest
 
 from tests.unit.runtime.linuxcnc_hal import freeze
 from tests.unit.runtime.simulated import SimulatedHistorian
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -728,10 +728,11 @@ def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> None:
 
 def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
     bench = Bench()
-    findings: list[tuple[str, ...]] = [("the offset cannot be written",)] * 2 + [()]
+    finding = Message("self_test-output_not_writable", {}, Place(key="output.Z_um"))
+    findings: list[tuple[Message, ...]] = [(finding,), (replace(finding, values={"n": 2}),), ()]
     tested_s: list[float] = []
 
-    async def self_test() -> tuple[str, ...]:
+    async def self_test() -> tuple[Message, ...]:
         tested_s.append(asyncio.get_running_loop().time())
         await asyncio.sleep(0.3)
         return findings[min(len(tested_s), len(findings)) - 1]
@@ -744,16 +745,16 @@ def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
         assert state_of(loop) is SupervisorState.WARMING
         assert {w.after_um for w in bench.machine.writes} <= {0.0}
         assert loop.status is not None
-        assert any("offset cannot be written" in a.text for a in loop.status.alarms)
+        assert "self_test" in [alarm.code for alarm in loop.status.alarms]
         await asyncio.sleep(TESTED_EVERY_S + 8.0)
         assert state_of(loop) is SupervisorState.ACTIVE
 
     bench.play(script)
     assert len(tested_s) == 3
     assert min(b - a for a, b in pairwise(tested_s)) >= TESTED_EVERY_S
-    alarms = [e.text for e in bench.said("alarm") if e.text.startswith("self-test")]
-    assert alarms == ["self-test: the offset cannot be written"]
-    assert "the self-test passed" in [e.text for e in bench.said("start")]
+    alarms = [e.values for e in bench.said("alarm") if e.code == "event-self_test"]
+    assert alarms == [{"finding": finding}]
+    assert "event-self_test_passed" in [e.code for e in bench.said("start")]
     bench.assert_law()
 
 

@@ -22,6 +22,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from tests.opcua_server import NAMESPACE, Cable, Machine, OneUser, start_machine, until
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import LANGUAGES, keys, text_of
 from thermaxis.runtime import (
     CertificateUse,
     ConnectionSettings,
@@ -249,7 +250,7 @@ def test_a_wrong_password_is_said_without_being_repeated(connect, caplog) -> Non
 
     async def act(session: OpcUaSession, cable: Cable) -> None:
         words = await refused(session)
-        assert "the server refuses" in words
+        assert "The server refuses" in words
         assert "password" in words
         assert "wrong-word" not in words + caplog.text
 
@@ -371,12 +372,12 @@ def test_a_key_that_others_can_read_or_change_refuses_the_start(
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"application_uri": "urn:other"}, "not urn:other"),
-        ({"certificate": "stranger.der"}, "do not belong together"),
-        ({"certificate": "own.pem"}, "no certificate"),
-        ({"private_key": "own.der"}, "others than its owner|no private RSA key"),
-        ({"server_certificate": "missing.der"}, "cannot be read"),
-        ({"certificate": "missing.der"}, "cannot be read"),
+        ({"application_uri": "urn:other"}, "application_uri_differs"),
+        ({"certificate": "stranger.der"}, "pair_differs"),
+        ({"certificate": "own.pem"}, "no_certificate"),
+        ({"private_key": "own.der"}, "file_open_to_others"),
+        ({"server_certificate": "missing.der"}, "file_unreadable"),
+        ({"certificate": "missing.der"}, "file_unreadable"),
     ],
 )
 def test_certificates_that_cannot_be_used_refuse_the_start(connect, pki, changes, words) -> None:
@@ -384,8 +385,9 @@ def test_certificates_that_cannot_be_used_refuse_the_start(connect, pki, changes
         pytest.fail("it was opened")
 
     files = {k: pki / v if k != "application_uri" else v for k, v in changes.items()}
-    with pytest.raises(ConfigurationError, match=words):
+    with pytest.raises(ConfigurationError) as caught:
         connect(act, **files)
+    assert caught.value.code == words
 
 
 # ---- failures in words --------------------------------------------------------------------------
@@ -398,42 +400,48 @@ def plain_settings(**changes: object) -> ConnectionSettings:
 
 
 @pytest.mark.parametrize(
-    ("error", "words"),
+    ("error", "code", "values"),
     [
-        (ConnectionRefusedError(), "nothing listens on port 4840 of 10.0.0.9"),
-        (ConnectionResetError(), "the server closed the connection"),
-        (socket.gaierror(-2, "x"), "the name 10.0.0.9 is not known"),
-        (OSError(113, "No route to host"), "the network failed (No route to host)"),
-        (TimeoutError(), "no answer within 1 s"),
-        (AssertionError(), "does not trust the own certificate"),
-        (ua.UaError("Server certificate mismatch"), "another certificate than the stored one"),
-        (ua.UaError("No matching endpoints: 3, x"), "does not offer none with signing"),
-        (ua.UaError("odd {thing}"), "the connection failed (odd (thing))"),
-        (ValueError("x"), "not understood (ValueError)"),
-        (ConfigurationError("a", where="b", remedy="c"), "b: a. c."),
+        (ConnectionRefusedError(), "nothing_listens", {"port": 4840, "host": "10.0.0.9"}),
+        (ConnectionResetError(), "connection_closed", {}),
+        (socket.gaierror(-2, "x"), "unknown_host", {"host": "10.0.0.9"}),
+        (OSError(113, "No route to host"), "network_failed", {"cause": "No route to host"}),
+        (TimeoutError(), "no_answer_in_time", {"timeout_s": 1.0}),
+        (AssertionError(), "certificate_not_trusted", {"certificate": ""}),
+        (ua.UaError("Server certificate mismatch"), "other_server_certificate", {}),
+        (ua.UaError("No matching endpoints: 3"), "security_not_offered", {"security": "none"}),
+        (ua.UaError("odd {thing}"), "connection_failed", {"cause": "odd {thing}"}),
+        (ValueError("x"), "answer_not_understood", {"kind": "ValueError"}),
+        (ConfigurationError("no_certificate"), "no_certificate", {}),
         *[
-            (ua.UaStatusCodeError(getattr(ua.StatusCodes, name)), words)
-            for name, words in {
-                "BadUserAccessDenied": "refuses user (anonymous)",
-                "BadIdentityTokenInvalid": "coming without a user",
-                "BadIdentityTokenRejected": "some controls want a certificate",
-                "BadCertificateUriInvalid": "is not urn:thermaxis:client",
-                "BadTcpInternalError": "another certificate than the stored one",
-                "BadTooManySessions": "no session left",
-                "BadCertificateUntrusted": "does not trust the own certificate",
-                "BadSecurityChecksFailed": "does not trust the own certificate",
-                "BadCertificateTimeInvalid": "not valid at this time",
-                "BadTimeout": "no answer within 1 s",
-                "BadShutdown": "the server answers BadShutdown",
+            (ua.UaStatusCodeError(getattr(ua.StatusCodes, name)), *wanted)
+            for name, wanted in {
+                "BadUserAccessDenied": ("user_refused", {"user": "(anonymous)"}),
+                "BadIdentityTokenInvalid": ("log_in_way_refused", {}),
+                "BadIdentityTokenRejected": ("log_in_refused", {}),
+                "BadCertificateUriInvalid": (
+                    "application_uri_refused",
+                    {"application_uri": "urn:thermaxis:client"},
+                ),
+                "BadTcpInternalError": ("other_server_certificate", {}),
+                "BadTooManySessions": ("no_session_left", {}),
+                "BadCertificateUntrusted": ("certificate_not_trusted", {"certificate": ""}),
+                "BadSecurityChecksFailed": ("certificate_not_trusted", {"certificate": ""}),
+                "BadCertificateTimeInvalid": ("certificate_not_valid_now", {}),
+                "BadTimeout": ("no_answer_in_time", {"timeout_s": 1.0}),
+                "BadShutdown": ("server_answers", {"status": "BadShutdown"}),
             }.items()
         ],
     ],
 )
-def test_every_failure_is_said_with_a_remedy(error: Exception, words: str) -> None:
-    said = explain(error, plain_settings())
-    assert words in said
-    assert said.endswith(".")
-    assert said.isprintable()
+def test_every_failure_has_a_code_and_a_sentence_in_every_language(
+    error: Exception, code: str, values: dict[str, object]
+) -> None:
+    found = explain(error, plain_settings())
+    assert (found.code, dict(found.values)) == (f"error-{code}", values)
+    assert text_of(found).isprintable()
+    for language in LANGUAGES if isinstance(error, FAILURES[:6]) else ("en",):
+        assert {found.code, f"{found.code}.remedy"} <= keys(language)
     assert isinstance(error, (*FAILURES, ConfigurationError))
 
 
@@ -446,10 +454,10 @@ def test_what_a_server_says_is_shown_and_not_obeyed_and_no_secret_is_in_it() -> 
         private_key=Path("b"),
         server_certificate=Path("c"),
     )
-    said = explain(ua.UaError(f"\x1b[2J {PASSWORD}"), settings)
+    said = text_of(explain(ua.UaError(f"\x1b[2J {PASSWORD}"), settings))
     assert "\x1b" not in said
     assert PASSWORD not in said
-    said = explain(ua.UaStatusCodeError(ua.StatusCodes.BadUserAccessDenied), settings)
+    said = text_of(explain(ua.UaStatusCodeError(ua.StatusCodes.BadUserAccessDenied), settings))
     assert "\x1b" not in said
 
 
@@ -467,7 +475,7 @@ def test_a_new_certificate_says_what_was_asked_for(tmp_path: Path) -> None:
     assert found.days_left(NOW) == pytest.approx(DEFAULT_DAYS, abs=1e-4)
     assert found.not_before < NOW - timedelta(hours=23)
     assert found.modulus.bit_length() == KEY_BITS
-    check_own_pair(found, private_key_of(key), "urn:a:b", where="a")
+    check_own_pair(found, private_key_of(key), "urn:a:b", file="a")
 
 
 def test_a_key_is_never_readable_by_others_whatever_the_umask(tmp_path: Path) -> None:
@@ -495,10 +503,10 @@ def test_the_fingerprints_are_those_of_the_whole_certificate(tmp_path: Path) -> 
 
 def test_pem_and_chains_are_read_as_their_first_certificate(tmp_path: Path, pki: Path) -> None:
     own, stranger = (pki / "own.der").read_bytes(), (pki / "stranger.der").read_bytes()
-    assert certificate_from(own + stranger, where="x").der == own
+    assert certificate_from(own + stranger, file="x").der == own
     text = base64.encodebytes(own).decode()
     pem = f"-----BEGIN CERTIFICATE-----\n{text}-----END CERTIFICATE-----\n".encode()
-    assert certificate_from(pem, where="x").der == own
+    assert certificate_from(pem, file="x").der == own
     path = tmp_path / "own.crt"
     path.write_bytes(b"\n" + pem)
     assert certificate_of(path).der == own
@@ -508,8 +516,9 @@ def test_pem_and_chains_are_read_as_their_first_certificate(tmp_path: Path, pki:
     "content", [b"", b"0\x82", b"0\x82\x00\x05hello", b"-----BEGIN X", b"a" * 99]
 )
 def test_what_is_no_certificate_is_refused(content: bytes) -> None:
-    with pytest.raises(ConfigurationError, match="no certificate"):
-        certificate_from(content, where="x")
+    with pytest.raises(ConfigurationError) as caught:
+        certificate_from(content, file="x")
+    assert caught.value.code == "no_certificate"
 
 
 def test_a_damaged_certificate_is_refused_wherever_the_damage_is(pki: Path) -> None:
@@ -518,10 +527,10 @@ def test_a_damaged_certificate_is_refused_wherever_the_damage_is(pki: Path) -> N
         damaged = bytearray(content)
         damaged[position] ^= 0xFF
         try:
-            found = certificate_from(bytes(damaged), where="x")
+            found = certificate_from(bytes(damaged), file="x")
         except ConfigurationError:
             continue
-        assert found.sha256 != certificate_from(content, where="x").sha256
+        assert found.sha256 != certificate_from(content, file="x").sha256
 
 
 def test_a_file_without_an_end_is_not_read_whole(tmp_path: Path) -> None:
@@ -534,8 +543,8 @@ def test_a_file_without_an_end_is_not_read_whole(tmp_path: Path) -> None:
 def test_a_locked_or_foreign_key_is_refused(tmp_path: Path, pki: Path) -> None:
     curve = ec.generate_private_key(ec.SECP256R1())
     kinds = {
-        "no private RSA key": serialization.NoEncryption(),
-        "locked by a password": serialization.BestAvailableEncryption(b"x"),
+        "no_rsa_key": serialization.NoEncryption(),
+        "key_locked": serialization.BestAvailableEncryption(b"x"),
     }
     for words, encryption in kinds.items():
         path = tmp_path / "key.pem"
@@ -545,8 +554,9 @@ def test_a_locked_or_foreign_key_is_refused(tmp_path: Path, pki: Path) -> None:
             )
         )
         path.chmod(0o600)
-        with pytest.raises(ConfigurationError, match=words):
+        with pytest.raises(ConfigurationError) as caught:
             private_key_of(path)
+        assert caught.value.code == words
 
 
 def test_a_key_does_not_show_itself(pki: Path) -> None:
@@ -559,20 +569,20 @@ def test_a_key_does_not_show_itself(pki: Path) -> None:
     ("days", "words"),
     [
         (31.0, None),
-        (29.5, "expires on"),
-        (0.5, "expires on"),
-        (-0.5, "expired on"),
-        (DEFAULT_DAYS + 2.0, "is valid from"),
+        (29.5, "expires"),
+        (0.5, "expires"),
+        (-0.5, "expired"),
+        (DEFAULT_DAYS + 2.0, "not_yet_valid"),
     ],
 )
 def test_the_end_of_a_certificate_is_warned_of_30_days_before(pki, days, words) -> None:
     certificate = certificate_of(pki / "own.der")
     utc = certificate.not_after - timedelta(days=days)
-    warning = validity_warning(certificate, utc, name="own certificate")
+    warning = validity_warning(certificate, utc, pki / "own.der")
     assert (warning is None) == (words is None)
     if words is not None:
-        assert words in warning
-        assert "own certificate" in warning
+        assert warning.code == f"event-certificate_{words}"
+        assert warning.values["file"] == "own.der"
 
 
 @pytest.mark.parametrize(
@@ -599,12 +609,15 @@ def test_nothing_is_overwritten_unless_asked(tmp_path: Path, pki: Path) -> None:
     before = certificate.read_bytes(), key.read_bytes()
     pair = make_pair(NewCertificate(application_uri=URI, hosts=()), NOW)
     for paths in ((certificate, tmp_path / "b.pem"), (tmp_path / "b.der", key)):
-        with pytest.raises(ConfigurationError, match="there already"):
+        with pytest.raises(ConfigurationError) as caught:
             write_pair(*paths, pair)
-    with pytest.raises(ConfigurationError, match="there already"):
+        assert caught.value.code == "file_kept"
+    with pytest.raises(ConfigurationError) as caught:
         write_certificate(certificate, certificate_of(pki / "own.der"))
-    with pytest.raises(ConfigurationError, match="the same file"):
+    assert caught.value.code == "file_kept"
+    with pytest.raises(ConfigurationError) as caught:
         write_pair(certificate, certificate, pair, replace=True)
+    assert caught.value.code == "same_file_twice"
     assert (certificate.read_bytes(), key.read_bytes()) == before
     assert len(list(tmp_path.iterdir())) == 2
     write_pair(certificate, key, pair, replace=True)
@@ -631,10 +644,12 @@ def test_the_certificate_of_a_server_is_fetched_with_what_it_offers(runner, mach
 
 
 def test_a_server_that_is_not_there_is_said_so(runner: asyncio.Runner) -> None:
-    with pytest.raises(ConfigurationError, match="nothing listens on port 1"):
+    with pytest.raises(ConfigurationError) as caught:
         runner.run(fetch_offers("opc.tcp://127.0.0.1:1", 1.0))
-    with pytest.raises(ConfigurationError, match="no address"):
+    assert caught.value.code == "nothing_listens"
+    with pytest.raises(ConfigurationError) as caught:
         runner.run(fetch_offers("127.0.0.1:1", 1.0))
+    assert caught.value.code == "no_opcua_address"
 
 
 # ---- the page -----------------------------------------------------------------------------------
@@ -653,6 +668,6 @@ def test_the_page_names_the_failures_as_they_are_said(root: Path) -> None:
         *(ua.UaStatusCodeError(getattr(ua.StatusCodes, code)) for code in codes),
         *(ConnectionRefusedError(), ConnectionResetError(), TimeoutError()),
     ]
-    said = [explain(error, plain_settings()) for error in errors]
+    said = [text_of(explain(error, plain_settings())) for error in errors]
     assert [row for row in rows[1:] if not any(row in text for text in said)] == []
     assert [text for text in said if not any(row in text for row in rows)] == []

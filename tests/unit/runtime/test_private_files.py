@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import read_private, read_secret, refuse_readable, whole_file
 from thermaxis.runtime.host._private_files import SECRET_LIMIT_BYTES
@@ -21,20 +22,20 @@ def private(path: Path, content: bytes, mode: int = 0o600) -> Path:
 def test_every_right_of_others_makes_a_file_no_secret(tmp_path: Path, bit: int) -> None:
     path = private(tmp_path / "secret", b"hunter2\n", 0o600 | bit)
     for look in (
-        lambda: refuse_readable(path, where="here"),
-        lambda: read_private(path, limit_bytes=100, where="here"),
-        lambda: read_secret(path, where="here"),
+        lambda: refuse_readable(path, key="here"),
+        lambda: read_private(path, limit_bytes=100, key="here"),
+        lambda: read_secret(path, key="here"),
     ):
-        with pytest.raises(ConfigurationError, match="others than its owner") as refused:
+        with pytest.raises(ConfigurationError) as refused:
             look()
-        assert refused.value.where == "here"
-        assert "chmod 600" in refused.value.remedy
+        assert refused.value.code == "file_open_to_others"
+        assert refused.value.place == Place(str(path), key="here")
         assert "hunter2" not in str(refused.value)
 
 
 def test_the_first_line_is_the_secret_and_is_never_shown(tmp_path: Path) -> None:
     path = private(tmp_path / "secret", "häslo 1 \r\nmore".encode())
-    found = read_secret(path, where="here")
+    found = read_secret(path, key="here")
     assert found.reveal() == "häslo 1 "
     assert "1" not in f"{found} {found!r}"
 
@@ -42,26 +43,30 @@ def test_the_first_line_is_the_secret_and_is_never_shown(tmp_path: Path) -> None
 @pytest.mark.parametrize("content", [b"", b"\nx", b"a\x00b", b"\xff\xfe", b"x" * 5000])
 def test_what_is_no_secret_is_refused(tmp_path: Path, content: bytes) -> None:
     path = private(tmp_path / "secret", content)
-    with pytest.raises(ConfigurationError, match="does not hold a secret"):
-        read_secret(path, where="here")
+    with pytest.raises(ConfigurationError) as caught:
+        read_secret(path, key="here")
+    assert caught.value.code == "no_secret_in_file"
 
 
 def test_the_largest_file_is_taken_and_a_larger_one_is_not(tmp_path: Path) -> None:
     longest = private(tmp_path / "longest", b"x" * SECRET_LIMIT_BYTES)
-    assert len(read_secret(longest, where="here").reveal()) == SECRET_LIMIT_BYTES
-    assert len(read_private(longest, limit_bytes=SECRET_LIMIT_BYTES, where="x")) == 4096
-    with pytest.raises(ConfigurationError, match="larger than 4095 bytes"):
-        read_private(longest, limit_bytes=SECRET_LIMIT_BYTES - 1, where="here")
+    assert len(read_secret(longest, key="here").reveal()) == SECRET_LIMIT_BYTES
+    assert len(read_private(longest, limit_bytes=SECRET_LIMIT_BYTES, key="x")) == 4096
+    with pytest.raises(ConfigurationError) as caught:
+        read_private(longest, limit_bytes=SECRET_LIMIT_BYTES - 1, key="here")
+    assert caught.value.code == "file_too_long"
 
 
 def test_a_pipe_and_a_folder_are_refused_without_waiting(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe, 0o600)
     for path in (pipe, tmp_path):
-        with pytest.raises(ConfigurationError, match="is no file"):
-            read_secret(path, where="here")
-    with pytest.raises(ConfigurationError, match="cannot be read"):
-        read_secret(tmp_path / "none", where="here")
+        with pytest.raises(ConfigurationError) as caught:
+            read_secret(path, key="here")
+        assert caught.value.code == "not_a_file"
+    with pytest.raises(ConfigurationError) as caught:
+        read_secret(tmp_path / "none", key="here")
+    assert caught.value.code == "file_unreadable"
 
 
 @pytest.mark.parametrize("umask", [0o000, 0o022, 0o077])

@@ -26,6 +26,7 @@ from tests.unit.runtime.test_loop import compensation
 from thermaxis.cli import main
 from thermaxis.cli.machine._machine_parts import build_parts, nodes_read, probes_read
 from thermaxis.cli.machine._machine_words import machine_in_words
+from thermaxis.codes import Message
 from thermaxis.compensation import Request, RequestKind, SupervisorState
 from thermaxis.files import read_thermal_log
 from thermaxis.runtime import (
@@ -423,32 +424,30 @@ def test_a_probe_is_read_in_micrometres_away_from_the_workpiece(
 
 
 @pytest.mark.parametrize(
-    ("table", "place", "said"),
+    ("table", "key", "code"),
     [
-        (TABLE.replace("Z_um", "Y_um"), "[probe.Y_um]", "no output of this name"),
-        (TABLE.replace("s=Probe", "s=T_spindle"), "[probe.Z_um], node", "[input.T_spindle_C]"),
-        (TABLE.replace("s=Probe", "s=Z_offset"), "[probe.Z_um], node", "[output.Z_um]"),
-        (TABLE.replace("ns=2;s=Probe", "Probe"), "[probe.Z_um], node", ""),
-        (TABLE.replace('"mm"', '"degC"'), "[probe.Z_um], unit", "not known"),
-        (f"{TABLE}scale = 0.0\n", "[probe.Z_um], scale", "makes every value zero"),
-        (f"{TABLE}sign = 1\n", "[probe.Z_um]", "'sign' is not a key here"),
-        ('[probe.Z_um]\nunit = "mm"\n', "[probe.Z_um], node", "the key node is missing"),
+        (TABLE.replace("Z_um", "Y_um"), "probe.Y_um", "not_of_model"),
+        (TABLE.replace("s=Probe", "s=T_spindle"), "probe.Z_um.node", "node_twice"),
+        (TABLE.replace("s=Probe", "s=Z_offset"), "probe.Z_um.node", "node_twice"),
+        (TABLE.replace("ns=2;s=Probe", "Probe"), "probe.Z_um.node", "no_node_id"),
+        (TABLE.replace('"mm"', '"degC"'), "probe.Z_um.unit", "value_unknown"),
+        (f"{TABLE}scale = 0.0\n", "probe.Z_um.scale", "scale_zero"),
+        (f"{TABLE}sign = 1\n", "probe.Z_um.sign", "unknown_key"),
+        ('[probe.Z_um]\nunit = "mm"\n', "probe.Z_um.node", "key_needed"),
     ],
 )
-def test_what_cannot_be_a_probe_is_said(tmp_path: Path, table: str, place: str, said: str) -> None:
+def test_what_cannot_be_a_probe_is_said(tmp_path: Path, table: str, key: str, code: str) -> None:
     found = examine_machine(configured(tmp_path, table))
     assert not isinstance(found, MachineConfiguration)
     (problem,) = found
-    assert problem.place.partition(", ")[2] == place
-    assert said in problem.what
-    assert problem.remedy
+    assert (problem.place.key, problem.code) == (key, f"error-{code}")
 
 
 def test_an_input_may_not_have_the_name_of_a_probe(tmp_path: Path) -> None:
     extra = '[input."probe.Z_um"]\nnode = "ns=2;s=X"\nunit = "degC"\nlowest_c = 1\nhighest_c = 9\n'
     found = examine_machine(configured(tmp_path, TABLE + extra))
     assert not isinstance(found, MachineConfiguration)
-    assert [p.what for p in found] == ["the name is that of something else that is read"]
+    assert [p.code for p in found] == ["error-reserved_name"]
 
 
 def test_a_replay_has_no_probe_and_says_so(tmp_path: Path) -> None:
@@ -497,7 +496,7 @@ class Asked:
     def __init__(self, *answers: NodeDescription | None, connected: bool = True) -> None:
         self.answers = list(answers)
         self.connected = connected
-        self.last_error = "" if connected else "nothing listens there."
+        self.failure = None if connected else Message("error-connection_closed")
         self.clock_difference_s: float | None = 0.0
         self.nodes: list[str] = []
 
@@ -519,29 +518,28 @@ class Parts:
 def of_probes(folder: Path, control: Asked, probes: Asked | None) -> list[Finding]:
     configuration = read_machine(configured(folder))
     found = asyncio.run(self_test(Parts(control, probes), configuration))
-    return [finding for finding in found if finding.where.startswith("[probe")]
+    return [finding for finding in found if finding.message.place.key.startswith("probe")]
 
 
 @pytest.mark.parametrize(
     ("probes", "said"),
     [
-        (Asked(described(0.0125)), "+12.5 µm, 0.5 s old"),
-        (Asked(described(None)), "there is no value: Good"),
-        (Asked(described(math.nan)), "it is no number"),
-        (Asked(described(exists=False)), "the server has no node"),
-        (Asked(described(data_type="String")), "is String, and a number is needed"),
-        (Asked(None), "cannot be asked"),
-        (Asked(connected=False), "cannot be asked"),
-        (None, "cannot be asked"),
+        (Asked(described(0.0125)), "probe_age"),
+        (Asked(described(None)), "probe_no_value"),
+        (Asked(described(math.nan)), "probe_no_value"),
+        (Asked(described(exists=False)), "probe_unusable"),
+        (Asked(described(data_type="String")), "probe_unusable"),
+        (Asked(None), "probe_not_asked"),
+        (Asked(connected=False), "probe_not_asked"),
+        (None, "probe_not_asked"),
     ],
 )
 def test_nothing_that_is_wrong_with_a_probe_forbids_a_correction(
     tmp_path: Path, probes: Asked | None, said: str
 ) -> None:
     (finding,) = of_probes(tmp_path, Asked(*[described()] * 7), probes)
-    assert said in finding.what
-    assert finding.level is (Level.OK if "+12.5" in said else Level.WARNING)
-    assert finding.remedy or finding.level is Level.OK
+    assert finding.message.code == f"self_test-{said}"
+    assert finding.level is (Level.OK if said == "probe_age" else Level.WARNING)
 
 
 def test_of_a_machine_that_is_not_there_nothing_is_said_about_its_probe(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.config import ConnectionSection, explain, read_tables, refuse
 from thermaxis.runtime.config._connection import read_secret
@@ -26,11 +27,14 @@ class File(BaseModel):
     number: int = 0
 
 
-def refusal(table: dict[str, object]) -> str:
+def refusal(table: object, folder: Path = Path()) -> ConfigurationError:
     try:
-        File.model_validate({"connection": {"control": table}})
+        file = File.model_validate({"connection": {"control": table}})
+        file.connection["control"].settings("control", folder)
     except ValidationError as error:
-        return str(refuse(explain(error, File), "record.toml"))
+        return refuse(explain(error, File), "record.toml")
+    except ConfigurationError as error:
+        return error
     raise AssertionError("it was taken")
 
 
@@ -63,46 +67,57 @@ def test_a_password_may_come_from_the_environment(
 ) -> None:
     table = CLOSED | {"user": "u", "password_environment": "OPC_PASSWORD"}
     section = ConnectionSection.model_validate(table)
-    with pytest.raises(ConfigurationError, match="OPC_PASSWORD is not set"):
+    with pytest.raises(ConfigurationError) as caught:
         section.settings("control", pki)
+    assert (caught.value.code, caught.value.values) == (
+        "variable_not_set",
+        {"name": "OPC_PASSWORD"},
+    )
     monkeypatch.setenv("OPC_PASSWORD", SECRET)
     assert section.settings("control", pki).password.reveal() == SECRET
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "code", "key"),
     [
-        ({"security": "Basic256"}, "'Basic256Sha256'"),
-        ({"securty": "none"}, "Did you mean security"),
-        ({"url": "http://h:1"}, "no address of an OPC UA server"),
-        ({"url": "opc.tcp://:1"}, "no address of an OPC UA server"),
-        ({"url": "opc.tcp://h:99999"}, "no address of an OPC UA server"),
-        ({"url": f"opc.tcp://u:{SECRET}@h:1"}, "contains a user or a password"),
-        ({"password": SECRET}, "the password itself stands in the file"),
-        ({"user": "u", "password_file": "p"}, "never sent over a connection that is not encrypted"),
-        ({"user": "u"}, "a user and no password"),
-        ({"password_file": "p"}, "a password and no user"),
-        ({"user": "u", "password_file": "p", "password_environment": "P"}, "stated twice"),
-        ({"certificate": "own.der"}, "not encrypted, and a certificate is stated"),
-        ({"security": "Basic256Sha256"}, "certificate is missing"),
-        ({"timeout_s": 0}, "less than 0.05"),
-        ({"timeout_s": 61}, "more than 60"),
-        ({"retry_s": "1"}, "not a number"),
-        ({"url": 3}, "not a text"),
+        ({"security": "Basic256"}, "value_unknown", "security"),
+        ({"securty": "none"}, "unknown_key_near", "securty"),
+        ({"url": "http://h:1"}, "no_opcua_address", ""),
+        ({"url": "opc.tcp://:1"}, "no_opcua_address", ""),
+        ({"url": "opc.tcp://h:99999"}, "no_opcua_address", ""),
+        ({"url": f"opc.tcp://u:{SECRET}@h:1"}, "user_in_address", ""),
+        ({"password": SECRET}, "secret_in_file", "password"),
+        ({"user": "u", "password_file": "password"}, "user_unencrypted", ""),
+        ({"user": "u"}, "user_needs_password", "user"),
+        ({"password_file": "password"}, "password_without_user", ""),
+        (
+            {"user": "u", "password_file": "p", "password_environment": "P"},
+            "stated_twice",
+            "password_environment",
+        ),
+        ({"certificate": "own.der"}, "certificate_unused", "certificate"),
+        ({"security": "Basic256Sha256"}, "certificate_missing", ""),
+        ({"timeout_s": 0}, "below_bound", "timeout_s"),
+        ({"timeout_s": 61}, "above_bound", "timeout_s"),
+        ({"retry_s": "1"}, "no_number", "retry_s"),
+        ({"url": 3}, "not_a_text", "url"),
     ],
 )
 def test_a_mistake_is_said_in_words_and_no_secret_with_it(
-    change: dict[str, object], words: str
+    pki: Path, change: dict[str, object], code: str, key: str
 ) -> None:
-    said = refusal(OPEN | change)
-    assert words in said
-    assert "[connection.control]" in said
-    assert SECRET not in said
+    error = refusal(OPEN | change, pki)
+    assert (error.code, error.place.key) == (code, f"connection.control.{key}".rstrip("."))
+    assert SECRET not in str(error)
 
 
 def test_a_missing_key_is_said_after_the_one_that_is_misspelt() -> None:
-    said = refusal({"url": OPEN["url"], "securty": "none"})
-    assert said.index("'securty' is not a key") < said.index("security is missing")
+    error = refusal({"url": OPEN["url"], "securty": "none"})
+    problems = error.values["problems"]
+    codes = [one.code for one in problems if isinstance(one, Message)]
+    assert codes == ["error-unknown_key_near", "error-key_needed"]
+    assert "securty" in str(error)
+    assert "security" in str(error)
 
 
 def test_a_secret_that_others_can_read_is_refused(pki: Path) -> None:
@@ -110,8 +125,10 @@ def test_a_secret_that_others_can_read_is_refused(pki: Path) -> None:
     for name in ("password", "own.pem"):
         for mode in (0o640, 0o604, 0o620):
             (pki / name).chmod(mode)
-            with pytest.raises(ConfigurationError, match="by others than its owner"):
+            with pytest.raises(ConfigurationError) as caught:
                 section.settings("control", pki)
+            assert caught.value.code == "file_open_to_others"
+            assert caught.value.place.file == str(pki / name)
         (pki / name).chmod(0o600)
 
 
@@ -119,8 +136,10 @@ def test_a_secret_that_others_can_read_is_refused(pki: Path) -> None:
 def test_a_file_without_a_secret_is_refused_and_not_shown(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "password").write_bytes(content)
     (tmp_path / "password").chmod(0o600)
-    with pytest.raises(ConfigurationError, match="does not hold a secret"):
-        read_secret("password", "", folder=tmp_path, where="[connection.control]")
+    with pytest.raises(ConfigurationError) as caught:
+        read_secret("password", "", folder=tmp_path, table="connection.control")
+    assert caught.value.code == "no_secret_in_file"
+    assert caught.value.place.key == "connection.control.password_file"
 
 
 @pytest.mark.parametrize("missing", ["own.der", "own.pem", "server.der"])
@@ -130,20 +149,23 @@ def test_a_missing_file_is_named(pki: Path, missing: str) -> None:
         ConnectionSection.model_validate(CLOSED).settings("control", pki)
 
 
-def test_what_is_no_table_or_no_toml_is_said(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("content", "code"),
+    [
+        (b"[connection\n", "not_toml"),
+        (b"\xff\xfe\x00", "not_utf8"),
+        (None, "file_unreadable"),
+        (b"#" * 1_000_001, "file_too_long"),
+    ],
+)
+def test_what_is_no_toml_is_said(tmp_path: Path, content: bytes | None, code: str) -> None:
     path = tmp_path / "x.toml"
-    path.write_text("[connection\n")
-    with pytest.raises(ConfigurationError, match=r"this is not TOML: .*line 1"):
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ConfigurationError) as caught:
         read_tables(path)
-    path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigurationError, match="not UTF-8"):
-        read_tables(path)
-    with pytest.raises(ConfigurationError, match="cannot be read"):
-        read_tables(tmp_path / "none.toml")
-    path.write_bytes(b"#" * 1_000_001)
-    with pytest.raises(ConfigurationError, match="longer than"):
-        read_tables(path)
-    assert "not a table" in refusal(3)
+    assert (caught.value.code, caught.value.place.file) == (code, str(path))
+    assert refusal(3).code == "not_a_table"
 
 
 def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:

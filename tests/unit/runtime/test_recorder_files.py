@@ -226,7 +226,7 @@ def test_only_one_recording_of_a_name_may_write_into_a_folder(tmp_path: Path) ->
         with sole_writer(tmp_path, "mill"):
             pass
         with (
-            pytest.raises(ConfigurationError, match="another recording"),
+            pytest.raises(ConfigurationError, match="nother recording"),
             sole_writer(tmp_path, "lathe"),
         ):
             pass

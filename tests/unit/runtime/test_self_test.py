@@ -11,6 +11,7 @@ from asyncua import ua
 from hypothesis import given, strategies as st
 
 from tests.unit.runtime.machine_files import machine_file, model
+from thermaxis.codes import Message
 from thermaxis.compensation import Limits, SensorRules
 from thermaxis.runtime import (
     AWAY,
@@ -64,6 +65,10 @@ def node(value: float | bool | None = 20.0, **changes: object) -> NodeDescriptio
     return replace(good, **changes)
 
 
+def code(finding: Finding) -> tuple[Level, str]:
+    return finding.level, finding.message.code.removeprefix("self_test-")
+
+
 def one(findings: Sequence[Finding]) -> Finding:
     (finding,) = findings
     return finding
@@ -76,7 +81,7 @@ def of_input(
     described: NodeDescription, unit: str = "degC", scale: float = 1.0, rules: SensorRules = RULES
 ) -> Finding:
     settings = InputSettings("ns=2;s=X", unit, "", scale)
-    return one(tuple(judge_input("[input.T]", described, settings, rules)))
+    return one(tuple(judge_input("input.T", described, settings, rules)))
 
 
 @pytest.mark.parametrize(
@@ -85,8 +90,9 @@ def of_input(
 )
 def test_a_temperature_is_told_in_degrees_celsius(raw: float, unit: str, scale: float) -> None:
     found = of_input(node(raw), unit, scale)
-    assert found.level is Level.OK
-    assert found.what == "20.0 °C, 0.2 s old"
+    assert code(found) == (Level.OK, "input_age")
+    assert found.message.values["value_c"] == pytest.approx(20.0)
+    assert (found.message.values["age_s"], found.message.place.key) == (0.2, "input.T")
 
 
 @pytest.mark.parametrize(
@@ -103,39 +109,35 @@ def test_a_unit_that_cannot_be_is_an_error_with_the_one_that_could(
     raw: float, unit: str, scale: float, advice: str
 ) -> None:
     found = of_input(node(raw), unit, scale)
-    assert found.level is Level.ERROR
-    assert advice in found.remedy
+    assert code(found) == (Level.ERROR, "input_other_unit")
+    assert found.message.values["first"] == advice
 
 
 def test_zero_is_told_as_an_input_that_is_perhaps_not_connected() -> None:
     narrow = SensorRules(lowest_c=5.0, highest_c=20.0)
     found = of_input(node(0.0), "degC", rules=narrow)
-    assert found.level is Level.WARNING
-    assert "not connected often reads 0" in found.what
+    assert code(found) == (Level.WARNING, "input_zero")
 
 
 @pytest.mark.parametrize(
     ("changes", "level", "said"),
     [
-        ({"exists": False, "status": "BadNodeIdUnknown"}, Level.ERROR, "BadNodeIdUnknown"),
-        ({"data_type": "String"}, Level.ERROR, "String"),
-        ({"data_type": "Boolean"}, Level.ERROR, "Boolean"),
-        ({"data_type": ""}, Level.ERROR, "no plain number"),
-        ({"value": None, "status": "BadSensorFailure"}, Level.WARNING, "BadSensorFailure"),
-        ({"value": math.nan}, Level.WARNING, "no number"),
-        ({"value": 150.0}, Level.ERROR, "not plausible"),
-        ({"value": 1e9}, Level.WARNING, "not plausible"),
-        ({"age_s": 11.0}, Level.WARNING, "11 s old"),
-        ({"age_s": None}, Level.ERROR, "no time stamp"),
+        ({"exists": False, "status": "BadNodeIdUnknown"}, Level.ERROR, "no_node"),
+        ({"data_type": "String"}, Level.ERROR, "node_no_number"),
+        ({"data_type": "Boolean"}, Level.ERROR, "node_no_number"),
+        ({"data_type": ""}, Level.ERROR, "node_no_number"),
+        ({"value": None, "status": "BadSensorFailure"}, Level.WARNING, "input_no_value"),
+        ({"value": math.nan}, Level.WARNING, "input_no_value"),
+        ({"value": 150.0}, Level.ERROR, "input_other_unit"),
+        ({"value": 1e9}, Level.WARNING, "input_implausible"),
+        ({"age_s": 11.0}, Level.WARNING, "value_old"),
+        ({"age_s": None}, Level.ERROR, "no_time_stamp"),
     ],
 )
 def test_what_is_wrong_with_an_input_is_said(
     changes: dict[str, object], level: Level, said: str
 ) -> None:
-    found = of_input(node(**changes))
-    assert found.level is level
-    assert said in found.what
-    assert found.remedy
+    assert code(of_input(node(**changes))) == (level, said)
 
 
 def test_a_value_without_a_time_stamp_may_be_allowed() -> None:
@@ -166,12 +168,12 @@ def test_every_suggested_unit_makes_the_value_plausible_and_none_is_suggested_in
 
 def test_two_sensors_of_one_place_must_agree() -> None:
     settings = InputSettings("ns=2;s=X", "degC", "ns=2;s=Y", 0.1)
-    close = tuple(judge_redundant("[input.T]", node(200.0), node(229.0), settings, RULES))
-    apart = one(tuple(judge_redundant("[input.T]", node(200.0), node(169.0), settings, RULES)))
+    close = tuple(judge_redundant("input.T", node(200.0), node(229.0), settings, RULES))
+    apart = one(tuple(judge_redundant("input.T", node(200.0), node(169.0), settings, RULES)))
     assert close == ()
-    assert apart.level is Level.WARNING
-    assert "-3.1 K" in apart.what
-    assert tuple(judge_redundant("[input.T]", node(None), node(200.0), settings, RULES)) == ()
+    assert code(apart) == (Level.WARNING, "redundant_differs")
+    assert apart.message.values["difference_k"] == pytest.approx(-3.1)
+    assert tuple(judge_redundant("input.T", node(None), node(200.0), settings, RULES)) == ()
 
 
 # ---- flags and diameter -------------------------------------------------------------------------
@@ -199,18 +201,11 @@ def test_a_number_that_is_no_truth_value_is_refused_as_the_source_refuses_it(
     flag = FlagSettings("ns=2;s=X", wanted)
     for judge in (judge_interlock, judge_other_compensation):
         found = judge("", node(value, data_type="Int16"), flag)
-        assert found.level is Level.ERROR
-        assert "0 or 1" in found.what
+        assert code(found) == (Level.ERROR, "flag_no_truth")
     assert _number_in(
         ua.DataValue(ua.Variant(value, ua.VariantType.Int16)),
         NodeSettings(node="ns=2;s=X", unit="bool"),
     ) == (None, False)
-
-
-def test_an_interlock_that_cannot_be_read_is_said_to_be_a_lost_input() -> None:
-    missing = node(None, data_type="Boolean", status="BadNoCommunication")
-    found = judge_interlock("", missing, FlagSettings("ns=2;s=X", value=True))
-    assert "lost input" in found.remedy
 
 
 def test_a_flag_without_a_value_is_a_warning_and_one_of_another_type_an_error() -> None:
@@ -219,7 +214,6 @@ def test_a_flag_without_a_value_is_a_warning_and_one_of_another_type_an_error() 
         missing = node(None, data_type="Boolean", status="BadNoCommunication")
         assert judge("", missing, flag).level is Level.WARNING
         assert judge("", node(1.5), flag).level is Level.ERROR
-        assert "counts as not met" not in judge("", missing, flag).remedy
         assert judge("", node(exists=False), flag).level is Level.ERROR
 
 
@@ -244,7 +238,7 @@ def test_a_diameter_must_be_one_of_a_workpiece(raw: float | None, unit: str, lev
 
 def of_output(described: NodeDescription, **changes: object) -> tuple[Finding, ...]:
     settings = replace(OUTPUT, **changes)
-    return tuple(judge_output("[output.Z_um]", described, settings, LIMITS))
+    return tuple(judge_output("output.Z_um", described, settings, LIMITS))
 
 
 @given(
@@ -259,65 +253,61 @@ def test_an_offset_within_its_limit_is_told_with_the_sign_of_the_correction(
     raw = (correction_um if sign == AWAY else -correction_um) / in_unit
     found = one(of_output(node(raw * (1 - 1e-9)), unit=unit, sign=sign))
     assert found.level is Level.OK
-    told = float(found.what.split("offset of ")[1].split(" µm")[0])
-    assert told == pytest.approx(correction_um, abs=0.051)
+    assert found.message.values["found_um"] == pytest.approx(correction_um, abs=1e-6)
 
 
 @pytest.mark.parametrize(
     ("raw", "unit", "level", "said"),
     [
-        (30.0, "mm", Level.ERROR, "plausible in um"),
-        (0.15, "mm", Level.WARNING, "beyond the limit"),
-        (5000.0, "0.1 um", Level.WARNING, "beyond the limit"),
+        (30.0, "mm", Level.ERROR, "output_other_unit"),
+        (0.15, "mm", Level.WARNING, "output_beyond"),
+        (5000.0, "0.1 um", Level.WARNING, "output_beyond"),
     ],
 )
 def test_an_offset_of_another_unit_is_told_from_one_that_is_too_large(
     raw: float, unit: str, level: Level, said: str
 ) -> None:
-    found = one(of_output(node(raw), unit=unit))
-    assert found.level is level
-    assert said in found.what
+    assert code(one(of_output(node(raw), unit=unit))) == (level, said)
 
 
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"exists": False}, "no node"),
-        ({"data_type": "String"}, "String"),
-        ({"writable": False}, "does not let this user write"),
-        ({"value": None, "status": "BadNotReadable"}, "BadNotReadable"),
-        ({"value": math.nan}, "cannot be read"),
+        ({"exists": False}, "no_node"),
+        ({"data_type": "String"}, "node_no_number"),
+        ({"writable": False}, "output_not_writable"),
+        ({"value": None, "status": "BadNotReadable"}, "output_unreadable"),
+        ({"value": math.nan}, "output_unreadable"),
     ],
 )
 def test_what_forbids_to_write_an_offset_is_an_error(changes: dict[str, object], said: str) -> None:
     found = of_output(node(**{"value": 0.0, **changes}))
-    assert any(f.level is Level.ERROR and said in f.what for f in found)
+    assert (Level.ERROR, said) in [code(one) for one in found]
 
 
 @pytest.mark.parametrize(
     ("kind", "unit", "level", "said"),
     [
-        ("Int16", "0.1 um", Level.OK, "stands"),
-        ("Int32", "um", Level.OK, "stands"),
-        ("Int16", "mm", Level.ERROR, "always written as 0"),
-        ("SByte", "0.1 um", Level.ERROR, "does not fit"),
-        ("UInt16", "um", Level.ERROR, "does not fit"),
+        ("Int16", "0.1 um", Level.OK, "output"),
+        ("Int32", "um", Level.OK, "output"),
+        ("Int16", "mm", Level.ERROR, "output_always_zero"),
+        ("SByte", "0.1 um", Level.ERROR, "output_too_narrow"),
+        ("UInt16", "um", Level.ERROR, "output_too_narrow"),
     ],
 )
 def test_a_node_with_whole_numbers_must_be_fine_and_wide_enough(
     kind: str, unit: str, level: Level, said: str
 ) -> None:
     first, *_ = of_output(node(0, data_type=kind), unit=unit)
-    assert first.level is level
-    assert said in first.what
+    assert code(first) == (level, said)
 
 
 def test_whole_units_that_are_coarse_are_a_warning() -> None:
     settings = replace(OUTPUT, unit="mm")
     wide = Limits(5000.0, 0.5)
     first, *_ = judge_output("", node(0, data_type="Int16"), settings, wide)
-    assert first.level is Level.WARNING
-    assert "steps of 1000 µm" in first.what
+    assert code(first) == (Level.WARNING, "output_coarse")
+    assert first.message.values["step_um"] == pytest.approx(1000.0)
 
 
 def test_what_is_read_back_is_compared_with_what_was_written() -> None:
@@ -325,7 +315,7 @@ def test_what_is_read_back_is_compared_with_what_was_written() -> None:
     other = judge_read_back("", node(0.0), node(0.01), OUTPUT, 0.5)
     nothing = judge_read_back("", node(None), node(0.01), OUTPUT, 0.5)
     assert [f.level for f in (same, other, nothing)] == [Level.OK, Level.WARNING, Level.WARNING]
-    assert "-10.0 µm from what was written" in other.what
+    assert other.message.values["difference_um"] == pytest.approx(-10.0)
     assert judge_read_back("", node(exists=False), node(0.0), OUTPUT, 0.5).level is Level.ERROR
 
 
@@ -345,7 +335,7 @@ class Server:
     def __init__(self, nodes: dict[str, NodeDescription]) -> None:
         self.nodes = nodes
         self.connected = True
-        self.last_error = ""
+        self.failure: Message | None = None
         self.clock_difference_s: float | None = 0.1
         self.written: list[tuple[str, float]] = []
         self.answers: Callable[[str], str] = lambda _: "Good"
@@ -402,19 +392,19 @@ def test_a_machine_that_is_as_configured_has_nothing_but_good_findings(
 ) -> None:
     found = look_at(server, configuration)
     assert {finding.level for finding in found} == {Level.OK}
-    told = {finding.where for finding in found}
+    told = {finding.message.place.key for finding in found}
     for table in (
-        "[connection.control]",
-        "[input.T_spindle_C]",
-        "[input.T_spindle_C], redundant_node",
-        "[input.T_column_C]",
-        "[interlock.referenced]",
-        "[interlock.emergency_stop]",
-        "[other_compensation]",
-        "[diameter]",
-        "[sink], heartbeat_node",
-        "[output.Z_um]",
-        "[output.Z_um], read_back_node",
+        "connection.control",
+        "input.T_spindle_C",
+        "input.T_spindle_C.redundant_node",
+        "input.T_column_C",
+        "interlock.referenced",
+        "interlock.emergency_stop",
+        "other_compensation",
+        "diameter",
+        "sink.heartbeat_node",
+        "output.Z_um",
+        "output.Z_um.read_back_node",
     ):
         assert table in told
     assert reasons_against(found) == ()
@@ -432,7 +422,7 @@ def test_exactly_the_offset_that_stands_there_is_written_back_and_nothing_else(
 ) -> None:
     found = look_at(server, configuration, write=True)
     assert server.written == [("ns=2;s=Z_offset", 0.0123456789)]
-    assert found[-1].what.endswith("it can be written")
+    assert code(found[-1]) == (Level.OK, "offset_written_back")
 
 
 @pytest.mark.parametrize(
@@ -452,17 +442,17 @@ def test_a_write_that_is_refused_is_an_error_with_its_reason(
 ) -> None:
     server.answers = lambda _: status
     (reason,) = reasons_against(look_at(server, configuration, write=True))
-    assert status in reason
+    assert (reason.code, reason.values["status"]) == ("self_test-offset_not_written_back", status)
 
 
 def test_a_machine_that_is_not_there_is_one_error_with_the_connections_own_words(
     configuration: MachineConfiguration, server: Server
 ) -> None:
     server.connected = False
-    server.last_error = "the password is wrong. Look it up."
+    server.failure = Message("error-user_refused", {"user": "machine"})
     found = one(look_at(server, configuration, write=True))
-    assert found.level is Level.ERROR
-    assert "the password is wrong" in found.what
+    assert code(found) == (Level.ERROR, "not_connected")
+    assert found.message.values["why"] is server.failure
 
 
 @pytest.mark.parametrize("answers", range(12))
@@ -472,7 +462,8 @@ def test_a_server_that_falls_silent_ends_the_test_with_an_error(
     server.silent_after = answers
     found = look_at(server, configuration, write=True)
     if answers < 11:
-        assert any("does not answer any more" in reason for reason in reasons_against(found))
+        codes = [reason.code for reason in reasons_against(found)]
+        assert "self_test-no_more_answers" in codes
         assert server.written == []
 
 
@@ -487,7 +478,8 @@ def test_a_clock_that_goes_wrong_is_a_warning(
     found = look_at(server, configuration)[0]
     assert found.level is level
     if level is Level.WARNING:
-        assert ("ahead of" if difference_s > 0 else "behind") in found.what
+        assert code(found)[1] == ("clock_ahead" if difference_s > 0 else "clock_behind")
+        assert found.message.values["difference_s"] == abs(difference_s)
 
 
 def test_a_server_that_does_not_tell_its_time_is_a_warning(
@@ -503,8 +495,8 @@ def test_linuxcnc_that_does_not_run_is_an_error_with_its_reason() -> None:
 
     class Missing:
         connected = False
-        last_error = "LinuxCNC: it does not run."
+        failure = Message("error-linuxcnc_not_running")
 
     found = judge_linuxcnc(Missing())
-    assert found.level is Level.ERROR
-    assert "it does not run" in found.what
+    assert code(found) == (Level.ERROR, "linuxcnc_unusable")
+    assert found.message.values["why"] is Missing.failure

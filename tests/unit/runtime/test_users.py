@@ -14,6 +14,7 @@ from argon2.exceptions import VerifyMismatchError
 from hypothesis import given, strategies as st
 
 from tests.unit.runtime.status_server_parts import PASSWORD, HandClock, users_file
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     FAILURES_IN_ALL,
@@ -142,46 +143,46 @@ def test_a_link_stays_a_link_when_its_file_is_written(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o660, 0o622])
 def test_a_file_that_others_may_read_or_write_is_refused(tmp_path: Path, mode: int) -> None:
-    with pytest.raises(ConfigurationError, match="chmod 600"):
+    with pytest.raises(ConfigurationError) as caught:
         read_users(file_of(tmp_path, entry(), mode))
+    assert caught.value.code == "file_open_to_others"
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "code"),
     [
-        ("[[user]\n", "no TOML"),
-        (entry() + entry(), "user novak stands twice"),
-        (entry(role="boss"), "there is no role boss"),
-        (entry(role="none"), "there is no role none"),
-        (entry(name=""), "is no name"),
-        (entry(text="plain text"), "no argon2id hash"),
-        (entry(text="$argon2i$v=19$m=64,t=1,p=1$c29tZXNhbHQ$aGFzaGhhc2hoYXNo"), "no argon2id hash"),
+        ("[[user]\n", "not_toml"),
+        (entry() + entry(), "stated_twice"),
+        (entry(role="boss"), "unknown_choice"),
+        (entry(role="none"), "unknown_choice"),
+        (entry(name=""), "no_user_name"),
+        (entry(text="plain text"), "no_argon2id_hash"),
+        (entry(text="$argon2i$v=19$m=64,t=1,p=1$c29tZXNhbHQ$aGFzaGhhc2hoYXNo"), "no_argon2id_hash"),
         (
             entry(text="$argon2id$v=19$m=4194304,t=1,p=1$c29tZXNhbHQ$aGFzaGhhc2hoYXNo"),
-            "reasonable cost",
+            "no_argon2id_hash",
         ),
         (
             entry(text="$argon2id$v=19$m=64,t=9999,p=1$c29tZXNhbHQ$aGFzaGhhc2hoYXNo"),
-            "reasonable cost",
+            "no_argon2id_hash",
         ),
-        ('[[user]]\nname = "novak"\nrole = "viewer"\n', "name, role and hash"),
-        (entry() + 'password = "secret"\n', "name, role and hash"),
-        ('[[user]]\nname = 1\nrole = "viewer"\nhash = "x"\n', "name, role and hash"),
-        ("[[users]]\n", "unknown key users"),
-        ('user = "novak"\n', "unknown key user"),
-        ("user = [1]\n", "a user is no table"),
+        ('[[user]]\nname = "novak"\nrole = "viewer"\n', "user_keys"),
+        (entry() + 'password = "secret"\n', "user_keys"),
+        ('[[user]]\nname = 1\nrole = "viewer"\nhash = "x"\n', "user_keys"),
+        ("[[users]]\n", "not_a_user_table"),
+        ('user = "novak"\n', "not_a_user_table"),
+        ("user = [1]\n", "not_a_table"),
     ],
 )
 def test_a_damaged_file_is_said_in_words_without_its_content(
-    tmp_path: Path, text: str, said: str
+    tmp_path: Path, text: str, code: str
 ) -> None:
     with pytest.raises(ConfigurationError) as caught:
         read_users(file_of(tmp_path, text))
-    message = str(caught.value)
-    assert said in message
-    assert "users.toml" in message
-    assert "secret" not in message
-    assert "c29tZXNhbHQ" not in message
+    error = caught.value
+    assert (error.code, error.place.file) == (code, str(tmp_path / "users.toml"))
+    assert "secret" not in str(error)
+    assert "c29tZXNhbHQ" not in str(error)
 
 
 @functools.cache
@@ -215,7 +216,7 @@ def unread_users() -> Users:
 )
 def test_any_text_instead_of_a_hash_is_refused_or_fits_no_password(text: str) -> None:
     try:
-        _checked_hash(text, "here")
+        _checked_hash(text, Place("here"))
     except ConfigurationError:
         return
     users = unread_users()
@@ -224,12 +225,15 @@ def test_any_text_instead_of_a_hash_is_refused_or_fits_no_password(text: str) ->
 
 
 def test_files_that_are_not_there_or_far_too_large_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="cannot be read"):
+    with pytest.raises(ConfigurationError) as caught:
         read_users(tmp_path / "none.toml")
-    with pytest.raises(ConfigurationError, match="is larger than"):
+    assert caught.value.code == "file_unreadable"
+    with pytest.raises(ConfigurationError) as caught:
         read_users(file_of(tmp_path, "#" * 1_000_001))
-    with pytest.raises(ConfigurationError, match="more than 1000 users"):
+    assert caught.value.code == "file_too_long"
+    with pytest.raises(ConfigurationError) as caught:
         read_users(file_of(tmp_path, "[[user]]\n" * 1001))
+    assert caught.value.code == "too_many_users"
 
 
 def test_a_hash_is_in_no_text_of_a_user() -> None:
@@ -350,12 +354,13 @@ def test_while_the_file_cannot_be_read_nobody_is_known_and_the_reason_is_told(
         path = users_file(tmp_path)
         users = with_users(path)
         await users.open()
-        assert users.problem == ""
+        assert users.problem is None
         found = await users.identify("operator", PASSWORD)
         assert found is not None
         path.chmod(0o644)
         assert await users.role_now(found) is Role.NONE
-        assert "chmod 600" in users.problem
+        assert users.problem is not None
+        assert users.problem.code == "error-file_open_to_others"
         assert await users.identify("operator", PASSWORD) is None
         path.chmod(0o600)
         assert await users.role_now(found) is Role.OPERATOR

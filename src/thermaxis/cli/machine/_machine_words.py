@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from thermaxis.codes import message_as_json
+from thermaxis.messages import place_text, remedy_of, sentence_of, text_of
 from thermaxis.report.tables import filled, text_table
 
 if TYPE_CHECKING:
@@ -300,7 +302,7 @@ def _screen(screen: "ScreenSettings", server: "ServerSettings | None") -> str:
 
 def findings_in_words(title: str, findings: "Sequence[Finding]") -> str:
     """Return findings as text."""
-    lines = [filled(f"{_MARKS[f.level]:<8}{f.sentence}", hanging=True) for f in findings]
+    lines = [filled(f"{_MARKS[f.level]:<8}{text_of(f.message)}", hanging=True) for f in findings]
     return "\n".join((title, "", *lines, ""))
 
 
@@ -355,9 +357,15 @@ def machine_as_json(configuration: "MachineConfiguration") -> dict[str, object]:
     }
 
 
-def findings_as_json(findings: "Sequence[Finding]") -> list[dict[str, str]]:
-    """Return findings as JSON."""
+def findings_as_json(findings: "Sequence[Finding]") -> list[dict[str, object]]:
+    """Return findings as JSON: codes, values and places, and their sentences."""
     return [
-        {"level": str(f.level), "where": f.where, "what": f.what, "remedy": f.remedy}
-        for f in findings
+        {
+            "level": str(level),
+            "where": place_text(message.place),
+            "what": sentence_of(message),
+            "remedy": remedy_of(message),
+            **message_as_json(message),
+        }
+        for level, message in findings
     ]

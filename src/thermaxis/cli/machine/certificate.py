@@ -12,6 +12,7 @@ from pathlib import Path
 from thermaxis.cli._arguments import adder
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import sentence_of
 from thermaxis.runtime import Certificate, CertificateUse
 from thermaxis.runtime.opcua import (
     DEFAULT_DAYS,
@@ -133,9 +134,9 @@ def _as_text(certificate: Certificate, now: datetime, name: str) -> str:
         f"SHA-256       {certificate.sha256}",
         f"SHA-1         {certificate.sha1}",
     ]
-    warning = validity_warning(certificate, now, name="certificate")
+    warning = validity_warning(certificate, now, Path(name))
     if warning is not None:
-        lines.append(f"warning       {warning}")
+        lines.append(f"warning       {sentence_of(warning)}")
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -19,15 +19,15 @@ from thermaxis.cli.machine._machine_words import (
     machine_as_json,
     machine_in_words,
 )
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import text_of
 from thermaxis.runtime import (
     Clock,
     Finding,
     Level,
     MachineConfiguration,
     OpcUaSession,
-    Problem,
     Sink,
     SystemClock,
     examine_machine,
@@ -160,18 +160,12 @@ def _present(session: OpcUaSession | None) -> tuple[OpcUaSession, ...]:
 # ---- telling ------------------------------------------------------------------------------------
 
 
-def _tell_problems(problems: Sequence[Problem], arguments: argparse.Namespace) -> None:
+def _tell_problems(problems: Sequence[Message], arguments: argparse.Namespace) -> None:
     """Say everything that is wrong in the file."""
-    path = arguments.configuration
     for problem in problems:
-        where = f"{path}, {problem.place}" if problem.place else str(path)
-        told = ConfigurationError(problem.what, where=where, remedy=problem.remedy)
-        sys.stderr.write(f"thermaxis: error: {told}\n")
+        sys.stderr.write(f"thermaxis: error: {text_of(problem)}\n")
     if arguments.json is not None:
-        listed = [
-            {"level": "error", "where": p.place, "what": p.what, "remedy": p.remedy}
-            for p in problems
-        ]
+        listed = findings_as_json([Finding(Level.ERROR, one) for one in problems])
         write_json(
             {"machine": None, "configuration": listed, "warnings": [], "self_test": None},
             arguments.json,

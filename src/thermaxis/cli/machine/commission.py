@@ -12,7 +12,7 @@ from asyncua.ua import DataValue
 
 from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime import (
     CommissioningPlan,
@@ -130,7 +130,7 @@ async def _prove(
             raise DataError(
                 "self_test_forbids",
                 place=Place(file=str(configuration.path)),
-                reasons="; ".join(forbidden),
+                reasons=forbidden,
             )
         measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
         probed = bool(arguments.probe)
@@ -153,9 +153,12 @@ async def _wait_for_machine(parts: MachineParts, configuration: MachineConfigura
         if parts.sink.connected:
             return
         await asyncio.sleep(0.1)
-    said = [session.last_error for session in parts.sessions.values() if session.last_error]
+    every = [session.failure for session in parts.sessions.values()]
+    causes = tuple(one for one in every if one is not None)
     raise DataError(
-        "machine_not_reached", place=Place(file=str(configuration.path)), cause="; ".join(said)
+        "machine_not_reached",
+        place=Place(file=str(configuration.path)),
+        cause=causes or (Message("error-machine_silent"),),
     )
 
 

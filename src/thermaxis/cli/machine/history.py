@@ -124,10 +124,10 @@ def run(arguments: argparse.Namespace) -> int:
 def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
     """Return URL and password of what the user names."""
     if "://" in text:
-        refuse_password(text, where="HISTORY", remedy=_APART)
+        refuse_password(text, key="HISTORY")
         if password_file is None:
             return text, ""
-        return text, read_secret(password_file, where="--password-file").reveal()
+        return text, read_secret(password_file, key="--password-file").reveal()
     if password_file is not None:
         raise ConfigurationError(
             "option_belongs_to", place=Place(key="--password-file"), what="the URL of a database"

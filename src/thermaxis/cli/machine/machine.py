@@ -191,7 +191,7 @@ def _server_settings(arguments: argparse.Namespace) -> LatheServerSettings:
 
 
 def _password(path: Path | None) -> Secret:
-    return Secret("") if path is None else read_secret(path, where="--password-file")
+    return Secret("") if path is None else read_secret(path, key="--password-file")
 
 
 def _serve(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:

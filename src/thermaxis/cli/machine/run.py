@@ -17,7 +17,7 @@ from thermaxis.cli.machine._machine_parts import (
     build_status_server,
     loop_settings,
 )
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
@@ -125,8 +125,8 @@ async def _run(
 
 def _self_test(
     configuration: MachineConfiguration, parts: MachineParts
-) -> Callable[[], asyncio.Future[tuple[str, ...]]]:
-    async def reasons() -> tuple[str, ...]:
+) -> Callable[[], asyncio.Future[tuple[Message, ...]]]:
+    async def reasons() -> tuple[Message, ...]:
         return reasons_against(await self_test(parts, configuration))
 
     return lambda: asyncio.ensure_future(reasons())

@@ -41,7 +41,14 @@ event-state_saved_again = pominulo: stav lze opět ukládat
 event-state_unsaved = stav nelze uložit do { $file }: { $detail }
 event-users_unreadable = nikdo není znám: { $problem }
 event-users_readable = soubor uživatelů se opět čte
-failure-history_unwritable = historii nelze uložit (podrobnost: { $detail })
+event-certificate_not_yet_valid = certifikát { $file } platí až od { $date }: zkontrolujte hodiny
+event-certificate_expired = certifikát { $file } vypršel { $date }: servery jej odmítnou; obnovte jej
+event-certificate_expires = certifikát { $file } vyprší { $date }: obnovte jej
+failure-history_unwritable = Historii nelze uložit: { $detail }.
+failure-history_opening = Historie se otevírá už { FIXED($lasts_s, decimals: 0) } s.
+failure-database_silent = Databáze neodpovídá už { FIXED($lasts_s, decimals: 0) } s.
+failure-history_replaced = Soubor historie byl odstraněn nebo nahrazen.
+failure-historian_ended = Záznam historie skončil.
 event-records_lost =
         v historii chybí { $cycles ->
             [one] { $cycles } cyklus
@@ -66,15 +73,3 @@ kept-other_model = je od jiného modelu, { $file }; vztažné teploty se přebí
 why-no_file = soubor neexistuje
 why-damaged = { $file } je poškozen ({ $detail })
 why-other_version = { $file } je od jiné verze programu ({ $version }): nepoužije se
-
-
-rest-waiting = { $waiting ->
-            [one] v paměti čeká { $waiting } záznam
-            [few] v paměti čekají { $waiting } záznamy
-           *[other] v paměti čeká { $waiting } záznamů
-        }
-rest-lost = { $lost ->
-            [one] { $lost } záznam byl ztracen
-            [few] { $lost } záznamy byly ztraceny
-           *[other] { $lost } záznamů bylo ztraceno
-        }

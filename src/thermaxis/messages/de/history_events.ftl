@@ -41,7 +41,14 @@ event-state_saved_again = gegangen: der Zustand kann wieder gespeichert werden
 event-state_unsaved = der Zustand kann in { $file } nicht gespeichert werden: { $detail }
 event-users_unreadable = niemand ist bekannt: { $problem }
 event-users_readable = die Benutzerdatei wird wieder gelesen
-failure-history_unwritable = der Verlauf kann nicht gespeichert werden (Einzelheit: { $detail })
+event-certificate_not_yet_valid = das Zertifikat { $file } gilt erst ab { $date }: Uhren prüfen
+event-certificate_expired = das Zertifikat { $file } ist am { $date } abgelaufen: Server weisen es ab; erneuern
+event-certificate_expires = das Zertifikat { $file } läuft am { $date } ab: erneuern
+failure-history_unwritable = Der Verlauf kann nicht gespeichert werden: { $detail }.
+failure-history_opening = Der Verlauf wird seit { FIXED($lasts_s, decimals: 0) } s geöffnet.
+failure-database_silent = Die Datenbank antwortet seit { FIXED($lasts_s, decimals: 0) } s nicht.
+failure-history_replaced = Die Datei des Verlaufs wurde entfernt oder ersetzt.
+failure-historian_ended = Die Aufzeichnung des Verlaufs ist beendet.
 event-records_lost =
         nicht im Verlauf: { $cycles ->
             [one] { $cycles } Zyklus
@@ -64,13 +71,3 @@ kept-other_model = er ist von einem anderen Modell, { $file }; die Bezugstempera
 why-no_file = es gibt keine Datei
 why-damaged = { $file } ist beschädigt ({ $detail })
 why-other_version = { $file } stammt von einer anderen Version des Programms ({ $version }): er wird nicht verwendet
-
-
-rest-waiting = im Speicher { $waiting ->
-            [one] wartet { $waiting } Datensatz
-           *[other] warten { $waiting } Datensätze
-        }
-rest-lost = { $lost ->
-            [one] { $lost } Datensatz ist verloren
-           *[other] { $lost } Datensätze sind verloren
-        }

@@ -47,7 +47,14 @@ event-state_saved_again = gone: the state can be saved again
 event-state_unsaved = the state cannot be saved in { $file }: { $detail }
 event-users_unreadable = nobody is known: { $problem }
 event-users_readable = the file of users is read again
-failure-history_unwritable = the history cannot be written ({ $detail })
+event-certificate_not_yet_valid = the certificate { $file } is valid from { $date } on only: check the clocks
+event-certificate_expired = the certificate { $file } expired on { $date }: servers will refuse it; renew it
+event-certificate_expires = the certificate { $file } expires on { $date }: renew it
+failure-history_unwritable = The history cannot be written: { $detail }.
+failure-history_opening = The history has been opening for { FIXED($lasts_s, decimals: 0) } s.
+failure-database_silent = The database has not answered for { FIXED($lasts_s, decimals: 0) } s.
+failure-history_replaced = The file of the history was removed or replaced.
+failure-historian_ended = The historian has ended.
 event-records_lost =
         { $cycles ->
             [one] { $cycles } cycle
@@ -74,15 +81,3 @@ kept-other_model = it is of another model, { $file }; the references are taken u
 why-no_file = there is no file
 why-damaged = { $file } is damaged ({ $detail })
 why-other_version = { $file } is of another version of the program ({ $version }): it is not used
-
-
-## What has become of records
-
-rest-waiting = { $waiting ->
-            [one] { $waiting } record waits
-           *[other] { $waiting } records wait
-        } in memory
-rest-lost = { $lost ->
-            [one] { $lost } record was lost
-           *[other] { $lost } records were lost
-        }

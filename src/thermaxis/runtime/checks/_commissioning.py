@@ -11,6 +11,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.compensation import Limits, limit_step
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime._ports import Clock, Sink
@@ -35,6 +36,8 @@ MOST_DIFFERING = 3
 """Writes in a row after which a difference is no delay any more. [1]"""
 _WAIT_S = 1.0
 _SAME_UM = 0.05
+_SHORTEST_CYCLE_S = 0.05
+_LONGEST_CYCLE_S = 60.0
 
 
 @final
@@ -61,12 +64,20 @@ class CommissioningPlan:
         """Check the numbers."""
         if not SMALLEST_STEP_UM <= abs(self.step_um) <= self.limits.largest_um:
             raise ConfigurationError(
-                f"the step of {self.step_um:g} um is not from {SMALLEST_STEP_UM:g} um to the "
-                f"limit of {self.limits.largest_um:g} um",
-                where=self.output,
+                "outside_range",
+                value=abs(self.step_um),
+                least=SMALLEST_STEP_UM,
+                most=self.limits.largest_um,
+                place=Place(key="step_um", channel=self.output),
             )
-        if not 0.05 <= self.cycle_s <= 60.0:
-            raise ConfigurationError("the cycle is not from 0.05 to 60 s", where="cycle_s")
+        if not _SHORTEST_CYCLE_S <= self.cycle_s <= _LONGEST_CYCLE_S:
+            raise ConfigurationError(
+                "outside_range",
+                value=self.cycle_s,
+                least=_SHORTEST_CYCLE_S,
+                most=_LONGEST_CYCLE_S,
+                place=Place(key="cycle_s"),
+            )
 
 
 @final
@@ -109,10 +120,10 @@ async def _try_a_little(
     moved_um = await mover.measured(measure, f"the offset stands {little_um:+g} um further")
     if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
         raise DataError(
-            f"the tool point moved by {moved_um - before_um:.1f} um where {little_um:+g} um was"
-            " asked for: the offset goes back",
-            where=plan.output,
-            remedy="Check the unit of this output before anything else",
+            "step_moved_otherwise",
+            moved_um=moved_um - before_um,
+            asked_um=little_um,
+            place=Place(channel=plan.output),
         )
 
 
@@ -155,18 +166,10 @@ async def prove_step(
     found = await sink.found(_WAIT_S) or {}
     found_um = found.get(plan.output)
     if found_um is None or any(offset is None for offset in found.values()):
-        raise DataError(
-            "the offset in the machine cannot be read",
-            where=plan.output,
-            remedy="Run thermaxis check",
-        )
+        raise DataError("offset_unreadable", place=Place(channel=plan.output))
     goal_um = found_um + plan.step_um
     if abs(goal_um) > plan.limits.total_um or abs(found_um) > plan.limits.total_um:
-        raise DataError(
-            f"the offset found, {found_um:.1f} um, and the step lie outside of the limits",
-            where=plan.output,
-            remedy="Bring the offset to zero on the machine, or step the other way",
-        )
+        raise DataError("step_outside_limits", found_um=found_um, place=Place(channel=plan.output))
     mover = _Mover(sink, clock, plan, {n: o for n, o in found.items() if o is not None})
     try:
         await mover.stand(SETTLE_S)
@@ -281,12 +284,12 @@ class _Mover:
 
     async def _stranded(self, goal_um: float) -> DataError:
         applied = (await self.sink.read_back(_WAIT_S)).get(self.plan.output)
-        read = None if applied is None else applied.accepted_um
-        where = "and cannot be read" if read is None else f"and stands at {read:.2f} um"
+        found_um = None if applied is None else applied.accepted_um
         return DataError(
-            f"the offset did not come back to {goal_um:.2f} um {where}",
-            where=self.plan.output,
-            remedy="Take it back on the control before anything is machined",
+            "offset_not_back",
+            goal_um=goal_um,
+            found_um=found_um,
+            place=Place(channel=self.plan.output),
         )
 
     async def stand(self, seconds: float) -> None:
@@ -315,10 +318,10 @@ class _Mover:
         self.differing += 1
         if self.differing >= MOST_DIFFERING and not self.returning:
             raise DataError(
-                f"the machine reports an offset of {accepted_um:.2f} um where {wanted_um:.2f} um"
-                " was written: it goes back",
-                where=self.plan.output,
-                remedy="Check unit and limits on the machine, and who else writes the offset",
+                "offset_differs",
+                reported_um=accepted_um,
+                written_um=wanted_um,
+                place=Place(channel=self.plan.output),
             )
 
     async def _write(self, wanted_um: float) -> None:
@@ -326,9 +329,7 @@ class _Mover:
         offsets_um = {**self.offsets_um, self.plan.output: wanted_um}
         if not await self.sink.write(offsets_um, _WAIT_S):
             raise DataError(
-                f"the machine did not take an offset of {wanted_um:.2f} um",
-                where=self.plan.output,
-                remedy="Look at the control",
+                "offset_refused", written_um=wanted_um, place=Place(channel=self.plan.output)
             )
         self.offsets_um = offsets_um
         await self._agree(wanted_um)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
-from thermaxis.codes import printable
 from thermaxis.compensation import CompensationModel, Limits, SensorRules
 from thermaxis.runtime._findings import Finding, error, ok, warning
 from thermaxis.runtime._flag import flag_of
@@ -18,6 +17,7 @@ from thermaxis.runtime.config import (
 )
 
 if TYPE_CHECKING:
+    from thermaxis.codes import Value
     from thermaxis.runtime.opcua import NodeDescription
 
 SUSPECT_FACTOR: Final = 10.0
@@ -45,26 +45,28 @@ _TO_C: Final[Mapping[str, Callable[[float], float]]] = {
 }
 _SCALES: Final = (1.0, 0.1, 0.01, 0.001)
 _TO_MM: Final = {"mm": 1.0, "inch": 25.4}
-_BROWSE = "Look for the node with the server's own browser and correct the configuration"
 
 
 def _lacking(
-    where: str, node: "NodeDescription", types: frozenset[str], wanted: str
+    key: str, node: "NodeDescription", code: str, types: frozenset[str]
 ) -> Iterator[Finding]:
     """Yield why a node cannot be what it should be, whatever its value is."""
-    shown = printable(node.node, 120)
     if not node.exists:
-        yield error(where, f"the server has no node {shown} ({node.status})", _BROWSE)
+        yield error("no_node", key, node=node.node, status=node.status)
     elif node.data_type not in types:
-        kind = node.data_type or "of a type that is no plain number"
-        yield error(where, f"the node {shown} is {kind}, and {wanted} is needed", _BROWSE)
+        yield error(code, key, node=node.node, type=node.data_type or "-")
+
+
+def _status_of(node: "NodeDescription") -> str:
+    """Return why a node has no number."""
+    return node.status if node.value is None else "NaN"
 
 
 # ---- inputs -------------------------------------------------------------------------------------
 
 
 def judge_input(
-    where: str, node: "NodeDescription", settings: InputSettings, rules: SensorRules
+    key: str, node: "NodeDescription", settings: InputSettings, rules: SensorRules
 ) -> Iterator[Finding]:
     """Judge the node of a temperature.
 
@@ -73,7 +75,7 @@ def judge_input(
 
     Parameters
     ----------
-    where : str
+    key : str
         Table and key.
     node : NodeDescription
         What the server says.
@@ -87,66 +89,49 @@ def judge_input(
     Finding
         At least one.
     """
-    lacking = list(_lacking(where, node, _NUMBERS, "a number"))
+    lacking = list(_lacking(key, node, "node_no_number", _NUMBERS))
     if lacking:
         yield from lacking
         return
     if node.value is None or not math.isfinite(node.value):
-        status = "it is no number" if node.value is not None else node.status
-        yield warning(
-            where,
-            f"there is no value: {status}",
-            "Look at the sensor; nothing is corrected before it has a good value",
-        )
+        yield warning("input_no_value", key, status=_status_of(node))
         return
     value_c = _temperature_c(node.value, settings)
-    wrong = list(_judge_age(where, node, rules))
-    wrong += _judge_temperature(where, float(node.value), value_c, settings, rules)
+    wrong = list(_judge_age(key, node, rules))
+    wrong += _judge_temperature(key, float(node.value), value_c, settings, rules)
     yield from wrong
     if not wrong:
-        age = "" if node.age_s is None else f", {node.age_s:.1f} s old"
-        yield ok(where, f"{value_c:.1f} °C{age}")
+        if node.age_s is None:
+            yield ok("input", key, value_c=value_c)
+        else:
+            yield ok("input_age", key, value_c=value_c, age_s=node.age_s)
 
 
-def _judge_age(where: str, node: "NodeDescription", rules: SensorRules) -> Iterator[Finding]:
+def _judge_age(key: str, node: "NodeDescription", rules: SensorRules) -> Iterator[Finding]:
     if node.age_s is None:
         if rules.time_stamp_required:
-            yield error(
-                where,
-                "the value has no time stamp that can be used, so that its age is not known",
-                "Let the server stamp it; or state time_stamp_required = false, and a frozen value"
-                " is found by frozen_s only",
-            )
+            yield error("no_time_stamp", key)
     elif node.age_s > rules.longest_age_s:
-        yield warning(
-            where,
-            f"the value is {node.age_s:.0f} s old, and {rules.longest_age_s:g} s are allowed",
-            "Look at the sensor; some servers stamp a value only when it changes: then raise"
-            " longest_age_s",
-        )
+        yield warning("value_old", key, age_s=node.age_s, longest_age_s=rules.longest_age_s)
 
 
 def _judge_temperature(
-    where: str, raw: float, value_c: float, settings: InputSettings, rules: SensorRules
+    key: str, raw: float, value_c: float, settings: InputSettings, rules: SensorRules
 ) -> Iterator[Finding]:
     if rules.lowest_c <= value_c <= rules.highest_c:
         return
-    plausible = f"{rules.lowest_c:g} to {rules.highest_c:g} °C"
+    values: dict[str, Value] = {
+        "value_c": value_c,
+        "lowest_c": rules.lowest_c,
+        "highest_c": rules.highest_c,
+    }
     others = units_that_fit(raw, settings, rules)
     if others:
-        yield error(
-            where,
-            f"the value {raw:.6g} is {value_c:.6g} °C as configured, which is not plausible"
-            f" ({plausible}); it would be with {' or '.join(others)}",
-            f"Check the node's unit, and write {others[0]} if it is so",
-        )
-        return
-    open_input = "; an input that is not connected often reads 0" if raw == 0.0 else ""
-    yield warning(
-        where,
-        f"{value_c:.1f} °C is not plausible ({plausible}){open_input}",
-        "Look at sensor, unit and plausible range",
-    )
+        yield error("input_other_unit", key, **values, raw=raw, others=others, first=others[0])
+    elif raw == 0.0:
+        yield warning("input_zero", key, **values)
+    else:
+        yield warning("input_implausible", key, **values)
 
 
 def _temperature_c(value: float, settings: InputSettings) -> float:
@@ -191,7 +176,7 @@ def units_that_fit(raw: float, settings: InputSettings, rules: SensorRules) -> t
 
 
 def judge_redundant(
-    where: str,
+    key: str,
     first: "NodeDescription",
     second: "NodeDescription",
     settings: InputSettings,
@@ -201,7 +186,7 @@ def judge_redundant(
 
     Parameters
     ----------
-    where : str
+    key : str
         Table of the input.
     first, second : NodeDescription
         What the server says of both.
@@ -219,23 +204,19 @@ def judge_redundant(
         return  # said of the sensor itself
     difference_k = _temperature_c(second.value, settings) - _temperature_c(first.value, settings)
     if abs(difference_k) > rules.largest_difference_k:
-        yield warning(
-            where,
-            f"the redundant sensor differs by {difference_k:+.1f} K, and"
-            f" {rules.largest_difference_k:g} K are allowed",
-            "Look at both sensors: one of them is wrong, or they are not at the same place",
-        )
+        largest_k = rules.largest_difference_k
+        yield warning("redundant_differs", key, difference_k=difference_k, largest_k=largest_k)
 
 
 # ---- flags and diameter -------------------------------------------------------------------------
 
 
-def judge_interlock(where: str, node: "NodeDescription", settings: FlagSettings) -> Finding:
+def judge_interlock(key: str, node: "NodeDescription", settings: FlagSettings) -> Finding:
     """Judge an interlock: one that is not met now is a warning.
 
     Parameters
     ----------
-    where : str
+    key : str
         Table of the interlock.
     node : NodeDescription
         What the server says.
@@ -247,44 +228,29 @@ def judge_interlock(where: str, node: "NodeDescription", settings: FlagSettings)
     Finding
         What was found.
     """
-    flag = _flag_or_finding(
-        where,
-        node,
-        "Without a value the interlock counts as a lost input: nothing is enabled, and a"
-        " correction at work is held for a while and then fades",
-    )
+    flag = _flag_or_finding(key, node, "interlock_no_value")
     if isinstance(flag, Finding):
         return flag
-    if flag is settings.value:
-        return ok(where, "it is met")
-    return warning(where, "it is not met at present", "Until it is met, nothing is corrected")
+    return ok("interlock_met", key) if flag is settings.value else warning("interlock_open", key)
 
 
-def _flag_or_finding(where: str, node: "NodeDescription", without: str) -> bool | Finding:
-    """Return a node's flag, or why it has none; `without` says what follows from no value."""
-    lacking = next(_lacking(where, node, _FLAGS, "a Boolean or a whole number"), None)
+def _flag_or_finding(key: str, node: "NodeDescription", without: str) -> bool | Finding:
+    """Return a node's flag, or why it has none; `without` is the code for no value."""
+    lacking = next(_lacking(key, node, "node_no_flag", _FLAGS), None)
     if lacking is not None:
         return lacking
     if node.value is None:
-        return warning(where, f"there is no value: {node.status}", without)
+        return warning(without, key, status=node.status)
     flag = flag_of(node.value)
-    if flag is not None:
-        return flag
-    return error(
-        where,
-        f"its value is {node.value:g}, and a flag is 0 or 1",
-        "Name a node that is true or false, or 0 or 1; any other number counts as no value",
-    )
+    return error("flag_no_truth", key, value=node.value) if flag is None else flag
 
 
-def judge_other_compensation(
-    where: str, node: "NodeDescription", settings: FlagSettings
-) -> Finding:
+def judge_other_compensation(key: str, node: "NodeDescription", settings: FlagSettings) -> Finding:
     """Judge the flag of another compensation: while it is active, nothing may be enabled.
 
     Parameters
     ----------
-    where : str
+    key : str
         Table of the flag.
     node : NodeDescription
         What the server says.
@@ -296,22 +262,16 @@ def judge_other_compensation(
     Finding
         What was found.
     """
-    flag = _flag_or_finding(
-        where, node, "Make sure by other means that the builder's own compensation is off"
-    )
+    flag = _flag_or_finding(key, node, "other_compensation_no_value")
     if isinstance(flag, Finding):
         return flag
     if flag is settings.value:
-        return error(
-            where,
-            "another compensation is active on the machine, and two of them are wrong for certain",
-            "Switch the builder's own compensation off; or leave thermaxis off",
-        )
-    return ok(where, "no other compensation is active")
+        return error("other_compensation_active", key)
+    return ok("other_compensation_off", key)
 
 
 def judge_diameter(
-    where: str, node: "NodeDescription", settings: DiameterSettings, model: CompensationModel
+    key: str, node: "NodeDescription", settings: DiameterSettings, model: CompensationModel
 ) -> Finding:
     """Judge the node of the workpiece's diameter.
 
@@ -331,16 +291,14 @@ def judge_diameter(
     Finding
         What was found.
     """
-    lacking = next(_lacking(where, node, _NUMBERS, "a number"), None)
+    lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
     if lacking is not None:
         return lacking
     if node.value is None:
-        return warning(where, f"there is no value: {node.status}", "An operator can state it")
+        return warning("diameter_no_value", key, status=node.status)
     diameter_mm = float(node.value) * settings.scale * _TO_MM[settings.unit]
     if not 0.0 <= diameter_mm <= LARGEST_DIAMETER_MM:
-        return warning(
-            where, f"{diameter_mm:g} mm is not plausible for a workpiece", "Check node and unit"
-        )
+        return warning("diameter_implausible", key, diameter_mm=diameter_mm)
     points = [
         point.diameter_mm
         for output in model.outputs
@@ -349,18 +307,19 @@ def judge_diameter(
     ]
     if points and not min(points) <= diameter_mm <= max(points):
         return warning(
-            where,
-            f"{diameter_mm:g} mm lies outside the model's gains, {min(points):g} to"
-            f" {max(points):g} mm: the gain at the end is taken",
-            "Check node and unit",
+            "diameter_outside",
+            key,
+            diameter_mm=diameter_mm,
+            least_mm=min(points),
+            most_mm=max(points),
         )
-    return ok(where, f"{diameter_mm:g} mm")
+    return ok("diameter", key, diameter_mm=diameter_mm)
 
 
 # ---- probes -------------------------------------------------------------------------------------
 
 
-def judge_probe(where: str, node: "NodeDescription", settings: ProbeSettings) -> Finding:
+def judge_probe(key: str, node: "NodeDescription", settings: ProbeSettings) -> Finding:
     """Judge the node of a probe: nothing that is wrong with it forbids a correction.
 
     Parameters
@@ -377,31 +336,28 @@ def judge_probe(where: str, node: "NodeDescription", settings: ProbeSettings) ->
     Finding
         Never an error.
     """
-    lacking = next(_lacking(where, node, _NUMBERS, "a number"), None)
+    lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
     if lacking is not None:
-        return warning(where, lacking.what, f"{lacking.remedy}; the compensation does without it")
+        return warning("probe_unusable", key, why=lacking.message)
     if node.value is None or not math.isfinite(node.value):
-        status = "it is no number" if node.value is not None else node.status
-        return warning(
-            where, f"there is no value: {status}", "The compensation does not need the probe"
-        )
+        return warning("probe_no_value", key, status=_status_of(node))
     value_um = float(node.value) * settings.factor
     if node.age_s is None:
-        return ok(where, f"{value_um:+.1f} µm, of unknown age")
-    return ok(where, f"{value_um:+.1f} µm, {node.age_s:.1f} s old")
+        return ok("probe", key, value_um=value_um)
+    return ok("probe_age", key, value_um=value_um, age_s=node.age_s)
 
 
 # ---- outputs ------------------------------------------------------------------------------------
 
 
 def judge_output(
-    where: str, node: "NodeDescription", settings: OutputSettings, limits: Limits
+    key: str, node: "NodeDescription", settings: OutputSettings, limits: Limits
 ) -> Iterator[Finding]:
     """Judge the node that a correction is written to.
 
     Parameters
     ----------
-    where : str
+    key : str
         Table and key.
     node : NodeDescription
         What the server says.
@@ -415,29 +371,21 @@ def judge_output(
     Finding
         At least one.
     """
-    lacking = list(_lacking(where, node, _NUMBERS, "a number"))
+    lacking = list(_lacking(key, node, "node_no_number", _NUMBERS))
     if lacking:
         yield from lacking
         return
     if not node.writable:
-        yield error(
-            where,
-            "the server does not let this user write the offset",
-            "Give the user the right to write; on a SINUMERIK with the method GiveUserAccess",
-        )
-    yield from _judge_counts(where, node, settings, limits)
+        yield error("output_not_writable", key)
+    yield from _judge_counts(key, node, settings, limits)
     if node.value is None or not math.isfinite(node.value):
-        yield error(
-            where,
-            f"the offset that stands in the machine cannot be read: {node.status}",
-            "Let it be readable: a correction begins where the offset stands",
-        )
+        yield error("output_unreadable", key, status=_status_of(node))
         return
-    yield _judge_found(where, float(node.value), settings, limits)
+    yield _judge_found(key, float(node.value), settings, limits)
 
 
 def _judge_counts(
-    where: str, node: "NodeDescription", settings: OutputSettings, limits: Limits
+    key: str, node: "NodeDescription", settings: OutputSettings, limits: Limits
 ) -> Iterator[Finding]:
     """Judge a node with whole numbers: how coarse it is, and whether it is wide enough."""
     if node.data_type not in _WHOLE:
@@ -445,55 +393,39 @@ def _judge_counts(
     per_um = abs(offset_factor(settings.unit, settings.sign))
     lowest, highest = _WHOLE[node.data_type]
     largest = limits.total_um * per_um
+    unit, total_um = settings.unit, limits.total_um
     if largest < 1.0:
-        yield error(
-            where,
-            f"the node takes whole {settings.unit} only: a correction of up to"
-            f" {limits.total_um:g} µm is always written as 0",
-            "Check the unit, or let the PLC offer a finer one",
-        )
+        yield error("output_always_zero", key, unit=unit, total_um=total_um)
     elif largest > highest or -largest < lowest:
-        yield error(
-            where,
-            f"a correction of {limits.total_um:g} µm does not fit into {node.data_type} in"
-            f" {settings.unit}",
-            "Check the unit, or lower the limits",
-        )
+        yield error("output_too_narrow", key, unit=unit, total_um=total_um, type=node.data_type)
     elif per_um < 1.0:
-        yield warning(
-            where,
-            f"the node takes whole {settings.unit} only: the correction moves in steps of"
-            f" {1.0 / per_um:g} µm, which may mark the surface",
-            "Let the PLC offer a finer unit",
-        )
+        yield warning("output_coarse", key, unit=unit, step_um=1.0 / per_um)
 
 
-def _judge_found(where: str, raw: float, settings: OutputSettings, limits: Limits) -> Finding:
+def _judge_found(key: str, raw: float, settings: OutputSettings, limits: Limits) -> Finding:
     found_um = raw / offset_factor(settings.unit, settings.sign)
     if abs(found_um) <= limits.total_um:
-        return ok(where, f"an offset of {found_um + 0.0:.1f} µm stands in the machine")
-    others = [
+        return ok("output", key, found_um=found_um)
+    others = tuple(
         unit
         for unit, per_um in OFFSET_UNITS.items()
         if unit != settings.unit and abs(raw) <= limits.total_um * per_um
-    ]
+    )
     if abs(found_um) > SUSPECT_FACTOR * limits.total_um and others:
         return error(
-            where,
-            f"the offset found is {raw:.6g}, in {settings.unit} {found_um:.6g} µm: far beyond the"
-            f" limit of {limits.total_um:g} µm, but plausible in {' or '.join(others)}",
-            "Check the unit; if it is right, set the offset to zero by hand",
+            "output_other_unit",
+            key,
+            raw=raw,
+            unit=settings.unit,
+            found_um=found_um,
+            total_um=limits.total_um,
+            others=others,
         )
-    return warning(
-        where,
-        f"an offset of {found_um:.1f} µm stands in the machine, beyond the limit of"
-        f" {limits.total_um:g} µm",
-        "Find out who wrote it; once enabled it is a fault and goes to zero at the allowed rate",
-    )
+    return warning("output_beyond", key, found_um=found_um, total_um=limits.total_um)
 
 
 def judge_read_back(
-    where: str,
+    key: str,
     node: "NodeDescription",
     written: "NodeDescription",
     settings: OutputSettings,
@@ -503,7 +435,7 @@ def judge_read_back(
 
     Parameters
     ----------
-    where : str
+    key : str
         Table and key.
     node, written : NodeDescription
         What the server says of it, and of the node that is written.
@@ -517,36 +449,28 @@ def judge_read_back(
     Finding
         What was found.
     """
-    lacking = next(_lacking(where, node, _NUMBERS, "a number"), None)
+    lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
     if lacking is not None:
         return lacking
     if node.value is None or not math.isfinite(node.value):
-        return warning(
-            where,
-            f"there is no value: {node.status}",
-            "Nothing that is read back for too long is a fault",
-        )
+        return warning("read_back_no_value", key, status=_status_of(node))
     factor = offset_factor(settings.unit, settings.sign)
-    reported_um = float(node.value) / factor + 0.0
+    reported_um = float(node.value) / factor
     if written.value is not None:
         difference_um = reported_um - float(written.value) / factor
         if abs(difference_um) > tolerance_um:
             return warning(
-                where,
-                f"the machine reports {reported_um:.1f} µm, {difference_um:+.1f} µm from what was"
-                " written last",
-                "Without a heartbeat the machine may have taken the offset back; else check the"
-                " node",
+                "read_back_differs", key, reported_um=reported_um, difference_um=difference_um
             )
-    return ok(where, f"the machine reports {reported_um:.1f} µm")
+    return ok("read_back", key, reported_um=reported_um)
 
 
-def judge_heartbeat(where: str, node: "NodeDescription") -> Finding:
+def judge_heartbeat(key: str, node: "NodeDescription") -> Finding:
     """Judge the node of the heartbeat.
 
     Parameters
     ----------
-    where : str
+    key : str
         Table and key.
     node : NodeDescription
         What the server says.
@@ -556,13 +480,9 @@ def judge_heartbeat(where: str, node: "NodeDescription") -> Finding:
     Finding
         What was found.
     """
-    lacking = next(_lacking(where, node, _FLAGS | _NUMBERS, "a whole number or a Boolean"), None)
+    lacking = next(_lacking(key, node, "node_no_beat", _FLAGS | _NUMBERS), None)
     if lacking is not None:
         return lacking
     if not node.writable:
-        return error(
-            where,
-            "the server does not let this user write the heartbeat",
-            "Give the user the right to write",
-        )
-    return ok(where, "it can be written")
+        return error("heartbeat_not_writable", key)
+    return ok("heartbeat", key)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final, Protocol, final
 
+from thermaxis.codes import Message
 from thermaxis.runtime._findings import Finding, Level, error, ok, warning
 from thermaxis.runtime._ports import Sink
 from thermaxis.runtime.checks._nodes import (
@@ -28,6 +29,9 @@ CLOCK_WARNING_S: Final = 2.0
 """A server's clock that differs by more is said; ages are judged by the server's clock. [s]"""
 
 
+_NO_ANSWER: Final = Message("error-machine_silent")
+
+
 class Session(Protocol):
     """What the self-test asks of a connection."""
 
@@ -37,8 +41,8 @@ class Session(Protocol):
         ...
 
     @property
-    def last_error(self) -> str:
-        """Why not, in words."""
+    def failure(self) -> Message | None:
+        """Why not, as far as is known."""
         ...
 
     @property
@@ -76,8 +80,8 @@ class MachineParts(Protocol):
         ...
 
 
-def reasons_against(findings: Sequence[Finding]) -> tuple[str, ...]:
-    """Return the sentences of what forbids a correction.
+def reasons_against(findings: Sequence[Finding]) -> tuple[Message, ...]:
+    """Return what forbids a correction.
 
     Parameters
     ----------
@@ -86,10 +90,10 @@ def reasons_against(findings: Sequence[Finding]) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
+    tuple of Message
         One for each error; empty if there is none.
     """
-    return tuple(finding.sentence for finding in findings if finding.level is Level.ERROR)
+    return tuple(finding.message for finding in findings if finding.level is Level.ERROR)
 
 
 async def self_test(
@@ -154,7 +158,7 @@ class _SelfTest:
         """Look at everything that is configured."""
         source, sink = self.configuration.source, self.configuration.sink
         for name, session in self.parts.sessions.items():
-            self.findings.append(judge_connection(f"[connection.{name}]", session))
+            self.findings.append(judge_connection(f"connection.{name}", session))
         if source.kind == "opcua":
             await self._look(source.connection, self._look_at_values)
             if self.configuration.probes and self.parts.sessions[source.connection].connected:
@@ -171,10 +175,8 @@ class _SelfTest:
         try:
             await look(session)
         except _NoAnswerError:
-            remedy = session.last_error.rstrip(".") or "Look at the server and the network"
-            self.findings.append(
-                error(f"[connection.{connection}]", "the server does not answer any more", remedy)
-            )
+            why = session.failure or _NO_ANSWER
+            self.findings.append(error("no_more_answers", f"connection.{connection}", why=why))
 
     async def _node(self, session: Session, node: str) -> "NodeDescription":
         described = await session.describe(node, self.deadline_s)
@@ -187,46 +189,39 @@ class _SelfTest:
     async def _look_at_values(self, session: Session) -> None:
         configuration, findings = self.configuration, self.findings
         for name, entry in configuration.inputs.items():
-            where, rules = f"[input.{name}]", configuration.rules.sensors[name]
+            key, rules = f"input.{name}", configuration.rules.sensors[name]
             first = await self._node(session, entry.node)
-            found = tuple(judge_input(where, first, entry, rules))
+            found = tuple(judge_input(key, first, entry, rules))
             if entry.redundant_node:
                 second = await self._node(session, entry.redundant_node)
-                found += tuple(judge_input(f"{where}, redundant_node", second, entry, rules))
+                found += tuple(judge_input(f"{key}.redundant_node", second, entry, rules))
                 if not reasons_against(found):
-                    found += tuple(judge_redundant(where, first, second, entry, rules))
+                    found += tuple(judge_redundant(key, first, second, entry, rules))
             findings.extend(found)
         for name, flag in configuration.interlocks.items():
             node = await self._node(session, flag.node)
-            findings.append(judge_interlock(f"[interlock.{name}]", node, flag))
+            findings.append(judge_interlock(f"interlock.{name}", node, flag))
         other, diameter = configuration.other_compensation, configuration.diameter
         if other is not None:
             node = await self._node(session, other.node)
-            findings.append(judge_other_compensation("[other_compensation]", node, other))
+            findings.append(judge_other_compensation("other_compensation", node, other))
         if diameter is not None:
             node = await self._node(session, diameter.node)
             model = configuration.model.model
-            findings.append(judge_diameter("[diameter]", node, diameter, model))
+            findings.append(judge_diameter("diameter", node, diameter, model))
 
     async def _look_at_probes(self, session: Session | None) -> None:
         """Look at the probes, by their own connection: what it lacks forbids nothing."""
         for name, settings in self.configuration.probes.items():
-            where = f"[probe.{name}]"
+            key = f"probe.{name}"
             node = None
             if session is not None and session.connected:
                 node = await session.describe(settings.node, self.deadline_s)
             if node is None:
-                reason = "" if session is None else session.last_error.rstrip(".")
-                self.findings.append(
-                    warning(
-                        where,
-                        "the probe cannot be asked: its own connection to the server of the inputs"
-                        " is not there, or gives no answer",
-                        reason or "The compensation does without it; it is tried again by itself",
-                    )
-                )
+                why = None if session is None else session.failure
+                self.findings.append(warning("probe_not_asked", key, why=why or _NO_ANSWER))
                 return
-            self.findings.append(judge_probe(where, node, settings))
+            self.findings.append(judge_probe(key, node, settings))
 
     # ---- what is written ------------------------------------------------------------------------
 
@@ -234,15 +229,15 @@ class _SelfTest:
         heartbeat = self.configuration.sink.heartbeat_node
         if heartbeat:
             node = await self._node(session, heartbeat)
-            self.findings.append(judge_heartbeat("[sink], heartbeat_node", node))
+            self.findings.append(judge_heartbeat("sink.heartbeat_node", node))
         for name in self.configuration.outputs:
             await self._look_at_output(session, name)
 
     async def _look_at_output(self, session: Session, name: str) -> None:
         settings, rules = self.configuration.outputs[name], self.configuration.rules
-        where = f"[output.{name}]"
+        table = f"output.{name}"
         written = await self._node(session, settings.node)
-        found = tuple(judge_output(where, written, settings, rules.limits[name]))
+        found = tuple(judge_output(table, written, settings, rules.limits[name]))
         self.findings.extend(found)
         for key in ("read_back_node", "effective_node"):
             node: str = getattr(settings, key)
@@ -250,86 +245,41 @@ class _SelfTest:
                 reported = await self._node(session, node)
                 tolerance_um = rules.supervisor.read_back_tolerance_um
                 self.findings.append(
-                    judge_read_back(f"{where}, {key}", reported, written, settings, tolerance_um)
+                    judge_read_back(f"{table}.{key}", reported, written, settings, tolerance_um)
                 )
         if self.write and written.value is not None and not reasons_against(found):
-            self.findings.append(await self._write_back(session, where, settings.node))
+            self.findings.append(await self._write_back(session, table, settings.node))
 
-    async def _write_back(self, session: Session, where: str, node: str) -> Finding:
+    async def _write_back(self, session: Session, key: str, node: str) -> Finding:
         """Write the offset that stands in the machine once more: nothing moves."""
         found = await self._node(session, node)
         if found.value is None or not math.isfinite(found.value):
-            return error(where, f"the offset has no value any more: {found.status}", "Try again")
+            return error("offset_gone", key, status=found.status)
         answer = await session.write([(node, float(found.value))], self.deadline_s)
         if answer != ["Good"]:
-            reason = answer[0] if answer else "no answer"
-            return error(
-                where,
-                f"the offset that was found cannot be written back: {reason}",
-                "Give the user the right to write, and look whether the machine lets it be written"
-                " in its present mode",
-            )
-        return ok(where, "the offset that was found was written back: it can be written")
+            return error("offset_not_written_back", key, status=answer[0] if answer else "-")
+        return ok("offset_written_back", key)
 
 
-def judge_connection(where: str, session: Session) -> Finding:
-    """Judge a connection and the clock behind it.
-
-    Parameters
-    ----------
-    where : str
-        Its table.
-    session : Session
-        The connection.
-
-    Returns
-    -------
-    Finding
-        What was found.
-    """
+def judge_connection(key: str, session: Session) -> Finding:
+    """Judge a connection and the clock behind it."""
     if not session.connected:
-        return error(
-            where,
-            f"not connected: {session.last_error or 'no answer yet'}".rstrip("."),
-            "Nothing is corrected before the machine is there; it is waited for",
-        )
+        return error("not_connected", key, why=session.failure or _NO_ANSWER)
     difference_s = session.clock_difference_s
     if difference_s is None:
-        return warning(
-            where,
-            "the server does not tell its time: how old values are is not known",
-            "Let it tell its time; or state time_stamp_required = false",
-        )
-    if abs(difference_s) > CLOCK_WARNING_S:
-        return warning(
-            where,
-            f"connected; the server's clock is {abs(difference_s):.1f} s"
-            f" {'ahead of' if difference_s > 0 else 'behind'} this computer's",
-            "Set one of the clocks; ages are judged by the server's, records by this computer's",
-        )
-    return ok(where, f"connected; the clocks differ by {abs(difference_s):.1f} s")
+        return warning("server_without_time", key)
+    if difference_s > CLOCK_WARNING_S:
+        return warning("clock_ahead", key, difference_s=difference_s)
+    if difference_s < -CLOCK_WARNING_S:
+        return warning("clock_behind", key, difference_s=-difference_s)
+    return ok("connected", key, difference_s=abs(difference_s))
 
 
 def judge_linuxcnc(sink: Sink) -> Finding:
     """Judge whether LinuxCNC runs with the arrangement that the offset needs.
 
-    Parameters
-    ----------
-    sink : Sink
-        The sink, which compares LinuxCNC with the configuration by itself.
-
-    Returns
-    -------
-    Finding
-        What was found.
+    The sink compares LinuxCNC with the configuration by itself.
     """
     if sink.connected:
-        return ok("[sink]", "LinuxCNC runs, is arranged as it must be, and its joints are homed")
-    reason: str = getattr(sink, "last_error", "")
-    return error(
-        "[sink]",
-        f"LinuxCNC cannot be written to: {reason or 'it does not run, or is not homed'}".rstrip(
-            "."
-        ),
-        "Start it with the HAL file that thermaxis hal writes, and home its joints",
-    )
+        return ok("linuxcnc", "sink")
+    return error("linuxcnc_unusable", "sink", why=sink.failure or _NO_ANSWER)

@@ -1,7 +1,7 @@
 from ._connection import (
     ConnectionSection as ConnectionSection,
-    Problem as Problem,
     explain as explain,
+    problem as problem,
     read_tables as read_tables,
     refuse as refuse,
 )

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast, final, get_args
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import Compensation, Limits, SensorRules, SupervisorRules
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import ConnectionSettings
@@ -18,7 +18,6 @@ from thermaxis.runtime._ports import (
     redundant_name,
 )
 from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, SIGNS, TOWARDS
-from thermaxis.runtime.config._connection import Problem
 from thermaxis.runtime.config._problems import Problems, nearest
 from thermaxis.runtime.config._screen import screen_settings
 from thermaxis.runtime.config._sections import MachineFile, OutputSection
@@ -40,13 +39,13 @@ from thermaxis.runtime.opcua import parse_node
 from thermaxis.runtime.sinks import HalUnit, LinuxCncOutput, LinuxCncSettings
 
 _VALIDITY = {"margin_k": "validity_margin_k", "lowest_weight": "lowest_weight"}
-_PLACES = {field: f"[validity], {key}" for key, field in _VALIDITY.items()}
+_KEYS = {field: f"validity.{key}" for key, field in _VALIDITY.items()}
 _LINUXCNC_KEYS = ("watchdog_s", "thread", "halcmd")
 
 
 def build_configuration(
     file: Path, sections: MachineFile
-) -> MachineConfiguration | tuple[Problem, ...]:
+) -> MachineConfiguration | tuple[Message, ...]:
     """Read what the tables name, and fit the parts together.
 
     Parameters
@@ -58,7 +57,7 @@ def build_configuration(
 
     Returns
     -------
-    MachineConfiguration or tuple of Problem
+    MachineConfiguration or tuple of Message
         The configuration, or everything that is wrong.
     """
     return _Build(file, sections).build()
@@ -74,12 +73,12 @@ class _Build:
         self.problems = Problems(file.parent)
         self.replayed = sections.source.kind == "replay"
 
-    def build(self) -> MachineConfiguration | tuple[Problem, ...]:
+    def build(self) -> MachineConfiguration | tuple[Message, ...]:
         """Return the configuration, or everything that is wrong."""
         sections, problems = self.sections, self.problems
         machine = sections.machine
         model = problems.guarded(
-            "[machine], model", lambda: read_model_file(self._path(machine.model))
+            "machine.model", lambda: read_model_file(self._path(machine.model))
         )
         model_folder = self._model_folder(machine.model_folder)
         connections = self._connections()
@@ -143,11 +142,8 @@ class _Build:
         except (OSError, ValueError):
             there = False
         if not there:
-            self.problems.add(
-                "[machine], model_folder",
-                f"there is no folder {folder}",
-                "Make it, or leave the key out: then no other model can be chosen",
-            )
+            place = Place(str(folder), key="machine.model_folder")
+            self.problems.found.append(ConfigurationError("folder_not_found", place=place).message)
         return folder
 
     def _connections(self) -> dict[str, ConnectionSettings]:
@@ -156,14 +152,11 @@ class _Build:
         used = {part.connection for part in parts if part.kind == "opcua"}
         found: dict[str, ConnectionSettings] = {}
         for name, section in self.sections.connection.items():
-            place = f"[connection.{name}]"
             if name not in used:
                 continue
             settings = self.problems.guarded(
-                place,
-                lambda name=name, section=section, place=place: section.settings(
-                    name, self.file.parent, where=place
-                ),
+                f"connection.{name}",
+                lambda name=name, section=section: section.settings(name, self.file.parent),
             )
             if settings is not None:
                 found[name] = settings
@@ -172,13 +165,14 @@ class _Build:
     def _check_connection(self, table: str, name: str) -> None:
         known = self.sections.connection
         if not name:
-            self.problems.add(f"[{table}]", "the key connection is missing", nearest(name, known))
+            self._lacking(table, "connection")
         elif name not in known:
             self.problems.add(
-                f"[{table}], connection",
-                f"there is no table [connection.{printable(name, 60)}]",
-                nearest(name, known),
+                "unknown_name", f"{table}.connection", name=name, known=tuple(nearest(name, known))
             )
+
+    def _lacking(self, table: str, key: str) -> None:
+        self.problems.add("key_needed_here", table, name=key)
 
     def _source(self) -> SourceSettings:
         section, problems = self.sections.source, self.problems
@@ -189,18 +183,13 @@ class _Build:
             return SourceSettings(section.kind, section.connection)
         # the connection may stay, so that a replay of the real configuration is few changed words
         if not section.log:
-            problems.add("[source]", "the key log is missing", "Name the log to be replayed")
+            self._lacking("source", "log")
         if self.sections.sink.kind != "dry" and not section.may_move_a_machine:
-            problems.add(
-                "[sink], kind",
-                "a replayed log would move the machine by temperatures that it does not have",
-                'Write kind = "dry"; or, where the sink is a simulation, may_move_a_machine ='
-                " true in the table [source]",
-            )
+            problems.add("replay_moves_machine", "sink.kind")
         return SourceSettings(
             section.kind,
-            log=problems.existing("[source], log", section.log),
-            mapping=problems.existing("[source], mapping", section.mapping),
+            log=problems.existing("source.log", section.log),
+            mapping=problems.existing("source.mapping", section.mapping),
             as_fast_as_possible=section.as_fast_as_possible,
         )
 
@@ -225,9 +214,7 @@ class _Build:
                 inputs[name] = InputSettings("", section.unit)
                 continue
             if not section.node:
-                self.problems.add(
-                    f"[input.{name}]", "the key node is missing", "Name the node of the sensor"
-                )
+                self._lacking(f"input.{name}", "node")
             inputs[name] = InputSettings(
                 section.node, section.unit, section.redundant_node, section.scale
             )
@@ -280,9 +267,7 @@ class _Build:
 
     def _check_opcua_output(self, table: str, section: OutputSection) -> None:
         if not section.node:
-            self.problems.add(
-                f"[{table}]", "the key node is missing", "Name the node that is written to"
-            )
+            self._lacking(table, "node")
         keys = ("joint", "largest_acceleration_um_per_s2")
         stated = [key for key in keys if getattr(section, key) is not None]
         self.problems.refuse_foreign(table, "opcua", stated)
@@ -292,128 +277,98 @@ class _Build:
         keys = ("node", "read_back_node", "effective_node")
         self.problems.refuse_foreign(table, "linuxcnc", [k for k in keys if getattr(section, k)])
         if section.joint is None:
-            self.problems.add(
-                f"[{table}]", "the key joint is missing", "Write the joint's number, such as 2"
-            )
+            self._lacking(table, "joint")
         self._check_unit(table, section.unit, get_args(HalUnit))
 
     def _check_unit(self, table: str, unit: str, known: tuple[str, ...]) -> None:
         if not unit:
-            self.problems.add(
-                f"[{table}]",
-                "the key unit is missing: it has no default",
-                f"Write one of {', '.join(known)}, as the machine's documents say",
-            )
+            self._lacking(table, "unit")
         elif unit not in known:
-            self.problems.add(
-                f"[{table}], unit",
-                f"the unit '{printable(unit, 40)}' is not known here",
-                f"Write one of {', '.join(known)}",
-            )
+            self.problems.add("unknown_choice", f"{table}.unit", name=unit, known=known)
 
     def _check_sign(self, table: str, sign: str) -> None:
-        remedy = f'Write "{AWAY}" or "{TOWARDS}"; commissioning proves it'
         if not sign:
-            self.problems.add(f"[{table}]", "the key sign is missing: it has no default", remedy)
+            self._lacking(table, "sign")
         elif sign not in SIGNS:
-            self.problems.add(f"[{table}], sign", "this sentence is not known", remedy)
+            self.problems.add(
+                "unknown_sign", f"{table}.sign", sign=sign, away=AWAY, towards=TOWARDS
+            )
 
     def _check_names_that_are_read(self) -> None:
         """Refuse names that would be read as something else."""
         for name in self.sections.interlock:
             if not re.fullmatch(r"[\w-]{1,60}", name):
-                self.problems.add(
-                    f"[interlock.{printable(name, 60)}]",
-                    "the name has other signs than letters, digits, _ and -, or is too long",
-                    "Choose another name",
-                )
+                self.problems.add("interlock_name", f"interlock.{name}")
         taken = {OTHER_COMPENSATION, DIAMETER}
         taken |= {interlock_name(name) for name in self.sections.interlock}
         taken |= {redundant_name(name) for name in self.sections.input}
         taken |= {probe_name(name) for name in self.sections.probe}
         for name in self.sections.input:
             if name in taken:
-                self.problems.add(
-                    f"[input.{printable(name, 60)}]",
-                    "the name is that of something else that is read",
-                    "Rename the channel in the model and here",
-                )
+                self.problems.add("reserved_name", f"input.{name}", name=name)
 
     def _check_nodes(self) -> None:
         """Check the form of every node, and that no node is named for two purposes."""
         seen: dict[tuple[str, str], str] = {}
         source, sink = self.sections.source.connection, self.sections.sink.connection
-        for connection, places in (
+        for connection, nodes in (
             (sink, self._written_nodes()),
             (source, self._read_nodes()),
         ):
-            for place, node in places:
+            for key, node in nodes:
                 if not node:
                     continue
-                self.problems.guarded(place, lambda node=node: _checked_node(node))
-                first = seen.setdefault((connection, node), place)
-                if first != place:
-                    self.problems.add(
-                        place, f"the node is the same as that of {first}", "Check both nodes"
-                    )
+                self.problems.guarded(key, lambda node=node: parse_node(node))
+                first = seen.setdefault((connection, node), key)
+                if first != key:
+                    self.problems.add("node_twice", key, first=first)
 
     def _read_nodes(self) -> Iterable[tuple[str, str]]:
         for name, entry in self.sections.input.items():
-            yield f"[input.{name}], node", entry.node
-            yield f"[input.{name}], redundant_node", entry.redundant_node
+            yield f"input.{name}.node", entry.node
+            yield f"input.{name}.redundant_node", entry.redundant_node
         for name, flag in self.sections.interlock.items():
-            yield f"[interlock.{name}], node", flag.node
+            yield f"interlock.{name}.node", flag.node
         if self.sections.other_compensation is not None:
-            yield "[other_compensation], node", self.sections.other_compensation.node
+            yield "other_compensation.node", self.sections.other_compensation.node
         if self.sections.diameter is not None:
-            yield "[diameter], node", self.sections.diameter.node
+            yield "diameter.node", self.sections.diameter.node
         for name, probe in self.sections.probe.items():
-            yield f"[probe.{name}], node", probe.node
+            yield f"probe.{name}.node", probe.node
 
     def _written_nodes(self) -> Iterable[tuple[str, str]]:
-        yield "[sink], heartbeat_node", self.sections.sink.heartbeat_node
+        yield "sink.heartbeat_node", self.sections.sink.heartbeat_node
         for name, entry in self.sections.output.items():
-            yield f"[output.{name}], node", entry.node
+            yield f"output.{name}.node", entry.node
             if entry.read_back_node != entry.node:
-                yield f"[output.{name}], read_back_node", entry.read_back_node
+                yield f"output.{name}.read_back_node", entry.read_back_node
             if entry.effective_node not in {entry.node, entry.read_back_node}:
-                yield f"[output.{name}], effective_node", entry.effective_node
+                yield f"output.{name}.effective_node", entry.effective_node
 
     def _check_model(self, model: ModelFile) -> None:
         """Check that the tables fit the model; inputs that it does not need are only recorded."""
         outputs = tuple(output.name for output in model.model.outputs)
-        self._check_lacking(model, "input", "channel", model.model.channels)
-        self._check_lacking(model, "output", "output", outputs)
-        for name in self.sections.output:
-            if name not in outputs:
-                self.problems.add(
-                    f"[output.{name}]",
-                    f"the model {model.path.name} has no output of this name",
-                    nearest(name, outputs),
-                )
-        for name in self.sections.probe:
-            if name not in outputs:
-                self.problems.add(
-                    f"[probe.{printable(name, 60)}]",
-                    f"the model {model.path.name} has no output of this name, and a probe measures"
-                    " the displacement of one",
-                    nearest(name, outputs),
-                )
+        self._check_lacking(model, "input", "channel_without_table", model.model.channels)
+        self._check_lacking(model, "output", "output_without_table", outputs)
+        for table in ("output", "probe"):
+            for name in getattr(self.sections, table):
+                if name not in outputs:
+                    self.problems.add(
+                        "not_of_model",
+                        f"{table}.{name}",
+                        name=name,
+                        model=model.path.name,
+                        known=tuple(nearest(name, outputs)),
+                    )
 
     def _check_lacking(
-        self, model: ModelFile, table: str, word: str, wanted: tuple[str, ...]
+        self, model: ModelFile, table: str, code: str, wanted: tuple[str, ...]
     ) -> None:
         given: Iterable[str] = getattr(self.sections, table)
-        foreign = [name for name in given if name not in wanted]
         for name in wanted:
             if name not in given:
-                shown = printable(name, 60)
-                self.problems.add(
-                    "[machine], model",
-                    f"the model {model.path.name} has the {word} {shown}, and there is no table"
-                    f" [{table}.{shown}]",
-                    nearest(name, foreign) if foreign else f"Add a table [{table}.{shown}]",
-                )
+                table_of = f"{table}.{name}"
+                self.problems.add(code, "machine.model", model=model.path.name, table=table_of)
 
     # ---- rules ----------------------------------------------------------------------------------
 
@@ -422,17 +377,17 @@ class _Build:
         sensors: dict[str, SensorRules] = {}
         for name, entry in sections.input.items():
             stated = entry.stated(SensorRules)
-            rules = guarded(f"[input.{name}]", lambda stated=stated: SensorRules(**stated))
+            rules = guarded(f"input.{name}", lambda stated=stated: SensorRules(**stated))
             if rules is not None:
                 sensors[name] = rules
         limits: dict[str, Limits] = {}
         for name, output in sections.output.items():
             stated = output.stated(Limits)
-            bounds = guarded(f"[output.{name}]", lambda stated=stated: Limits(**stated))
+            bounds = guarded(f"output.{name}", lambda stated=stated: Limits(**stated))
             if bounds is not None:
                 limits[name] = bounds
         times = sections.supervisor.stated(SupervisorRules)
-        supervisor = guarded("[supervisor]", lambda: SupervisorRules(**times))
+        supervisor = guarded("supervisor", lambda: SupervisorRules(**times))
         whole = len(sensors) == len(sections.input) and len(limits) == len(sections.output)
         if supervisor is None or not whole:
             return None
@@ -457,7 +412,7 @@ class _Build:
             if section.joint is None or section.unit not in get_args(HalUnit):
                 return None
             made = self.problems.guarded(
-                f"[output.{name}]",
+                f"output.{name}",
                 lambda section=section, limits=limits[name]: LinuxCncOutput(
                     cast("int", section.joint),
                     cast("HalUnit", section.unit),
@@ -472,20 +427,13 @@ class _Build:
         cycle_s = self.sections.machine.cycle_s
         stated = self.sections.sink.stated(LinuxCncSettings)
         return self.problems.guarded(
-            "[sink]", lambda: LinuxCncSettings(outputs=outputs, cycle_s=cycle_s, **stated)
+            "sink", lambda: LinuxCncSettings(outputs=outputs, cycle_s=cycle_s, **stated)
         )
 
     def _compensation(self, rules: MachineRules, model: ModelFile) -> Compensation | None:
         try:
             return rules.applied_to(model.model)
         except ConfigurationError as error:
-            place = _PLACES.get(error.where, f"[machine], {error.where}")
-            self.problems.add(place, error.what, error.remedy)
+            key = _KEYS.get(error.place.key, f"machine.{error.place.key}")
+            self.problems.found.append(error.at(Place(key=key)).message)
             return None
-
-
-def _checked_node(node: str) -> None:
-    try:
-        parse_node(node)
-    except ConfigurationError as error:
-        raise ConfigurationError(error.what, remedy=error.remedy) from None

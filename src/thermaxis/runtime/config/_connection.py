@@ -1,13 +1,14 @@
-"""The tables ``[connection.NAME]`` of configuration files, and errors of such files in words.
+"""The tables ``[connection.NAME]`` of configuration files, and what is wrong in such files.
 
 `ConnectionSection` is what may stand in the table; `ConnectionSection.settings` reads the secrets
 and gives what a session needs. `explain` turns what pydantic says about any configuration into
-sentences with file, key, the nearest known key and a remedy.
+codes with values, the key and the nearest known key.
 """
 
 import os
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from types import UnionType
@@ -16,7 +17,6 @@ from typing import (
     Annotated,
     Final,
     Literal,
-    NamedTuple,
     TypeAlias,
     Union,
     cast,
@@ -24,12 +24,11 @@ from typing import (
     get_args,
     get_origin,
 )
-from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, Place, Value
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime.host import read_secret as secret_in, refuse_readable, unreadable
@@ -42,35 +41,36 @@ Security: TypeAlias = Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "
 FILE_LIMIT_BYTES: Final = 1_000_000
 """Largest configuration file. [byte]"""
 _MOST_PROBLEMS = 8
-_NO_TABLE = ("this is not a table", "Write keys with values below [...]")
-_NO_NUMBER = ("this is not a number", "Write digits without quotation marks")
-_TYPES: Final[Mapping[str, tuple[str, str]]] = {
-    "dict_type": _NO_TABLE,
-    "model_type": _NO_TABLE,
-    "model_attributes_type": _NO_TABLE,
-    "float_type": _NO_NUMBER,
-    "float_parsing": _NO_NUMBER,
-    "finite_number": ("this is not a finite number", "Write digits"),
-    "int_type": ("this is not a whole number", "Write digits only"),
-    "int_from_float": ("this is not a whole number", "Write digits only"),
-    "string_type": ("this is not a text", "Write it in quotation marks"),
-    "bool_type": ("this is neither true nor false", "Write true or false, without quotes"),
-    "list_type": ("this is not a list", "Write [a, b]"),
-    "greater_than_equal": ("this is less than {ge}", ""),
-    "less_than_equal": ("this is more than {le}", ""),
-    "greater_than": ("this is not more than {gt}", ""),
-    "less_than": ("this is not less than {lt}", ""),
-    "string_too_short": ("this is empty or too short", ""),
-    "string_too_long": ("this is longer than {max_length} characters", ""),
+_CODES: Final[Mapping[str, str]] = {
+    "dict_type": "not_a_table",
+    "model_type": "not_a_table",
+    "model_attributes_type": "not_a_table",
+    "float_type": "no_number",
+    "float_parsing": "no_number",
+    "finite_number": "not_finite",
+    "int_type": "no_whole_number",
+    "int_from_float": "no_whole_number",
+    "string_type": "not_a_text",
+    "bool_type": "no_boolean",
+    "list_type": "not_a_list",
+    "factor": "scale_zero",
+    "shown": "control_character",
 }
-"""What is wrong and what to do, by pydantic's name of the error; without the latter the remedy
-is what the key means."""
-_SCHEME = "opc.tcp"
+"""What is wrong, by pydantic's name of the error."""
+_BOUNDS: Final[Mapping[str, tuple[str, str]]] = {
+    "greater_than_equal": ("below_bound", "ge"),
+    "less_than_equal": ("above_bound", "le"),
+    "greater_than": ("not_above_bound", "gt"),
+    "less_than": ("not_below_bound", "lt"),
+    "string_too_short": ("text_short", "min_length"),
+    "string_too_long": ("text_long", "max_length"),
+}
+"""The same for what has a bound, and pydantic's name of the bound."""
 
 
-def _refused(key: str, what: str, remedy: str) -> PydanticCustomError:
-    """Make the error of one key that `explain` finds again."""
-    return PydanticCustomError("refused", "{what}", {"key": key, "what": what, "remedy": remedy})
+def refused(code: str, key: str, **values: str) -> PydanticCustomError:
+    """Return the error of one key of a table, so that `explain` finds its code again."""
+    return PydanticCustomError("refused", "{code}", {"code": code, "key": key, "values": values})
 
 
 @final
@@ -123,81 +123,21 @@ class ConnectionSection(BaseModel):
     @classmethod
     def _no_password_inside(cls, table: object) -> object:
         if isinstance(table, dict) and "password" in table:
-            raise _refused(
-                "password",
-                "the password itself stands in the file",
-                "Write it into a file that only its owner can read, name that as password_file or"
-                " a variable as password_environment, and change the password",
-            )
+            raise refused("secret_in_file", "password", name="password")
         return cast("object", table)
 
     @model_validator(mode="after")
     def _check_together(self) -> "ConnectionSection":
-        self._check_url()
-        self._check_user()
-        given = {
-            "certificate": self.certificate,
-            "private_key": self.private_key,
-            "server_certificate": self.server_certificate,
-        }
-        for key, value in given.items():
-            if self.security == "none" and value:
-                raise _refused(
-                    key,
-                    "the connection is not encrypted, and a certificate is stated",
-                    "Choose a policy such as Basic256Sha256, or leave the certificates out",
-                )
-            if self.security != "none" and not value:
-                raise _refused(
-                    key,
-                    f"{key} is missing, and the connection shall be encrypted",
-                    "Make and fetch certificates with thermaxis certificate, and name the files",
-                )
+        if self.password_file and self.password_environment:
+            raise refused("stated_twice", "password_environment", name="password")
+        if self.user and not (self.password_file or self.password_environment):
+            raise refused("user_needs_password", "user")
+        for key in ("certificate", "private_key", "server_certificate"):
+            if self.security == "none" and getattr(self, key):
+                raise refused("certificate_unused", key)
         return self
 
-    def _check_url(self) -> None:
-        try:
-            parts = urlsplit(self.url)
-            host, _ = parts.hostname, parts.port
-        except ValueError:
-            parts, host = None, None
-        if parts is None or parts.scheme != _SCHEME or not host:
-            raise _refused(
-                "url",
-                "this is no address of an OPC UA server",
-                "Write it as opc.tcp://host:4840/path",
-            )
-        if parts.username is not None or parts.password is not None:
-            raise _refused(
-                "url",
-                "the address contains a user or a password",
-                "Write user and password_file as keys of their own",
-            )
-
-    def _check_user(self) -> None:
-        if self.password_file and self.password_environment:
-            raise _refused(
-                "password_environment",
-                "the password is stated twice",
-                "Give password_file or password_environment",
-            )
-        stated = bool(self.password_file or self.password_environment)
-        if stated and not self.user:
-            raise _refused("user", "there is a password and no user", "Write user as well")
-        if self.user and not stated:
-            raise _refused(
-                "user",
-                "there is a user and no password",
-                "Name password_file or password_environment",
-            )
-        if self.user and self.security == "none":
-            raise _refused(
-                "security",
-                "a password is never sent over a connection that is not encrypted",
-                "Choose a policy such as Basic256Sha256, or leave the user out",
-            )
-
-    def settings(self, name: str, folder: Path, *, where: str = "") -> ConnectionSettings:
+    def settings(self, name: str, folder: Path) -> ConnectionSettings:
         """Read the secrets and return what a session needs.
 
         Parameters
@@ -206,8 +146,6 @@ class ConnectionSection(BaseModel):
             Name of the connection.
         folder : Path
             Folder of the configuration file: relative paths count from there.
-        where : str
-            The table, for errors. Default: its name alone.
 
         Returns
         -------
@@ -217,38 +155,41 @@ class ConnectionSection(BaseModel):
         Raises
         ------
         ConfigurationError
-            If a password cannot be read, a file is missing, or others can read a secret.
+            If the address is none, a password cannot be read or would be sent without encryption,
+            a file is missing, or others can read a secret.
         """
-        where = where or f"[connection.{name}]"
-        private_key = _file(self.private_key, folder, f"{where}, private_key")
-        if private_key is not None:
-            refuse_readable(private_key, where=f"{where}, private_key")
-        return ConnectionSettings(
+        table = f"connection.{name}"
+        settings = ConnectionSettings(
             name=name,
             url=self.url,
             security=self.security,
             user=self.user,
-            password=self._password(folder, where) or Secret(""),
-            certificate=_file(self.certificate, folder, f"{where}, certificate"),
-            private_key=private_key,
-            server_certificate=_file(
-                self.server_certificate, folder, f"{where}, server_certificate"
-            ),
+            password=self._password(folder, table),
+            certificate=_path(self.certificate, folder),
+            private_key=_path(self.private_key, folder),
+            server_certificate=_path(self.server_certificate, folder),
             application_uri=self.application_uri,
             timeout_s=self.timeout_s,
             retry_s=self.retry_s,
         )
+        for key in ("certificate", "private_key", "server_certificate"):
+            file: Path | None = getattr(settings, key)
+            if file is not None:
+                require_file(file, f"{table}.{key}")
+        if settings.private_key is not None:
+            refuse_readable(settings.private_key, key=f"{table}.private_key")
+        return settings
 
-    def _password(self, folder: Path, where: str) -> Secret | None:
-        if self.password_file or self.password_environment:
-            return read_secret(
-                self.password_file, self.password_environment, folder=folder, where=where
-            )
-        return None
+    def _password(self, folder: Path, table: str) -> Secret:
+        if not (self.password_file or self.password_environment):
+            return Secret("")
+        return read_secret(
+            self.password_file, self.password_environment, folder=folder, table=table
+        )
 
 
 def read_secret(
-    file: str, environment: str, *, folder: Path, where: str, key: str = "password"
+    file: str, environment: str, *, folder: Path, table: str, key: str = "password"
 ) -> Secret:
     """Read a secret from a file or an environment variable.
 
@@ -260,7 +201,7 @@ def read_secret(
         Environment variable.
     folder : Path
         Folder from which a relative path counts.
-    where : str
+    table : str
         The table of the configuration, for errors.
     key : str
         What the secret is called in the configuration: `KEY_file` and `KEY_environment`.
@@ -278,44 +219,27 @@ def read_secret(
     if not file:
         text = os.environ.get(environment, "")
         if not text:
-            raise ConfigurationError(
-                f"the environment variable {environment} is not set, or empty",
-                where=f"{where}, {key}_environment",
-                remedy="Set it before the program starts",
-            )
+            place = Place(key=f"{table}.{key}_environment")
+            raise ConfigurationError("variable_not_set", name=environment, place=place)
         return Secret(text)
-    return secret_in(folder / file, where=f"{where}, {key}_file")
+    return secret_in(folder / file, key=f"{table}.{key}_file")
 
 
-def _file(name: str, folder: Path, where: str) -> Path | None:
-    if not name:
-        return None
-    path = folder / name
+def _path(name: str, folder: Path) -> Path | None:
+    return folder / name if name else None
+
+
+def require_file(path: Path, key: str) -> None:
+    """Check that a file that a key names is there."""
     try:
-        found = path.is_file()
-    except (OSError, ValueError) as error:
-        raise unreadable(path, error, where=where) from None
-    if not found:
-        raise ConfigurationError(
-            f"there is no file {path}",
-            where=where,
-            remedy="Check the name; relative names count from the folder of the configuration file",
-        )
-    return path
+        there = path.is_file()
+    except (OSError, ValueError):
+        there = False
+    if not there:
+        raise ConfigurationError("file_not_found", place=Place(str(path), key=key))
 
 
-# What pydantic says, in words ------------------------------------------------------------------
-
-
-class Problem(NamedTuple):
-    """One thing that is wrong in a configuration file."""
-
-    place: str
-    """Table and key, such as ``[connection.control], security``."""
-    what: str
-    """What is wrong."""
-    remedy: str
-    """What to do; may be empty."""
+# What pydantic says, as codes --------------------------------------------------------------------
 
 
 def read_tables(path: Path) -> dict[str, object]:
@@ -340,35 +264,24 @@ def read_tables(path: Path) -> dict[str, object]:
         with path.open("rb") as stream:
             content = stream.read(FILE_LIMIT_BYTES + 1)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or type(error).__name__
-        raise ConfigurationError(
-            f"the file cannot be read ({reason})",
-            where=str(path),
-            remedy="Check the name and the permissions",
-        ) from None
+        raise unreadable(path, error) from None
     if len(content) > FILE_LIMIT_BYTES:
         raise ConfigurationError(
-            f"the file is longer than {FILE_LIMIT_BYTES} bytes",
-            where=str(path),
-            remedy="Name the configuration file itself",
+            "file_too_long", most_bytes=FILE_LIMIT_BYTES, place=Place(str(path))
         )
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
-        reason = "its text is not UTF-8"
+        raise ConfigurationError("not_utf8", place=Place(str(path))) from None
     except tomllib.TOMLDecodeError as error:
-        reason = str(error).rstrip(".")
+        cause = str(error).rstrip(".")
     except RecursionError:
-        reason = "nested too deeply"
-    raise ConfigurationError(
-        f"this is not TOML: {reason}",
-        where=str(path),
-        remedy='Write tables such as [connection.control] and keys such as url = "opc.tcp://..."',
-    )
+        cause = "nested too deeply"
+    raise ConfigurationError("not_toml", cause=cause, place=Place(str(path)))
 
 
-def explain(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Say in words what is wrong with a configuration.
+def explain(error: ValidationError, model: type[BaseModel]) -> list[Message]:
+    """Say what is wrong with a configuration.
 
     Parameters
     ----------
@@ -379,7 +292,7 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
 
     Returns
     -------
-    list of Problem
+    list of Message
         Table by table; never empty. Unknown keys stand first in their table, as a key that is
         missing may be one that is misspelt. Values of the file do not occur in it.
     """
@@ -389,12 +302,12 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
     return [_problem(detail, model) for detail in details]
 
 
-def refuse(problems: Sequence[Problem], path: Path | str) -> ConfigurationError:
+def refuse(problems: Sequence[Message], path: Path | str) -> ConfigurationError:
     """Make one error of everything that is wrong in a file.
 
     Parameters
     ----------
-    problems : sequence of Problem
+    problems : sequence of Message
         At least one.
     path : Path or str
         The file.
@@ -402,37 +315,49 @@ def refuse(problems: Sequence[Problem], path: Path | str) -> ConfigurationError:
     Returns
     -------
     ConfigurationError
-        With the place of the first; the others follow in its text.
+        The only problem at its place; several as one error about the file, with the first of them
+        as values.
     """
-    first, *others = problems
-    what = first.what
-    for problem in others[:_MOST_PROBLEMS]:
-        what += f"; {problem.place}: {problem.what}"
-    if len(others) > _MOST_PROBLEMS:
-        what += f"; and {len(others) - _MOST_PROBLEMS} more"
-    where = f"{path}, {first.place}" if first.place else str(path)
-    return ConfigurationError(what, where=where, remedy=first.remedy)
+    if len(problems) > 1:
+        shown, count = tuple(problems[:_MOST_PROBLEMS]), len(problems)
+        place = Place(str(path))
+        return ConfigurationError("several_problems", problems=shown, count=count, place=place)
+    only = problems[0]
+    place = only.place if only.place.file else only.place._replace(file=str(path))
+    return ConfigurationError.of(replace(only, place=place))
 
 
-def _problem(detail: "ErrorDetails", model: type[BaseModel]) -> Problem:
+def _problem(detail: "ErrorDetails", model: type[BaseModel]) -> Message:
     loc = tuple(str(part) for part in detail["loc"] if not str(part).endswith("[key]"))
     kind = detail["type"]
-    context = cast("Mapping[str, object]", detail.get("ctx", {}))
+    context = cast("Mapping[str, Value]", detail.get("ctx", {}))
     if kind == "refused":
-        return Problem(
-            _place((*loc, str(context["key"]))), str(context["what"]), str(context["remedy"])
+        key, said = (
+            ".".join((*loc, str(context["key"]))),
+            cast("Mapping[str, str]", context["values"]),
         )
+        return problem(str(context["code"]), key, **said)
+    key = ".".join(loc)
     if kind == "extra_forbidden":
         return _unknown_key(loc, model)
-    if kind == "missing":
-        return Problem(_place(loc), f"the key {loc[-1]} is missing", _remedy_of_type(loc, model))
+    if kind in _CODES:
+        return problem(_CODES[kind], key)
     if kind == "literal_error":
-        return Problem(_place(loc), "this value is not known", f"Write {context['expected']}")
-    what, remedy = _TYPES.get(kind, ("", ""))
-    if not what:
-        words = detail["msg"].removeprefix("Value error, ").rstrip(".")
-        what = words[:1].lower() + words[1:]
-    return Problem(_place(loc), what.format(**context), remedy or _remedy_of_type(loc, model))
+        return problem("value_unknown", key, known=str(context["expected"]))
+    values: dict[str, Value] = {"meaning": _meaning(loc, model)}
+    code, bound = _BOUNDS.get(kind, ("key_needed" if kind == "missing" else "value_refused", ""))
+    if bound:
+        values["bound"] = context[bound]
+    elif kind == "missing":
+        values["name"] = loc[-1]
+    else:
+        values["said"] = detail["msg"]
+    return problem(code, key, **values)
+
+
+def problem(code: str, key: str, **values: Value) -> Message:
+    """Return something that is wrong at a key; empty: in the file as a whole."""
+    return Message(f"error-{code}", values, Place(key=key))
 
 
 _RENAMED = {
@@ -442,26 +367,15 @@ _RENAMED = {
 }
 
 
-def _unknown_key(loc: tuple[str, ...], model: type[BaseModel]) -> Problem:
-    key = loc[-1]
+def _unknown_key(loc: tuple[str, ...], model: type[BaseModel]) -> Message:
+    name, key = loc[-1], ".".join(loc)
     known = sorted(_known_keys(loc[:-1], model))
-    near = get_close_matches(key, known, n=1, cutoff=0.6)
-    remedy = f"Did you mean {near[0]}" if near else f"Known are {', '.join(known)}"
-    if _RENAMED.get(key) in known:
-        remedy = f"Write {_RENAMED[key]}, as it is called now"
-    place = f"[{printable('.'.join(loc[:-1]), 120)}]" if loc[1:] else ""
-    return Problem(place, f"'{printable(key, 60)}' is not a key here", remedy)
-
-
-def _place(loc: Sequence[str]) -> str:
-    """Write where a value stands: tables in brackets, then the key."""
-    if not loc:
-        return ""
-    *tables, key = loc
-    shown = printable(key, 60)
-    if not tables:
-        return shown
-    return f"[{printable('.'.join(tables), 120)}], {shown}"
+    near = get_close_matches(name, known, n=1, cutoff=0.6)
+    if _RENAMED.get(name) in known:
+        return problem("key_renamed", key, name=name, now=_RENAMED[name])
+    if near:
+        return problem("unknown_key_near", key, name=name, near=near[0])
+    return problem("unknown_key", key, name=name, known=tuple(known))
 
 
 def _known_keys(loc: Sequence[str], model: type[BaseModel]) -> set[str]:
@@ -495,10 +409,10 @@ def _inside(annotation: object, loc: Sequence[str]) -> Iterator[type[BaseModel]]
         yield from _inside(get_args(annotation)[-1], loc[1:])
 
 
-def _remedy_of_type(loc: Sequence[str], model: type[BaseModel]) -> str:
+def _meaning(loc: Sequence[str], model: type[BaseModel]) -> str:
     """Return the first sentence under the key, which says what belongs there."""
     for section in _sections(loc[:-1], model):
         field = section.model_fields.get(loc[-1]) if loc else None
         if field is not None and field.description:
-            return f"It means: {' '.join(field.description.split()).rstrip('.')}"
-    return "Correct the value"
+            return " ".join(field.description.split()).rstrip(".")
+    return "-"

@@ -1,4 +1,4 @@
-"""Configuration of one machine: ``machine.toml`` to frozen values, and every mistake in words.
+"""Configuration of one machine: ``machine.toml`` to frozen values, and every mistake at its place.
 
 .. code-block:: toml
 
@@ -20,15 +20,15 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.codes import Message
 from thermaxis.runtime.config._build import build_configuration
-from thermaxis.runtime.config._connection import Problem, explain, read_tables, refuse
+from thermaxis.runtime.config._connection import explain, read_tables, refuse
 from thermaxis.runtime.config._places import with_lines
 from thermaxis.runtime.config._sections import MachineFile
 from thermaxis.runtime.config._settings import MachineConfiguration
 
 
-def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Problem, ...]:
+def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, ...]:
     """Read a configuration, or say everything that is wrong in it.
 
     Parameters
@@ -38,7 +38,7 @@ def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Problem, .
 
     Returns
     -------
-    MachineConfiguration or tuple of Problem
+    MachineConfiguration or tuple of Message
         The configuration; or what is wrong, in the order of the file's tables, at least one.
         No value of a secret, and none of an unknown key, occurs in it.
 
@@ -77,28 +77,9 @@ def read_machine(path: Path | str) -> MachineConfiguration:
     ConfigurationError
         If the file, or a file that it names, cannot be read; a key is unknown, missing, or has a
         value that cannot be; parts contradict each other or do not fit the model; or others can
-        read a secret. Several mistakes are one error: the place is that of the first, and the
-        text names the others.
+        read a secret. Several mistakes are one error, ``several_problems``.
     """
     found = examine_machine(path)
     if isinstance(found, MachineConfiguration):
         return found
-    raise problems_as_error(found, path)
-
-
-def problems_as_error(problems: tuple[Problem, ...], path: Path | str) -> ConfigurationError:
-    """Return one error for everything that is wrong in a file.
-
-    Parameters
-    ----------
-    problems : tuple of Problem
-        At least one.
-    path : Path or str
-        The file.
-
-    Returns
-    -------
-    ConfigurationError
-        With the place of the first; the others follow in its text, as far as there is room.
-    """
-    return refuse(problems, path)
+    raise refuse(found, path)

@@ -1,76 +1,65 @@
 """Where in a configuration file a mistake stands: the line of a table or a key."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from thermaxis.runtime.config._connection import Problem
+from thermaxis.codes import Message
 
 _TABLE = re.compile(r"""^\s*\[\s*((?:[\w-]+|"[^"]*"|'[^']*'|\s*\.\s*)+)\s*\]\s*(?:\#.*)?$""")
 _KEY = re.compile(r"""^\s*([\w-]+|"[^"]*"|'[^']*')\s*=""")
-_PLACE = re.compile(r"^\[(?P<table>[^\]]+)\](?:, (?P<key>.+))?$")
-_UNKNOWN = re.compile(r"^'(?P<key>.+)' is not a key here$")
 
 
-def with_lines(problems: Sequence[Problem], file: Path) -> tuple[Problem, ...]:
-    """Name the line of every mistake, where it can be found.
+def with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:
+    """Name the file and the line of every mistake, where they can be found.
 
     Parameters
     ----------
-    problems : sequence of Problem
-        What is wrong, with table and key.
+    problems : sequence of Message
+        What is wrong; a place without a file has a key of this one.
     file : Path
         The file; it has been read before.
 
     Returns
     -------
-    tuple of Problem
-        The same with ``line N`` in front of the place. Where a key is missing, the line is that
-        of its table. Nothing is added where the text has forms that only a whole reader of TOML
-        follows, such as texts over several lines.
+    tuple of Message
+        Where a key is missing, the line is that of its table. No line where the text has forms
+        that only a whole reader of TOML follows, such as texts over several lines.
     """
     try:
         text = file.read_text(encoding="utf-8-sig")
     except (OSError, ValueError):
-        return tuple(problems)
-    if '"""' in text or "'''" in text:
-        return tuple(problems)
-    lines = _lines_of(text)
-    return tuple(_with_line(problem, lines) for problem in problems)
+        text = ""
+    lines = {} if '"""' in text or "'''" in text else _lines_of(text)
+    return tuple(_with_line(problem, str(file), lines) for problem in problems)
 
 
-def _lines_of(text: str) -> dict[tuple[str, str], int]:
-    """Return the line of every table (key empty) and of every key in it."""
-    found: dict[tuple[str, str], int] = {}
+def _lines_of(text: str) -> dict[str, int]:
+    """Return the line of every table and every key, by its name with its tables."""
+    found: dict[str, int] = {}
     table = ""
     for number, line in enumerate(text.splitlines(), start=1):
         head = _TABLE.match(line)
         if head is not None:
             table = _plain(head[1])
-            found.setdefault((table, ""), number)
+            found.setdefault(table, number)
             continue
         key = _KEY.match(line)
         if key is not None:
-            found.setdefault((table, _plain(key[1])), number)
+            found.setdefault(f"{table}.{_plain(key[1])}".strip("."), number)
     return found
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"""\s*\.\s*""", ".", name).replace('"', "").replace("'", "").strip()
+    return re.sub(r"\s*\.\s*", ".", name).replace('"', "").replace("'", "").strip()
 
 
-def _with_line(problem: Problem, lines: dict[tuple[str, str], int]) -> Problem:
-    place = _PLACE.match(problem.place)
-    table, keys = (place["table"], place["key"] or "") if place else (problem.place, "")
-    key = keys.partition(",")[0]
-    shown = problem.place
-    unknown = _UNKNOWN.match(problem.what)
-    if unknown is not None:
-        table, key = f"{table}.{key}".strip("."), unknown["key"]
-        shown = f"[{table}]" if table else f"[{key}]"
-    inner = f"{table}.{key}".strip(".")
-    number = lines.get((table, key)) or lines.get((inner, "")) or lines.get((table, ""))
-    if number is None:
-        return Problem(shown, problem.what, problem.remedy)
-    where = f"line {number}, {shown}" if shown else f"line {number}"
-    return Problem(where, problem.what, problem.remedy)
+def _with_line(problem: Message, file: str, lines: Mapping[str, int]) -> Message:
+    place = problem.place
+    if place.file:
+        return problem
+    key = place.key
+    while key and key not in lines:
+        key = key.rpartition(".")[0]
+    return replace(problem, place=place._replace(file=file, line=lines.get(key)))

@@ -1,17 +1,15 @@
 """What is wrong in a configuration file, collected while its parts are fitted together."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeVar, final
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, Place, Value
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime.config._connection import Problem
+from thermaxis.runtime.config._connection import problem, require_file
 
 _T = TypeVar("_T")
-REMEDY = "Correct the value; docs/machine-toml.md says what every key means"
-"""What to do where an error says nothing better."""
 
 
 @final
@@ -26,116 +24,49 @@ class Problems:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.found: list[Problem] = []
+        self.found: list[Message] = []
         """What was found so far."""
 
-    def add(self, place: str, what: str, remedy: str) -> None:
-        """Take one mistake.
+    def add(self, code: str, key: str, **values: Value) -> None:
+        """Take one mistake, at a key with its tables: ``sink.connection``."""
+        self.found.append(problem(code, key, **values))
 
-        Parameters
-        ----------
-        place : str
-            Table in brackets, then the key: ``[sink], connection``.
-        what : str
-            What is wrong.
-        remedy : str
-            What to do.
-        """
-        self.found.append(Problem(place, what, remedy or REMEDY))
+    def guarded(self, key: str, build: Callable[[], _T]) -> _T | None:
+        """Return what a function builds, or take its error and return None.
 
-    def guarded(self, place: str, build: Callable[[], _T]) -> _T | None:
-        """Return what a function builds, or take its error.
-
-        Parameters
-        ----------
-        place : str
-            Table, or table and key; a key that the error names is added.
-        build : callable
-            What to build.
-
-        Returns
-        -------
-        object or None
-            None if there was an error.
+        The place is the key, with that which the error names; an error in another file keeps its
+        place there.
         """
         try:
             return build()
         except ConfigurationError as error:
-            where = error.where.removeprefix(place).removeprefix(", ")
-            told = place if where in {"", place.strip("[]")} else f"{place}, {where}"
-            self.add(told, error.what, error.remedy)
+            self.found.append(error.at(_placed(error.place, key)).message)
             return None
 
-    def existing(self, place: str, name: str) -> Path | None:
-        """Return the path of a file that must be there.
-
-        Parameters
-        ----------
-        place : str
-            Table and key.
-        name : str
-            Name of the file; may be empty.
-
-        Returns
-        -------
-        Path or None
-            None if no name is given; a file that is missing is a mistake, and its path is
-            returned.
-        """
+    def existing(self, key: str, name: str) -> Path | None:
+        """Return the path of a file that must be there; None if no name is given."""
         if not name:
             return None
         path = self.folder / name
-        try:
-            there = path.is_file()
-        except (OSError, ValueError):
-            there = False
-        if not there:
-            self.add(
-                place,
-                f"there is no file {path}",
-                "Check the name; relative names count from the folder of the configuration file",
-            )
+        self.guarded(key, lambda: require_file(path, key))
         return path
 
     def refuse_foreign(self, table: str, kind: str, keys: Iterable[str]) -> None:
-        """Take a mistake for every key that only another kind of the same table has.
-
-        Parameters
-        ----------
-        table : str
-            The table, without brackets.
-        kind : str
-            The kind that is stated.
-        keys : iterable of str
-            Keys that are stated and mean nothing.
-        """
+        """Take a mistake for every key that only another kind of the same table has."""
         for key in keys:
-            self.add(
-                f"[{table}], {key}",
-                f"{key} has no meaning where the kind is {kind}",
-                "Leave it out, or choose another kind",
-            )
+            self.add("key_of_other_kind", f"{table}.{key}", name=key, kind=kind)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return advice on a name that nobody knows.
+def _placed(place: Place, key: str) -> Place:
+    inner = place.key
+    if place.file:
+        return place if inner else place._replace(key=key)
+    if not inner or key == inner or key.endswith(f".{inner}"):
+        return place._replace(key=key)
+    return place._replace(key=inner if inner.startswith(f"{key}.") else f"{key}.{inner}")
 
-    Parameters
-    ----------
-    name : str
-        The name.
-    known : iterable of str
-        Names that are known.
 
-    Returns
-    -------
-    str
-        The nearest one if there is one, else all.
-    """
+def nearest(name: str, known: Iterable[str]) -> Sequence[str]:
+    """Return the name that is nearest to an unknown one; all, if none is near."""
     listed = sorted(known)
-    found = get_close_matches(name[:100], listed, n=1, cutoff=0.6)
-    if found:
-        return f"Did you mean {printable(found[0], 80)}"
-    if not listed:
-        return "There are none"
-    return f"There are {printable(', '.join(listed), 200)}"
+    return get_close_matches(name[:100], listed, n=1, cutoff=0.6) or listed

@@ -10,10 +10,9 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from thermaxis.codes import printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._findings import Finding, error, warning
+from thermaxis.runtime._findings import Finding, Level, advice
 from thermaxis.runtime.config._problems import Problems
 from thermaxis.runtime.config._sections import ScreenSection
 from thermaxis.runtime.config._servers import key_pair, stated_secret
@@ -26,14 +25,12 @@ from thermaxis.runtime.config._settings import (
 )
 from thermaxis.runtime.host import is_loopback
 
-TABLE: Final = "[screen]"
+TABLE: Final = "screen"
 """The table, as errors name it."""
 _LABEL = r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?"
 _HOST = re.compile(rf"(?P<name>{_LABEL}(?:\.{_LABEL})*|\[[0-9a-f:.]+\])(?::(?P<port>\d{{1,5}}))?")
 _LONGEST_HOST = 253
 _MOST_PORTS = 65_535
-_OWN_ADDRESS = "or take the address 127.0.0.1"
-_NEW_CERTIFICATE = "Make one with thermaxis certificate new"
 
 
 def screen_settings(
@@ -89,14 +86,10 @@ def screen_settings(
     _check_reach(settings, problems)
     _check_times(settings, problems)
     _check_user(section, problems)
-    others = (("[server]", server), ("[metrics]", metrics))
+    others = (("server", server), ("metrics", metrics))
     _check_port(settings, [(t, s.address, s.port) for t, s in others if s is not None], problems)
     if server is None:
-        problems.add(
-            TABLE,
-            "the pages show what the status server says, and there is no table [server]",
-            'Add a table [server], such as one with anonymous_role = "viewer"',
-        )
+        problems.add("screen_without_server", TABLE)
     else:
         _check_server(settings, server, problems)
     return None if password is None else settings
@@ -108,26 +101,12 @@ def screen_settings(
 def _check_reach(settings: ScreenSettings, problems: Problems) -> None:
     """Check by whom the pages are reached, and under which names."""
     if not is_loopback(settings.address) and settings.certificate is None:
-        problems.add(
-            TABLE,
-            "the pages can be reached from other computers, and certificate is missing: passwords"
-            " would be sent without encryption",
-            f"{_NEW_CERTIFICATE}, and write certificate and private_key, {_OWN_ADDRESS}",
-        )
+        problems.add("screen_unencrypted", TABLE)
     if settings.address in EVERY_ADDRESS and not settings.hosts:
-        problems.add(
-            f"{TABLE}, hosts",
-            "the pages are served at every address of this computer, and no name is stated by which"
-            " browsers reach them: each would be refused",
-            'Write the names that people type, such as hosts = ["lathe-3.shop"]',
-        )
+        problems.add("screen_without_name", f"{TABLE}.hosts")
     for host in settings.hosts:
         if not is_host(host):
-            problems.add(
-                f"{TABLE}, hosts",
-                f"'{printable(host, 80)}' is no name of a computer",
-                'Write names alone, such as "lathe-3.shop", "10.0.0.5:8450" or "[fd00::5]"',
-            )
+            problems.add("no_host_name", f"{TABLE}.hosts", name=host)
 
 
 def is_host(text: str) -> bool:
@@ -160,23 +139,15 @@ def is_host(text: str) -> bool:
 
 def _check_times(settings: ScreenSettings, problems: Problems) -> None:
     if settings.idle_s > settings.longest_login_s:
-        problems.add(
-            f"{TABLE}, idle_s",
-            f"a log-in ends after {settings.longest_login_s:g} s in any case, and idle_s is longer",
-            "Lower idle_s, or raise longest_login_s",
-        )
+        problems.add("idle_too_long", f"{TABLE}.idle_s", longest_s=settings.longest_login_s)
 
 
 def _check_user(section: ScreenSection, problems: Problems) -> None:
     stated = bool(section.password_file or section.password_environment)
     if stated and not section.user:
-        problems.add(f"{TABLE}, user", "there is a password and no user", "Write user as well")
+        problems.add("password_without_user", f"{TABLE}.user")
     if section.user and not stated:
-        problems.add(
-            f"{TABLE}, user",
-            "there is a user and no password",
-            "Name password_file or password_environment",
-        )
+        problems.add("user_needs_password", f"{TABLE}.user")
 
 
 def _check_port(
@@ -184,11 +155,7 @@ def _check_port(
 ) -> None:
     for table, address, port in others:
         if port and port == settings.port and _meet(address, settings.address):
-            problems.add(
-                f"{TABLE}, port",
-                f"the port is that of {table} at the same address",
-                "Take another one, such as 8450",
-            )
+            problems.add("port_twice", f"{TABLE}.port", table=table)
 
 
 def _meet(one: str, other: str) -> bool:
@@ -220,25 +187,19 @@ def page_certificate_findings(configuration: MachineConfiguration) -> Iterator[F
     from thermaxis.runtime.host import server_context  # noqa: PLC0415 - as above
     from thermaxis.runtime.opcua import certificate_of  # noqa: PLC0415 - cryptography is heavy
 
-    where = f"{TABLE}, certificate"
+    key = f"{TABLE}.certificate"
     try:
         contained = certificate_of(screen.certificate).hosts
     except ConfigurationError:
         return  # told already
     try:
-        server_context(screen.certificate, screen.private_key, where=TABLE)
+        server_context(screen.certificate, screen.private_key)
     except ConfigurationError as failure:
-        yield error(where, failure.what, failure.remedy)
+        yield Finding(Level.ERROR, failure.message)
         return
-    shown = printable(", ".join(contained), 120) or "no computer"
     for name in _called(screen):
         if not _contains(contained, name):
-            yield warning(
-                where,
-                f"the pages are called {name}, and the certificate is for {shown}: browsers will"
-                " warn of it",
-                "Make one with thermaxis certificate new and --host for every name",
-            )
+            yield advice("host_not_in_certificate", key, name=name, hosts=contained)
 
 
 def _called(screen: ScreenSettings) -> list[str]:
@@ -273,54 +234,22 @@ def _is_address(text: str, address: ipaddress.IPv4Address | ipaddress.IPv6Addres
 
 def _check_server(settings: ScreenSettings, server: ServerSettings, problems: Problems) -> None:
     if server.port == 0:
-        problems.add(
-            "[server], port",
-            "a free port is taken at every start, and the pages would not know which",
-            "Write the port, such as 4850",
-        )
+        problems.add("server_port_changes", "server.port")
     _check_encryption(settings, server, problems)
     if not settings.user and server.anonymous_role != "viewer":
-        problems.add(
-            f"{TABLE}, user",
-            "the status server tells nothing to people without a name, and no user is stated: the"
-            " pages would have nothing to show",
-            "Make a user with thermaxis user and the role viewer, and write user and password_file,"
-            ' or anonymous_role = "viewer" in the table [server]',
-        )
+        problems.add("screen_sees_nothing", f"{TABLE}.user")
     if settings.user and server.users is None:
-        problems.add(
-            f"{TABLE}, user",
-            "the status server has no users",
-            "Leave the user out, or write users in the table [server]",
-        )
+        problems.add("server_without_users", f"{TABLE}.user")
     if server.users is None and not settings.view_without_login:
-        problems.add(
-            f"{TABLE}, view_without_login",
-            "nobody could look: the status server has no users who could log in",
-            "Write view_without_login = true, or users in the table [server]",
-        )
+        problems.add("nobody_can_look", f"{TABLE}.view_without_login")
 
 
 def _check_encryption(settings: ScreenSettings, server: ServerSettings, problems: Problems) -> None:
     if settings.client_certificate is not None and server.certificate is None:
-        problems.add(
-            f"{TABLE}, client_certificate",
-            "the status server has no certificate, so that connections to it are not encrypted",
-            "Leave it out, or write certificate and private_key in the table [server]",
-        )
+        problems.add("server_without_certificate", f"{TABLE}.client_certificate")
     if settings.client_certificate is not None:
         return
     if server.users is not None:
-        problems.add(
-            TABLE,
-            "every log-in is an encrypted connection to the status server, and client_certificate"
-            " is missing: nobody could log in",
-            f"{_NEW_CERTIFICATE}, and write client_certificate and client_private_key",
-        )
+        problems.add("client_certificate_missing", TABLE)
     elif settings.user:
-        problems.add(
-            f"{TABLE}, user",
-            "a password is never sent over a connection that is not encrypted",
-            "Write client_certificate, and certificate in the table [server], or leave the user"
-            " out",
-        )
+        problems.add("user_unencrypted", f"{TABLE}.user")

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from thermaxis.compensation import Limits, SensorRules, SupervisorRules
 from thermaxis.messages import Language
-from thermaxis.runtime.config._connection import ConnectionSection
+from thermaxis.runtime.config._connection import ConnectionSection, refused
 from thermaxis.runtime.historian import HistorianSettings
 from thermaxis.runtime.sinks import LinuxCncSettings
 
@@ -24,7 +24,7 @@ Rules: TypeAlias = SensorRules | Limits | SupervisorRules | HistorianSettings | 
 def _shown(text: str) -> str:
     """Refuse what a terminal would obey instead of showing it."""
     if not text.isprintable():
-        raise PydanticCustomError("shown", "a control character stands in it")
+        raise PydanticCustomError("shown", "control character")
     return text
 
 
@@ -39,7 +39,7 @@ Scale = Annotated[float, Field(gt=0.0, le=1e6)]
 def _not_zero(value: float) -> float:
     """Refuse a factor that makes everything zero."""
     if value == 0.0:
-        raise PydanticCustomError("factor", "a factor of zero makes every value zero")
+        raise PydanticCustomError("factor", "factor of zero")
     return value
 
 
@@ -69,12 +69,7 @@ class Section(BaseModel):
         if not isinstance(table, dict):
             return table
         for key in cls.secret_keys & set(cast("dict[str, object]", table)):
-            raise refused(
-                key,
-                f"the {key} itself stands in the file",
-                f"Write it into a file that only its owner can read and name that as {key}_file,"
-                f" or a variable as {key}_environment; and change the {key}",
-            )
+            raise refused("secret_in_file", key, name=key)
         return cast("object", table)
 
     def stated(self, rules: type[Rules]) -> dict[str, Any]:
@@ -95,26 +90,6 @@ class Section(BaseModel):
             for entry in fields(rules)
             if entry.name in self.model_fields_set
         }
-
-
-def refused(key: str, what: str, remedy: str) -> PydanticCustomError:
-    """Make the error of one key of a table.
-
-    Parameters
-    ----------
-    key : str
-        The key.
-    what : str
-        What is wrong.
-    remedy : str
-        What to do.
-
-    Returns
-    -------
-    PydanticCustomError
-        With its words in the form in which `explain` finds them.
-    """
-    return PydanticCustomError("refused", "{what}", {"key": key, "what": what, "remedy": remedy})
 
 
 @final

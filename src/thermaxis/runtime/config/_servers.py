@@ -8,19 +8,10 @@ from thermaxis.runtime.config._problems import Problems
 from thermaxis.runtime.config._sections import HistorianSection, MetricsSection, ServerSection
 from thermaxis.runtime.config._settings import MetricsSettings, ServerSettings
 from thermaxis.runtime.historian import HistorianSettings, check_encryption, refuse_password
-from thermaxis.runtime.host import is_loopback, refuse_readable
+from thermaxis.runtime.host import refuse_readable
 
 _FORGOTTEN_DATABASES = ("", "/", "/:memory:")
 _POSTGRESQL = ("postgresql", "postgresql+psycopg")
-_URL_REMEDY = (
-    'Write url = "sqlite:///lathe.history.db", or "postgresql+psycopg://user@127.0.0.1/database"'
-    " with password_file"
-)
-_APART = (
-    "Write it into a file that only its owner can read, name that as password_file, and change the"
-    " password"
-)
-_OWN_ADDRESS = "or take the address 127.0.0.1"
 
 
 def historian_settings(
@@ -44,10 +35,9 @@ def historian_settings(
     settings : HistorianSettings
         The rest. None instead of both if something is wrong.
     """
-    table = "[historian]"
+    table, key = "historian", "historian.url"
     url = section.url or f"sqlite:///{default}"
-    place = f"{table}, url"
-    scheme = problems.guarded(place, lambda: _scheme_of(url, place))
+    scheme = problems.guarded(key, lambda: _scheme_of(url, key))
     secret = stated_secret(
         table, section.password_file, section.password_environment, problems, key="password"
     )
@@ -56,16 +46,12 @@ def historian_settings(
     if scheme == "sqlite":
         checked = _sqlite_url(url, problems)
         if secret:
-            problems.add(
-                f"{table}, password_file",
-                "SQLite has no password",
-                "Leave it out; who may read the file is decided by its folder's permissions",
-            )
+            problems.add("sqlite_without_password", f"{table}.password_file")
     elif scheme in _POSTGRESQL:
         checked = url
-        problems.guarded(place, lambda: check_encryption(url, where=place))
+        problems.guarded(key, lambda: check_encryption(url, key=key))
     else:
-        problems.add(f"{table}, url", "this database is not known", _URL_REMEDY)
+        problems.add("unknown_database", key, kind=scheme)
         return None
     if checked is None or secret is None:
         return None
@@ -74,15 +60,15 @@ def historian_settings(
     return None if settings is None else (checked, settings)
 
 
-def _scheme_of(url: str, place: str) -> str:
-    refuse_password(url, where=place, remedy=_APART)
+def _scheme_of(url: str, key: str) -> str:
+    refuse_password(url, key=key)
     return url.partition(":")[0].casefold()
 
 
 def _sqlite_url(url: str, problems: Problems) -> str | None:
     name = url.removeprefix("sqlite://")
     if name in _FORGOTTEN_DATABASES or not name.startswith("/") or "?" in name:
-        problems.add("[historian], url", "this is no file of SQLite", _URL_REMEDY)
+        problems.add("no_file_in_url", "historian.url")
         return None
     return f"sqlite:///{problems.folder / name[1:]}"
 
@@ -103,40 +89,20 @@ def server_settings(section: ServerSection | None, problems: Problems) -> Server
     Returns
     -------
     ServerSettings or None
-        None if there is no table.
+        None if there is no table, or nobody could connect as it is, or everybody.
     """
     if section is None:
         return None
-    table = "[server]"
+    table = "server"
     certificate, private_key = key_pair(table, section.certificate, section.private_key, problems)
-    users = problems.existing(f"{table}, users", section.users)
-    outside = not is_loopback(section.address)
-    if outside and users is None:
-        problems.add(
-            table,
-            "the server can be reached from other computers, and users is missing",
-            f"Write users, certificate and private_key, {_OWN_ADDRESS}",
-        )
-    if (outside or users is not None) and certificate is None:
-        problems.add(
-            table,
-            "users have passwords, which need an encrypted connection, and certificate is missing",
-            "Make one with thermaxis certificate new, and write certificate and private_key",
-        )
-    if outside and section.anonymous_role != "none":
-        problems.add(
-            f"{table}, anonymous_role",
-            "the server can be reached from other computers by people without a name",
-            f'Write "none", {_OWN_ADDRESS}',
-        )
-    if users is None and section.anonymous_role == "none" and not outside:
-        problems.add(
-            table,
-            "nobody could connect: there are no users and no anonymous role",
-            'Write users with a certificate, or anonymous_role = "viewer"',
-        )
-    return ServerSettings(
-        section.address, section.port, users, section.anonymous_role, certificate, private_key
+    users = problems.existing(f"{table}.users", section.users)
+    if (certificate is None) != (private_key is None):
+        return None  # said already
+    return problems.guarded(
+        table,
+        lambda: ServerSettings(
+            section.address, section.port, users, section.anonymous_role, certificate, private_key
+        ),
     )
 
 
@@ -157,7 +123,7 @@ def metrics_settings(section: MetricsSection | None, problems: Problems) -> Metr
     """
     if section is None:
         return None
-    table = "[metrics]"
+    table = "metrics"
     certificate, private_key = key_pair(table, section.certificate, section.private_key, problems)
     token = stated_secret(
         table, section.token_file, section.token_environment, problems, key="token"
@@ -180,7 +146,7 @@ def stated_secret(
     Parameters
     ----------
     table : str
-        The table, in brackets.
+        The table.
     file : str
         File whose first line is the secret; may be empty.
     environment : str
@@ -196,16 +162,12 @@ def stated_secret(
         An empty one where none is stated; None where it cannot be read.
     """
     if file and environment:
-        problems.add(
-            f"{table}, {key}_environment",
-            f"the {key} is stated twice",
-            f"Give {key}_file or {key}_environment",
-        )
+        problems.add("stated_twice", f"{table}.{key}_environment", name=key)
         return None
     if not file and not environment:
         return Secret("")
     return problems.guarded(
-        table, lambda: read_secret(file, environment, folder=problems.folder, where=table, key=key)
+        table, lambda: read_secret(file, environment, folder=problems.folder, table=table, key=key)
     )
 
 
@@ -217,7 +179,7 @@ def key_pair(
     Parameters
     ----------
     table : str
-        The table, in brackets.
+        The table.
     certificate, private_key : str
         Names of the files; may be empty.
     problems : Problems
@@ -233,15 +195,11 @@ def key_pair(
     """
     if bool(certificate) != bool(private_key):
         lacking = "private_key" if certificate else "certificate"
-        problems.add(
-            table,
-            f"the key {prefix}{lacking} is missing",
-            "Certificate and private key go together",
-        )
-    path = problems.existing(f"{table}, {prefix}certificate", certificate)
+        problems.add("pair_incomplete", table, name=f"{prefix}{lacking}")
+    path = problems.existing(f"{table}.{prefix}certificate", certificate)
     if not private_key:
         return path, None
-    key = problems.folder / private_key
-    place = f"{table}, {prefix}private_key"
-    problems.guarded(place, lambda: refuse_readable(key, where=place))
-    return path, key
+    file = problems.folder / private_key
+    key = f"{table}.{prefix}private_key"
+    problems.guarded(key, lambda: refuse_readable(file, key=key))
+    return path, file

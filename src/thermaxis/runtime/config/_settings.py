@@ -1,13 +1,13 @@
 """What a configuration file says, as frozen values: the rest of the program sees nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Final, Literal, final
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -147,7 +147,15 @@ class SinkSettings:
 @final
 @dataclass(frozen=True, slots=True)
 class ServerSettings:
-    """The status server."""
+    """The status server.
+
+    Raises
+    ------
+    ConfigurationError
+        If a certificate stands without its key, users without a certificate (a password is never
+        taken over an unencrypted connection), an address other than this computer's own without
+        users or with an anonymous role, or if nobody could connect at all.
+    """
 
     address: str
     """Address at which it listens."""
@@ -161,6 +169,22 @@ class ServerSettings:
     """Its own certificate."""
     private_key: Path | None
     """The certificate's key."""
+
+    def __post_init__(self) -> None:
+        """Check that nobody can connect who must not, and that somebody can."""
+        outside, users = not is_loopback(self.address), self.users is not None
+        _check_pair(self.certificate, self.private_key, "server")
+        if outside and not users:
+            code = "users_needed"
+        elif users and self.certificate is None:
+            code = "certificate_for_users_missing"
+        elif outside and self.anonymous_role != "none":
+            code = "anonymous_from_outside"
+        elif not users and self.anonymous_role == "none":
+            code = "nobody_can_connect"
+        else:
+            return
+        raise ConfigurationError(code, place=Place(key="server"))
 
 
 @final
@@ -188,22 +212,12 @@ class MetricsSettings:
 
     def __post_init__(self) -> None:
         """Check that nobody reads the figures who must not."""
-        where = "metrics"
-        token = self.token.reveal()
-        if (self.certificate is None) != (self.private_key is None):
-            raise ConfigurationError("certificate and private key go together", where=where)
+        place, token = Place(key="metrics"), self.token.reveal()
+        _check_pair(self.certificate, self.private_key, "metrics")
         if token and not (len(token) >= SHORTEST_TOKEN and token.isascii() and token.isprintable()):
-            raise ConfigurationError(
-                f"the token is no plain text of at least {SHORTEST_TOKEN} characters",
-                where=where,
-                remedy="Make one with openssl rand -hex 32",
-            )
+            raise ConfigurationError("token_unusable", fewest=SHORTEST_TOKEN, place=place)
         if not is_loopback(self.address) and (self.certificate is None or not token):
-            raise ConfigurationError(
-                "an address that others can reach needs a certificate and a token",
-                where=where,
-                remedy="State certificate, private_key and token_file, or take 127.0.0.1",
-            )
+            raise ConfigurationError("token_needed", place=place)
 
 
 @final
@@ -406,11 +420,7 @@ class MachineConfiguration:
         """
         server, screen = self.server, self.screen
         if server is None or screen is None:
-            raise ConfigurationError(
-                "there is no table [server] or no table [screen]",
-                where=str(self.path),
-                remedy="Add what is missing; docs/machine-toml.md says what every key means",
-            )
+            raise ConfigurationError("no_screen_table", place=Place(str(self.path)))
         host = EVERY_ADDRESS.get(server.address, server.address)
         shown = f"[{host}]" if ":" in host else host
         encrypted = server.certificate is not None and screen.client_certificate is not None
@@ -444,29 +454,20 @@ class MachineConfiguration:
             If no folder is configured, or the file is not there or lies outside, also by a link.
         """
         if self.model_folder is None:
-            raise ConfigurationError(
-                "no other model may be chosen on this machine",
-                where=self.path.name,
-                remedy="State model_folder in the table [machine]",
-            )
-        where = f"model {printable(name, 80)}"
-        remedy = "Name a file in the folder of the models"
+            raise ConfigurationError("no_model_folder", place=Place(self.path.name))
+        place = Place(name)
         parts = PurePosixPath(name.replace("\\", "/"))
         if not name.isprintable() or parts.is_absolute() or ".." in parts.parts or ":" in name:
-            raise ConfigurationError("this is no name in the folder", where=where, remedy=remedy)
+            raise ConfigurationError("no_model_name", place=place)
         try:
             folder = self.model_folder.resolve(strict=True)
             file = (folder / parts).resolve(strict=True)
             inside = file.is_relative_to(folder) and file.is_file()
         except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-            reason = error.strerror if isinstance(error, OSError) else "links in a circle"
-            raise ConfigurationError(
-                f"there is no such model ({reason})", where=where, remedy=remedy
-            ) from None
+            cause = error.strerror if isinstance(error, OSError) else "links in a circle"
+            raise ConfigurationError("no_such_model", cause=cause, place=place) from None
         if not inside:
-            raise ConfigurationError(
-                "this is no file inside the folder of the models", where=where, remedy=remedy
-            )
+            raise ConfigurationError("model_outside_folder", place=place)
         return file
 
     def other_model(self, name: str) -> tuple[Compensation, str]:
@@ -495,7 +496,8 @@ class MachineConfiguration:
             found = read_model_file(file)
             return self.rules.applied_to(found.model), found.sha256
         except ThermaxisError as error:
-            raise _without_folder(error, file) from error
+            place = error.place._replace(file=file.name)
+            raise ConfigurationError.of(replace(error.message, place=place)) from error
 
     def models_to_choose(self, most: int | None = None) -> tuple[str, ...]:
         """Return the names of the files that an operator may choose from, in order.
@@ -522,18 +524,15 @@ class MachineConfiguration:
         return tuple(islice(found, most))
 
 
+def _check_pair(certificate: Path | None, private_key: Path | None, key: str) -> None:
+    if (certificate is None) != (private_key is None):
+        lacking = "certificate" if certificate is None else "private_key"
+        raise ConfigurationError("pair_incomplete", name=lacking, place=Place(key=key))
+
+
 def _may_be_named(name: str) -> bool:
     """Whether a file is not hidden, and its name is one that `find_model` takes."""
     return not name.startswith(".") and name.isprintable() and not set(name) & {"\\", ":"}
-
-
-def _without_folder(error: ThermaxisError, file: Path) -> ConfigurationError:
-    """Return an error about a file that does not say where on this computer it lies."""
-    said = [error.what, error.where, error.remedy]
-    for folder in (file.parent.resolve(), file.parent):
-        said = [text.replace(f"{folder}/", "").replace(str(folder), "") for text in said]
-    what, where, remedy = said
-    return ConfigurationError(what, where=where or file.name, remedy=remedy)
 
 
 def read_model_file(path: Path) -> ModelFile:

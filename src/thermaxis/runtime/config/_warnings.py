@@ -1,15 +1,18 @@
 """What somebody should know of a configuration before it runs, found without the machine."""
 
+import errno
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Final
 
+from thermaxis.codes import Place
 from thermaxis.compensation import START, Limits, Output, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._findings import Finding, error, warning
+from thermaxis.runtime._findings import Finding, Level, advice
 from thermaxis.runtime.config._settings import MachineConfiguration
 from thermaxis.runtime.historian import Encryption, encryption_of
 from thermaxis.runtime.host import is_loopback
@@ -54,37 +57,22 @@ def warnings_of(configuration: MachineConfiguration, now: datetime) -> tuple[Fin
 
 def _about_the_model(configuration: MachineConfiguration) -> Iterator[Finding]:
     model = configuration.model.model
-    where = f"model {configuration.model.path.name}"
+    file = configuration.model.path.name
     for sentence in model.warnings:
-        yield warning(where, sentence.rstrip("."), "It was said when the model was made")
-    unknown = [
+        yield advice("said_of_model", file, said=sentence)
+    unknown = tuple(
         f"{output.name} {part.name}"
         for output in model.outputs
         for part in output.parts
         if part.lowest_k is None
-    ]
+    )
     if unknown:
-        yield warning(
-            where,
-            f"for {', '.join(unknown)} it does not say from which temperatures it was made: nothing"
-            " tells when it is used outside of them",
-            "Identify it from logs with thermaxis identify",
-        )
+        yield advice("range_unknown", file, parts=unknown)
     if model.reference == START:
-        yield warning(
-            where,
-            "temperatures count from those at the first start; what the machine had grown by then"
-            " is not corrected",
-            "Start it with a machine that has stood still for hours, or state references in the"
-            " model",
-        )
+        yield advice("reference_at_start", file)
     by_diameter = any(part.gain_by_diameter for o in model.outputs for part in o.parts)
     if by_diameter and configuration.diameter is None:
-        yield warning(
-            "[diameter]",
-            "the model has gains by the workpiece's diameter, and no node tells it",
-            "Let operators state the diameter, or name the control's node",
-        )
+        yield advice("diameter_unread", "diameter")
 
 
 # ---- inputs and what protects -------------------------------------------------------------------
@@ -93,21 +81,17 @@ def _about_the_model(configuration: MachineConfiguration) -> Iterator[Finding]:
 def _about_inputs(configuration: MachineConfiguration) -> Iterator[Finding]:
     channels = configuration.compensation.model.channels
     for name, rules in configuration.rules.sensors.items():
-        where = f"[input.{name}]"
+        key = f"input.{name}"
         if name not in channels:
-            yield warning(where, "the model does not use it: it is only recorded", "")
+            yield advice("input_unused", key)
         if rules.lowest_c <= 0.0 <= rules.highest_c:
-            yield warning(
-                where,
-                "0 °C counts as plausible, and an input that is not connected often reads 0",
-                "Raise lowest_c, if the machine is never that cold",
-            )
+            yield advice("zero_plausible", key)
         if rules.longest_age_s < configuration.rules.cycle_s:
-            yield warning(
-                where,
-                f"a value older than {rules.longest_age_s:g} s is refused, and the cycle is"
-                f" {configuration.rules.cycle_s:g} s",
-                "Raise longest_age_s to two cycles at least",
+            yield advice(
+                "age_below_cycle",
+                key,
+                longest_age_s=rules.longest_age_s,
+                cycle_s=configuration.rules.cycle_s,
             )
 
 
@@ -115,27 +99,13 @@ def _about_protection(configuration: MachineConfiguration) -> Iterator[Finding]:
     if configuration.sink.kind == "dry":
         return
     if not configuration.interlocks:
-        yield warning(
-            "[interlock.NAME]",
-            "there is no interlock: a correction goes on while the machine is off, homing or not"
-            " referenced",
-            "Name the nodes of the machine's states",
-        )
+        yield advice("no_interlock", "interlock")
     if configuration.sink.kind != "opcua":
         return
     if not configuration.sink.heartbeat_node:
-        yield warning(
-            "[sink]",
-            "there is no heartbeat_node: if this program dies, the machine keeps the last offset",
-            "Let the PLC take the offset back when a heartbeat stands still, and name its node",
-        )
+        yield advice("no_heartbeat", "sink")
     if configuration.other_compensation is None:
-        yield warning(
-            "[other_compensation]",
-            "no node tells whether the builder's own compensation is active, and two of them are"
-            " wrong for certain",
-            "Make sure by other means that it is off",
-        )
+        yield advice("other_compensation_unread", "other_compensation")
 
 
 # ---- outputs ------------------------------------------------------------------------------------
@@ -145,30 +115,17 @@ def _about_outputs(configuration: MachineConfiguration) -> Iterator[Finding]:
     for output in configuration.compensation.model.outputs:
         limits = configuration.rules.limits[output.name]
         settings = configuration.outputs[output.name]
-        where = f"[output.{output.name}]"
+        key = f"output.{output.name}"
         if configuration.sink.kind == "opcua" and not settings.read_back_stated:
-            yield warning(
-                where,
-                "there is no read_back_node: what the machine made of an offset is not seen",
-                "Name the node at which it reports the accepted offset",
-            )
+            yield advice("no_read_back", key)
         step_um = limits.largest_rate_um_per_s * configuration.rules.cycle_s
         if step_um > VISIBLE_STEP_UM:
-            yield warning(
-                where,
-                f"the correction may move by {step_um:g} µm from one cycle to the next, which may"
-                " mark the surface",
-                "Lower largest_rate_um_per_s, or shorten the cycle",
-            )
+            yield advice("visible_step", key, step_um=step_um)
         longest_s = limits.total_um / limits.largest_rate_um_per_s
         if configuration.at_stop == "fade" and longest_s > configuration.stop_within_s:
-            yield warning(
-                where,
-                f"to fade from the limit takes {longest_s:.0f} s, and the end of the program waits"
-                f" for {configuration.stop_within_s:g} s: what is left stays in the machine",
-                "Raise stop_within_s, and leave the rest to the machine's watchdog",
-            )
-        yield from _about_size(where, output, limits)
+            stop_s = configuration.stop_within_s
+            yield advice("fade_too_long", key, longest_s=longest_s, stop_within_s=stop_s)
+        yield from _about_size(key, output, limits)
 
 
 def largest_of_training(output: Output) -> float | None:
@@ -209,25 +166,14 @@ def _ends_of(part: Part) -> tuple[float, ...] | None:
     )
 
 
-def _about_size(where: str, output: Output, limits: Limits) -> Iterator[Finding]:
-    largest_um = largest_of_training(output)
+def _about_size(key: str, output: Output, limits: Limits) -> Iterator[Finding]:
+    largest_um, limit_um = largest_of_training(output), limits.largest_um
     if largest_um is None:
         return
-    if largest_um > limits.largest_um:
-        yield warning(
-            where,
-            f"in the range of its training the model asks for up to {largest_um:.0f} µm, and"
-            f" {limits.largest_um:g} µm are allowed",
-            "Look whether the machine grows so far, and raise largest_um if it does; long at the"
-            " limit is a fault",
-        )
-    elif limits.largest_um > WIDE_LIMIT * largest_um:
-        yield warning(
-            where,
-            f"{limits.largest_um:g} µm are allowed, and in the range of its training the model asks"
-            f" for {largest_um:.0f} µm at most",
-            "Lower largest_um: a narrow limit protects",
-        )
+    if largest_um > limit_um:
+        yield advice("limit_below_model", key, largest_um=largest_um, limit_um=limit_um)
+    elif limit_um > WIDE_LIMIT * largest_um:
+        yield advice("limit_wide", key, largest_um=largest_um, limit_um=limit_um)
 
 
 # ---- connections, files, certificates -----------------------------------------------------------
@@ -236,28 +182,15 @@ def _about_size(where: str, output: Output, limits: Limits) -> Iterator[Finding]
 def _about_connections(configuration: MachineConfiguration) -> Iterator[Finding]:
     for name, settings in configuration.connections.items():
         if not settings.encrypted and not is_loopback(settings.host):
-            yield warning(
-                f"[connection.{name}]",
-                "whoever reaches the network can read and change what is sent: it is not encrypted",
-                'Choose security = "Basic256Sha256", with certificates of thermaxis certificate',
-            )
+            yield advice("connection_unencrypted", f"connection.{name}")
         slowest_s = 0.5 * configuration.rules.cycle_s
         if settings.timeout_s > max(slowest_s, 1.0) and slowest_s >= 1.0:
-            yield warning(
-                f"[connection.{name}]",
-                f"a request may take {settings.timeout_s:g} s, more than half a cycle",
-                "Lower timeout_s",
-            )
+            yield advice("timeout_long", f"connection.{name}", timeout_s=settings.timeout_s)
 
 
 def _about_the_history(configuration: MachineConfiguration) -> Iterator[Finding]:
     if encryption_of(configuration.historian_url) is Encryption.UNPROVEN:
-        yield warning(
-            "[historian], url",
-            "sslmode=require encrypts, and believes whoever answers to be the database: somebody in"
-            " between would get the password and the history",
-            "Write sslmode=verify-full with sslrootcert",
-        )
+        yield advice("database_unproven", "historian.url")
 
 
 def _about_the_screen(configuration: MachineConfiguration) -> Iterator[Finding]:
@@ -265,64 +198,59 @@ def _about_the_screen(configuration: MachineConfiguration) -> Iterator[Finding]:
     if screen is None:
         return
     if screen.view_without_login and not is_loopback(screen.address):
-        yield warning(
-            "[screen], view_without_login",
-            "whoever reaches the network can look at the pages, the history included",
-            "Write view_without_login = false, and give whoever looks a user with the role viewer",
-        )
+        yield advice("everybody_may_look", "screen.view_without_login")
 
 
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
     state = configuration.state_file.parent
     while not state.exists() and state != state.parent:
         state = state.parent  # the program makes what is missing below
-    yield from _about_folder("[machine], state_file", state)
+    yield from _about_folder("machine.state_file", state)
     url = configuration.historian_url
     if url.startswith("sqlite:///"):
-        yield from _about_folder("[historian], url", Path(url.removeprefix("sqlite:///")).parent)
+        yield from _about_folder("historian.url", Path(url.removeprefix("sqlite:///")).parent)
 
 
-def _about_folder(where: str, folder: Path) -> Iterator[Finding]:
+def _about_folder(key: str, folder: Path) -> Iterator[Finding]:
     if not folder.is_dir():
-        yield error(where, f"there is no folder {folder}", "Make it, or name another")
+        yield _wrong(ConfigurationError("folder_not_found", place=Place(str(folder), key=key)))
     elif not os.access(folder, os.W_OK | os.X_OK):
-        yield error(
-            where,
-            f"nothing can be written into the folder {folder}",
-            "Give the user of this program the right to write there, or name another",
+        place = Place(str(folder), key=key)
+        yield _wrong(
+            ConfigurationError("folder_unwritable", cause=os.strerror(errno.EACCES), place=place)
         )
+
+
+def _wrong(failure: ConfigurationError) -> Finding:
+    return Finding(Level.ERROR, failure.message)
 
 
 def _about_certificates(configuration: MachineConfiguration, now: datetime) -> Iterator[Finding]:
     for name, settings in configuration.connections.items():
-        where = f"[connection.{name}]"
+        table = f"connection.{name}"
         own, key = settings.certificate, settings.private_key
         yield from _about_certificate(
-            f"{where}, server_certificate", settings.server_certificate, now
+            f"{table}.server_certificate", settings.server_certificate, now
         )
-        yield from _about_certificate(f"{where}, certificate", own, now)
+        yield from _about_certificate(f"{table}.certificate", own, now)
         if own is not None and key is not None:
-            yield from _about_pair(f"{where}, certificate", own, key, settings.application_uri)
+            yield from _about_pair(own, key, settings.application_uri)
     if configuration.server is not None:
-        yield from _about_certificate(
-            "[server], certificate", configuration.server.certificate, now
-        )
+        yield from _about_certificate("server.certificate", configuration.server.certificate, now)
     if configuration.metrics is not None:
-        yield from _about_certificate(
-            "[metrics], certificate", configuration.metrics.certificate, now
-        )
+        yield from _about_certificate("metrics.certificate", configuration.metrics.certificate, now)
     screen = configuration.screen
     if screen is not None:
-        yield from _about_certificate("[screen], certificate", screen.certificate, now)
+        yield from _about_certificate("screen.certificate", screen.certificate, now)
         own, key = screen.client_certificate, screen.client_private_key
-        where = "[screen], client_certificate"
-        yield from _about_certificate(where, own, now)
+        key_of_own = "screen.client_certificate"
+        yield from _about_certificate(key_of_own, own, now)
         if own is not None and key is not None and configuration.server is not None:
             uri = configuration.screen_connection("", Secret("")).application_uri
-            yield from _about_pair(where, own, key, uri)
+            yield from _about_pair(own, key, uri)
 
 
-def _about_certificate(where: str, path: Path | None, now: datetime) -> Iterator[Finding]:
+def _about_certificate(key: str, path: Path | None, now: datetime) -> Iterator[Finding]:
     if path is None:
         return
     from thermaxis.runtime.opcua import (  # noqa: PLC0415 - cryptography is heavy
@@ -333,16 +261,16 @@ def _about_certificate(where: str, path: Path | None, now: datetime) -> Iterator
     try:
         certificate = certificate_of(path)
     except ConfigurationError as failure:
-        yield error(where, failure.what, failure.remedy)
+        yield _wrong(failure)
         return
-    said = validity_warning(certificate, now, name=f"certificate {path.name}")
+    said = validity_warning(certificate, now, path)
     if said is not None:
         valid = certificate.not_before <= now <= certificate.not_after
-        remedy = "See thermaxis certificate; the other side must trust a new one before it is used"
-        yield warning(where, said, remedy) if valid else error(where, said, remedy)
+        said = replace(said, place=Place(key=key))
+        yield Finding(Level.WARNING if valid else Level.ERROR, said)
 
 
-def _about_pair(where: str, own: Path, key: Path, application_uri: str) -> Iterator[Finding]:
+def _about_pair(own: Path, key: Path, application_uri: str) -> Iterator[Finding]:
     from thermaxis.runtime.opcua import (  # noqa: PLC0415 - cryptography is heavy
         certificate_of,
         check_own_pair,
@@ -351,6 +279,6 @@ def _about_pair(where: str, own: Path, key: Path, application_uri: str) -> Itera
 
     try:
         pair = certificate_of(own), private_key_of(key)
-        check_own_pair(*pair, application_uri, where=str(own))
+        check_own_pair(*pair, application_uri, file=str(own))
     except ConfigurationError as failure:
-        yield error(where, failure.what, failure.remedy)
+        yield _wrong(failure)

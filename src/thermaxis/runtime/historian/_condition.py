@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime.historian._database import parse_url, sqlite_path
 from thermaxis.runtime.historian._integrity import check_file
@@ -71,11 +72,7 @@ def check_history(url: str, password: str = "", *, report: Report = _no_report) 
         report("checking the file", 0, 0)
         found = check_file(path, float("inf"))
         if not found.sound:
-            raise DataError(
-                f"the file is damaged ({found.text})",
-                where=str(path),
-                remedy="Copy it away; the loop puts it aside and begins a new one when it starts",
-            )
+            raise DataError("history_damaged", detail=found.text, place=Place(str(path)))
     with HistoryReader(url, password) as reader:
         cycles = 0
         for number, piece in enumerate(reader.pieces()):
@@ -125,13 +122,9 @@ def copy_history(url: str, target: Path) -> None:
     """
     path = sqlite_path(parse_url(url))
     if path is None:
-        raise ConfigurationError(
-            "a history on a server is not copied here", where=url, remedy="Use pg_dump"
-        )
+        raise ConfigurationError("server_history_copied", place=Place(url))
     if target.exists():
-        raise ConfigurationError(
-            "the copy is there already", where=str(target), remedy="Name another file"
-        )
+        raise ConfigurationError("file_exists", place=Place(str(target)))
     with HistoryReader(url):
         pass  # it is there, a history, and of no newer program
     source = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=5.0)

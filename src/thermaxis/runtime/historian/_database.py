@@ -9,14 +9,11 @@ from sqlalchemy import event
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.historian._url import check_encryption
 
-URL_REMEDY = (
-    "Write sqlite:///lathe.history.db, or postgresql+psycopg://user@host/database with the password"
-    " apart from it"
-)
-"""How a URL is written, for errors."""
+_URL = Place(key="historian.url")
 _SQLITE = "sqlite"
 _POSTGRESQL = "postgresql"
 _BUSY_S = 5.0
@@ -46,26 +43,18 @@ def parse_url(url: str, password: str = "") -> URL:
     try:
         parsed = make_url(url)
     except (ArgumentError, ValueError) as error:
-        raise ConfigurationError(
-            "this is no URL of a database", where="historian url", remedy=URL_REMEDY
-        ) from error
+        raise ConfigurationError("no_database_url", place=_URL) from error
     kind = parsed.get_backend_name()
     if kind == _SQLITE:
         if not parsed.database or parsed.database == ":memory:" or parsed.query:
-            raise ConfigurationError(
-                "the URL names no file", where="historian url", remedy=URL_REMEDY
-            )
+            raise ConfigurationError("no_file_in_url", place=_URL)
         return parsed
     if kind != _POSTGRESQL or parsed.drivername not in {_POSTGRESQL, f"{_POSTGRESQL}+psycopg"}:
-        raise ConfigurationError(
-            f"the history is not kept in databases of the kind {parsed.drivername}",
-            where="historian url",
-            remedy=URL_REMEDY,
-        )
+        raise ConfigurationError("unknown_database", kind=parsed.drivername, place=_URL)
     parsed = parsed.set(drivername=f"{_POSTGRESQL}+psycopg")
     if password:
         parsed = parsed.set(password=password)
-    check_encryption(url, where="historian url")
+    check_encryption(url, key=_URL.key)
     return parsed
 
 
@@ -128,9 +117,7 @@ def reading_engine(url: URL) -> sa.Engine:
         arguments["options"] = f"{arguments['options']} -c default_transaction_read_only=on"
         return sa.create_engine(url, poolclass=sa.NullPool, connect_args=arguments)
     if not path.is_file():
-        raise ConfigurationError(
-            "there is no such file", where=str(path), remedy="Check the name and the folder"
-        )
+        raise ConfigurationError("file_not_found", place=Place(str(path)))
     # A folder that cannot be written to has no place for the log's index; a file without a log
     # needs none.
     alone = not path.with_name(path.name + "-wal").exists()

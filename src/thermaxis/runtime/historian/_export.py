@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import DataError
 from thermaxis.files.table import protected
 from thermaxis.runtime.historian._layout import Layout, SeriesColumn
@@ -122,15 +122,13 @@ def export_history(
 
     layouts = reader.layouts(first, last)
     if not layouts:
-        raise DataError(
-            "there is no cycle in this span", where=reader.where, remedy=_span_of(reader)
-        )
+        raise _no_cycle(reader)
     columns = _columns_of(layouts, patterns, everything=everything)
     if not columns:
         raise DataError(
-            "no column has such a name",
-            where=reader.where,
-            remedy=f"There are {', '.join(c.heading for c in _columns_of(layouts, ()))}",
+            "no_matching_column",
+            known=tuple(c.heading for c in _columns_of(layouts, ())),
+            place=Place(reader.where),
         )
     as_text = path.suffix.casefold() == ".csv"
     frames = _Frames(reader, (first, last), columns, report, as_text=as_text, bad_too=everything)
@@ -151,11 +149,12 @@ def export_history(
     return Export(frames.rows, tuple(column.heading for column in columns))
 
 
-def _span_of(reader: HistoryReader) -> str:
+def _no_cycle(reader: HistoryReader) -> DataError:
     found = reader.span()
     if found is None:
-        return "The history has none at all"
-    return f"The history reaches from {found[0].isoformat()} to {found[1].isoformat()}"
+        return DataError("history_empty", place=Place(reader.where))
+    first, last = (moment.isoformat() for moment in found)
+    return DataError("no_cycle_in_span", first=first, last=last, place=Place(reader.where))
 
 
 def _columns_of(

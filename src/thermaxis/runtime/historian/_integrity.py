@@ -6,6 +6,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import FileLock
 
@@ -88,11 +89,7 @@ def _refuse_text(path: Path) -> None:
         start.decode("utf-8")
     except UnicodeDecodeError:
         return
-    raise ConfigurationError(
-        "this is a text, no database: it is left as it is",
-        where=str(path),
-        remedy="Name the file of the history in the URL",
-    )
+    raise ConfigurationError("text_no_database", place=Place(str(path)))
 
 
 def put_aside(path: Path, utc: datetime) -> Path:
@@ -117,9 +114,5 @@ def writer_lock(path: Path) -> FileLock:
     Not protected: on systems without locks on files, and on network drives that do not pass them
     on.
     """
-    taken = ConfigurationError(
-        "another program writes to this history",
-        where=str(path),
-        remedy="Give each machine a history of its own, or end the other program",
-    )
+    taken = ConfigurationError("history_in_use", place=Place(str(path)))
     return FileLock(path.with_name(path.name + ".lock"), taken, required=False)

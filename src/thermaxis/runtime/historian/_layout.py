@@ -106,7 +106,7 @@ class Layout:
             fields = cast("dict[str, Any]", {name: _tuples(v) for name, v in table.items()})
             return Layout(**fields)
         except (ValueError, TypeError) as error:
-            raise DataError("a stored layout is damaged", remedy="Restore the database") from error
+            raise DataError("layout_damaged") from error
 
 
 def _tuples(value: object) -> object:

@@ -19,7 +19,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
-from thermaxis.codes import printable, values_of_json
+from thermaxis.codes import Place, values_of_json
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError
 from thermaxis.runtime._ports import CycleRecord, EventRecord
@@ -149,9 +149,7 @@ class HistoryReader:
         with self._asked() as connection:
             found = t.stored_schema(connection)
         if found is None:
-            raise DataError(
-                "there is no history in this database", where=self.where, remedy="Check the URL"
-            )
+            raise DataError("no_history", place=Place(self.where))
         t.require_known_schema(found, self.where)
 
     def __enter__(self) -> Self:
@@ -189,15 +187,13 @@ class HistoryReader:
         except (SQLAlchemyError, sqlite3.Error) as error:
             cause = error.orig if isinstance(error, DBAPIError) else error
             raise DataError(
-                f"the history cannot be read ({printable_cause(cause or error)})",
-                where=self.where,
-                remedy="Check it with thermaxis history check",
+                "history_unreadable", cause=printable_cause(cause or error), place=Place(self.where)
             ) from error
 
     @contextmanager
     def _asked(self) -> Generator[sa.Connection]:
         if self._interrupted:
-            raise DataError("the question was interrupted", where=self.where)
+            raise DataError("question_interrupted", place=Place(self.where))
         with self._errors_named(), self._connection.begin():
             yield self._connection
 
@@ -440,13 +436,11 @@ class HistoryReader:
             if name not in units:
                 nearest = get_close_matches(name, units, n=1, cutoff=0.3)
                 raise DataError(
-                    f"the history has no series {printable(name)}",
-                    where=self.where,
-                    remedy=f"The nearest is {nearest[0]}" if nearest else "",
+                    "unknown_name", name=name, known=tuple(nearest), place=Place(self.where)
                 )
         first_us, last_us = _span_us(first, last)
         if last_us <= first_us or points < 1:
-            raise DataError("the span of a trend is empty", where=self.where)
+            raise DataError("trend_without_span", place=Place(self.where))
         step_us = -(-(last_us - first_us) // points)
         if step_us < MINUTE_US and self._rows_between(first_us, last_us) <= _MOST_ROWS_FOR_TREND:
             found = self._from_rows(names, first_us, last_us, step_us)

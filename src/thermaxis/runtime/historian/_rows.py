@@ -241,10 +241,7 @@ def record_of(
     try:
         return _record_of(layout, words, row, text)
     except (struct.error, KeyError, ValueError, OverflowError) as error:
-        raise DataError(
-            f"a stored cycle cannot be read ({printable_cause(error)})",
-            remedy="Use the version of the program that wrote it, or a newer one",
-        ) from error
+        raise DataError("stored_cycle_unreadable", cause=printable_cause(error)) from error
 
 
 def printable_cause(error: BaseException) -> str:
@@ -414,10 +411,7 @@ def unpack_block(block: bytes, layout: Layout, count: int) -> bytes:
     except zlib.error:
         data = b""
     if not inflater.eof or len(data) != size:
-        raise DataError(
-            "a block of the history is damaged",
-            remedy="Check the database with thermaxis history check",
-        )
+        raise DataError("block_damaged")
     import numpy as np  # noqa: PLC0415 - the loop writes only, and has no other use for it
 
     planes = np.frombuffer(data, dtype=np.uint8).reshape(layout.row.size, count)

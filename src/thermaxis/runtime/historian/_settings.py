@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 
@@ -46,6 +47,8 @@ class HistorianSettings:
         _require(self.check_s, 0.0, 86_400.0, "check_s")
 
 
-def _require(value: float, lowest: float, highest: float, where: str) -> None:
+def _require(value: float, lowest: float, highest: float, key: str) -> None:
     if not lowest <= value <= highest:
-        raise ConfigurationError(f"not a number from {lowest:g} to {highest:g}", where=where)
+        raise ConfigurationError(
+            "outside_range", value=value, least=lowest, most=highest, place=Place(key=key)
+        )

@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from typing import Final, final
 
+from thermaxis.codes import Message
 from thermaxis.runtime._ports import Clock, CycleRecord, EventRecord, Historian, HistorianStatus
 from thermaxis.runtime.historian._backlog import Backlog, Loss
 from thermaxis.runtime.historian._database import parse_url
@@ -115,17 +116,12 @@ class SqlHistorian(Historian):
     @property
     def status(self) -> HistorianStatus:
         """How it fares."""
-        waiting, lost, text = self._backlog.waiting, self._backlog.lost, self._writer.trouble
+        failure = self._writer.trouble
         thread = self._thread
         if thread is not None and not thread.is_alive() and not self._closing.is_set():
-            text = "the historian's thread has ended"
-        storing = not text
-        sentences = [text] if text else []
-        if text and waiting:
-            sentences.append(f"{waiting} records wait in memory")
-        if lost:
-            sentences.append(f"{lost} records were lost")
-        return HistorianStatus(storing, waiting, lost, "; ".join(sentences))
+            failure = Message("failure-historian_ended")
+        waiting, lost = self._backlog.waiting, self._backlog.lost
+        return HistorianStatus(failure is None, waiting, lost, failure)
 
     async def drain(self, deadline_s: float) -> bool:
         """Wait until everything that was taken is stored.

@@ -17,7 +17,7 @@ from sqlalchemy.engine import URL
 from sqlalchemy.exc import SQLAlchemyError
 
 from thermaxis import __version__
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.historian import _tables as t
@@ -175,11 +175,7 @@ class Store:
             with connection.begin():
                 held = connection.execute(sa.select(sa.func.pg_try_advisory_lock(_LOCK_KEY)))
                 if not held.scalar_one():
-                    raise ConfigurationError(
-                        "another program writes to this history",
-                        where=self._where,
-                        remedy="Give each machine a database of its own, or end the other program",
-                    )
+                    raise ConfigurationError("history_in_use", place=Place(self._where))
         t.make_tables(connection, self._where)
         with connection.begin():
             self._run = self._found_run(run_key, utc)

@@ -20,6 +20,7 @@ from typing import Final
 
 import sqlalchemy as sa
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 SCHEMA: Final = 2
@@ -130,11 +131,7 @@ def stored_schema(connection: sa.Connection) -> int | None:
 def require_known_schema(found: int, where: str) -> None:
     """Refuse a database that another version of the program has written."""
     if found != SCHEMA:
-        raise ConfigurationError(
-            f"the history has version {found} of its tables, this program has {SCHEMA}",
-            where=where,
-            remedy="Use the program that wrote it, or name another database",
-        )
+        raise ConfigurationError("history_version", found=found, known=SCHEMA, place=Place(where))
 
 
 def make_tables(connection: sa.Connection, where: str) -> None:

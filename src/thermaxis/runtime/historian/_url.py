@@ -4,6 +4,7 @@ from enum import StrEnum
 from typing import Final, final
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import is_loopback
 
@@ -65,15 +66,15 @@ def _without_port(name: str) -> str:
     return plain if plain.count(":") > 1 else plain.partition(":")[0]
 
 
-def check_encryption(url: str, *, where: str) -> None:
+def check_encryption(url: str, *, key: str) -> None:
     """Check that nobody between this computer and a database of PostgreSQL can read along.
 
     Parameters
     ----------
     url : str
         Its URL.
-    where : str
-        What names it, for the error.
+    key : str
+        Key or option that states it, for the error.
 
     Raises
     ------
@@ -82,25 +83,18 @@ def check_encryption(url: str, *, where: str) -> None:
         has to be stated, as PostgreSQL's own default falls back to none.
     """
     if encryption_of(url) is Encryption.NONE:
-        raise ConfigurationError(
-            "the connection to another computer is not encrypted for certain",
-            where=where,
-            remedy="End the address with ?sslmode=verify-full, and with &sslrootcert=FILE where the"
-            " database's certificate comes from an authority of your own",
-        )
+        raise ConfigurationError("database_unencrypted", place=Place(key=key))
 
 
-def refuse_password(url: str, *, where: str, remedy: str) -> None:
+def refuse_password(url: str, *, key: str) -> None:
     """Check that a URL has no password: addresses are shown, stored and listed by the system.
 
     Parameters
     ----------
     url : str
         The URL.
-    where : str
-        What names it, for the error.
-    remedy : str
-        Where the password belongs.
+    key : str
+        Key or option that states it, for the error.
 
     Raises
     ------
@@ -111,9 +105,9 @@ def refuse_password(url: str, *, where: str, remedy: str) -> None:
     try:
         password = parts.password
     except ValueError:
-        raise _no_url(where) from None
+        raise _no_url(key) from None
     if password is not None or "password" in parse_qs(parts.query, keep_blank_values=True):
-        raise ConfigurationError("the address contains a password", where=where, remedy=remedy)
+        raise ConfigurationError("password_in_address", place=Place(key=key))
 
 
 def _split(url: str) -> SplitResult:
@@ -123,9 +117,5 @@ def _split(url: str) -> SplitResult:
         raise _no_url("url") from None
 
 
-def _no_url(where: str) -> ConfigurationError:
-    return ConfigurationError(
-        "this is no address of a database",
-        where=where,
-        remedy="Write postgresql+psycopg://user@host/database, or sqlite:///FILE",
-    )
+def _no_url(key: str) -> ConfigurationError:
+    return ConfigurationError("no_database_url", place=Place(key=key))

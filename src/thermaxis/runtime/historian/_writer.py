@@ -6,12 +6,13 @@ import struct
 import time
 import uuid
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Final, final
 
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyError
 
-from thermaxis.codes import Message, values_as_json
+from thermaxis.codes import NOWHERE, Message, values_as_json
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Clock, EventRecord
 from thermaxis.runtime.historian._backlog import NO_LOSS, Backlog, Loss, PackedEvent
@@ -68,6 +69,19 @@ def pack_event(event: EventRecord) -> PackedEvent:
     )
 
 
+class _ReplacedError(OSError):
+    """The file of the history was removed or replaced."""
+
+
+def _failure_of(error: BaseException, cause: BaseException) -> Message:
+    """Return what is told of an error; the place of the file is for the terminal only."""
+    if isinstance(error, ThermaxisError):
+        return replace(error.message, place=NOWHERE)
+    if isinstance(error, _ReplacedError):
+        return Message("failure-history_replaced")
+    return Message("failure-history_unwritable", {"detail": printable_cause(cause)})
+
+
 @final
 class Writer:
     """Stores what waits, as often as it is asked to. Used by one thread, but for `trouble`.
@@ -107,19 +121,19 @@ class Writer:
         self._blocks_made = True
         self._failed_since_s = 0.0
         # Read by the loop as well; each is replaced whole.
-        self._failure = ""
+        self._failure: Message | None = None
         self._busy: tuple[float, str] | None = None
         self.unusable = ""
         """Why a record could not be stored whatever the database did."""
 
     @property
-    def trouble(self) -> str:
-        """What keeps records from being stored, as a sentence; empty if nothing does."""
+    def trouble(self) -> Message | None:
+        """What keeps records from being stored; None if nothing does."""
         busy = self._busy
-        if not self._failure and busy is not None:
+        if self._failure is None and busy is not None:
             lasts_s = time.monotonic() - busy[0]
             if lasts_s > _SILENT_S:
-                return f"{busy[1]} for {lasts_s:.0f} s"
+                return Message(busy[1], {"lasts_s": lasts_s})
         return self._failure
 
     def attempt(self, expired: Callable[[], bool] = lambda: False) -> bool:
@@ -149,7 +163,7 @@ class Writer:
             self._store = None
 
     def _open(self) -> bool:
-        self._busy = (time.monotonic(), "the history is being opened")
+        self._busy = (time.monotonic(), "failure-history_opening")
         try:
             store = open_store(
                 self._url,
@@ -179,7 +193,7 @@ class Writer:
             if not items:
                 self._most = _MOST_AT_ONCE
                 return
-            self._busy = (time.monotonic(), "the database has not answered")
+            self._busy = (time.monotonic(), "failure-database_silent")
             try:
                 self._store.write(items, self._packer)
             except _REFUSALS as error:
@@ -194,7 +208,7 @@ class Writer:
                 return
             if not self._store.in_place:
                 self._watch.checked = False
-                self._drop_store(OSError("the file of the history was removed or replaced"))
+                self._drop_store(_ReplacedError())
                 return
             self._recovered()  # before, so that what it says is not overtaken by "all is stored"
             self._backlog.stored()
@@ -204,7 +218,7 @@ class Writer:
     def _keep_house(self, store: Store) -> None:
         """Make blocks and delete what is old, a little each time."""
         now_s = time.monotonic()
-        self._busy = (now_s, "the database has not answered")
+        self._busy = (now_s, "failure-database_silent")
         try:
             while self._blocks_made and store.close_block():
                 if self._backlog.arrived.is_set():
@@ -229,27 +243,22 @@ class Writer:
         cause = error.orig if isinstance(error, DBAPIError) else error
         if is_damage(cause):
             self._watch.damage = printable_cause(cause or error)
-        if isinstance(error, ThermaxisError):
-            # People read it on a page: the place of the file is for the terminal only.
-            text = f"{error.what}. {error.remedy}".rstrip(". ")
-        else:
-            text = f"the history cannot be written ({printable_cause(cause or error)})"
-        if not self._failure:
+        if self._failure is None:
             self._failed_since_s = time.monotonic()
-        self._failure, self._busy = text, None
+        self._failure, self._busy = _failure_of(error, cause or error), None
 
     def _recovered(self) -> None:
         """Say in the history what was missing from it."""
         self._busy = None
         loss = self._backlog.take_loss()
-        if self._failure:
+        if self._failure is not None:
             lasted_s = time.monotonic() - self._failed_since_s
             self._state(
                 "connection",
                 Message("event-not_stored", {"lasted_s": lasted_s, "why": self._failure}),
                 {"duration_s": round(lasted_s, 1)},
             )
-            self._failure = ""
+            self._failure = None
         if loss:
             self._state(
                 "loss",

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from typing import Self, final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 
@@ -28,10 +29,7 @@ class FileLock:
         if required:
             self.release()
             raise ConfigurationError(
-                "that this is the only program at the machine cannot be made sure here:"
-                f" {_reason(failure)}",
-                where=str(path),
-                remedy="Run on Linux, with the file on a disk of this computer",
+                "no_file_locks", cause=_reason(failure), place=Place(str(path))
             )
 
     def release(self) -> None:

@@ -9,80 +9,69 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 
 SECRET_LIMIT_BYTES: Final = 4096
 """Largest file with a secret. [byte]"""
-_NAME_REMEDY = "Check the name; relative names count from the folder of the configuration file"
 
 
-def refuse_readable(path: Path, *, where: str, remedy: str = "") -> None:
+def refuse_readable(path: Path, *, key: str = "") -> None:
     """Check that a file with a secret is there and readable by its owner only."""
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
-        raise unreadable(path, error, where=where) from None
-    _check(path, mode, where, remedy)
+        raise unreadable(path, error, key=key) from None
+    _check(path, mode, key)
 
 
-def read_private(path: Path, *, limit_bytes: int, where: str, remedy: str = "") -> bytes:
+def read_private(path: Path, *, limit_bytes: int, key: str = "") -> bytes:
     """Return the content of a file that nobody but its owner may read."""
-    content = _begin_of(path, limit_bytes, where, remedy)
+    content = _begin_of(path, limit_bytes, key)
     if len(content) > limit_bytes:
         raise ConfigurationError(
-            f"{path} is larger than {limit_bytes} bytes", where=where, remedy="Name the file itself"
+            "file_too_long", most_bytes=limit_bytes, place=Place(str(path), key=key)
         )
     return content
 
 
-def read_secret(path: Path, *, where: str) -> Secret:
+def read_secret(path: Path, *, key: str = "") -> Secret:
     """Return the first line of a file that nobody but its owner may read."""
-    content = _begin_of(path, SECRET_LIMIT_BYTES, where, "")
+    content = _begin_of(path, SECRET_LIMIT_BYTES, key)
     try:
         text = content.decode().partition("\n")[0].removesuffix("\r")
     except UnicodeDecodeError:
         text = ""
     if not text or len(content) > SECRET_LIMIT_BYTES or "\x00" in text:
-        raise ConfigurationError(
-            f"{path} does not hold a secret",
-            where=where,
-            remedy="Write the secret as its first line, as UTF-8",
-        )
+        raise ConfigurationError("no_secret_in_file", place=Place(str(path), key=key))
     return Secret(text)
 
 
-def unreadable(
-    path: Path, error: OSError | ValueError, *, where: str, remedy: str = _NAME_REMEDY
-) -> ConfigurationError:
+def unreadable(path: Path, error: OSError | ValueError, *, key: str = "") -> ConfigurationError:
     """Return the error for a file that cannot be read."""
-    reason = getattr(error, "strerror", None) or type(error).__name__
-    return ConfigurationError(f"{path} cannot be read ({reason})", where=where, remedy=remedy)
+    cause: str = getattr(error, "strerror", None) or type(error).__name__
+    return ConfigurationError("file_unreadable", cause=cause, place=Place(str(path), key=key))
 
 
-def _begin_of(path: Path, limit_bytes: int, where: str, remedy: str) -> bytes:
+def _begin_of(path: Path, limit_bytes: int, key: str) -> bytes:
     """Return the content of a private file, cut one byte after the limit."""
-    refuse_readable(path, where=where, remedy=remedy)  # before a pipe is waited for
+    refuse_readable(path, key=key)  # before a pipe is waited for
     try:
         with path.open("rb") as stream:
             mode = os.fstat(stream.fileno()).st_mode
             content = stream.read(limit_bytes + 1)
     except OSError as error:
-        raise unreadable(path, error, where=where) from None
-    _check(path, mode, where, remedy)
+        raise unreadable(path, error, key=key) from None
+    _check(path, mode, key)
     return content
 
 
-def _check(path: Path, mode: int, where: str, remedy: str) -> None:
+def _check(path: Path, mode: int, key: str) -> None:
     if not stat.S_ISREG(mode):
-        raise ConfigurationError(f"{path} is no file", where=where, remedy="Name the file itself")
+        raise ConfigurationError("not_a_file", place=Place(str(path), key=key))
     if os.name == "posix" and mode & (stat.S_IRWXG | stat.S_IRWXO):
-        raise ConfigurationError(
-            f"{path} can be read or changed by others than its owner",
-            where=where,
-            remedy=remedy
-            or f"Run chmod 600 {path.name} in its folder, and consider the secret as known",
-        )
+        raise ConfigurationError("file_open_to_others", place=Place(str(path), key=key))
 
 
 @contextmanager

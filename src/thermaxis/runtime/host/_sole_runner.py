@@ -4,6 +4,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host._lock import FileLock
 
@@ -33,19 +34,15 @@ def sole_runner(state_file: Path, machine: str) -> Generator[None]:
         If another program holds it, the folder cannot be written to, or there are no locks here.
     """
     path = state_file.with_name(f"{state_file.name}.lock")
-    taken = ConfigurationError(
-        f"another program already runs {machine}",
-        where=str(path),
-        remedy="End it first: two would fight over one offset",
-    )
+    taken = ConfigurationError("machine_in_use", machine=machine, place=Place(str(path)))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         lock = FileLock(path, taken, required=True)
     except OSError as error:
         raise ConfigurationError(
-            f"the folder of the state cannot be written to: {error.strerror}",
-            where=str(path.parent),
-            remedy="State another state_file, or grant the right",
+            "folder_unwritable",
+            cause=error.strerror or type(error).__name__,
+            place=Place(str(path.parent)),
         ) from None
     with lock:
         yield

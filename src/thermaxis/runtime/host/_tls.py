@@ -4,15 +4,16 @@ import ssl
 import tempfile
 from pathlib import Path
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime.host._private_files import read_private
+from thermaxis.runtime.host._private_files import read_private, unreadable
 
 LARGEST_FILE_BYTES = 1_000_000
 """Largest certificate, with its chain, and largest key. [byte]"""
 _PEM = b"-----BEGIN"
 
 
-def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.SSLContext:
+def server_context(certificate: Path, private_key: Path) -> ssl.SSLContext:
     """Return the context of a server that speaks TLS 1.2 or later.
 
     Not protected: a key or certificate in DER is written as PEM to a file of the temporary folder
@@ -23,16 +24,12 @@ def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.S
         with certificate.open("rb") as stream:
             content = stream.read(LARGEST_FILE_BYTES + 1)
     except OSError as error:
-        raise ConfigurationError(
-            f"the certificate cannot be read: {error.strerror or error}",
-            where=f"{where}, {certificate}",
-        ) from None
+        raise unreadable(certificate, error) from None
     if len(content) > LARGEST_FILE_BYTES:
         raise ConfigurationError(
-            f"the certificate is larger than {LARGEST_FILE_BYTES} bytes",
-            where=f"{where}, {certificate}",
+            "file_too_long", most_bytes=LARGEST_FILE_BYTES, place=Place(str(certificate))
         )
-    key = read_private(private_key, limit_bytes=LARGEST_FILE_BYTES, where=f"{where}, {private_key}")
+    key = read_private(private_key, limit_bytes=LARGEST_FILE_BYTES)
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
@@ -42,10 +39,10 @@ def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.S
             _load(context, _as_pem(content), _key_as_pem(key))
     except (ssl.SSLError, ValueError, TypeError) as error:
         raise ConfigurationError(
-            f"certificate and key cannot be used together ({error})",
-            where=f"{where}, {certificate} and {private_key}",
-            remedy="Give a certificate and its own key, without a password, as thermaxis"
-            " certificate new --use server makes them",
+            "pair_unusable",
+            key_file=str(private_key),
+            cause=str(error),
+            place=Place(str(certificate)),
         ) from None
     return context
 

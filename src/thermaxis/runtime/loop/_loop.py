@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from enum import StrEnum
 from typing import Final, Protocol, final
 
-from thermaxis.codes import Message, Value
+from thermaxis.codes import Message, Place, Value
 from thermaxis.compensation import (
     Answer,
     Compensation,
@@ -212,7 +212,7 @@ class CompensationLoop:
         *,
         state_file: StateFile | None = None,
         models: Models | None = None,
-        self_test: Callable[[], Awaitable[Sequence[str]]] | None = None,
+        self_test: Callable[[], Awaitable[Sequence[Message]]] | None = None,
     ) -> None:
         self.settings = settings
         self.compensation = _with_self_test(compensation) if self_test else compensation
@@ -231,8 +231,8 @@ class CompensationLoop:
         self._known_s = 0.0
         self._refused = False
         self._touched = float("inf"), self.clock.utc()
-        self._forbidden: tuple[str, ...] | None = None if self_test else ()
-        self._test_task: asyncio.Task[Sequence[str]] | None = None
+        self._forbidden: tuple[Message, ...] | None = None if self_test else ()
+        self._test_task: asyncio.Task[Sequence[Message]] | None = None
         self._tested_s = float("-inf")
         self._diameter: float | None = None
         self._number = 0
@@ -293,7 +293,7 @@ class CompensationLoop:
         try:
             change = await asyncio.to_thread(self._models, waiting.request.text)
         except ThermaxisError as error:
-            values = {"why": str(error)}
+            values = {"why": error.message}
             return RequestOutcome(accepted=False, code=LoopAnswer.MODEL_UNUSABLE, values=values)
         compensation, sha256 = change
         names = tuple(output.name for output in compensation.model.outputs)
@@ -682,8 +682,9 @@ class CompensationLoop:
         if self.source.connected and self.sink.connected and (self._forbidden is None or again):
             self._test_task = asyncio.ensure_future(self._self_test())
 
-    def _take_findings(self, findings: tuple[str, ...]) -> None:
-        if findings != self._forbidden:
+    def _take_findings(self, findings: tuple[Message, ...]) -> None:
+        # their numbers change with every look
+        if self._forbidden is None or _kinds(findings) != _kinds(self._forbidden):
             for finding in findings:
                 self._event("alarm", "event-self_test", {"finding": finding})
             if not findings:
@@ -952,12 +953,16 @@ def _is_offset(found_um: float | None) -> bool:
     return found_um is not None and abs(found_um) <= LARGEST_FOUND_UM
 
 
+def _kinds(findings: Sequence[Message]) -> list[tuple[str, Place]]:
+    return [(finding.code, finding.place) for finding in findings]
+
+
 def _with_self_test(compensation: Compensation) -> Compensation:
     """Return the compensation with the self-test as its first interlock."""
     if len(compensation.interlocks) and compensation.interlocks[0] == SELF_TEST:
         return compensation
     if SELF_TEST in compensation.interlocks:
-        raise ConfigurationError(f"an interlock is named {SELF_TEST}", where="interlock")
+        raise ConfigurationError("reserved_name", name=SELF_TEST, place=Place(key="interlock"))
     return replace(compensation, interlocks=(SELF_TEST, *compensation.interlocks))
 
 

@@ -14,7 +14,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import read_private, unreadable, whole_file
 
@@ -32,14 +32,6 @@ LARGEST_FILE_BYTES: Final = 65_536
 """Largest certificate or key. [byte]"""
 _CLOCK_MARGIN = timedelta(days=1)
 _PEM = b"-----BEGIN"
-_FILE_REMEDY = (
-    "Check the name and the permissions; thermaxis certificate new makes own ones, fetch stores"
-    " that of a server"
-)
-_KEY_REMEDY = (
-    "Run chmod 600 on it; if others may have read it, make a new one and let the machine trust"
-    " only that"
-)
 
 
 class CertificateUse(StrEnum):
@@ -97,10 +89,10 @@ class PrivateKey:
 
 def certificate_of(path: Path) -> Certificate:
     """Read a certificate."""
-    return certificate_from(_content(path), where=str(path))
+    return certificate_from(_content(path), file=str(path))
 
 
-def certificate_from(content: bytes, *, where: str) -> Certificate:
+def certificate_from(content: bytes, *, file: str) -> Certificate:
     """Return what a certificate says."""
     try:
         if content.lstrip().startswith(_PEM):
@@ -109,12 +101,7 @@ def certificate_from(content: bytes, *, where: str) -> Certificate:
             parsed = x509.load_der_x509_certificate(_first_of_chain(content))
         return _said_by(parsed)  # decodes its parts only now
     except (ValueError, TypeError, x509.DuplicateExtension, UnsupportedAlgorithm):
-        raise ConfigurationError(
-            "this is no certificate",
-            where=where,
-            remedy="Give a certificate as DER or PEM; thermaxis certificate new makes one, fetch"
-            " stores that of a server",
-        ) from None
+        raise ConfigurationError("no_certificate", place=Place(file)) from None
 
 
 def _said_by(parsed: x509.Certificate) -> Certificate:
@@ -160,28 +147,18 @@ def _pairs(digest: bytes) -> str:
 
 def private_key_of(path: Path) -> PrivateKey:
     """Read a private key that nobody but its owner can read."""
-    content = read_private(
-        path, limit_bytes=LARGEST_FILE_BYTES, where="private key", remedy=_KEY_REMEDY
-    )
+    content = read_private(path, limit_bytes=LARGEST_FILE_BYTES)
     try:
         if content.lstrip().startswith(_PEM):
             key = serialization.load_pem_private_key(content, password=None)
         else:
             key = serialization.load_der_private_key(content, password=None)
     except TypeError:
-        raise ConfigurationError(
-            "the private key is locked by a password",
-            where=str(path),
-            remedy="Store it without one, readable by its owner only",
-        ) from None
+        raise ConfigurationError("key_locked", place=Place(str(path))) from None
     except ValueError:
         key = None
     if not isinstance(key, rsa.RSAPrivateKey):
-        raise ConfigurationError(
-            "this is no private RSA key",
-            where=str(path),
-            remedy="Make certificate and key with thermaxis certificate new",
-        )
+        raise ConfigurationError("no_rsa_key", place=Place(str(path)))
     return PrivateKey(_pem_of(key), key.public_key().public_numbers().n, key)
 
 
@@ -198,47 +175,42 @@ def _content(path: Path) -> bytes:
         with path.open("rb") as stream:
             content = stream.read(LARGEST_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
-        raise unreadable(path, error, where="certificate", remedy=_FILE_REMEDY) from None
+        raise unreadable(path, error) from None
     if len(content) > LARGEST_FILE_BYTES:
         raise ConfigurationError(
-            f"the file is longer than {LARGEST_FILE_BYTES} bytes",
-            where=str(path),
-            remedy="Name the certificate or key itself",
+            "file_too_long", most_bytes=LARGEST_FILE_BYTES, place=Place(str(path))
         )
     return content
 
 
 def check_own_pair(
-    certificate: Certificate, key: PrivateKey, application_uri: str, *, where: str
+    certificate: Certificate, key: PrivateKey, application_uri: str, *, file: str
 ) -> None:
     """Check that an own certificate fits its key and the address of the application."""
     if certificate.modulus != key.modulus:
-        raise ConfigurationError(
-            "certificate and private key do not belong together",
-            where=where,
-            remedy="Name the two files that were made together",
-        )
+        raise ConfigurationError("pair_differs", place=Place(file))
     if application_uri not in certificate.application_uris:
-        found = ", ".join(certificate.application_uris) or "none"
         raise ConfigurationError(
-            f"the address in the certificate is {found}, not {application_uri}",
-            where=where,
-            remedy="Set application_uri to it, or make a certificate with --uri",
+            "application_uri_differs",
+            found=certificate.application_uris,
+            stated=application_uri,
+            place=Place(file),
         )
 
 
-def validity_warning(certificate: Certificate, utc: datetime, *, name: str) -> str | None:
-    """Return what a person should know about the validity of a certificate."""
-    date = certificate.not_after.strftime("%Y-%m-%d")
-    if utc < certificate.not_before:
-        begin = certificate.not_before.strftime("%Y-%m-%d %H:%M")
-        return f"the {name} is valid from {begin} UTC on only: check the clocks"
+def validity_warning(certificate: Certificate, utc: datetime, path: Path) -> Message | None:
+    """Return what a person should know about the validity of the certificate in a file."""
     days = certificate.days_left(utc)
-    if days < 0.0:
-        return f"the {name} expired on {date}: servers will refuse it; renew it"
-    if days < WARNED_DAYS:
-        return f"the {name} expires on {date}, in {days:.0f} days: renew it"
-    return None
+    if utc < certificate.not_before:
+        code, moment = "not_yet_valid", certificate.not_before
+    elif days < 0.0:
+        code, moment = "expired", certificate.not_after
+    elif days < WARNED_DAYS:
+        code, moment = "expires", certificate.not_after
+    else:
+        return None
+    values = {"file": path.name, "date": moment.strftime("%Y-%m-%d")}
+    return Message(f"event-certificate_{code}", values, Place(str(path)))
 
 
 @final
@@ -261,27 +233,24 @@ class NewCertificate:
         """Check what a certificate cannot say."""
         if not 1 <= self.days <= LONGEST_DAYS:
             raise ConfigurationError(
-                f"a certificate is valid for 1 to {LONGEST_DAYS} days",
-                where="days",
-                remedy=f"Leave it out for {DEFAULT_DAYS}",
+                "outside_range",
+                value=self.days,
+                least=1,
+                most=LONGEST_DAYS,
+                place=Place(key="days"),
             )
         uri = self.application_uri
         if not 1 <= len(uri) <= 200 or not uri.isascii() or not uri.isprintable() or " " in uri:
-            raise ConfigurationError(
-                "this cannot be the address of an application",
-                where="uri",
-                remedy="Write it as urn:company:machine:thermaxis",
-            )
+            raise ConfigurationError("no_application_uri", place=Place(key="uri"))
         for host in self.hosts:
             if not 1 <= len(host) <= 253 or not host.isascii() or not host.isprintable():
-                raise ConfigurationError(
-                    f"'{host}' is no name of a computer", where="host", remedy="Give its name"
-                )
+                raise ConfigurationError("no_host_name", name=host, place=Place(key="host"))
         if len(self.organisation) > 64:
             raise ConfigurationError(
-                "the organisation has more than 64 characters",
-                where="organisation",
-                remedy="Shorten it",
+                "text_too_long",
+                characters=len(self.organisation),
+                most=64,
+                place=Place(key="organisation"),
             )
 
 
@@ -358,18 +327,10 @@ def write_pair(
 ) -> None:
     """Write a certificate and its key; the key is never readable by others, not for a moment."""
     if certificate.absolute() == key.absolute():
-        raise ConfigurationError(
-            "certificate and key would be the same file",
-            where=str(key),
-            remedy="Name two files",
-        )
+        raise ConfigurationError("same_file_twice", place=Place(str(key)))
     for path in (certificate, key):
         if not replace and (path.exists() or path.is_symlink()):
-            raise ConfigurationError(
-                "the file is there already",
-                where=str(path),
-                remedy="Choose another name, or say --replace to renew certificate and key",
-            )
+            raise ConfigurationError("file_kept", place=Place(str(path)))
     der, pem = pair
     _write(key, pem, mode=0o600)
     _write(certificate, der, mode=0o644)
@@ -378,11 +339,7 @@ def write_pair(
 def write_certificate(path: Path, certificate: Certificate, *, replace: bool = False) -> None:
     """Write a server's certificate, DER."""
     if not replace and (path.exists() or path.is_symlink()):
-        raise ConfigurationError(
-            "the file is there already",
-            where=str(path),
-            remedy="Choose another name, or say --replace if the machine was really renewed",
-        )
+        raise ConfigurationError("file_kept", place=Place(str(path)))
     _write(path, certificate.der, mode=0o644)
 
 

@@ -1,9 +1,10 @@
-"""What a failed connection means and what to do, in words."""
+"""What a failed connection means, as a code with values."""
 
 import socket
 import struct
 from collections.abc import Collection, Mapping
-from typing import Final, NamedTuple
+from dataclasses import replace
+from typing import Final, TypeAlias
 
 from asyncua import ua
 from asyncua.crypto.uacrypto import (
@@ -12,7 +13,7 @@ from asyncua.crypto.uacrypto import (
 from asyncua.ua.status_codes import StatusCodes
 from cryptography.exceptions import InvalidSignature
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, Place, Value
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime._connection import ConnectionSettings
 
@@ -47,62 +48,24 @@ LASTING: Final = frozenset(
 """Answers that a new connection would not change."""
 
 
-class _Words(NamedTuple):
-    what: str
-    remedy: str
-
-
-_TRUST = _Words(
-    "the server does not trust the own certificate",
-    "Trust {certificate} on the machine (it often lies among the rejected ones there), then it"
-    " connects by itself",
-)
-_OTHER_SERVER = _Words(
-    "the server answers with another certificate than the stored one",
-    "If the machine was really renewed, fetch its certificate with thermaxis certificate fetch and"
-    " compare the fingerprint; otherwise somebody stands in between",
-)
-_USER = _Words(
-    "the server refuses user {user}",
-    "Check name and password, and the rights of the user on the machine",
-)
-_EXPIRED = _Words(
-    "the server says that a certificate is not valid at this time",
-    "Look at the dates with thermaxis certificate show, and at the clocks of both computers",
-)
-_NO_POLICY = _Words(
-    "the server does not offer {security} with signing and encryption",
-    "Enable it on the machine, or choose a policy that it offers",
-)
-_FULL = _Words(
-    "the server has no session left",
-    "Close other clients, or wait until the sessions of dead ones expire",
-)
+_TRUST: Final = "certificate_not_trusted"
+_OTHER_SERVER: Final = "other_server_certificate"
+_EXPIRED: Final = "certificate_not_valid_now"
+_NO_POLICY: Final = "security_not_offered"
+_FULL: Final = "no_session_left"
+_NO_ANSWER: Final = "no_answer_in_time"
 _BY_NAME: Final = {
-    "BadUserAccessDenied": _USER,
-    "BadIdentityTokenRejected": _Words(
-        "the server refuses the way of logging in",
-        "Check name and password; some controls want a certificate from their users",
-    ),
-    "BadIdentityTokenInvalid": _Words(
-        "the server refuses the way of logging in, such as coming without a user",
-        "State a user and password with encryption, or allow anonymous access on the machine",
-    ),
-    "BadCertificateUriInvalid": _Words(
-        "the address in the own certificate is not {application_uri}",
-        "Set application_uri to the address that thermaxis certificate show prints, or make a new"
-        " certificate",
-    ),
+    "BadUserAccessDenied": "user_refused",
+    "BadIdentityTokenRejected": "log_in_refused",
+    "BadIdentityTokenInvalid": "log_in_way_refused",
+    "BadCertificateUriInvalid": "application_uri_refused",
     "BadCertificateUntrusted": _TRUST,
     "BadSecurityChecksFailed": _TRUST,
     "BadCertificateIssuerRevocationUnknown": _TRUST,
     "BadCertificateChainIncomplete": _TRUST,
     "BadCertificateTimeInvalid": _EXPIRED,
     "BadCertificateIssuerTimeInvalid": _EXPIRED,
-    "BadCertificateHostNameInvalid": _Words(
-        "the server misses its name or ours in a certificate",
-        "Make a new own certificate with --host and the name of this computer",
-    ),
+    "BadCertificateHostNameInvalid": "host_not_in_certificate",
     "BadTcpInternalError": _OTHER_SERVER,
     "BadCertificateInvalid": _OTHER_SERVER,
     "BadTooManySessions": _FULL,
@@ -111,44 +74,42 @@ _BY_NAME: Final = {
     "BadSecurityPolicyRejected": _NO_POLICY,
     "BadSecurityModeRejected": _NO_POLICY,
     "BadSecurityModeInsufficient": _NO_POLICY,
-    "BadTcpEndpointUrlInvalid": _Words(
-        "the server does not know the address {url}",
-        "Write the address as the machine shows it, path included",
-    ),
-    "BadTooManyOperations": _Words(
-        "the server takes fewer nodes in one request than are asked for",
-        "Read fewer nodes, or raise the limit on the machine",
-    ),
-    "BadTimeout": _Words(
-        "no answer within {timeout_s:g} s", "Check whether the server still runs, and the network"
-    ),
+    "BadTcpEndpointUrlInvalid": "address_refused",
+    "BadTooManyOperations": "too_many_nodes",
+    "BadTimeout": _NO_ANSWER,
 }
+_SAID: Final[Mapping[str, tuple[str, ...]]] = {
+    _TRUST: ("certificate",),
+    "user_refused": ("user",),
+    "application_uri_refused": ("application_uri",),
+    _NO_POLICY: ("security",),
+    "address_refused": ("url",),
+    _NO_ANSWER: ("timeout_s",),
+    "nothing_listens": ("port", "host"),
+    "unknown_host": ("host",),
+}
+"""What a sentence says of the settings, by code."""
 
 
-def explain(error: BaseException, settings: ConnectionSettings) -> str:
-    """Say what a failure means and what to do."""
+def explain(error: BaseException, settings: ConnectionSettings) -> Message:
+    """Return what a failure means, at the connection's name."""
     if isinstance(error, ThermaxisError):
-        return str(error)
-    return _sentence(_words(error), settings)
+        return error.message
+    return _message(*_meaning(error), settings)
 
 
 def refuse(error: BaseException, settings: ConnectionSettings) -> ConfigurationError:
     """Return a failure as an error, for a command that does not try again."""
     if isinstance(error, ConfigurationError):
         return error
-    words = _filled(_words(error), settings)
-    return ConfigurationError(words.what, where=settings.url, remedy=words.remedy)
+    said = _message(*_meaning(error), settings)
+    return ConfigurationError.of(replace(said, place=Place(settings.url)))
 
 
-def _sentence(words: _Words, settings: ConnectionSettings) -> str:
-    what, remedy = _filled(words, settings)
-    return printable(f"{settings.name}: {what}. {remedy}.", 500)
-
-
-def _filled(words: _Words, settings: ConnectionSettings) -> _Words:
-    places = {
-        "certificate": settings.certificate,
-        "user": printable(settings.user) or "(anonymous)",
+def _message(code: str, values: Mapping[str, str], settings: ConnectionSettings) -> Message:
+    named = {
+        "certificate": str(settings.certificate or ""),
+        "user": settings.user or "(anonymous)",
         "security": settings.security,
         "application_uri": settings.application_uri,
         "url": settings.url,
@@ -156,7 +117,9 @@ def _filled(words: _Words, settings: ConnectionSettings) -> _Words:
         "port": settings.port,
         "timeout_s": settings.timeout_s,
     }
-    return _Words(*[_masked(word.format_map(places), settings) for word in words])
+    every: dict[str, Value] = {name: named[name] for name in _SAID.get(code, ())}
+    every |= {name: _masked(text, settings) for name, text in values.items()}
+    return Message(f"error-{code}", every, Place(key=settings.name))
 
 
 def is_ambiguous(error: BaseException) -> bool:
@@ -174,13 +137,11 @@ def is_ambiguous(error: BaseException) -> bool:
 
 def explain_offer(
     offered: Mapping[bytes, Collection[str]], pinned: bytes, settings: ConnectionSettings
-) -> str:
+) -> Message | None:
     """Say what an encrypted connection failed for, by what the server offers."""
     if not any(settings.security in policies for policies in offered.values()):
-        return _sentence(_NO_POLICY, settings)
-    if pinned not in offered:
-        return _sentence(_OTHER_SERVER, settings)
-    return ""
+        return _message(_NO_POLICY, {}, settings)
+    return None if pinned in offered else _message(_OTHER_SERVER, {}, settings)
 
 
 def _masked(text: str, settings: ConnectionSettings) -> str:
@@ -188,59 +149,42 @@ def _masked(text: str, settings: ConnectionSettings) -> str:
     return text.replace(secret, "***") if len(secret) > 2 else text
 
 
-def _words(error: BaseException) -> _Words:
+_Meaning: TypeAlias = tuple[str, Mapping[str, str]]
+"""A code, and what its sentence says beside the settings."""
+
+
+def _meaning(error: BaseException) -> _Meaning:
     if isinstance(error, AssertionError) and not error.args:
-        return _TRUST
+        return _TRUST, {}
     if isinstance(error, (WrongSignature, InvalidSignature)):
-        return _OTHER_SERVER
+        return _OTHER_SERVER, {}
     if isinstance(error, ua.UaError):
-        return _opcua_words(error)
+        return _opcua_meaning(error)
     if isinstance(error, OSError):
-        return _network_words(error)
-    return _Words(
-        f"the server's answer is not understood ({type(error).__name__})",
-        "Check that the address belongs to an OPC UA server",
-    )
+        return _network_meaning(error)
+    return "answer_not_understood", {"kind": type(error).__name__}
 
 
-def _opcua_words(error: ua.UaError) -> _Words:
+def _opcua_meaning(error: ua.UaError) -> _Meaning:
     if isinstance(error, ua.UaStatusCodeError):
         name = ua.StatusCode(ua.UInt32(error.code)).name
-        remedy = "Look the name up in the control's manual"
-        return _BY_NAME.get(name, _Words(f"the server answers {name}", remedy))
-    text = _braces(str(error))
+        known = _BY_NAME.get(name)
+        return (known, {}) if known else ("server_answers", {"status": name})
+    text = str(error)
     if "certificate mismatch" in text:
-        return _OTHER_SERVER
+        return _OTHER_SERVER, {}
     if "No matching endpoints" in text or "No matching policy" in text:
-        return _NO_POLICY
-    return _Words(
-        f"the connection failed ({text})", "Check that the address belongs to an OPC UA server"
-    )
+        return _NO_POLICY, {}
+    return "connection_failed", {"cause": text}
 
 
-def _braces(text: str) -> str:
-    return text.replace("{", "(").replace("}", ")")
-
-
-def _network_words(error: OSError) -> _Words:
+def _network_meaning(error: OSError) -> _Meaning:
     if isinstance(error, TimeoutError):
-        return _BY_NAME["BadTimeout"]
+        return _NO_ANSWER, {}
     if isinstance(error, ConnectionRefusedError):
-        return _Words(
-            "nothing listens on port {port} of {host}",
-            "Start the server on the machine, or correct the address",
-        )
+        return "nothing_listens", {}
     if isinstance(error, socket.gaierror):
-        return _Words(
-            "the name {host} is not known in the network", "Correct the address, or give a number"
-        )
+        return "unknown_host", {}
     if isinstance(error, ConnectionError):
-        return _Words(
-            "the server closed the connection",
-            "If it stays so, the server may have no connection left, or does not trust the own"
-            " certificate",
-        )
-    return _Words(
-        f"the network failed ({_braces(error.strerror or type(error).__name__)})",
-        "Check cables, address and firewall",
-    )
+        return "connection_closed", {}
+    return "network_failed", {"cause": error.strerror or type(error).__name__}

@@ -54,7 +54,7 @@ def _offers(endpoints: Iterable[Any], url: str) -> tuple[ServerOffer, ...]:
         content: bytes | None = endpoint.ServerCertificate
         if not content:
             continue
-        certificate = certificate_from(content, where=url)
+        certificate = certificate_from(content, file=url)
         _, policies, users = found.setdefault(certificate.der, (certificate, [], []))
         uri: str | None = endpoint.SecurityPolicyUri
         policy = (uri or "").rpartition("#")[2]

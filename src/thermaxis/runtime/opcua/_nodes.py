@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import unquote
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from asyncua import ua
 
-_REMEDY = "Write it as ns=2;s=Name, nsu=urn:of:the:machine;s=Name, or i=85"
 _LONGEST_NODE = 1000
 
 
@@ -69,8 +68,7 @@ def _identifier(rest: str, text: str) -> int | str | bytes | uuid.UUID:
 
 
 def _no_node(text: str) -> ConfigurationError:
-    shown = printable(text, 80)
-    return ConfigurationError(f"'{shown}' is no node id", where="node", remedy=_REMEDY)
+    return ConfigurationError("no_node_id", text=text, place=Place(key="node"))
 
 
 def node_id(node: NodeText, namespaces: Sequence[str]) -> "ua.NodeId | None":

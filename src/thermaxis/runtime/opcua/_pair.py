@@ -49,7 +49,7 @@ class PairFiles:
             private_key_of(key_file),
             certificate_of(server_file),
         )
-        check_own_pair(own, key, self._settings.application_uri, where=str(own_file))
+        check_own_pair(own, key, self._settings.application_uri, file=str(own_file))
         loaded = LoadedPair(
             x509.load_der_x509_certificate(own.der),
             key.loaded,

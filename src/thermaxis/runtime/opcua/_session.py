@@ -24,7 +24,9 @@ from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.object_ids import ObjectIds
 from asyncua.ua.status_codes import StatusCodes
 
+from thermaxis.codes import Message
 from thermaxis.errors import ThermaxisError
+from thermaxis.messages import text_of
 from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.opcua._failures import (
@@ -164,8 +166,8 @@ class OpcUaSession:
         self._clock = clock
         self._link: Link | None = None
         self._generation = 0
-        self._last_error = ""
-        self._finding = ""
+        self._failure: Message | None = None
+        self._offer_failure: Message | None = None
         self._asked_s = float("-inf")
         self._users = 0
         self._ending = False
@@ -182,9 +184,14 @@ class OpcUaSession:
         return self._generation
 
     @property
+    def failure(self) -> Message | None:
+        """Why it is not connected; None while all is well."""
+        return self._failure
+
+    @property
     def last_error(self) -> str:
-        """Why it is not connected, in words, with a remedy; empty while all is well."""
-        return self._last_error
+        """The same as an English sentence; empty while all is well."""
+        return "" if self._failure is None else text_of(self._failure)
 
     @property
     def clock_difference_s(self) -> float | None:
@@ -250,32 +257,32 @@ class OpcUaSession:
             try:
                 link = await self._connect()
             except FAILURES as error:
-                self._last_error = await self._reason(error) or explain(error, self.settings)
+                self._failure = await self._reason(error) or explain(error, self.settings)
             else:
                 await self._use(link)
             if self._ending:  # the library swallows a cancellation while a client is ended
                 return
             await self._clock.sleep_until(began_s + self.settings.retry_s)
 
-    async def _reason(self, error: BaseException) -> str:
+    async def _reason(self, error: BaseException) -> Message | None:
         """Ask the server what it offers where a failure alone does not tell what is wrong."""
         now_s = self._clock.monotonic_s()
         if not self.settings.encrypted or not is_ambiguous(error):
-            self._finding = ""
+            self._offer_failure = None
         elif now_s - self._asked_s >= ASKED_EVERY_S:
-            self._asked_s, self._finding = now_s, ""
+            self._asked_s, self._offer_failure = now_s, None
             with contextlib.suppress(ThermaxisError, TimeoutError):
                 pinned = (await self._files.load_aside()).server_der
                 async with asyncio.timeout(self.settings.timeout_s):
                     offers = await fetch_offers(self.settings.url, self.settings.timeout_s)
                 offered = {offer.certificate.der: offer.policies for offer in offers}
-                self._finding = explain_offer(offered, pinned, self.settings)
-        return self._finding
+                self._offer_failure = explain_offer(offered, pinned, self.settings)
+        return self._offer_failure
 
     async def _use(self, link: Link) -> None:
         """Offer a connection until it is lost."""
         self._generation += 1
-        self._last_error = ""
+        self._failure = None
         self._link = link
         try:
             while not link.lost.is_set():
@@ -284,7 +291,7 @@ class OpcUaSession:
                         await link.lost.wait()
                 if self._clock.monotonic_s() - link.used_s >= IDLE_S:
                     await self._look(link)
-            self._last_error = explain(link.error or ConnectionError(), self.settings)
+            self._failure = explain(link.error or ConnectionError(), self.settings)
         finally:
             if self._link is link:
                 self._link = None
@@ -573,7 +580,7 @@ class OpcUaSession:
         if error is None:
             return
         if isinstance(error, ua.UaStatusCodeError) and error.code in LASTING:
-            self._last_error = explain(error, self.settings)
+            self._failure = explain(error, self.settings)
             return
         link.lose(error)
 

@@ -23,10 +23,11 @@ from typing import Annotated, Final, TypeAlias, final
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.logs import parse_log_heading
 from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime.config import ConnectionSection, Problem, explain, read_tables, refuse
+from thermaxis.runtime.config import ConnectionSection, explain, problem, read_tables, refuse
 from thermaxis.runtime.opcua import parse_node
 from thermaxis.thermal.log import unit_named, unit_of_name
 
@@ -202,7 +203,7 @@ def read_record(path: Path | str) -> RecordSettings:
     except ValidationError as error:
         raise refuse(explain(error, RecordFile), path) from None
     channels = {name: _channel(name, entry, file) for name, entry in file.channel.items()}
-    problems = [*_check_file(file), *(c for c in channels.values() if isinstance(c, Problem))]
+    problems = [*_check_file(file), *(c for c in channels.values() if isinstance(c, Message))]
     if problems:
         raise refuse(problems, path)
     used = {
@@ -213,9 +214,7 @@ def read_record(path: Path | str) -> RecordSettings:
         name=record.name,
         channels=tuple(c for c in channels.values() if isinstance(c, ChannelSettings)),
         connections={
-            name: section.settings(
-                name, path.absolute().parent, where=f"{path}, [connection.{name}]"
-            )
+            name: _settings(name, section, path)
             for name, section in file.connection.items()
             if name in used
         },
@@ -227,56 +226,40 @@ def read_record(path: Path | str) -> RecordSettings:
     )
 
 
-def _check_file(file: RecordFile) -> Iterator[Problem]:
+def _check_file(file: RecordFile) -> Iterator[Message]:
     """Yield what is wrong with the file as a whole."""
     if _FILE_NAME.fullmatch(file.record.name) is None:
-        yield Problem(
-            "[record], name",
-            "this cannot begin a file name",
-            "Write up to 60 letters, digits, _ - and points",
-        )
+        yield problem("no_file_name", "record.name")
     if not file.connection:
-        yield Problem("", "there is no connection", "Write a table such as [connection.control]")
+        yield problem("no_connection", "connection")
     if not 1 <= len(file.channel) <= MOST_CHANNELS:
-        yield Problem(
-            "",
-            f"there are {len(file.channel)} channels, and 1 to {MOST_CHANNELS} can be recorded",
-            "Write a table such as [channel.T_spindle_C] for each",
-        )
+        yield problem("channels", "channel", channels=len(file.channel), most=MOST_CHANNELS)
     seen: dict[str, str] = {}
     for name in file.channel:
         other = seen.setdefault(name.casefold(), name)
         if other != name:
-            yield Problem(
-                f"[channel.{name}]",
-                f"the name differs from {other} in upper and lower case only",
-                "Rename one of them",
-            )
+            yield problem("same_but_case", f"channel.{name}", other=other)
 
 
-def _channel(name: str, section: ChannelSection, file: RecordFile) -> ChannelSettings | Problem:
+def _channel(name: str, section: ChannelSection, file: RecordFile) -> ChannelSettings | Message:
     """Return the settings of a channel, or the first thing that is wrong with it."""
-    table = f"[channel.{name}]"
+    table = f"channel.{name}"
     unit, heading = _unit_and_heading(name, section.unit)
-    problem = _wrong_name(table, name, section.unit, unit, heading)
-    if problem is not None:
-        return problem
     connection = section.connection or next(iter(file.connection), "")
-    problem = _wrong_connection(table, section.connection, file)
-    if problem is None and section.factor == 0.0:
-        problem = Problem(f"{table}, factor", "the factor is zero", "Leave the channel out instead")
-    if problem is not None:
-        return problem
+    wrong = _wrong_name(table, name, section.unit, unit, heading)
+    wrong = wrong or _wrong_connection(table, section.connection, file)
+    if wrong is None and section.factor == 0.0:
+        wrong = problem("scale_zero", f"{table}.factor")
+    if wrong is not None:
+        return wrong
     try:
         parse_node(section.node)
     except ConfigurationError as error:
-        return Problem(f"{table}, node", error.what, error.remedy)
+        return error.at(Place(key=f"{table}.node")).message
     every_s = file.record.every_s if section.every_s is None else section.every_s
     period_ms = round(every_s * 1000.0)
     if abs(period_ms - every_s * 1000.0) > 1e-6:
-        return Problem(
-            f"{table}, every_s", "this is no whole number of milliseconds", "Round it to 0.001"
-        )
+        return problem("no_whole_milliseconds", f"{table}.every_s")
     repeat_s = section.repeat_unchanged_s
     return ChannelSettings(
         name=name,
@@ -291,15 +274,21 @@ def _channel(name: str, section: ChannelSection, file: RecordFile) -> ChannelSet
     )
 
 
-def _wrong_connection(table: str, stated: str, file: RecordFile) -> Problem | None:
-    known = ", ".join(file.connection)
-    if not stated and len(file.connection) > 1:
-        what = "there are several connections, and the channel names none"
-    elif stated and stated not in file.connection:
-        what = f"there is no connection {stated}"
-    else:
-        return None
-    return Problem(f"{table}, connection", what, f"Write one of {known}")
+def _wrong_connection(table: str, stated: str, file: RecordFile) -> Message | None:
+    known = tuple(file.connection)
+    if not stated and len(known) > 1:
+        return problem("connection_unstated", f"{table}.connection", known=known)
+    if stated and stated not in known:
+        return problem("unknown_name", f"{table}.connection", name=stated, known=known)
+    return None
+
+
+def _settings(name: str, section: ConnectionSection, path: Path) -> ConnectionSettings:
+    try:
+        return section.settings(name, path.absolute().parent)
+    except ConfigurationError as error:
+        place = error.place if error.place.file else error.place._replace(file=str(path))
+        raise error.at(place) from None
 
 
 def _unit_and_heading(name: str, word: str) -> tuple[str | None, str]:
@@ -308,33 +297,17 @@ def _unit_and_heading(name: str, word: str) -> tuple[str | None, str]:
     return unit, name if unit == unit_of_name(name) else f"{name} [{unit or ''}]"
 
 
-def _wrong_name(table: str, name: str, word: str, unit: str | None, heading: str) -> Problem | None:
+def _wrong_name(table: str, name: str, word: str, unit: str | None, heading: str) -> Message | None:
     if _CHANNEL_NAME.fullmatch(name) is None:
-        return Problem(
-            table,
-            "this cannot be the name of a column",
-            "Begin with a letter, and write up to 100 letters, digits, _ - and points",
-        )
+        return problem("no_channel_name", table)
     if unit is None:
-        return Problem(
-            f"{table}, unit",
-            f"the unit '{word}' is not known",
-            "Write one such as degC, K, um, mm, rpm or 1, and convert with factor and offset",
-        )
+        return problem("unknown_unit", f"{table}.unit", unit=word)
     stated = unit_of_name(name)
     if stated and stated != unit:
-        return Problem(
-            f"{table}, unit",
-            f"the name ends in the unit {stated}, and the unit is {unit or word}",
-            "Rename the channel, or convert with factor and offset",
-        )
+        return problem("unit_differs", f"{table}.unit", in_name=stated, unit=unit or word)
     found = parse_log_heading(heading)
     if found.time_rank is not None or name.casefold() in _RESERVED:
-        return Problem(
-            table, "a reader of the log would take this column for times", "Rename the channel"
-        )
+        return problem("name_of_times", table)
     if (found.name, found.unit) != (name, unit):
-        return Problem(
-            table, "a reader of the log would find another name or unit", "Rename the channel"
-        )
+        return problem("name_read_otherwise", table)
     return None

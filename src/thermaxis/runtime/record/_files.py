@@ -22,6 +22,7 @@ from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Final, NamedTuple, final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import FileLock
 from thermaxis.runtime.record._clock import as_text, moment_of
@@ -484,19 +485,15 @@ def _row_ms(line: bytes, cells: int) -> float | None:
 @contextmanager
 def sole_writer(folder: Path, name: str) -> Generator[None]:
     """Keep other recordings of the same name out of a folder, as long as this one runs."""
-    taken = ConfigurationError(
-        f"another recording writes logs named {name} here",
-        where=str(folder),
-        remedy="End it, or choose another folder or another name",
-    )
+    taken = ConfigurationError("recording_in_use", name=name, place=Place(str(folder)))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = FileLock(folder / f".{name}.lock", taken, required=False)
     except OSError as error:
         raise ConfigurationError(
-            f"the folder cannot be written to ({error.strerror or type(error).__name__})",
-            where=str(folder),
-            remedy="Check its name, its permissions and the room on its disk",
+            "folder_unwritable",
+            cause=error.strerror or type(error).__name__,
+            place=Place(str(folder)),
         ) from None
     with lock:
         yield

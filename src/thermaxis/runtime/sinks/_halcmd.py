@@ -14,9 +14,9 @@ import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple, Protocol, final
+from typing import Final, NamedTuple, Protocol, final
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.errors import ThermaxisError
 
 SHARED_MEMORY = Path("/proc/sysvipc/shm")
@@ -27,6 +27,10 @@ _END_S = 0.5
 _LONGEST_BATCH = 40
 """So many commands are shorter than what a pipe takes at once or not at all (4096 bytes): none is
 cut when this program is frozen."""
+
+
+LINUXCNC: Final = Place("LinuxCNC")
+"""Where its errors are."""
 
 
 @final
@@ -107,19 +111,15 @@ class HalPipe:
         try:
             async with asyncio.timeout(deadline_s), self._lock:
                 if not self._in_step:
-                    raise HalLostError("the pipe to halcmd is out of step", where="LinuxCNC")
+                    raise HalLostError("halcmd_out_of_step", place=LINUXCNC)
                 answers: list[tuple[str, ...]] = []
                 for first in range(0, len(commands), _LONGEST_BATCH):
                     answers += await self._exchange(commands[first : first + _LONGEST_BATCH])
                 return answers
         except TimeoutError:
-            raise HalLostError(
-                f"halcmd did not answer within {deadline_s:.3g} s",
-                where="LinuxCNC",
-                remedy="It is started anew; if this stays, look whether LinuxCNC still responds",
-            ) from None
+            raise HalLostError("halcmd_silent", deadline_s=deadline_s, place=LINUXCNC) from None
         except (OSError, ValueError) as error:
-            raise HalLostError(f"the pipe to halcmd broke: {error}", where="LinuxCNC") from None
+            raise HalLostError("halcmd_pipe_broken", cause=str(error), place=LINUXCNC) from None
 
     async def _exchange(self, commands: Sequence[str]) -> list[tuple[str, ...]]:
         first = self._count + 1
@@ -142,9 +142,7 @@ class HalPipe:
             line = (await self._answers.readline()).decode("ascii", errors="replace")
             if not line.endswith("\n"):
                 said = "; ".join([*lines, line]).strip("; ")
-                raise HalLostError(
-                    f"halcmd has ended{': ' if said else ''}{said}", where="LinuxCNC"
-                )
+                raise HalLostError("halcmd_ended", said=said or "-", place=LINUXCNC)
             line = line.rstrip("\n")
             if line.endswith(f"HALCMD MSG: {token}"):
                 return tuple(lines)
@@ -182,24 +180,12 @@ async def open_pipe(program: str, table: Path = SHARED_MEMORY) -> HalPipe:
     """Start ``halcmd`` beside the LinuxCNC that runs."""
     before = running_instance(table)
     if before is None:
-        raise HalLostError(
-            "LinuxCNC is not running on this computer",
-            where="LinuxCNC",
-            remedy="It is waited for. In a container its shared memory must be the computer's",
-        )
+        raise HalLostError("linuxcnc_not_running", place=LINUXCNC)
     if os.geteuid() not in {0, before.user}:
-        raise HalLostError(
-            f"LinuxCNC was started by the user with the number {before.user}",
-            where="LinuxCNC",
-            remedy="Run thermaxis as the user who starts LinuxCNC",
-        )
+        raise HalLostError("linuxcnc_of_other_user", user=before.user, place=LINUXCNC)
     path = shutil.which(program)
     if path is None:
-        raise HalLostError(
-            f"there is no program {program}",
-            where="LinuxCNC",
-            remedy="It comes with LinuxCNC; name its path",
-        )
+        raise HalLostError("no_halcmd", program=program, place=LINUXCNC)
     child = await asyncio.create_subprocess_exec(
         path,
         "-k",
@@ -211,7 +197,7 @@ async def open_pipe(program: str, table: Path = SHARED_MEMORY) -> HalPipe:
         start_new_session=True,  # an interrupt from the keyboard is for the loop alone
     )
     if child.stdin is None or child.stdout is None:
-        raise HalLostError("halcmd has no pipe", where="LinuxCNC")
+        raise HalLostError("halcmd_out_of_step", place=LINUXCNC)
     pipe = HalPipe(child.stdin, child.stdout, child)
     try:
         await pipe.ask(["status lock"], _END_S)
@@ -220,7 +206,7 @@ async def open_pipe(program: str, table: Path = SHARED_MEMORY) -> HalPipe:
         raise
     if running_instance(table) != before:  # halcmd made an empty HAL of its own, and removes it
         await pipe.close()
-        raise HalLostError("LinuxCNC has just ended or started", where="LinuxCNC")
+        raise HalLostError("linuxcnc_changed", place=LINUXCNC)
     return pipe
 
 
@@ -254,9 +240,5 @@ def confirm_silence(answer: Sequence[str], what: str) -> None:
 
 
 def _unexpected(answer: Sequence[str], what: str) -> HalRefusedError:
-    said = printable("; ".join(answer)) or "nothing"
-    return HalRefusedError(
-        f"HAL answers: {said}",
-        where=f"LinuxCNC, {what}",
-        remedy="Compare the machine's HAL file with the one that thermaxis writes",
-    )
+    said = "; ".join(answer) or "-"
+    return HalRefusedError("hal_answers", said=said, place=LINUXCNC._replace(channel=what))

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, NamedTuple, final, get_args
 
+from thermaxis.codes import Message, Place, Value
 from thermaxis.compensation import LONGEST_CYCLE_S, SHORTEST_CYCLE_S, Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
@@ -78,21 +79,26 @@ class LinuxCncOutput:
     def __post_init__(self) -> None:
         """Check the values and work out the factor."""
         if not 0 <= self.joint <= _LAST_JOINT:
-            raise ConfigurationError(f"not a number from 0 to {_LAST_JOINT}", where="joint")
-        if self.unit not in get_args(HalUnit):
             raise ConfigurationError(
-                f"{self.unit} is no unit of a linear joint",
-                where="unit",
-                remedy="State mm or inch, as LINEAR_UNITS in the machine's INI file does",
+                "outside_range",
+                value=self.joint,
+                least=0,
+                most=_LAST_JOINT,
+                place=Place(key="joint"),
             )
+        if self.unit not in get_args(HalUnit):
+            raise ConfigurationError("no_linear_unit", unit=self.unit, place=Place(key="unit"))
         stated = self.largest_acceleration_um_per_s2
         if stated == 0.0:
             stated = ACCELERATION_PER_RATE * self.limits.largest_rate_um_per_s
             object.__setattr__(self, "largest_acceleration_um_per_s2", stated)
         if not 0.0 < stated <= LARGEST_ACCELERATION_UM_PER_S2:
             raise ConfigurationError(
-                f"no positive number of at most {LARGEST_ACCELERATION_UM_PER_S2:g}",
-                where="largest_acceleration_um_per_s2",
+                "outside_range",
+                value=stated,
+                least=0.0,
+                most=LARGEST_ACCELERATION_UM_PER_S2,
+                place=Place(key="largest_acceleration_um_per_s2"),
             )
         object.__setattr__(self, "factor", offset_factor(self.unit, self.sign))
 
@@ -156,34 +162,44 @@ class LinuxCncSettings:
     def __post_init__(self) -> None:
         """Check the values."""
         if not self.outputs:
-            raise ConfigurationError("there is no output", where="output")
+            raise ConfigurationError("no_output_named", place=Place(key="output"))
         joints = [output.joint for output in self.outputs.values()]
         for name, output in self.outputs.items():
             if joints.count(output.joint) > 1:
                 raise ConfigurationError(
-                    f"two outputs act on joint {output.joint}",
-                    where=f"output {name}",
-                    remedy="Give every output a joint of its own",
+                    "joint_twice",
+                    joint=output.joint,
+                    place=Place(key=f"output.{name}", channel=name),
                 )
         if not SHORTEST_CYCLE_S <= self.cycle_s <= LONGEST_CYCLE_S:
             raise ConfigurationError(
-                f"not from {SHORTEST_CYCLE_S:g} to {LONGEST_CYCLE_S:g} s", where="cycle_s"
+                "outside_range",
+                value=self.cycle_s,
+                least=SHORTEST_CYCLE_S,
+                most=LONGEST_CYCLE_S,
+                place=Place(key="cycle_s"),
             )
         if self.watchdog_s == 0.0:
             longer = max(SHORTEST_WATCHDOG_S, 2.0 * self.cycle_s)
             object.__setattr__(self, "watchdog_s", longer)
         if not 1.5 * self.cycle_s <= self.watchdog_s <= 2.0 * LONGEST_CYCLE_S:
             raise ConfigurationError(
-                f"not from one and a half cycles to {2.0 * LONGEST_CYCLE_S:g} s",
-                where="watchdog_s",
-                remedy="Two cycles let one late write pass",
+                "watchdog_outside",
+                value_s=self.watchdog_s,
+                cycle_s=self.cycle_s,
+                most_s=2.0 * LONGEST_CYCLE_S,
+                place=Place(key="watchdog_s"),
             )
         if not 0.0 < self.retry_s <= LONGEST_CYCLE_S:
             raise ConfigurationError(
-                f"no positive number of at most {LONGEST_CYCLE_S:g}", where="retry_s"
+                "outside_range",
+                value=self.retry_s,
+                least=0.0,
+                most=LONGEST_CYCLE_S,
+                place=Place(key="retry_s"),
             )
         if re.fullmatch(r"[A-Za-z0-9_.-]{1,40}", self.thread) is None:
-            raise ConfigurationError("no name of a HAL thread", where="thread")
+            raise ConfigurationError("no_hal_thread", place=Place(key="thread"))
         object.__setattr__(self, "outputs", MappingProxyType(dict(self.outputs)))
 
 
@@ -328,7 +344,7 @@ def arrangement_commands(settings: LinuxCncSettings) -> list[str]:
 
 def arrangement_faults(
     settings: LinuxCncSettings, answers: Sequence[Sequence[str]]
-) -> tuple[str, ...]:
+) -> tuple[Message, ...]:
     """Return what on the machine is not as the HAL file of these settings makes it.
 
     Wider bounds, a longer watchdog, a function that does not run or runs in the wrong order, and a
@@ -359,7 +375,7 @@ def _all_pins(settings: LinuxCncSettings) -> list[str]:
     return pins
 
 
-def _order_faults(settings: LinuxCncSettings, lines: Sequence[str]) -> list[str]:
+def _order_faults(settings: LinuxCncSettings, lines: Sequence[str]) -> list[Message]:
     functions: list[str] = []
     current = ""
     for line in lines:
@@ -371,40 +387,48 @@ def _order_faults(settings: LinuxCncSettings, lines: Sequence[str]) -> list[str]
     wanted = [*before, *_MOTION, *behind]
     lacking = [function for function in wanted if function not in functions]
     if lacking:
-        return [f"{settings.thread} does not run {', '.join(lacking)}"]
+        return [_fault("hal_not_run", thread=settings.thread, functions=tuple(lacking))]
     place = {function: functions.index(function) for function in wanted}
     first, last = place[_MOTION[0]], place[_MOTION[1]]
     faults = [
-        f"{function} must run before {_MOTION[0]}" for function in before if place[function] > first
+        _fault("hal_too_late", function=function, motion=_MOTION[0])
+        for function in before
+        if place[function] > first
     ]
     faults += [
-        f"{function} must run behind {_MOTION[1]}" for function in behind if place[function] < last
+        _fault("hal_too_early", function=function, motion=_MOTION[1])
+        for function in behind
+        if place[function] < last
     ]
     for output in settings.outputs.values():
         chain = ["watchdog.process", output.limit, f"{output.shift}.update-output"]
         if [place[function] for function in chain] != sorted(place[f] for f in chain):
-            faults.append(f"the order in {settings.thread} is not {', '.join(chain)}")
+            faults.append(_fault("hal_order", thread=settings.thread, functions=tuple(chain)))
     return faults
 
 
 def _value_faults(
     settings: LinuxCncSettings, bounds: Mapping[str, float], answers: Sequence[Sequence[str]]
-) -> list[str]:
-    faults: list[str] = []
+) -> list[Message]:
+    faults: list[Message] = []
     timeout_s = _read(answers[0], TIMEOUT)
     if timeout_s is None:
-        faults.append(f"{TIMEOUT} cannot be read")
+        faults.append(_fault("hal_unread", pin=TIMEOUT))
     elif timeout_s > settings.watchdog_s * (1.0 + _TOLERANCE):
-        faults.append(f"{TIMEOUT} is {timeout_s:g} s, more than {settings.watchdog_s:g} s")
+        faults.append(_fault("hal_watchdog_long", found_s=timeout_s, most_s=settings.watchdog_s))
     elif timeout_s < 1.5 * settings.cycle_s:
-        faults.append(f"{TIMEOUT} is {timeout_s:g} s, too short for {settings.cycle_s:g} s cycles")
+        faults.append(_fault("hal_watchdog_short", found_s=timeout_s, cycle_s=settings.cycle_s))
     for (pin, bound), answer in zip(bounds.items(), answers[1:], strict=True):
         value = _read(answer, pin)
         if value is None:
-            faults.append(f"{pin} cannot be read")
+            faults.append(_fault("hal_unread", pin=pin))
         elif value * bound <= 0.0 or abs(value) > abs(bound) * (1.0 + _TOLERANCE):
-            faults.append(f"{pin} is {value:g}, not within {bound:g}")
+            faults.append(_fault("hal_bound", pin=pin, found=value, bound=bound))
     return faults
+
+
+def _fault(code: str, **values: Value) -> Message:
+    return Message(f"error-{code}", values)
 
 
 def _read(answer: Sequence[str], pin: str) -> float | None:
@@ -414,7 +438,7 @@ def _read(answer: Sequence[str], pin: str) -> float | None:
         return None
 
 
-def _net_faults(settings: LinuxCncSettings, lines: Sequence[str]) -> list[str]:
+def _net_faults(settings: LinuxCncSettings, lines: Sequence[str]) -> list[Message]:
     signal_of: dict[str, str] = {}
     true: set[str] = set()
     for line in lines:
@@ -423,18 +447,18 @@ def _net_faults(settings: LinuxCncSettings, lines: Sequence[str]) -> list[str]:
             if match["value"] == "TRUE":
                 true.add(match["pin"])
     outputs = list(settings.outputs.values())
-    faults: list[str] = []
+    faults: list[Message] = []
     for net in _nets(outputs):
         pins = [pin for pin in (net.source, *net.targets) if pin]
         signals = {signal_of.get(pin, "") for pin in pins}
         wanted = signals if net.source else {net.signal}
         if len(signals) != 1 or "" in signals or signals != wanted:
             joined = pins if net.source else [f"signal {net.signal}", *pins]
-            faults.append(f"{' and '.join(joined)} are not connected")
+            faults.append(_fault("hal_unconnected", pins=tuple(joined)))
     for output in outputs:
         ends = (f"{output.shift}.out", f"{output.shift}.fb-in")
-        faults += [f"{pin} leads nowhere" for pin in ends if not signal_of.get(pin)]
+        faults += [_fault("hal_leads_nowhere", pin=pin) for pin in ends if not signal_of.get(pin)]
         load = f"{output.limit}.load"
         if signal_of.get(load) or load in true:
-            faults.append(f"{load} is used: the offset would jump")
+            faults.append(_fault("hal_load_used", pin=load))
     return faults

@@ -10,11 +10,13 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from typing import NamedTuple, TypeVar, final
+from typing import Final, NamedTuple, TypeVar, final
 
+from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Applied, Clock, Sink
 from thermaxis.runtime.sinks._halcmd import (
+    LINUXCNC,
     Hal,
     HalLostError,
     HalRefusedError,
@@ -48,7 +50,7 @@ _CONNECT_S = 1.0
 _POLL_S = 0.002
 _COUNTS = 1 << 32
 _DIGITS = 1e-6
-_TRIPPED = "the watchdog has tripped: no write came in time"
+_TRIPPED: Final = Message("error-watchdog_tripped", place=LINUXCNC)
 
 
 class _Seen(NamedTuple):
@@ -104,8 +106,6 @@ class LinuxCncSink(Sink):
         open_hal: Callable[[], Awaitable[Hal]] | None = None,
     ) -> None:
         self.settings = settings
-        self.last_error = ""
-        """Why it is not connected or a write was refused, in words; empty if nothing is wrong."""
         self._clock = clock
         self._open_hal = open_hal if open_hal is not None else self._start_halcmd
         self._outputs = tuple(settings.outputs.items())
@@ -151,9 +151,9 @@ class LinuxCncSink(Sink):
                 try:
                     await self._connect()
                 except ThermaxisError as error:
-                    self.last_error = str(error)
+                    self.failure = error.message
                 except OSError as error:
-                    self.last_error = f"LinuxCNC: halcmd cannot be started: {error.strerror}."
+                    self.failure = _failure("halcmd_not_started", cause=str(error.strerror))
             else:
                 await self._in_turn(self._look, STANDSTILL_S)
                 await self._end_left()
@@ -177,7 +177,7 @@ class LinuxCncSink(Sink):
             )
         except TimeoutError:
             await hal.close()
-            raise HalLostError("the servo thread does not run", where="LinuxCNC") from None
+            raise HalLostError("servo_thread_off", place=LINUXCNC) from None
         except BaseException:
             await hal.close()
             raise
@@ -185,17 +185,13 @@ class LinuxCncSink(Sink):
         self._homed = self._armed = False
         self._news = True
         self._count, self._moved_s = seen.periods, self._clock.monotonic_s()
-        self.last_error = ""
+        self.failure = None
         self._judge(seen)
 
     def _refuse_other_arrangements(self, answers: Sequence[Sequence[str]]) -> None:
         faults = arrangement_faults(self.settings, answers)
         if faults:
-            raise HalRefusedError(
-                "; ".join(faults[:3]),
-                where="LinuxCNC",
-                remedy="Compare the machine's HAL file with the one that thermaxis hal writes",
-            )
+            raise HalRefusedError("hal_arrangement", faults=faults[:3], place=LINUXCNC)
 
     async def _look(self, hal: Hal, until_s: float) -> None:
         self._judge(await self._see(hal, until_s))
@@ -248,7 +244,7 @@ class LinuxCncSink(Sink):
         """
         lacking = [n for n, _ in self._outputs if not math.isfinite(correction_um.get(n, math.nan))]
         if lacking:
-            self.last_error = f"no finite correction for {', '.join(lacking)}: nothing was written."
+            self.failure = _failure("no_finite_correction", names=tuple(lacking))
             return False
         wanted = dict(correction_um)
 
@@ -273,10 +269,8 @@ class LinuxCncSink(Sink):
             confirm_silence(answers[2 * i], output.request)
             got = number_of(answers[2 * i + 1], output.request)
             if not _same(got, values[i]):
-                raise HalRefusedError(
-                    f"{values[i]:g} was set and {got:g} is there",
-                    where=f"LinuxCNC, {output.request}",
-                )
+                place = LINUXCNC._replace(channel=output.request)
+                raise HalRefusedError("hal_value_differs", set=values[i], found=got, place=place)
             self._requested[name] = correction_um[name]
         if not (self._armed or seen.ok):
             await self._arm(hal, seen.periods, until_s)
@@ -284,7 +278,7 @@ class LinuxCncSink(Sink):
             self._armed = True
             await self._set_bit(hal, HEARTBEAT, until_s, value=not self._beat)
             self._beat = not self._beat
-        self.last_error = ""
+        self.failure = None
         return True
 
     async def _arm(self, hal: Hal, count: int, until_s: float) -> None:
@@ -299,7 +293,7 @@ class LinuxCncSink(Sink):
             if bit_of((await self._ask(hal, [f"gets {OK}"], until_s))[0], OK):
                 break
         else:
-            raise HalRefusedError("the watchdog does not start", where="LinuxCNC")
+            raise HalRefusedError("watchdog_not_started", place=LINUXCNC)
         self._armed = True
 
     async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
@@ -363,9 +357,9 @@ class LinuxCncSink(Sink):
                 return None
             return await step(self._hal, until_s)
         except TimeoutError:
-            self.last_error = "LinuxCNC: the time was over before everything was asked."
+            self.failure = _failure("hal_too_slow")
         except (HalLostError, HalRefusedError) as error:
-            self.last_error = str(error)
+            self.failure = error.message
             self._leave()
         finally:
             self._turn.release()
@@ -400,24 +394,24 @@ class LinuxCncSink(Sink):
         if seen.periods != self._count:
             self._count, self._moved_s = seen.periods, now_s
         elif now_s - self._moved_s > STANDSTILL_S:
-            raise HalLostError("the servo thread stands still", where="LinuxCNC")
+            raise HalLostError("servo_thread_stands_still", place=LINUXCNC)
         homed = not seen.unhomed
         if homed is not self._homed:
-            self._homed, self.last_error = homed, ""
+            self._homed, self.failure = homed, None
         if not homed:
-            self._withdraw(f"joint {', '.join(map(str, seen.unhomed))} is not homed")
+            self._withdraw(_failure("joint_not_homed", joints=tuple(map(str, seen.unhomed))))
         elif self._armed and not seen.ok:
             self._withdraw(_TRIPPED)
         elif self._armed:
             for (name, output), value in zip(self._outputs, seen.requests, strict=True):
                 if not _same(value, self._requested[name] * output.factor):
-                    self._withdraw(f"another program sets {output.request}")
+                    self._withdraw(_failure("set_by_another", pin=output.request))
 
-    def _withdraw(self, why: str) -> None:
+    def _withdraw(self, why: Message) -> None:
         """Write nothing more before `found` was read."""
         self._armed = False
         self._news = True
-        self.last_error = f"LinuxCNC: {why}."
+        self.failure = why
 
     def _leave(self) -> None:
         """Give HAL up; `_watch` ends what is left of it, which may take a moment."""
@@ -443,7 +437,12 @@ class LinuxCncSink(Sink):
         answers = await self._ask(hal, [f"sets {signal} {text}", f"gets {signal}"], until_s)
         confirm_silence(answers[0], signal)
         if bit_of(answers[1], signal) is not value:
-            raise HalRefusedError(f"{text} was set and is not there", where=f"LinuxCNC, {signal}")
+            place = LINUXCNC._replace(channel=signal)
+            raise HalRefusedError("hal_bit_differs", set=text, place=place)
+
+
+def _failure(code: str, **values: Value) -> Message:
+    return Message(f"error-{code}", values, LINUXCNC)
 
 
 def _same(got: float, wanted: float) -> bool:

@@ -1,19 +1,21 @@
 """Offsets of a machine that is an OPC UA server."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
 from asyncua import ua
 
+from thermaxis.codes import Message
 from thermaxis.runtime._ports import Applied, Sink
 from thermaxis.runtime._sign import offset_factor
 from thermaxis.runtime.opcua import WHOLE_TYPES, OpcUaSession, next_beat, parse_node, plain_number
 
 HEARTBEAT = "heartbeat"
 """What the heartbeat's node is called among the refused ones."""
-_NOT_FOUND: Final = "nothing is written before the offsets in the machine were read"
+_NOT_FOUND: Final = Message("error-offsets_not_read_yet")
+_NOT_ANSWERED: Final = Message("error-machine_silent")
 
 
 @final
@@ -85,12 +87,10 @@ class OpcUaSink(Sink):
         self._found_in = 0
         self._beat: float | None = None
         self._beat_type = ""
-        self._hindrance = ""
+        self._hindrance: Message | None = None
         self._requested: dict[str, float] = {}
         self.refused: Mapping[str, str] = {}
         """Names of the status codes of what the last write could not set, by output."""
-        self.last_error = ""
-        """Why the last request failed, in words; empty if it did not."""
 
     async def open(self) -> None:
         """Begin to connect."""
@@ -124,12 +124,9 @@ class OpcUaSink(Sink):
         }
         unknown = [name for name, offset in offsets.items() if offset is None]
         if unknown:
-            self.last_error = self._hindrance = (
-                f"the offset of {', '.join(unknown)} cannot be read, so that nothing is written."
-                " Look at the nodes and the rights of the user."
-            )
+            self.failure = self._hindrance = _failure("offset_of_unreadable", unknown)
             return None
-        self.last_error = self._hindrance = ""
+        self.failure = self._hindrance = None
         self._found_in = generation
         self._requested = {}
         return offsets
@@ -137,7 +134,7 @@ class OpcUaSink(Sink):
     async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
         """Write offsets and a moved heartbeat; return whether all were accepted."""
         if not self.session.connected or self._found_in != self.session.generation:
-            self.last_error = self._hindrance or _NOT_FOUND
+            self.failure = self._hindrance or _NOT_FOUND
             return False
         unusable = [
             name
@@ -145,7 +142,7 @@ class OpcUaSink(Sink):
             if name not in self._outputs or not math.isfinite(value)
         ]
         if unusable or not correction_um:
-            self.last_error = f"there is no finite correction for {', '.join(unusable) or 'any'}"
+            self.failure = _failure("no_finite_correction", unusable)
             return False
         values = [
             (self._outputs[name].node, value * self._factors[name])
@@ -158,7 +155,7 @@ class OpcUaSink(Sink):
             names.append(HEARTBEAT)
         codes = await self.session.write(values, deadline_s)
         if codes is None:
-            self.last_error = self.session.last_error or "the machine did not answer in time"
+            self.failure = self.session.failure or _NOT_ANSWERED
             return False
         self.refused = {
             name: code for name, code in zip(names, codes, strict=True) if code != "Good"
@@ -166,7 +163,7 @@ class OpcUaSink(Sink):
         self._requested.update(
             {name: um for name, um in correction_um.items() if name not in self.refused}
         )
-        self.last_error = _words_of(self.refused)
+        self.failure = _refusal(self.refused)
         return not self.refused
 
     async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
@@ -197,10 +194,7 @@ class OpcUaSink(Sink):
             if kinds[output.node] in WHOLE_TYPES and abs(self._factors[name]) < 1.0
         ]
         if coarse:
-            self.last_error = self._hindrance = (
-                f"the machine counts the offset of {', '.join(coarse)} in whole units that are"
-                " coarser than a micrometre, so that nothing is written. Correct the unit."
-            )
+            self.failure = self._hindrance = _failure("unit_too_coarse", coarse)
             return False
         if self._heartbeat_node:
             self._beat_type = kinds[self._heartbeat_node]
@@ -245,19 +239,23 @@ def _offset_um(value: ua.DataValue, factor: float) -> float | None:
     return offset_um if math.isfinite(offset_um) else None
 
 
-_REMEDIES: Final = {
-    "BadUserAccessDenied": "Give the user the right to write it",
-    "BadNotWritable": "Make the node writable on the machine",
-    "BadNodeIdUnknown": "Correct the node",
-    "BadTypeMismatch": "Name a node that holds a number",
-    "BadOutOfRange": "Look at its range on the machine, and at the unit",
+_REFUSALS: Final = {
+    "BadUserAccessDenied": "error-write_right_missing",
+    "BadNotWritable": "error-node_not_writable",
+    "BadNodeIdUnknown": "error-no_such_node",
+    "BadTypeMismatch": "error-node_no_number",
+    "BadOutOfRange": "error-write_out_of_range",
 }
 
 
-def _words_of(refused: Mapping[str, str]) -> str:
-    """Say what was refused, and what to do about the first."""
+def _failure(code: str, names: Sequence[str]) -> Message:
+    return Message(f"error-{code}", {"names": tuple(names)})
+
+
+def _refusal(refused: Mapping[str, str]) -> Message | None:
+    """Return what was refused, by what the first was refused for."""
     if not refused:
-        return ""
-    shown = ", ".join(f"{name} ({code})" for name, code in refused.items())
+        return None
+    shown = tuple(f"{name} ({code})" for name, code in refused.items())
     code = next(iter(refused.values()))
-    return f"the machine refused {shown}. {_REMEDIES.get(code, 'Look at the node')}."
+    return Message(_REFUSALS.get(code, "error-write_refused"), {"refused": shown})

@@ -7,6 +7,7 @@ from typing import Final, final
 
 from asyncua import ua
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._flag import flag_of
 from thermaxis.runtime._ports import NOT_READ, Source, SourceSample
@@ -50,16 +51,13 @@ class NodeSettings:
         parse_node(self.node)
         if self.unit not in VALUE_UNITS:
             raise ConfigurationError(
-                f"the unit '{self.unit}' of a value is not known",
-                where=self.node,
-                remedy=f"Choose one of {', '.join(VALUE_UNITS)}",
+                "unknown_choice",
+                name=self.unit,
+                known=tuple(VALUE_UNITS),
+                place=Place(key="unit", channel=self.node),
             )
         if not math.isfinite(self.scale) or self.scale == 0.0:
-            raise ConfigurationError(
-                "the scale is not a finite number other than zero",
-                where=self.node,
-                remedy="Leave it out where the node holds the value itself",
-            )
+            raise ConfigurationError("scale_unusable", place=Place(key="scale", channel=self.node))
 
 
 @final

@@ -1,12 +1,12 @@
 """Alarms: what a person should know, why, and what to do. States are not alarms."""
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, date, datetime
 from enum import StrEnum
 from typing import Final, NamedTuple
 
-from thermaxis.codes import Message, Value, printable
+from thermaxis.codes import NOWHERE, Message, Value, printable
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.messages import alarm_sentences
 from thermaxis.runtime._ports import NOT_READ
@@ -30,8 +30,6 @@ FOLLOWS_S: Final = 10.0
 """What acts may be behind what was accepted by so long at the allowed rate. [s]"""
 
 
-_FIRST_WORD: Final = re.compile(r"[\s:;,]")
-_NAMED: Final = re.compile(r"[._/\\]\S|\d")
 """What makes a word the name of a file, a node or a value."""
 
 
@@ -102,7 +100,7 @@ _FAULT_PRIORITIES = {Reason.DOUBLE_COMPENSATION: "high"}
 def alarms_of(
     status: RuntimeStatus,
     compensation: Compensation,
-    forbidden: Sequence[str] = (),
+    forbidden: Sequence[Message] = (),
     elsewhere: Sequence[FoundElsewhere] = (),
     *,
     unread: bool = False,
@@ -116,8 +114,8 @@ def alarms_of(
         Status after a cycle; its alarms are those that stood before, whose times are kept.
     compensation : Compensation
         Limits, rules and model in force.
-    forbidden : sequence of str
-        Why the self-test forbids a correction, each a sentence.
+    forbidden : sequence of Message
+        Why the self-test forbids a correction.
     elsewhere : sequence of FoundElsewhere
         Offsets that were not where the loop had left them, as long as they are to be told.
     unread : bool
@@ -179,13 +177,14 @@ def _unique(found: Iterable[_Found]) -> list[_Found]:
 
 
 def _all(
-    status: RuntimeStatus, compensation: Compensation, forbidden: Sequence[str], *, unread: bool
+    status: RuntimeStatus, compensation: Compensation, forbidden: Sequence[Message], *, unread: bool
 ) -> Iterator[_Found]:
     yield from _of_state(status)
     yield from _of_connections(status, compensation, unread=unread)
-    for i, sentence in enumerate(forbidden):
-        finding = printable(_sentence(sentence), _LONGEST_TEXT)
-        yield _Found(f"self-test {i + 1}", "high", AlarmCode.SELF_TEST, {"finding": finding})
+    for i, finding in enumerate(forbidden):
+        remedy = replace(finding, code=f"{finding.code}.remedy", place=NOWHERE)
+        values = {"finding": finding, "advice": remedy}
+        yield _Found(f"self-test {i + 1}", "high", AlarmCode.SELF_TEST, values)
     if status.source_connected:
         for i, name in enumerate(status.channels):
             yield from _of_sensor(status, compensation, i, name)
@@ -205,14 +204,6 @@ def _of_found(elsewhere: Sequence[FoundElsewhere]) -> Iterator[_Found]:
 def _of_saved_state(other: Message | None) -> Iterator[_Found]:
     if other is not None:
         yield _Found("saved state", "high", AlarmCode.STATE_VERSION, other.values)
-
-
-def _sentence(text: str) -> str:
-    """Return a text with a capital letter and a full stop; a name at its begin stays as it is."""
-    text = text.strip()
-    named = _NAMED.search(_FIRST_WORD.split(text, maxsplit=1)[0])
-    begin = text[:1] if named else text[:1].upper()
-    return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
 def _duration(name: str, time_s: float) -> dict[str, Value]:
@@ -332,9 +323,9 @@ def _of_the_loop(status: RuntimeStatus) -> Iterator[_Found]:
     historian = status.historian
     if not historian.storing:
         values: dict[str, Value] = {"waiting": historian.waiting}
-        if historian.text:
-            values["failure"] = printable(historian.text, _LONGEST_TEXT)
-        code = AlarmCode.HISTORIAN if historian.text else AlarmCode.HISTORIAN_UNSTATED
+        if historian.failure is not None:
+            values["failure"] = historian.failure
+        code = AlarmCode.HISTORIAN if historian.failure else AlarmCode.HISTORIAN_UNSTATED
         yield _Found("historian", "medium", code, values)
     if historian.lost:
         yield _Found("history lost", "medium", AlarmCode.HISTORY_LOST, {"lost": historian.lost})

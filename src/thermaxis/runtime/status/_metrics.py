@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple, final
 from urllib.parse import urlsplit
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._ports import NOT_READ, Clock
 from thermaxis.runtime.config import MetricsSettings
@@ -312,7 +312,7 @@ class MetricsServer:
         settings = self._settings
         context = None
         if settings.certificate is not None and settings.private_key is not None:
-            context = server_context(settings.certificate, settings.private_key, where="metrics")
+            context = server_context(settings.certificate, settings.private_key)
         try:
             self._server = await asyncio.start_server(
                 self._connected,
@@ -324,9 +324,10 @@ class MetricsServer:
             )
         except OSError as error:
             raise ConfigurationError(
-                f"the metrics cannot be served: {error.strerror or error}",
-                where=f"{settings.address}, port {settings.port}",
-                remedy="Take another port, or end the program that has it",
+                "cannot_listen",
+                cause=error.strerror or str(error),
+                port=settings.port,
+                place=Place(settings.address, key="metrics"),
             ) from None
 
     def publish(self, status: RuntimeStatus) -> None:

@@ -14,10 +14,10 @@ from enum import Enum
 from typing import NamedTuple, final
 
 from thermaxis import __version__
-from thermaxis.codes import Message, values_as_json
+from thermaxis.codes import Message, value_as_json, values_as_json
 from thermaxis.compensation import Compensation, CycleOutput, Limits, SampleQuality, SupervisorState
 from thermaxis.messages import sentence_of
-from thermaxis.runtime._ports import NOT_READ, Applied, SourceSample
+from thermaxis.runtime._ports import NOT_READ, Applied, HistorianStatus, SourceSample
 from thermaxis.runtime.status._status import Alarm, RuntimeStatus
 
 Value = str | float | int | bool | datetime | tuple[str, ...] | tuple[float, ...] | None
@@ -363,7 +363,7 @@ _OF_THE_LOOP = (
         "Historian/Text",
         Kind.TEXT,
         "What is wrong with it; empty if nothing is.",
-        _plain(lambda s: s.historian.text),
+        _plain(lambda s: sentence_of(s.historian.failure) if s.historian.failure else ""),
     ),
 )
 
@@ -623,11 +623,22 @@ def as_json(now: Snapshot) -> str:
                 }
                 for a in s.alarms
             ],
-            "historian": s.historian._asdict(),
+            "historian": _historian_json(s.historian),
         },
         allow_nan=False,
         separators=(",", ":"),
     )
+
+
+def _historian_json(status: HistorianStatus) -> dict[str, object]:
+    failure = status.failure
+    return {
+        "storing": status.storing,
+        "waiting": status.waiting,
+        "lost": status.lost,
+        "text": "" if failure is None else sentence_of(failure),
+        "failure": None if failure is None else value_as_json(failure),
+    }
 
 
 def _output_json(now: Snapshot, i: int, name: str) -> dict[str, object]:

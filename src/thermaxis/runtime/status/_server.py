@@ -10,13 +10,12 @@ from typing import final
 from asyncua import ua
 
 from thermaxis import __version__
-from thermaxis.codes import Message, Value, printable, values_as_json
+from thermaxis.codes import Message, Place, Value, printable, values_as_json
 from thermaxis.compensation import Compensation, Request
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import Clock, EventRecord, LoopAnswer, RequestBox, RequestOutcome
 from thermaxis.runtime.config import ServerSettings
-from thermaxis.runtime.host import is_loopback
 from thermaxis.runtime.opcua import certificate_of, check_own_pair, private_key_of, validity_warning
 from thermaxis.runtime.status._nodes import (
     Kind,
@@ -71,51 +70,6 @@ _ANSWER_S = 10.0
 _ANSWER_CYCLES = 3.0
 
 
-def check_server(settings: ServerSettings) -> None:
-    """Check that nobody can reach the server who must not, and that somebody can.
-
-    Parameters
-    ----------
-    settings : ServerSettings
-        Address, users and certificate.
-
-    Raises
-    ------
-    ConfigurationError
-        If a certificate stands without its key, users without a certificate (a password is never
-        taken over an unencrypted connection), an address other than this computer's own without
-        users or with an anonymous role, or if nobody could connect at all.
-    """
-    where = "server"
-    if (settings.certificate is None) != (settings.private_key is None):
-        raise ConfigurationError("certificate and private key go together", where=where)
-    if settings.users is not None and settings.certificate is None:
-        raise ConfigurationError(
-            "users have passwords, and a password needs an encrypted connection",
-            where=where,
-            remedy="Make a certificate with thermaxis certificate new, and state it with its key",
-        )
-    if not is_loopback(settings.address):
-        if settings.users is None:
-            raise ConfigurationError(
-                "an address that others can reach needs users and a certificate",
-                where=where,
-                remedy="State users, certificate and private_key, or take 127.0.0.1",
-            )
-        if settings.anonymous_role != "none":
-            raise ConfigurationError(
-                "an address that others can reach has no anonymous role",
-                where=where,
-                remedy="Give the plant system a user with the role viewer",
-            )
-    if settings.users is None and settings.anonymous_role == "none":
-        raise ConfigurationError(
-            "nobody could connect: there are no users and no anonymous role",
-            where=where,
-            remedy='State users, or anonymous_role = "viewer"',
-        )
-
-
 def _nothing_known() -> None:
     return None
 
@@ -150,10 +104,6 @@ class StatusServer:
     audit : callable, optional
         Takes log-ins and refusals. Default: nothing is kept of them.
 
-    Raises
-    ------
-    ConfigurationError
-        As `check_server`.
     """
 
     def __init__(
@@ -165,7 +115,6 @@ class StatusServer:
         compensation: Callable[[], Compensation | None] = _nothing_known,
         audit: Callable[[EventRecord], None] = _no_audit,
     ) -> None:
-        check_server(settings)
         self._settings = settings
         self._box = box
         self._clock = clock
@@ -183,7 +132,7 @@ class StatusServer:
         self._facts: Mapping[str, OutputFacts] = {}
         self._everything: tuple[Snapshot | None, str] = (None, "")
         self._told: dict[str, tuple[Told, bool]] = {}
-        self._problem = ""
+        self._problem: Message | None = None
         self._waiting = 0
         self._task: asyncio.Task[None] | None = None
         self._ending: asyncio.Task[None] | None = None
@@ -236,9 +185,10 @@ class StatusServer:
             if users is not None:
                 await users.close()
             raise ConfigurationError(
-                f"the status server cannot listen: {error.strerror or error}",
-                where=f"{settings.address}, port {settings.port}",
-                remedy="Take another port, or end the program that has it",
+                "cannot_listen",
+                cause=error.strerror or str(error),
+                port=settings.port,
+                place=Place(settings.address, key="server"),
             ) from None
         tree.show_time(self._clock.utc)
         self._server = server
@@ -265,13 +215,13 @@ class StatusServer:
         """Load the server's certificate and key; return the address that the certificate names."""
         own, key = certificate_of(certificate), private_key_of(private_key)
         uri = own.application_uris[0] if own.application_uris else otherwise
-        check_own_pair(own, key, uri, where=str(certificate))
+        check_own_pair(own, key, uri, file=str(certificate))
         await server.load_certificate(own.der, "der")
         await server.load_private_key(key.pem, format="pem")
         utc = self._clock.utc()
-        warning = validity_warning(own, utc, name="certificate of the status server")
+        warning = validity_warning(own, utc, certificate)
         if warning is not None:
-            self._audit(EventRecord(utc, "alarm", "", warning))
+            self._audit(EventRecord.of(utc, "alarm", "", warning))
         return uri
 
     def publish(self, status: RuntimeStatus) -> None:
@@ -477,7 +427,7 @@ class StatusServer:
         problem = users.problem
         if problem != self._problem:
             self._problem = problem
-            if problem:
+            if problem is not None:
                 self._tell_event("alarm", "", "event-users_unreadable", {"problem": problem})
             else:
                 self._tell_event("alarm", "", "event-users_readable", {})

@@ -27,7 +27,7 @@ from typing import NamedTuple, Protocol, cast, final
 from argon2 import PasswordHasher, Type, extract_parameters
 from argon2.exceptions import InvalidHashError, VerificationError
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime.host import read_private, whole_file
 
@@ -49,6 +49,7 @@ HASH_PASSES = 2
 """Passes over that memory. Origin: as above. [1]"""
 _LARGEST_MEMORY_KIB = 262_144
 _MOST_PASSES = 20
+_NAME = Place(key="name")
 _NAME_SIGNS = frozenset("-_.@ ")
 
 FAILURES_BY_NAME = 5
@@ -143,12 +144,15 @@ def hash_password(password: str) -> str:
     """
     if len(password) < SHORTEST_PASSWORD:
         raise ConfigurationError(
-            f"the password has fewer than {SHORTEST_PASSWORD} characters",
-            where="password",
-            remedy="Take several words",
+            "password_short", fewest=SHORTEST_PASSWORD, place=Place(key="password")
         )
     if len(password.encode()) > LONGEST_PASSWORD:
-        raise ConfigurationError("the password is too long", where="password")
+        raise ConfigurationError(
+            "text_too_long",
+            characters=len(password.encode()),
+            most=LONGEST_PASSWORD,
+            place=Place(key="password"),
+        )
     return _hasher().hash(password)
 
 
@@ -158,14 +162,14 @@ def _hasher() -> PasswordHasher:
     )
 
 
-def check_name(name: str, where: str = "name") -> str:
+def check_name(name: str, place: Place = _NAME) -> str:
     """Return the name of a user if it may stand in the file, in logs and on a screen.
 
     Parameters
     ----------
     name : str
         The name.
-    where : str
+    place : Place
         The place, for the error.
 
     Returns
@@ -181,11 +185,7 @@ def check_name(name: str, where: str = "name") -> str:
     """
     fits = 0 < len(name) <= LONGEST_NAME and name == name.strip()
     if not (fits and all(sign.isalnum() or sign in _NAME_SIGNS for sign in name)):
-        raise ConfigurationError(
-            f"{printable(name, 80)!r} is no name for a user",
-            where=where,
-            remedy=f"Take at most {LONGEST_NAME} letters, digits, spaces and - _ . @",
-        )
+        raise ConfigurationError("no_user_name", name=name, most=LONGEST_NAME, place=place)
     return name
 
 
@@ -208,55 +208,43 @@ def read_users(path: Path | str) -> tuple[User, ...]:
         If the file cannot be read, others than its owner may read or write it, it is no TOML, a
         key is unknown or missing, a name stands twice, or a hash is no argon2id hash.
     """
-    where = str(path)
-    content = read_private(
-        Path(path),
-        limit_bytes=LARGEST_FILE_BYTES,
-        where=str(path),
-        remedy="Say chmod 600, and choose new passwords if it was so for long",
-    )
+    place = Place(str(path))
+    content = read_private(Path(path), limit_bytes=LARGEST_FILE_BYTES)
     try:
         tables = cast("dict[str, object]", tomllib.loads(content.decode("utf-8")))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigurationError(
-            f"this is no TOML: {error}", where=where, remedy="Write it with thermaxis user add"
-        ) from None
+        raise ConfigurationError("not_toml", cause=str(error), place=place) from None
     entries = tables.pop("user", [])
     if tables or not isinstance(entries, list):
-        odd = ", ".join(printable(key, 40) for key in tables) or "user"
-        raise ConfigurationError(
-            f"unknown key {odd}", where=where, remedy="Each user is one table [[user]]"
-        )
+        raise ConfigurationError("not_a_user_table", name=next(iter(tables), "user"), place=place)
     rows = cast("list[object]", entries)
     if len(rows) > MOST_USERS:
-        raise ConfigurationError(f"more than {MOST_USERS} users", where=where)
-    users = tuple(_user(row, f"{where}, user {i}") for i, row in enumerate(rows, 1))
+        raise ConfigurationError("too_many_users", most=MOST_USERS, place=place)
+    users = tuple(_user(row, place._replace(key=f"user {i}")) for i, row in enumerate(rows, 1))
     names = [user.name for user in users]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ConfigurationError(f"user {twice} stands twice", where=where)
+        raise ConfigurationError("stated_twice", name=twice, place=place)
     return users
 
 
-def _user(row: object, where: str) -> User:
+def _user(row: object, place: Place) -> User:
     if not isinstance(row, dict):
-        raise ConfigurationError("a user is no table", where=where)
+        raise ConfigurationError("not_a_table", place=place)
     entry = cast("dict[str, object]", row)
     texts = {key: value for key, value in entry.items() if isinstance(value, str)}
     if set(texts) != {"name", "role", "hash"} or len(entry) != len(texts):
-        raise ConfigurationError("a user has name, role and hash, each a text", where=where)
+        raise ConfigurationError("user_keys", place=place)
     roles = [role.value for role in _ORDER if role is not Role.NONE]
     if texts["role"] not in roles:
         raise ConfigurationError(
-            f"there is no role {printable(texts['role'], 40)}",
-            where=where,
-            remedy=f"Take one of {', '.join(roles)}",
+            "unknown_choice", name=texts["role"], known=tuple(roles), place=place
         )
-    name = check_name(texts["name"], where)
-    return User(name, Role(texts["role"]), _checked_hash(texts["hash"], where))
+    name = check_name(texts["name"], place)
+    return User(name, Role(texts["role"]), _checked_hash(texts["hash"], place))
 
 
-def _checked_hash(text: str, where: str) -> str:
+def _checked_hash(text: str, place: Place) -> str:
     """Return a hash if checking a password against it takes reasonable time and memory."""
     try:
         found = extract_parameters(text)
@@ -269,11 +257,7 @@ def _checked_hash(text: str, where: str) -> str:
         or found.time_cost > _MOST_PASSES
         or found.parallelism > _MOST_PASSES
     ):
-        raise ConfigurationError(
-            "the hash is no argon2id hash of reasonable cost",
-            where=where,
-            remedy="Write it with thermaxis user add",
-        )
+        raise ConfigurationError("no_argon2id_hash", place=place)
     return text
 
 
@@ -394,6 +378,12 @@ class Failures:
             self._in_all.remove(then_s)
 
 
+def _without_folder(error: ThermaxisError) -> Message:
+    """Return what is told of an error on a page."""
+    place = error.place
+    return error.at(place._replace(file=Path(place.file).name)).message
+
+
 @final
 class Users:
     """The users of a file: who somebody is, and what they may do now.
@@ -414,14 +404,14 @@ class Users:
         self._failures = Failures()
         self._users: Mapping[str, User] = {}
         self._stamp: object = None
-        self._problem = "the file of users was not read yet"
+        self._problem: Message | None = Message("why-no_file")
         self._reading = threading.Lock()
         self._thread = ThreadPoolExecutor(1, "thermaxis-users", _step_back)
         self._nobody = _hasher().hash(os.urandom(16).hex())
 
     @property
-    def problem(self) -> str:
-        """Why nobody is known, as a sentence; empty while the file is good."""
+    def problem(self) -> Message | None:
+        """Why nobody is known; None while the file is good."""
         return self._problem
 
     def _read_again(self) -> None:
@@ -437,9 +427,9 @@ class Users:
             try:
                 users = read_users(self._path)
             except ThermaxisError as error:
-                self._users, self._problem = {}, str(error)
+                self._users, self._problem = {}, _without_folder(error)
             else:
-                self._users, self._problem = {user.name: user for user in users}, ""
+                self._users, self._problem = {user.name: user for user in users}, None
             self._stamp = stamp
 
     async def open(self) -> None:
