@@ -131,7 +131,7 @@ moves = st.lists(
 
 
 @settings(
-    max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
+    max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
 )
 @given(moves=moves)
 def test_every_record_is_stored_once_or_counted_as_lost(
