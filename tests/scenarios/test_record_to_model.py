@@ -114,7 +114,7 @@ def test_a_recording_with_a_break_is_one_log_in_which_identify_sees_the_gap(
     capsys.readouterr()
     gain, lag_s = identified(tmp_path / NAME, "modal")
     said = " ".join(capsys.readouterr().out.split())  # whatever its lines are
-    assert "T_spindle_C, Z_um each is missing in 1 place for 3600 s in all" in said
+    assert "T_spindle_C, Z_um: missing in 1 place for 3600 s in all" in said
     assert gain == pytest.approx(GAIN_UM_PER_K, rel=0.05)
     assert lag_s == pytest.approx(TAU_S, rel=0.1)
 

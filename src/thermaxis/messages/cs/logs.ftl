@@ -16,15 +16,27 @@ log-stuck = { $name }: zůstává na { $value } { $unit } po dobu { $lasts_s } s
     .remedy = Zkontrolujte snímač a záznam a tyto řádky vynechte.
 log-constant = { $name }: { $value } { $unit } ve všech řádcích ({ $rows })
     .remedy = Jako vstup ho vynechte; měl-li se měnit, zkontrolujte snímač.
-log-jump = { $name }: počet skoků { $count }, největší o { $size } { $unit } z řádku { $row } na řádek { $next_row }, kde je obvyklé { $usual }
+log-jump = { $name }: { $count ->
+        [one] jeden skok
+        [few] { $count } skoky, největší
+       *[other] { $count } skoků, největší
+    } o { $size } { $unit } z řádku { $row } na řádek { $next_row }, kde je obvyklé { $usual }
     .remedy = Teplo to nedokáže: zkontrolujte snímač, jeho kontakt, a zda stroj nebyl přesunut.
 log-noisy = { $name }: šum { $noise } { $unit }, { FIXED($times, decimals: 0) }krát větší než u ostatních kanálů
     .remedy = Zkontrolujte stínění a kontakt; zvolte jako vstup jiný snímač, nebo více filtrujte.
 log-clock = časy v řádku { $row } přeskočí o hodinu, { $at_s } s od začátku
     .remedy = Pokud záznam běžel dál, byly hodiny posunuty dopředu (letní čas): exportujte časy s pásmem.
-log-gap = počet mezer { $count }, celkem { $lost_s } s, nejdelší { $longest_s } s za řádkem { $row }
+log-gap = { $count ->
+        [one] { $count } mezera
+        [few] { $count } mezery
+       *[other] { $count } mezer
+    }, celkem { $lost_s } s, nejdelší { $longest_s } s za řádkem { $row }
     .remedy = Nic se nedoplňuje: ověřte, že stroj v mezeře dělal totéž co kolem ní.
-log-missing = { $name }: chybí na místech v počtu { $count }, celkem { $lost_s } s, nejdéle za řádkem { $row }
+log-missing = { $name }: chybí na { $count ->
+        [one] { $count } místě
+        [few] { $count } místech
+       *[other] { $count } místech
+    }, celkem { $lost_s } s, nejdéle za řádkem { $row }
     .remedy = Nic se nedoplňuje; řádky bez vstupu nebo výstupu se při odhadu vynechají.
 log-quantised = { $name }: hodnoty přicházejí po krocích { $step } { $unit }
     .remedy = Použijte průměry mnoha řádků, zde i v běžící kompenzaci, nebo jemnější výstup snímače.

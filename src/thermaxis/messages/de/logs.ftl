@@ -16,15 +16,24 @@ log-stuck = { $name }: bleibt { $lasts_s } s lang bei { $value } { $unit }, von 
     .remedy = Sensor und Aufzeichnung prüfen und diese Zeilen weglassen.
 log-constant = { $name }: { $value } { $unit } in allen { $rows } Zeilen
     .remedy = Als Eingang weglassen; hätte er sich bewegen sollen, den Sensor prüfen.
-log-jump = { $name }: { $count } Sprünge, der größte um { $size } { $unit } von Zeile { $row } auf Zeile { $next_row }, wo { $usual } üblich ist
+log-jump = { $name }: { $count ->
+        [one] ein Sprung
+       *[other] { $count } Sprünge, der größte
+    } um { $size } { $unit } von Zeile { $row } auf Zeile { $next_row }, wo { $usual } üblich ist
     .remedy = Wärme kann das nicht: Sensor und Kontakt prüfen, und ob die Maschine bewegt wurde.
 log-noisy = { $name }: ein Rauschen von { $noise } { $unit }, { FIXED($times, decimals: 0) }-mal das der anderen Kanäle
     .remedy = Schirm und Kontakt prüfen; einen anderen Sensor als Eingang nehmen, oder stärker filtern.
 log-clock = die Zeiten springen in Zeile { $row } um eine Stunde, { $at_s } s nach dem Anfang
     .remedy = Lief die Aufzeichnung weiter, wurde die Uhr vorgestellt (Sommerzeit): Zeiten mit Zone exportieren.
-log-gap = { $count } Lücken von zusammen { $lost_s } s, die längste von { $longest_s } s nach Zeile { $row }
+log-gap = { $count ->
+        [one] { $count } Lücke
+       *[other] { $count } Lücken
+    } von zusammen { $lost_s } s, die längste von { $longest_s } s nach Zeile { $row }
     .remedy = Nichts wird aufgefüllt: prüfen, ob die Maschine in der Lücke dasselbe tat wie davor und danach.
-log-missing = { $name }: fehlt an { $count } Stellen für zusammen { $lost_s } s, am längsten nach Zeile { $row }
+log-missing = { $name }: fehlt an { $count ->
+        [one] { $count } Stelle
+       *[other] { $count } Stellen
+    } für zusammen { $lost_s } s, am längsten nach Zeile { $row }
     .remedy = Nichts wird aufgefüllt; Zeilen ohne Eingang oder Ausgang bleiben beim Schätzen weg.
 log-quantised = { $name }: Werte kommen in Stufen von { $step } { $unit }
     .remedy = Mittelwerte über viele Zeilen nehmen, hier und in der laufenden Kompensation, oder eine feinere Ausgabe des Sensors.

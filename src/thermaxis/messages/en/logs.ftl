@@ -20,15 +20,24 @@ log-stuck = { $name }: stays at { $value } { $unit } for { $lasts_s } s from row
     .remedy = Check the sensor and the recorder, and leave these rows out.
 log-constant = { $name }: { $value } { $unit } in all { $rows } rows
     .remedy = Leave it out as an input; if it should have moved, check the sensor.
-log-jump = { $name }: { $count } jumps, the largest of { $size } { $unit } from row { $row } to row { $next_row }, where { $usual } is usual
+log-jump = { $name }: { $count ->
+        [one] one jump
+       *[other] { $count } jumps, the largest
+    } of { $size } { $unit } from row { $row } to row { $next_row }, where { $usual } is usual
     .remedy = Heat cannot make it: check the sensor, its contact, or whether the machine was moved.
 log-noisy = { $name }: a noise of { $noise } { $unit }, { FIXED($times, decimals: 0) } times that of the other channels
     .remedy = Check its shield and contact; prefer another sensor as an input, or filter more.
 log-clock = the times jump by one hour at row { $row }, { $at_s } s after the start
     .remedy = If the recorder ran on, its clock was set forward (daylight saving time): export times with a zone.
-log-gap = { $count } gaps of { $lost_s } s in all, the longest of { $longest_s } s after row { $row }
+log-gap = { $count ->
+        [one] { $count } gap
+       *[other] { $count } gaps
+    } of { $lost_s } s in all, the longest of { $longest_s } s after row { $row }
     .remedy = Nothing is filled in: check that the machine did the same in a gap as around it.
-log-missing = { $name }: missing in { $count } places for { $lost_s } s in all, the longest after row { $row }
+log-missing = { $name }: missing in { $count ->
+        [one] { $count } place
+       *[other] { $count } places
+    } for { $lost_s } s in all, the longest after row { $row }
     .remedy = Nothing is filled in; rows without an input or output are left out of the fit.
 log-quantised = { $name }: values come in steps of { $step } { $unit }
     .remedy = Take block means of many rows, here and in the running compensation, or a finer output of the sensor.
