@@ -39,10 +39,17 @@ ROOT = Path(__file__).resolve().parents[1]
 
 LIMITS = "verify --limits goes through the whole cycle (docs/decisions/0021)"
 STUDIES = "studies of sample time and of printed digits left the package (CHANGELOG)"
+REDUNDANT = "a redundant sensor is called so on every wire, no longer spare"
+FINDINGS = "findings of several channels are one where code and values agree"
+HELP = "help texts and remedies say more"
 EXCEPTIONS: dict[tuple[str, str], str] = {
     ("limits/*.json", "*.limited.*"): LIMITS,
     ("limits/*.json", "*warnings"): LIMITS,
     ("limits/*.txt", "*"): LIMITS,
+    ("*", "*spare*"): REDUNDANT,
+    ("own-logs/both_result.json", ".warnings*"): FINDINGS,
+    ("readme/23_export.err.txt", "*"): HELP,
+    ("help/*", "*"): HELP,
     ("names", "thermaxis.thermal.[Ss]ample*[Tt]ime*"): STUDIES,
     ("names", "thermaxis.thermal.p*_with*"): STUDIES,
     **{

@@ -5,7 +5,7 @@ from copy import copy
 from dataclasses import replace
 from typing import Self, final
 
-from thermaxis.codes import Message, Place, Value
+from thermaxis.codes import NOWHERE, Message, Place, Value
 
 
 class ThermaxisError(Exception):
@@ -23,20 +23,9 @@ class ThermaxisError(Exception):
         What the sentence says, by name; the unit stands in the name.
     """
 
-    def __init__(
-        self,
-        code: str,
-        /,
-        *,
-        place: Place | None = None,
-        where: str = "",
-        remedy: str = "",
-        **values: Value,
-    ) -> None:
-        if not code.isidentifier():  # a sentence that has no code yet
-            values, code = {"text": code, "advice": f" {remedy}." if remedy else ""}, "as_said"
+    def __init__(self, code: str, /, *, place: Place = NOWHERE, **values: Value) -> None:
         super().__init__(code)
-        self.message = Message(f"error-{code}", values, place or Place(key=where))
+        self.message = Message(f"error-{code}", values, place)
 
     @classmethod
     def of(cls, message: Message) -> Self:
@@ -72,49 +61,10 @@ class ThermaxisError(Exception):
 
         return text_of(self.message)
 
-    @property
-    def what(self) -> str:
-        """The sentence, without place and remedy."""
-        from thermaxis.messages import sentence_of  # noqa: PLC0415
-
-        said = self.values.get("text")
-        return str(said) if said is not None else sentence_of(self.message).rstrip(".")
-
-    @property
-    def where(self) -> str:
-        """The place in words."""
-        from thermaxis.messages import place_text  # noqa: PLC0415
-
-        return place_text(self.place)
-
-    @property
-    def remedy(self) -> str:
-        """What to do."""
-        from thermaxis.messages import remedy_of  # noqa: PLC0415
-
-        advice = self.values.get("advice")
-        return (str(advice).strip() if advice is not None else remedy_of(self.message)).rstrip(".")
-
 
 @final
 class MeasurementFileError(ThermaxisError):
     """A measurement file cannot be read as what it claims to be."""
-
-    def __init__(
-        self,
-        code: str,
-        /,
-        *,
-        place: Place | None = None,
-        path: str = "",
-        line: int | None = None,
-        column: str | None = None,
-        cell: str | None = None,
-        remedy: str = "",
-        **values: Value,
-    ) -> None:
-        there = place or Place(path, line, column or "", cell or "")
-        super().__init__(code, place=there, where="", remedy=remedy, **values)
 
 
 @final

@@ -149,7 +149,7 @@ class MemoryHal:
 
     async def attach(self) -> "MemoryHalcmd":
         if not self.running:
-            raise HalLostError("LinuxCNC is not running", where="LinuxCNC")
+            raise HalLostError("linuxcnc_not_running")
         return MemoryHalcmd(self)
 
     def answer(self, command: str) -> tuple[str, ...]:
@@ -228,12 +228,12 @@ class MemoryHalcmd:
         await asyncio.sleep(0)
         if not self.hal.answers:
             await asyncio.sleep(deadline_s)
-            raise HalLostError("halcmd did not answer", where="LinuxCNC")
+            raise HalLostError("halcmd_silent", deadline_s=1.0)
         answers: list[tuple[str, ...]] = []
         for command in commands:
             self.hal.before_answer(command)
             if not self.hal.running:
-                raise HalLostError("halcmd has ended", where="LinuxCNC")
+                raise HalLostError("halcmd_ended", said="")
             self.hal.run_until(asyncio.get_running_loop().time())
             answers.append(self.hal.answer(command))
             freeze(self.hal.freezes.pop(command, 0.0))

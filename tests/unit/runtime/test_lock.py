@@ -13,7 +13,7 @@ from thermaxis.runtime.historian._integrity import writer_lock
 from thermaxis.runtime.host import FileLock
 from thermaxis.runtime.record import sole_writer
 
-TAKEN = ConfigurationError("somebody has it", where="here", remedy="Wait")
+TAKEN = ConfigurationError("lock_taken")
 
 
 def test_a_lock_is_held_by_one_and_free_for_the_next_one_after_it(tmp_path: Path) -> None:

@@ -240,7 +240,7 @@ class Bench:
     def models(self, name: str) -> tuple[Compensation, str]:
         """Return a model of the folder, as the configuration would."""
         if name == "outside.json":
-            raise ConfigurationError("the file is outside of the folder", where=name)
+            raise ConfigurationError("file_outside_folder", place=Place(name))
         model = compensation(gain=-1.0).model
         if name == "other-output.json":
             model = replace(model, outputs=(replace(model.outputs[0], name="X_um"),))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from thermaxis.codes import Place
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime.historian import printable_cause
 
@@ -39,4 +40,4 @@ def test_the_place_of_a_file_is_not_told_to_whoever_looks(tmp_path: Path) -> Non
     assert printable_cause(raised.value) == os.strerror(errno.ENOENT)
     denied = PermissionError(errno.EACCES, "Permission denied", str(place), None, "/elsewhere")
     assert printable_cause(denied) == "Permission denied"
-    assert printable_cause(ThermaxisError("it is torn", where=str(place))) == "it is torn"
+    assert printable_cause(ThermaxisError("torn", place=Place(str(place)))) == "error-torn"

@@ -300,7 +300,7 @@ def test_an_error_closes_the_reader_and_the_next_question_opens_another() -> Non
     reader = OneReader()
 
     def damaged(_: HistoryReader) -> None:
-        raise DataError("a block of the history is damaged")
+        raise DataError("block_damaged")
 
     async def play() -> None:
         history = History("sqlite:///x", opened=reader)

@@ -287,7 +287,7 @@ def test_a_user_without_a_role_is_not_let_in(at_the_shop, monkeypatch) -> None:
 
 def test_a_configuration_that_lets_nobody_log_in_says_so(at_the_shop) -> None:
     def connection_for(name: str, password: object):
-        raise ConfigurationError("a password needs encryption", where="screen")
+        raise ConfigurationError("password_needs_encryption")
 
     async def act(place: Shop) -> None:
         persons = UserSessions(connection_for, place.clock, idle_s=IDLE_S, longest_s=LONGEST_S)

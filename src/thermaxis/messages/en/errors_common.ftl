@@ -1,9 +1,5 @@
 ### Errors that several packages raise
 
-## Until each has a code of its own
-
-error-as_said = { $text }.{ $advice }
-
 ## Files
 
 error-file_unreadable = The file cannot be read: { $cause }.

@@ -32,6 +32,7 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.errors import DataError, ThermaxisError
+from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample
 from thermaxis.runtime.historian._layout import BY_OUTPUT, FLAGS, OF_RECORD, SCALARS, Layout
 
@@ -264,7 +265,7 @@ def printable_cause(error: BaseException) -> str:
     elif isinstance(error, OSError) and error.strerror:
         text = str(error.strerror)
     elif isinstance(error, ThermaxisError):
-        text = error.what
+        text = sentence_of(error.message).rstrip(".")
     else:
         text = str(error)
     first = text.strip().partition("\n")[0][:_LONGEST_CAUSE]

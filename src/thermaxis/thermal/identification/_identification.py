@@ -433,7 +433,7 @@ def _as_lags(result: PolynomialResult) -> tuple[ThermalModel | None, tuple[str, 
     try:
         return thermal_model_of(result.model), ()
     except DataError as error:
-        return None, (f"the model has no form of gains and time constants: {error.what}",)
+        return None, (f"the model has no form of gains and time constants: {error}",)
 
 
 def _polynomials(
