@@ -49,7 +49,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
     ("*", "*spare*"): REDUNDANT,
     ("own-logs/both_result.json", ".warnings*"): FINDINGS,
     ("readme/23_export.err.txt", "*"): HELP,
-    ("help/*", "*"): HELP,
+    ("help/13_machine_--help.txt", "*"): HELP,
     ("names", "thermaxis.thermal.[Ss]ample*[Tt]ime*"): STUDIES,
     ("names", "thermaxis.thermal.p*_with*"): STUDIES,
     **{
@@ -62,6 +62,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
 RENAMED_KEYS = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
 """Keys of JSON that follow a key of machine.toml which was given the field's name."""
 RENAMED: dict[str, str] = {
+    "thermaxis.runtime.Borders": "thermaxis.runtime.Ports",
     "thermaxis.compensation.judge": "thermaxis.compensation.validate_sample",
     "thermaxis.plc.Twin": "thermaxis.plc.BlockInstance",
     "thermaxis.report.read_budget": "thermaxis.files.read_budget",

@@ -30,11 +30,11 @@ from thermaxis.compensation import (
 from thermaxis.runtime import (
     NOT_READ,
     AtStop,
-    Borders,
     Clock,
     CompensationLoop,
     Historian,
     LoopSettings,
+    Ports,
     RuntimeStatus,
     Source,
     SourceSample,
@@ -106,7 +106,7 @@ async def play(days: int, folder: Path | None) -> list[int]:
     loop = CompensationLoop(
         compensation,
         LoopSettings(machine="m", model_file="m", model_sha256="", at_stop=AtStop.LEAVE),
-        Borders(Day(clock), DrySink(("Z_um",)), keeper, clock),
+        Ports(Day(clock), DrySink(("Z_um",)), keeper, clock),
     )
     begin = time.perf_counter()
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
-from tests.system.screen.stand import Stand
+from tests.system.screen.stand import Rig
 
 WIDTH, HEIGHT = 1280, 720
 COLOURS = 128
@@ -23,14 +23,14 @@ LARGEST_BYTES = 150_000
 """Largest file. [byte]"""
 
 
-def intervene(page: Page, stand: Stand) -> None:
+def intervene(page: Page, stand: Rig) -> None:
     """Log in as operator, enable the compensation and trim by 1 µm.
 
     Parameters
     ----------
     page : Page
         A page of the browser.
-    stand : Stand
+    stand : Rig
         Whose screen.
     """
     page.goto(f"{stand.address}/login")
@@ -85,7 +85,7 @@ def draw(folder: Path, wait_s: float) -> None:
     arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
     with (
         tempfile.TemporaryDirectory() as name,
-        Stand(Path(name), speed=5.0) as stand,
+        Rig(Path(name), speed=5.0) as stand,
         sync_playwright() as playwright,
         playwright.chromium.launch(executable_path=browser, args=arguments) as chromium,
     ):

@@ -13,10 +13,10 @@ from thermaxis.runtime import (
     NOT_READ,
     Applied,
     Sink,
-    SinkStand,
+    SinkRig,
     Source,
+    SourceRig,
     SourceSample,
-    SourceStand,
     VirtualClock,
     check_sink,
     check_source,
@@ -27,7 +27,7 @@ GOOD = SourceSample(20.0, good=True, age_s=0.1)
 
 
 @final
-class MemorySource(Source, SourceStand):
+class MemorySource(Source, SourceRig):
     """A source, its machine and its stand in one, with at most one fault."""
 
     def __init__(self, fault: str = "") -> None:
@@ -146,7 +146,7 @@ def test_a_source_that_raises_for_a_lost_machine_does_not_pass(fault: str) -> No
 
 
 @final
-class MemorySink(Sink, SinkStand):
+class MemorySink(Sink, SinkRig):
     """A sink, its machine and its stand in one, with at most one fault."""
 
     def __init__(self, fault: str = "") -> None:

@@ -17,8 +17,8 @@ from thermaxis.runtime import (
     Clock,
     ConnectionSettings,
     OpcUaSession,
-    SinkStand,
-    SourceStand,
+    SinkRig,
+    SourceRig,
     SystemClock,
     VirtualClock,
     check_sink,
@@ -76,7 +76,7 @@ class OpcUaStand:
 
 
 @final
-class OpcUaSourceStand(OpcUaStand, SourceStand):
+class OpcUaSourceStand(OpcUaStand, SourceRig):
     def __init__(self, cable: Cable) -> None:
         self.cable = cable
         nodes = {
@@ -89,7 +89,7 @@ class OpcUaSourceStand(OpcUaStand, SourceStand):
 
 
 @final
-class OpcUaSinkStand(OpcUaStand, SinkStand):
+class OpcUaSinkStand(OpcUaStand, SinkRig):
     """One offset in mm towards the workpiece, one counted in tenths of a micrometre."""
 
     resolution_um = 0.05
@@ -157,7 +157,7 @@ class LatheStand:
 
 
 @final
-class LatheSourceStand(LatheStand, SourceStand):
+class LatheSourceStand(LatheStand, SourceRig):
     def __init__(self) -> None:
         super().__init__()
         self.source = LatheSource(self.lathe, self.clock)
@@ -165,7 +165,7 @@ class LatheSourceStand(LatheStand, SourceStand):
 
 
 @final
-class LatheSinkStand(LatheStand, SinkStand):
+class LatheSinkStand(LatheStand, SinkRig):
     settable = False
 
     def __init__(self) -> None:
@@ -181,7 +181,7 @@ class LatheSinkStand(LatheStand, SinkStand):
 
 
 @final
-class LinuxCncStand(SinkStand):
+class LinuxCncStand(SinkRig):
     """A HAL in memory: what acts follows what is written at the rate of the machine."""
 
     resolution_um = 0.2
@@ -224,7 +224,7 @@ class LinuxCncStand(SinkStand):
 
 
 @final
-class ReplayStand(SourceStand):
+class ReplayStand(SourceRig):
     removable = False
 
     def __init__(self) -> None:
@@ -236,7 +236,7 @@ class ReplayStand(SourceStand):
 
 
 @final
-class DryStand(SinkStand):
+class DryStand(SinkRig):
     removable = False
 
     def __init__(self) -> None:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.unit.compensation.hostile import (
-    HostileWorld,
+    HostilePlant,
     Laws,
     bare_lathe,
     quick_lathe,
@@ -74,7 +74,7 @@ def test_any_readings_obey_the_laws(readings: Any, lathe: Any) -> None:
 @given(st.integers(0, 10**9), st.sampled_from(LATHES))
 def test_a_hostile_machine_obeys_the_laws(seed: int, lathe: Any) -> None:
     compensation = lathe()
-    play(compensation, HostileWorld(compensation, seed))
+    play(compensation, HostilePlant(compensation, seed))
 
 
 def test_the_hostile_machine_visits_every_state() -> None:
@@ -82,7 +82,7 @@ def test_the_hostile_machine_visits_every_state() -> None:
     for seed in range(20):
         compensation = quick_lathe()
         laws = Laws(compensation)
-        play(compensation, HostileWorld(compensation, seed), laws)
+        play(compensation, HostilePlant(compensation, seed), laws)
         seen |= laws.seen
     assert seen == set(SupervisorState)
 
@@ -95,7 +95,7 @@ def test_a_state_goes_through_a_file_and_goes_on_as_if_nothing_had_been(
     compensation = lathe()
     limits = {name: replace(one, deadband_um=0.0) for name, one in compensation.limits.items()}
     compensation = replace(compensation, limits=limits)
-    world = HostileWorld(compensation, seed)
+    world = HostilePlant(compensation, seed)
     state, output = cycle_state(compensation), None
     file = StateFile(tmp_path / "state.json")
     for k in range(200):
@@ -119,7 +119,7 @@ def test_a_state_goes_through_a_file_and_goes_on_as_if_nothing_had_been(
 @pytest.mark.parametrize("lathe", LATHES)
 def test_another_clock_changes_nothing_but_the_times(lathe: Any, by_s: float) -> None:
     compensation = lathe()
-    world = HostileWorld(compensation, 5)
+    world = HostilePlant(compensation, 5)
     world.wickedness, world.time_s = 0.02, 0.0
     here, output, there = cycle_state(compensation), None, None
     for k in range(300):

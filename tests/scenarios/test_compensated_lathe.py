@@ -27,9 +27,9 @@ from thermaxis.compensation import (
 from thermaxis.files import read_model
 from thermaxis.runtime import (
     AtStop,
-    Borders,
     CompensationLoop,
     LoopSettings,
+    Ports,
     VirtualClock,
     run_in_virtual_time,
 )
@@ -85,9 +85,7 @@ def compensated(model: CompensationModel, diameter_mm: float | None) -> np.ndarr
             LoopSettings(
                 machine="lathe", model_file="lathe.json", model_sha256="", at_stop=AtStop.LEAVE
             ),
-            Borders(
-                LatheSource(lathe, clock), LatheSink(lathe, clock), SimulatedHistorian(), clock
-            ),
+            Ports(LatheSource(lathe, clock), LatheSink(lathe, clock), SimulatedHistorian(), clock),
         )
         loop.listeners.append(
             lambda _: seen.append(np.array([lathe.true_um, lathe.uncorrected_um]))

@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from tests.unit.compensation.hostile import HostileWorld, Laws, bare_lathe, quick_lathe
+from tests.unit.compensation.hostile import HostilePlant, Laws, bare_lathe, quick_lathe
 from thermaxis.compensation import SupervisorState, cycle, cycle_state
 
 CYCLES = int(os.environ.get("HOSTILE_CYCLES", "200_000"))
@@ -24,7 +24,7 @@ def test_hostile_cycles_obey_every_law(share: int) -> None:
     visits: dict[tuple[SupervisorState, SupervisorState], int] = {}
     for seed in range(share, CYCLES // RUN, SHARES):
         compensation = (quick_lathe, bare_lathe)[seed // SHARES % 4 == 3]()
-        world, laws = HostileWorld(compensation, 1_000_000 + seed), Laws(compensation)
+        world, laws = HostilePlant(compensation, 1_000_000 + seed), Laws(compensation)
         state, output = cycle_state(compensation), None
         for _ in range(RUN):
             reading = world.reading(output)

@@ -30,7 +30,7 @@ from tests.system.linuxcnc.offset_machine import (
 )
 from tests.system.linuxcnc.offset_writer import CYCLE_S, settings_of
 from thermaxis.compensation import Limits
-from thermaxis.runtime import AWAY, TOWARDS, Applied, Clock, SinkStand, SystemClock, check_sink
+from thermaxis.runtime import AWAY, TOWARDS, Applied, Clock, SinkRig, SystemClock, check_sink
 from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(180)]
@@ -440,7 +440,7 @@ def test_a_cycle_of_the_sink_costs_little(campaign: Campaign) -> None:
 # ---- the contract of every sink ------------------------------------------------------------------
 
 
-class RealStand(SinkStand):
+class RealRig(SinkRig):
     """A LinuxCNC that stays; what was written is read by another halcmd."""
 
     clock: Clock = SystemClock()
@@ -479,7 +479,7 @@ def on(machine_hal: str, thermal_hal: str) -> Iterator[OffsetMachine]:
 def test_the_sink_keeps_its_contract_on_a_real_machine() -> None:
     with on(main_hal(), hal_text(SETTINGS)) as machine:
         machine.order("home")
-        asyncio.run(check_sink(RealStand()))
+        asyncio.run(check_sink(RealRig()))
 
 
 # ---- machines that are arranged otherwise -------------------------------------------------------

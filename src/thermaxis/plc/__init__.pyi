@@ -34,7 +34,7 @@ from .tree import (
 )
 from .vectors import (
     BlockInstance as BlockInstance,
-    Course as Course,
+    CallSequence as CallSequence,
     PlcInputs as PlcInputs,
     PlcOutputs as PlcOutputs,
     PlcStep as PlcStep,

@@ -1,4 +1,4 @@
-"""Run a compensation on a machine: the loop, its borders, its configuration, its servers.
+"""Run a compensation on a machine: the loop, its ports, its configuration, its servers.
 
 Sources, sinks and historians are packages of their own below this one. Every name is imported
 when it is first asked for: the loop needs no certificate, and a command no OPC UA.

@@ -73,10 +73,10 @@ from .loop import (
     SELF_TEST as SELF_TEST,
     SHORTEST_WAIT_S as SHORTEST_WAIT_S,
     AtStop as AtStop,
-    Borders as Borders,
     CompensationLoop as CompensationLoop,
     LoopSettings as LoopSettings,
     Models as Models,
+    Ports as Ports,
     SavedState as SavedState,
     SignOfLife as SignOfLife,
     StateFile as StateFile,
@@ -105,8 +105,8 @@ from .status import (
     alarms_of as alarms_of,
 )
 from .testing import (
-    SinkStand as SinkStand,
-    SourceStand as SourceStand,
+    SinkRig as SinkRig,
+    SourceRig as SourceRig,
     check_sink as check_sink,
     check_source as check_source,
 )

@@ -1,4 +1,4 @@
-"""The borders of the runtime: where readings come from, where corrections go, who remembers.
+"""The ports of the runtime: where readings come from, where corrections go, who remembers.
 
 Each border is small, has a simulated twin, and says in its contract what may be expected of every
 implementation. Nothing here is the machine's protocol.

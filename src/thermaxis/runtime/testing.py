@@ -24,7 +24,7 @@ WAIT_S: Final = 5.0
 _POLL_S = 0.01
 
 
-class Stand:
+class Rig:
     """A machine, or what stands for one, that can be taken away."""
 
     clock: Clock
@@ -44,7 +44,7 @@ class Stand:
         raise NotImplementedError
 
 
-class SourceStand(Stand):
+class SourceRig(Rig):
     """A source and its machine."""
 
     source: Source
@@ -53,7 +53,7 @@ class SourceStand(Stand):
     """Every name that it was made for; all have values while the machine is there."""
 
 
-class SinkStand(Stand, ABC):
+class SinkRig(Rig, ABC):
     """A sink and its machine."""
 
     sink: Sink
@@ -87,7 +87,7 @@ def _expect(sentence: str, *, holds: bool) -> None:
         raise AssertionError(sentence)
 
 
-async def _in_time(stand: Stand, call: Awaitable[T], name: str) -> T:
+async def _in_time(stand: Rig, call: Awaitable[T], name: str) -> T:
     """Await a call and check that it keeps its time."""
     began_s = stand.clock.monotonic_s()
     result = await call
@@ -99,14 +99,14 @@ async def _in_time(stand: Stand, call: Awaitable[T], name: str) -> T:
     return result
 
 
-async def _pause(stand: Stand) -> None:
+async def _pause(stand: Rig) -> None:
     await stand.clock.sleep_until(stand.clock.monotonic_s() + _POLL_S)
 
 
 # ---- sources ------------------------------------------------------------------------------------
 
 
-async def check_source(stand: SourceStand) -> None:
+async def check_source(stand: SourceRig) -> None:
     """Check that a source keeps the contract of `Source`.
 
     It is opened while its machine is away, finds the machine, loses it, finds it again, and is
@@ -114,7 +114,7 @@ async def check_source(stand: SourceStand) -> None:
 
     Parameters
     ----------
-    stand : SourceStand
+    stand : SourceRig
         The source and its machine; the source ends closed.
 
     Raises
@@ -145,7 +145,7 @@ async def check_source(stand: SourceStand) -> None:
     await _check_ended(stand, before, "the source")
 
 
-async def _read(stand: SourceStand) -> Mapping[str, SourceSample]:
+async def _read(stand: SourceRig) -> Mapping[str, SourceSample]:
     samples = await _in_time(stand, stand.source.read(stand.deadline_s), "read")
     missing = set(stand.names) - set(samples)
     _expect(f"read left out {', '.join(sorted(missing))}", holds=not missing)
@@ -175,14 +175,14 @@ def _check_sample(name: str, sample: SourceSample) -> None:
     )
 
 
-async def _check_absent_source(stand: SourceStand, when: str) -> None:
+async def _check_absent_source(stand: SourceRig, when: str) -> None:
     samples = await _read(stand)
     good = [name for name in stand.names if samples[name].good or samples[name].value is not None]
     _expect(f"{', '.join(good)} had a value {when}", holds=not good)
     _expect(f"the source calls itself connected {when}", holds=not stand.source.connected)
 
 
-async def _await_source(stand: SourceStand) -> None:
+async def _await_source(stand: SourceRig) -> None:
     end_s = stand.clock.monotonic_s() + WAIT_S
     while True:
         samples = await _read(stand)
@@ -195,7 +195,7 @@ async def _await_source(stand: SourceStand) -> None:
         await _pause(stand)
 
 
-async def _check_present_source(stand: SourceStand) -> None:
+async def _check_present_source(stand: SourceRig) -> None:
     samples = await _read(stand)
     _expect("the source read its machine and says that it did not", holds=stand.source.connected)
     without = [name for name in stand.names if samples[name].value is None]
@@ -206,7 +206,7 @@ async def _check_present_source(stand: SourceStand) -> None:
 # ---- sinks --------------------------------------------------------------------------------------
 
 
-async def check_sink(stand: SinkStand) -> None:
+async def check_sink(stand: SinkRig) -> None:
     """Check that a sink keeps the contract of `Sink`.
 
     It is opened while its machine is away, finds the machine, writes, is given what is no number,
@@ -214,7 +214,7 @@ async def check_sink(stand: SinkStand) -> None:
 
     Parameters
     ----------
-    stand : SinkStand
+    stand : SinkRig
         The sink and its machine; the sink ends closed.
 
     Raises
@@ -244,35 +244,35 @@ async def check_sink(stand: SinkStand) -> None:
     await _check_ended(stand, before, "the sink")
 
 
-def _same(stand: SinkStand, one: Mapping[str, float | None], other: Mapping[str, float]) -> bool:
+def _same(stand: SinkRig, one: Mapping[str, float | None], other: Mapping[str, float]) -> bool:
     return all(_close(stand, one.get(name), offset) for name, offset in other.items())
 
 
-def _close(stand: SinkStand, one: float | None, other: float) -> bool:
+def _close(stand: SinkRig, one: float | None, other: float) -> bool:
     return one is not None and abs(one - other) <= stand.resolution_um
 
 
-def _corrections(stand: SinkStand, first_um: float) -> dict[str, float]:
+def _corrections(stand: SinkRig, first_um: float) -> dict[str, float]:
     """Return another correction for every output."""
     return {name: first_um + 2.0 * number for number, name in enumerate(stand.names)}
 
 
-async def _write(stand: SinkStand, correction_um: Mapping[str, float]) -> bool:
+async def _write(stand: SinkRig, correction_um: Mapping[str, float]) -> bool:
     return await _in_time(stand, stand.sink.write(correction_um, stand.deadline_s), "write")
 
 
-async def _read_back(stand: SinkStand) -> Mapping[str, Applied]:
+async def _read_back(stand: SinkRig) -> Mapping[str, Applied]:
     applied = await _in_time(stand, stand.sink.read_back(stand.deadline_s), "read_back")
     missing = set(stand.names) - set(applied)
     _expect(f"read_back left out {', '.join(sorted(missing))}", holds=not missing)
     return applied
 
 
-async def _found(stand: SinkStand) -> Mapping[str, float | None] | None:
+async def _found(stand: SinkRig) -> Mapping[str, float | None] | None:
     return await _in_time(stand, stand.sink.found(stand.deadline_s), "found")
 
 
-async def _check_absent_sink(stand: SinkStand, when: str) -> None:
+async def _check_absent_sink(stand: SinkRig, when: str) -> None:
     written = await _write(stand, _corrections(stand, 1.0))
     _expect(f"a write succeeded {when}", holds=not written)
     _expect(f"there was news of the machine {when}", holds=await _found(stand) is None)
@@ -282,7 +282,7 @@ async def _check_absent_sink(stand: SinkStand, when: str) -> None:
     _expect(f"the sink calls itself connected {when}", holds=not stand.sink.connected)
 
 
-async def _check_return(stand: SinkStand, standing: Mapping[str, float]) -> None:
+async def _check_return(stand: SinkRig, standing: Mapping[str, float]) -> None:
     """Check that nothing is written before what stands in the machine was read, once."""
     end_s = stand.clock.monotonic_s() + WAIT_S
     while not stand.sink.connected:
@@ -320,7 +320,7 @@ async def _check_return(stand: SinkStand, standing: Mapping[str, float]) -> None
     _expect("found gave the same news twice", holds=await _found(stand) is None)
 
 
-async def _check_writing(stand: SinkStand) -> None:
+async def _check_writing(stand: SinkRig) -> None:
     for first_um in (4.0, -6.0):
         correction_um = _corrections(stand, first_um)
         beat = stand.heartbeat()
@@ -341,7 +341,7 @@ async def _check_writing(stand: SinkStand) -> None:
             )
 
 
-async def _check_no_number(stand: SinkStand) -> None:
+async def _check_no_number(stand: SinkRig) -> None:
     """Check that nothing is written, and nothing lives, where one value is no number."""
     for nonsense in (math.nan, math.inf, -math.inf):
         for name in stand.names:
@@ -357,7 +357,7 @@ async def _check_no_number(stand: SinkStand) -> None:
             )
 
 
-async def _check_loss(stand: SinkStand) -> None:
+async def _check_loss(stand: SinkRig) -> None:
     for offset_um in (None, 11.0):
         standing = dict(stand.offsets_um())
         await stand.take_away()
@@ -371,7 +371,7 @@ async def _check_loss(stand: SinkStand) -> None:
         await _check_writing(stand)
 
 
-async def _check_ended(stand: Stand, before: set["asyncio.Task[object]"], what: str) -> None:
+async def _check_ended(stand: Rig, before: set["asyncio.Task[object]"], what: str) -> None:
     """Check that every task ends; the machine of a stand may need a moment for its own."""
     end_s = stand.clock.monotonic_s() + LATE_S
     while left := [task for task in asyncio.all_tasks() - before if not task.done()]:

@@ -20,7 +20,7 @@ from playwright.sync_api import (
 )
 
 from tests.system.screen.operator_stand_in import StandIn, served
-from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until
+from tests.system.screen.stand import PATIENCE_S, Rig, Visitor, wait_until
 
 WIDTH, HEIGHT = 1366, 768
 expect.set_options(timeout=1e3 * PATIENCE_S)
@@ -66,14 +66,14 @@ def browser(playwright: Playwright) -> Generator[Browser]:
 
 
 @pytest.fixture(scope="session")
-def stand(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+def stand(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     """Yield a lathe, its loop and its screen, on which everybody must log in."""
-    with Stand(tmp_path_factory.mktemp("stand")) as found:
+    with Rig(tmp_path_factory.mktemp("stand")) as found:
         yield found
 
 
 @pytest.fixture(scope="session")
-def people(stand: Stand) -> Callable[[str], Visitor]:
+def people(stand: Rig) -> Callable[[str], Visitor]:
     """Return visitors by role, logged in once, and again where their log-in is gone."""
     known: dict[str, Visitor] = {}
 
@@ -156,12 +156,12 @@ class Looked:
 
 @pytest.fixture
 def look(
-    browser: Browser, stand: Stand, people: Callable[[str], Visitor]
+    browser: Browser, stand: Rig, people: Callable[[str], Visitor]
 ) -> Generator[Callable[..., Looked]]:
     """Return a function that opens a browser for a role, or for nobody; all are closed after."""
     opened: list[BrowserContext] = []
 
-    def begin(role: str = "", *, of: Stand = stand, **options: object) -> Looked:
+    def begin(role: str = "", *, of: Rig = stand, **options: object) -> Looked:
         settings: dict[str, object] = {
             "viewport": {"width": WIDTH, "height": HEIGHT},
             "locale": "en-GB",

@@ -236,7 +236,7 @@ def quick_model() -> CompensationModel:
     )
 
 
-class Stand:
+class Rig:
     """The lathe, its loop and its screen.
 
     Parameters
@@ -444,11 +444,11 @@ class Visitor:
 
     Parameters
     ----------
-    stand : Stand
+    stand : Rig
         Whose screen.
     """
 
-    def __init__(self, stand: Stand) -> None:
+    def __init__(self, stand: Rig) -> None:
         self.stand, self.token = stand, ""
         self.cookies = http.cookiejar.CookieJar()
         self._context = None
@@ -538,7 +538,7 @@ def main() -> int:
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         stand = stack.enter_context(
-            Stand(
+            Rig(
                 Path(folder),
                 view_without_login=arguments.view_without_login,
                 secure=arguments.secure,

@@ -11,7 +11,7 @@ from websockets.sync.client import connect
 
 from tests.in_time import in_time
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import Rig, Visitor, wait_until
 
 Look = Callable[..., Looked]
 WRONG: Final = 6
@@ -20,15 +20,15 @@ ENABLE: Final = {"method": "Enable", "arguments": []}
 
 
 @pytest.fixture(scope="module")
-def open_stand(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+def open_stand(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     """Yield a stand of its own: its log-ins are blocked, and end after a minute."""
     more = "idle_s = 60.0\nlongest_login_s = 60.0\n"
     folder = tmp_path_factory.mktemp("open")
-    with Stand(folder, view_without_login=True, anonymous=True, more=more) as found:
+    with Rig(folder, view_without_login=True, anonymous=True, more=more) as found:
         yield found
 
 
-def socket_status(stand: Stand, **headers: str) -> int:
+def socket_status(stand: Rig, **headers: str) -> int:
     """Return the HTTP status with which a web socket is refused, 101 if it is accepted."""
     address = stand.address.replace("http", "ws", 1) + "/live"
     try:
@@ -45,7 +45,7 @@ def socket_status(stand: Stand, **headers: str) -> int:
         raise AssertionError(error) from error
 
 
-def test_somebody_without_a_log_in_sees_nothing_but_the_log_in(stand: Stand) -> None:
+def test_somebody_without_a_log_in_sees_nothing_but_the_log_in(stand: Rig) -> None:
     nobody = stand.visitor()
     for path in ("/", "/model", "/sensors", "/history", "/probe", "/positioning"):
         answer = nobody.ask(path)
@@ -59,7 +59,7 @@ def test_somebody_without_a_log_in_sees_nothing_but_the_log_in(stand: Stand) -> 
     assert socket_status(stand, Origin=stand.address) in {401, 403}
 
 
-def test_a_person_logs_in_by_the_page_and_out_again(look: Look, stand: Stand) -> None:
+def test_a_person_logs_in_by_the_page_and_out_again(look: Look, stand: Rig) -> None:
     seen = look()
     page = seen.open("/model")
     assert "/login?next=/model" in page.url
@@ -84,7 +84,7 @@ def test_a_person_logs_in_by_the_page_and_out_again(look: Look, stand: Stand) ->
     assert "/login" in seen.open("/").url, "the cookie of a log-in that has ended still works"
 
 
-def test_a_log_in_never_leads_to_another_address(look: Look, stand: Stand) -> None:
+def test_a_log_in_never_leads_to_another_address(look: Look, stand: Rig) -> None:
     seen = look()
     page = seen.open("/login?next=//evil.example/")
     page.fill("input[name=name]", "viewer")
@@ -99,7 +99,7 @@ def test_a_log_in_never_leads_to_another_address(look: Look, stand: Stand) -> No
 
 
 def test_a_viewer_who_forges_a_request_is_refused(
-    stand: Stand, people: Callable[[str], Visitor]
+    stand: Rig, people: Callable[[str], Visitor]
 ) -> None:
     viewer = people("viewer")
     for method in ("Enable", "Disable", "Hold", "Resume", "Acknowledge", "NoDiameter"):
@@ -117,7 +117,7 @@ def test_a_viewer_who_forges_a_request_is_refused(
 
 
 def test_a_request_without_the_token_or_from_a_foreign_page_is_refused(
-    stand: Stand, people: Callable[[str], Visitor]
+    stand: Rig, people: Callable[[str], Visitor]
 ) -> None:
     operator = people("operator")
     assert operator.token
@@ -143,7 +143,7 @@ def test_a_request_without_the_token_or_from_a_foreign_page_is_refused(
 
 
 def test_a_page_of_another_origin_gets_neither_data_nor_a_frame(
-    stand: Stand, people: Callable[[str], Visitor]
+    stand: Rig, people: Callable[[str], Visitor]
 ) -> None:
     viewer = people("viewer")
     cookie = viewer.cookie
@@ -164,7 +164,7 @@ def test_a_page_of_another_origin_gets_neither_data_nor_a_frame(
 
 
 def test_another_name_of_the_host_is_not_answered(
-    stand: Stand, people: Callable[[str], Visitor]
+    stand: Rig, people: Callable[[str], Visitor]
 ) -> None:
     viewer = people("viewer")
     port = stand.screen_port
@@ -175,7 +175,7 @@ def test_another_name_of_the_host_is_not_answered(
     assert viewer.ask("/alive", headers={"Host": f"localhost:{port}"}).status == 200
 
 
-def test_a_forged_cookie_is_nobody(stand: Stand, people: Callable[[str], Visitor]) -> None:
+def test_a_forged_cookie_is_nobody(stand: Rig, people: Callable[[str], Visitor]) -> None:
     viewer = people("viewer")
     name, _, value = viewer.cookie.partition("=")
     changed = ("A" if value[0] != "A" else "B") + value[1:]
@@ -185,9 +185,7 @@ def test_a_forged_cookie_is_nobody(stand: Stand, people: Callable[[str], Visitor
     assert stand.visitor().ask("/", headers={"Cookie": f"{name}={value}"}).status == 200
 
 
-def test_a_body_that_is_too_large_is_not_read(
-    stand: Stand, people: Callable[[str], Visitor]
-) -> None:
+def test_a_body_that_is_too_large_is_not_read(stand: Rig, people: Callable[[str], Visitor]) -> None:
     answer = stand.visitor().ask("/login", {"name": "viewer", "password": "x" * 100_000})
     assert answer.status == 413
     assert people("operator").ask("/ask", b"[" * 20_000).status == 413
@@ -220,7 +218,7 @@ def test_a_trim_that_the_loop_refuses_says_why(people: Callable[[str], Visitor])
 # ---- with a stand of its own --------------------------------------------------------------------
 
 
-def test_a_log_in_ends_by_time_and_the_page_says_so(look: Look, open_stand: Stand) -> None:
+def test_a_log_in_ends_by_time_and_the_page_says_so(look: Look, open_stand: Rig) -> None:
     visitor = open_stand.visitor()
     began_s = time.monotonic()
     assert visitor.log_in("operator").status == 200
@@ -249,7 +247,7 @@ def test_a_log_in_ends_by_time_and_the_page_says_so(look: Look, open_stand: Stan
 
 
 def test_who_only_looks_needs_no_log_in_where_that_is_configured(
-    look: Look, open_stand: Stand
+    look: Look, open_stand: Rig
 ) -> None:
     seen = look(of=open_stand)
     page = seen.open("/")
@@ -262,7 +260,7 @@ def test_who_only_looks_needs_no_log_in_where_that_is_configured(
 
 
 def test_wrong_passwords_block_the_name_and_tell_nobody_whether_it_exists(
-    open_stand: Stand,
+    open_stand: Rig,
 ) -> None:
     visitor = open_stand.visitor()
     answers = [visitor.log_in("viewer", f"wrong {k}") for k in range(WRONG)]

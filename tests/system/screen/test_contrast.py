@@ -7,7 +7,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import Rig, Visitor, wait_until
 from tests.system.screen.test_pages import CHARTS, PAGES
 
 Look = Callable[..., Looked]
@@ -68,7 +68,7 @@ WALK: Final = """() => {
 
 
 @pytest.fixture(scope="module", autouse=True)
-def active(stand: Stand, people: Callable[[str], Visitor]) -> None:
+def active(stand: Rig, people: Callable[[str], Visitor]) -> None:
     """Let the loop compensate, with a trim, so that the pages have much to show."""
     operator = people("operator")
     for question in (("Enable",), ("Trim", "Z_um", 1.0, 3600.0)):

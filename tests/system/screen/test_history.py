@@ -11,13 +11,13 @@ import pytest
 from playwright.sync_api import Page
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import Rig, Visitor, wait_until
 
 Look = Callable[..., Looked]
 
 
 @pytest.fixture(scope="module", autouse=True)
-def asked(stand: Stand, people: Callable[[str], Visitor]) -> Generator[None]:
+def asked(stand: Rig, people: Callable[[str], Visitor]) -> Generator[None]:
     """Let the loop compensate, with a trim in its history."""
     operator = people("operator")
     for method, arguments in (("Enable", []), ("Trim", ["Z_um", 2.0, 600.0])):
@@ -152,7 +152,7 @@ def test_the_span_is_exported_as_the_loop_recorded_it(
     wait_until("it is said", lambda: name in page.inner_text("#export-told"))
 
 
-def test_the_probe_shows_what_would_be_without_the_offset(look: Look, stand: Stand) -> None:
+def test_the_probe_shows_what_would_be_without_the_offset(look: Look, stand: Rig) -> None:
     seen = opened(look, "/probe")
     page = seen.page
     seen.wait_live()

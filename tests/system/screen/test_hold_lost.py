@@ -8,7 +8,7 @@ from typing import Final
 import pytest
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, wait_until
+from tests.system.screen.stand import Rig, wait_until
 
 Look = Callable[..., Looked]
 STOPPED_S: Final = 13.0
@@ -21,14 +21,14 @@ SAID: Final = {
 
 
 @pytest.fixture
-def stopped(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+def stopped(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     """Yield a stand of its own, whose loop is stopped; anybody may look."""
-    with Stand(tmp_path_factory.mktemp("stopped"), view_without_login=True) as found:
+    with Rig(tmp_path_factory.mktemp("stopped"), view_without_login=True) as found:
         yield found
 
 
 def test_a_hold_that_lost_its_value_is_an_alarm_in_every_language_until_acknowledged(
-    look: Look, stopped: Stand
+    look: Look, stopped: Rig
 ) -> None:
     operator = stopped.visitor()
     assert operator.log_in("operator").status == 200

@@ -21,7 +21,7 @@ from tests.system.screen.stand import (
     OTHER_MODEL,
     PATIENCE_S,
     RATE_UM_PER_S,
-    Stand,
+    Rig,
     Visitor,
     wait_until,
 )
@@ -51,7 +51,7 @@ def wait_state(page: Page, state: str) -> None:
 
 
 @pytest.fixture
-def active(stand: Stand, people: Callable[[str], Visitor], operating: Looked) -> Looked:
+def active(stand: Rig, people: Callable[[str], Visitor], operating: Looked) -> Looked:
     """Return the operator's page while the loop is active, without trim, hold or diameter."""
     person = people("operator")
     for method, arguments in (
@@ -67,7 +67,7 @@ def active(stand: Stand, people: Callable[[str], Visitor], operating: Looked) ->
     return operating
 
 
-def wait_at_rest(stand: Stand) -> float:
+def wait_at_rest(stand: Rig) -> float:
     """Wait until the lathe's offset stands still; return it. [µm]"""
 
     def look() -> tuple[float, float]:
@@ -95,7 +95,7 @@ class Seen(NamedTuple):
     end_s: float
 
 
-def look_at(stand: Stand) -> Seen:
+def look_at(stand: Rig) -> Seen:
     return Seen(time.monotonic(), stand.offset_um(), time.monotonic())
 
 
@@ -115,7 +115,7 @@ def wait_effective(page: Page) -> None:
     wait_until("it is in effect", lambda: "✓" in course(page))
 
 
-def wait_recorded(stand: Stand, text: str, since: datetime, who: str = "operator") -> None:
+def wait_recorded(stand: Rig, text: str, since: datetime, who: str = "operator") -> None:
     """Wait until the historian tells of a request, of whom, and when it was."""
 
     def told() -> bool:
@@ -135,7 +135,7 @@ def now() -> datetime:
 
 
 def test_enabling_makes_it_active_and_moves_the_offset_of_the_lathe(
-    stand: Stand, operating: Looked, people: Callable[[str], Visitor]
+    stand: Rig, operating: Looked, people: Callable[[str], Visitor]
 ) -> None:
     people("operator").request("Disable")
     page = operating.page
@@ -149,12 +149,12 @@ def test_enabling_makes_it_active_and_moves_the_offset_of_the_lathe(
     wait_recorded(stand, "enable: accepted", since)
 
 
-def requests_of(stand: Stand) -> list[object]:
+def requests_of(stand: Rig) -> list[object]:
     """Return what the loop was asked; other events come when the computer is busy."""
     return [event for event in stand.events() if event["kind"] == "request"]
 
 
-def test_a_dialog_that_is_left_asks_for_nothing(stand: Stand, active: Looked) -> None:
+def test_a_dialog_that_is_left_asks_for_nothing(stand: Rig, active: Looked) -> None:
     page = active.page
     before = requests_of(stand)
     page.click('[data-ask="Disable"]')
@@ -168,7 +168,7 @@ def test_a_dialog_that_is_left_asks_for_nothing(stand: Stand, active: Looked) ->
     assert requests_of(stand) == before
 
 
-def test_holding_keeps_the_offset_and_resuming_lets_it_go_on(stand: Stand, active: Looked) -> None:
+def test_holding_keeps_the_offset_and_resuming_lets_it_go_on(stand: Rig, active: Looked) -> None:
     page = active.page
     since = now()
     confirm(page, "Hold")
@@ -185,7 +185,7 @@ def test_holding_keeps_the_offset_and_resuming_lets_it_go_on(stand: Stand, activ
     wait_recorded(stand, "resume: accepted", since)
 
 
-def test_a_trim_is_added_shown_as_manual_and_taken_back(stand: Stand, active: Looked) -> None:
+def test_a_trim_is_added_shown_as_manual_and_taken_back(stand: Rig, active: Looked) -> None:
     page = active.page
     before_um = wait_at_rest(stand)
     since = now()
@@ -215,7 +215,7 @@ def test_a_trim_is_added_shown_as_manual_and_taken_back(stand: Stand, active: Lo
 
 
 def test_a_diameter_changes_the_gain_of_the_table(
-    stand: Stand, active: Looked, people: Callable[[str], Visitor]
+    stand: Rig, active: Looked, people: Callable[[str], Visitor]
 ) -> None:
     page = active.page
     before_um = wait_at_rest(stand)
@@ -236,7 +236,7 @@ def test_a_diameter_changes_the_gain_of_the_table(
     wait_until("as before", lambda: abs(stand.offset_um() - before_um) <= 1.0)
 
 
-def test_disabling_fades_within_the_rate_and_never_jumps(stand: Stand, active: Looked) -> None:
+def test_disabling_fades_within_the_rate_and_never_jumps(stand: Rig, active: Looked) -> None:
     page = active.page
     began_um = wait_at_rest(stand)
     assert abs(began_um) > 5.0
@@ -259,7 +259,7 @@ def test_disabling_fades_within_the_rate_and_never_jumps(stand: Stand, active: L
 
 
 def test_a_fault_is_shown_and_acknowledged_once_its_cause_is_gone(
-    stand: Stand, active: Looked
+    stand: Rig, active: Looked
 ) -> None:
     page = active.page
     stand.kill("machine", signal.SIGKILL)
@@ -286,7 +286,7 @@ def test_a_fault_is_shown_and_acknowledged_once_its_cause_is_gone(
 
 
 def test_an_engineer_chooses_another_model_and_the_operator_may_not(
-    look: Look, people: Callable[[str], Visitor], stand: Stand
+    look: Look, people: Callable[[str], Visitor], stand: Rig
 ) -> None:
     refused = people("operator").ask("/ask", {"method": "ChooseModel", "arguments": [OTHER_MODEL]})
     assert refused.status == 403

@@ -9,7 +9,7 @@ from websockets import Origin
 from websockets.sync.client import connect
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until
+from tests.system.screen.stand import PATIENCE_S, Rig, Visitor, wait_until
 
 Look = Callable[..., Looked]
 PAGES = ("/", "/model", "/sensors", "/history", "/probe", "/positioning")
@@ -17,13 +17,13 @@ ENABLE = {"method": "Enable", "arguments": []}
 
 
 @pytest.fixture(scope="module")
-def closed(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     """Yield a stand where nobody looks without a log-in, and whose parts are ended."""
-    with Stand(tmp_path_factory.mktemp("somebodys_folder")) as found:
+    with Rig(tmp_path_factory.mktemp("somebodys_folder")) as found:
         yield found
 
 
-def log_in(seen: Looked, stand: Stand, role: str) -> None:
+def log_in(seen: Looked, stand: Rig, role: str) -> None:
     page = seen.page
     page.fill("input[name=name]", role)
     page.fill("input[name=password]", stand.passwords[role])
@@ -34,9 +34,7 @@ def role_of(seen: Looked) -> str | None:
     return seen.page.locator("body").get_attribute("data-role")
 
 
-def test_whoever_loses_the_loop_looks_on_and_logs_in_again_to_act(
-    look: Look, closed: Stand
-) -> None:
+def test_whoever_loses_the_loop_looks_on_and_logs_in_again_to_act(look: Look, closed: Rig) -> None:
     seen = look(of=closed)
     page = seen.open("/sensors")
     page.wait_for_selector("#loop[data-live=yes]")
@@ -75,7 +73,7 @@ def test_whoever_loses_the_loop_looks_on_and_logs_in_again_to_act(
 
 
 def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
-    look: Look, closed: Stand
+    look: Look, closed: Rig
 ) -> None:
     seen = look(of=closed)
     page = seen.open("/history")
@@ -98,7 +96,7 @@ def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
     seen.wait_live()
 
 
-def test_no_page_and_no_answer_tells_the_folders_of_the_computer(closed: Stand) -> None:
+def test_no_page_and_no_answer_tells_the_folders_of_the_computer(closed: Rig) -> None:
     engineer = closed.visitor()
     assert engineer.log_in("engineer").status == 200
     (closed.folder / "models" / "broken.json").write_text("{", "utf-8")
@@ -141,7 +139,7 @@ def test_no_page_and_no_answer_tells_the_folders_of_the_computer(closed: Stand) 
 
 
 def test_somebody_without_a_session_at_the_loop_asks_for_nothing_and_leaves_no_trace_there(
-    closed: Stand,
+    closed: Rig,
 ) -> None:
     visitor: Visitor = closed.visitor()
     assert visitor.log_in("engineer").status == 200

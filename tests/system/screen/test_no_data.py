@@ -10,7 +10,7 @@ import pytest
 
 from tests.in_time import in_time
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import CYCLE_S, Stand, wait_until
+from tests.system.screen.stand import CYCLE_S, Rig, wait_until
 
 Look = Callable[..., Looked]
 SOON_S: Final = 4.0
@@ -20,14 +20,14 @@ BACK_S: Final = 20.0
 
 
 @pytest.fixture(scope="module")
-def lonely(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     """Yield a stand whose parts are stopped and killed; anybody may look."""
-    with Stand(tmp_path_factory.mktemp("lonely"), view_without_login=True) as found:
+    with Rig(tmp_path_factory.mktemp("lonely"), view_without_login=True) as found:
         yield found
 
 
 @pytest.fixture
-def watched(look: Look, lonely: Stand) -> Looked:
+def watched(look: Look, lonely: Rig) -> Looked:
     """Return the operator's page with fresh values."""
     seen = look(of=lonely)
     seen.open("/")
@@ -55,7 +55,7 @@ def wait_back(seen: Looked) -> None:
 
 @pytest.mark.parametrize("part", ["run", "screen"])
 def test_a_part_that_stands_still_is_told_within_four_seconds_and_forgotten_when_it_goes_on(
-    watched: Looked, lonely: Stand, part: str
+    watched: Looked, lonely: Rig, part: str
 ) -> None:
     loads = watched.loads
     since_s = lonely.programs[part].signal(signal.SIGSTOP)
@@ -68,7 +68,7 @@ def test_a_part_that_stands_still_is_told_within_four_seconds_and_forgotten_when
     assert watched.unexpected() == []
 
 
-def test_the_loop_is_killed_and_comes_back(watched: Looked, lonely: Stand) -> None:
+def test_the_loop_is_killed_and_comes_back(watched: Looked, lonely: Rig) -> None:
     loads = watched.loads
     since_s = time.monotonic()
     lonely.kill("run")
@@ -79,7 +79,7 @@ def test_the_loop_is_killed_and_comes_back(watched: Looked, lonely: Stand) -> No
     assert watched.unexpected() == []
 
 
-def test_the_screen_is_killed_and_comes_back(watched: Looked, lonely: Stand) -> None:
+def test_the_screen_is_killed_and_comes_back(watched: Looked, lonely: Rig) -> None:
     since_s = time.monotonic()
     lonely.kill("screen")
     assert in_time(wait_no_data(watched, since_s), SOON_S)
@@ -88,7 +88,7 @@ def test_the_screen_is_killed_and_comes_back(watched: Looked, lonely: Stand) -> 
     assert watched.unexpected() == []
 
 
-def test_the_death_of_the_screen_does_not_touch_the_loop(watched: Looked, lonely: Stand) -> None:
+def test_the_death_of_the_screen_does_not_touch_the_loop(watched: Looked, lonely: Rig) -> None:
     lonely.kill("run")
     lonely.start_loop("--enable")
     wait_until("an offset in the lathe", lambda: abs(lonely.offset_um()) > 5.0)

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, wait_until
+from tests.system.screen.stand import Rig, wait_until
 
 Look = Callable[..., Looked]
 PAGES: Final = ("/", "/model", "/sensors", "/history", "/probe", "/positioning")
@@ -51,9 +51,9 @@ TEXTS: Final = """() => {
 
 
 @pytest.fixture(scope="module")
-def lonely(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     """Yield a stand on which anybody may look; its loop is stopped here."""
-    with Stand(tmp_path_factory.mktemp("old"), view_without_login=True) as found:
+    with Rig(tmp_path_factory.mktemp("old"), view_without_login=True) as found:
         operator = found.visitor()
         assert operator.log_in("operator").status == 200
         for method, arguments in (("Enable", ()), ("Trim", ("Z_um", 2.0, 600.0))):
@@ -68,7 +68,7 @@ def texts(page: Page) -> list[dict[str, str | bool]]:
 
 
 def test_every_value_of_the_loop_is_marked_on_every_page_while_there_are_no_data(
-    look: Look, lonely: Stand
+    look: Look, lonely: Rig
 ) -> None:
     seen = {path: look(of=lonely) for path in PAGES}
     live: dict[str, list[dict[str, str | bool]]] = {}

@@ -8,7 +8,7 @@ from typing import Final
 import pytest
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import Rig, Visitor, wait_until
 
 Look = Callable[..., Looked]
 PAGES: Final = {
@@ -25,7 +25,7 @@ WORDS: Final = {"en": "Hold", "de": "Halten", "cs": "Podržet"}
 
 
 @pytest.fixture(scope="module", autouse=True)
-def active(stand: Stand, people: Callable[[str], Visitor]) -> None:
+def active(stand: Rig, people: Callable[[str], Visitor]) -> None:
     """Let the loop compensate, so that the pages have something to show."""
     answer = people("operator").request("Enable")
     assert answer["answer"] == "accepted", answer
@@ -132,7 +132,7 @@ def test_the_theme_is_switched_kept_and_seen_by_the_charts(look: Look) -> None:
     assert seen.wrong == []
 
 
-def test_what_the_page_shows_is_what_the_lathe_has(look: Look, stand: Stand) -> None:
+def test_what_the_page_shows_is_what_the_lathe_has(look: Look, stand: Rig) -> None:
     seen = look("viewer")
     page = seen.open("/")
     seen.wait_live()

@@ -8,7 +8,7 @@ from collections.abc import Generator
 
 import pytest
 
-from tests.system.screen.stand import Stand
+from tests.system.screen.stand import Rig
 from thermaxis.runtime import FAILURES_IN_ALL
 from thermaxis.screen.access import FAILURES_BY_ADDRESS
 
@@ -20,13 +20,13 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture
-def guessed_at(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+def guessed_at(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     """Yield a stand of its own: its log-ins are refused for a while."""
-    with Stand(tmp_path_factory.mktemp("guessed")) as found:
+    with Rig(tmp_path_factory.mktemp("guessed")) as found:
         yield found
 
 
-def log_in(stand: Stand, address: str, name: str, password: str) -> tuple[int, str]:
+def log_in(stand: Rig, address: str, name: str, password: str) -> tuple[int, str]:
     """Log in from an address; return the status and which refusal it is."""
     port = urllib.parse.urlsplit(stand.address).port
     line = http.client.HTTPConnection("127.0.0.1", port, 30.0, source_address=(address, 0))
@@ -41,7 +41,7 @@ def log_in(stand: Stand, address: str, name: str, password: str) -> tuple[int, s
 
 
 def test_thirty_wrong_log_ins_from_one_address_keep_out_that_address_alone(
-    guessed_at: Stand,
+    guessed_at: Rig,
 ) -> None:
     wrong = [
         log_in(guessed_at, GUESSER, f"nobody{i}", "wrong" if i % 2 else "\ud800")

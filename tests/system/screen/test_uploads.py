@@ -10,14 +10,14 @@ from urllib.parse import quote
 import pytest
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until
+from tests.system.screen.stand import PATIENCE_S, Rig, Visitor, wait_until
 
 Look = Callable[..., Looked]
 RUN: Final = "x_axis_100_cycles.csv"
 
 
 def test_a_run_is_evaluated_and_its_certificate_downloaded(
-    look: Look, stand: Stand, root: Path, tmp_path: Path
+    look: Look, stand: Rig, root: Path, tmp_path: Path
 ) -> None:
     seen = look("engineer")
     page = seen.open("/positioning")
@@ -59,7 +59,7 @@ def test_a_file_that_is_no_run_is_refused_in_words(look: Look, tmp_path: Path) -
     "name", ["../../users.toml", "/etc/passwd", "a\\..\\b.csv", "\u202egnp.csv", "x" * 300 + ".csv"]
 )
 def test_the_name_of_a_file_never_becomes_a_path(
-    people: Callable[[str], Visitor], stand: Stand, root: Path, name: str
+    people: Callable[[str], Visitor], stand: Rig, root: Path, name: str
 ) -> None:
     before = {path for path in stand.folder.rglob("*") if "history" not in path.name}
     body = (root / "examples" / "y_axis_50_cycles.rtl").read_bytes()[:2000]
@@ -70,7 +70,7 @@ def test_the_name_of_a_file_never_becomes_a_path(
 
 
 def test_a_file_that_is_too_large_is_refused_before_it_is_sent(
-    people: Callable[[str], Visitor], stand: Stand
+    people: Callable[[str], Visitor], stand: Rig
 ) -> None:
     person = people("engineer")
     connection = HTTPConnection("127.0.0.1", stand.screen_port, timeout=PATIENCE_S)

@@ -57,7 +57,7 @@ def lathe(limits: Limits | None = None, part: Part | None = None, **options: Any
     )
 
 
-class Bench:
+class Rig:
     """Runs cycles of a second; the machine reports what was written."""
 
     def __init__(self, compensation: Compensation | None = None) -> None:
@@ -90,7 +90,7 @@ class Bench:
         self.state, self.output = cycle(self.compensation, self.state, reading)
         return self.output
 
-    def steps(self, count: int, **changes: Any) -> "Bench":
+    def steps(self, count: int, **changes: Any) -> "Rig":
         for _ in range(count):
             self.step(**changes)
         return self
@@ -99,7 +99,7 @@ class Bench:
         answer = self.step(*requests, **changes).answers[-1]
         return answer.accepted, answer.code
 
-    def to(self, state: SupervisorState) -> "Bench":
+    def to(self, state: SupervisorState) -> "Rig":
         """Bring it to a state with 5 um in force (0 in Warming), by ordinary events."""
         if state is SupervisorState.OFF:
             self.step(found_um=(5.0,))
@@ -123,6 +123,6 @@ class Bench:
         return self
 
 
-def away(bench: Bench) -> tuple[float, ...]:
+def away(bench: Rig) -> tuple[float, ...]:
     """Return what a machine reports that does not do what it is told."""
     return (bench.um + 3.0,)

@@ -100,7 +100,7 @@ def bare_lathe(**rules: float) -> Compensation:
     )
 
 
-class HostileWorld:
+class HostilePlant:
     """Readings from a machine that fails in every way that is known, and some that are not."""
 
     def __init__(self, compensation: Compensation, seed: int) -> None:

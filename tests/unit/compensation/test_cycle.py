@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.unit.compensation.bench import LARGEST, RATE, Bench, lathe
+from tests.unit.compensation.bench import LARGEST, RATE, Rig, lathe
 from tests.unit.compensation.hostile import quick_lathe
 from thermaxis.compensation import (
     AnswerCode,
@@ -46,7 +46,7 @@ def trim(value: Any, duration_s: Any = 10.0, output: str = "Z_um") -> Request:
 
 
 def test_from_off_to_minus_the_model_and_back_to_exactly_zero() -> None:
-    bench = Bench()
+    bench = Rig()
     assert bench.step(ENABLE).state is WARMING
     assert [bench.step().state for _ in range(3)] == [WARMING, WARMING, ACTIVE]
     assert bench.um == 1.0
@@ -61,7 +61,7 @@ def test_from_off_to_minus_the_model_and_back_to_exactly_zero() -> None:
 
 
 def test_a_found_offset_is_where_the_correction_goes_on_from() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     output = bench.step(found_um=(-7.0,))
     assert (output.before_um, output.correction_um) == ((-7.0,), (-6.0,))
     assert output.rate_um_per_s == (1.0,)
@@ -69,7 +69,7 @@ def test_a_found_offset_is_where_the_correction_goes_on_from() -> None:
 
 @pytest.mark.parametrize("found", [None, math.nan, math.inf, 1e7, "5", True])
 def test_an_offset_that_was_not_found_lets_nothing_move(found: Any) -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -6.0
     output = bench.step(found_um=(found,), read_back_um=None)
     assert (output.state, output.correction_um) == (ACTIVE, (5.0,))
@@ -77,13 +77,13 @@ def test_an_offset_that_was_not_found_lets_nothing_move(found: Any) -> None:
 
 
 def test_the_largest_offset_that_is_believed_is_a_metre() -> None:
-    bench = Bench()
+    bench = Rig()
     assert bench.step(found_um=(1e6,)).before_um == (1e6,)
     assert bench.step(found_um=(-1e6,)).before_um == (-1e6,)
 
 
 def test_a_late_cycle_moves_by_no_more_than_two() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -10.0
     assert bench.step(seconds=0.25).correction_um == (5.25,)
     assert bench.step(seconds=1.75).correction_um == (7.0,)
@@ -92,7 +92,7 @@ def test_a_late_cycle_moves_by_no_more_than_two() -> None:
 
 
 def test_a_clock_that_goes_back_moves_nothing_and_the_model_settles_anew() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -10.0
     output = bench.step(seconds=-86_400.0)
     assert (output.state, output.correction_um, output.elapsed_s) == (HOLDING, (5.0,), 0.0)
@@ -103,7 +103,7 @@ def test_a_clock_that_goes_back_moves_nothing_and_the_model_settles_anew() -> No
 
 
 def test_whole_numbers_of_seconds_are_a_time() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -10.0
     output = bench.step(time_s=int(bench.time_s) + 1)
     assert (output.correction_um, output.time_s) == ((6.0,), bench.time_s)
@@ -111,30 +111,30 @@ def test_whole_numbers_of_seconds_are_a_time() -> None:
 
 @pytest.mark.parametrize("time_s", [math.nan, math.inf, 1.0000001e15, None, "x", True])
 def test_a_time_that_is_none_moves_nothing(time_s: Any) -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -10.0
     before = bench.state.time_s
     output = bench.step(time_s=time_s)
     assert (output.correction_um, output.elapsed_s, output.time_s) == ((5.0,), 0.0, before)
     assert output.quality is Quality.BAD
-    fresh = Bench()
+    fresh = Rig()
     output = fresh.step(time_s=time_s)
     assert (output.time_s, output.since_s) == (0.0, 0.0)
     assert fresh.step().since_s == fresh.time_s
 
 
 def test_the_latest_time_is_a_time() -> None:
-    bench = Bench()
+    bench = Rig()
     assert bench.step(time_s=-1e15).time_s == -1e15
     assert bench.step(time_s=1e15).elapsed_s == 2e15
 
 
 def test_a_correction_that_was_found_outside_stays_while_off_and_else_comes_back() -> None:
-    bench = Bench().steps(3)
+    bench = Rig().steps(3)
     assert bench.step(found_um=(-30.0,)).correction_um == (-30.0,)
     assert bench.step().correction_um == (-30.0,)
     assert bench.answer(ENABLE) == (False, AnswerCode.OFFSET_OUTSIDE)
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     assert bench.step(found_um=(-30.0,)).state is FAULT
     assert bench.um == -29.0
     accepted, _ = bench.answer(ACKNOWLEDGE)
@@ -146,9 +146,9 @@ def test_a_correction_that_was_found_outside_stays_while_off_and_else_comes_back
 
 
 def test_the_total_itself_is_inside() -> None:
-    assert Bench().to(ACTIVE).step(found_um=(20.0,)).state is ACTIVE
-    assert Bench().to(ACTIVE).step(found_um=(-20.0,)).state is ACTIVE
-    assert Bench().to(ACTIVE).step(found_um=(20.000001,)).state is FAULT
+    assert Rig().to(ACTIVE).step(found_um=(20.0,)).state is ACTIVE
+    assert Rig().to(ACTIVE).step(found_um=(-20.0,)).state is ACTIVE
+    assert Rig().to(ACTIVE).step(found_um=(20.000001,)).state is FAULT
 
 
 def test_one_output_outside_its_total_is_enough() -> None:
@@ -159,13 +159,13 @@ def test_one_output_outside_its_total_is_enough() -> None:
 
 
 def test_a_stored_correction_that_is_no_number_counts_as_zero() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.state = bench.state._replace(correction_um=(math.nan,))
     assert bench.step().correction_um == (0.0,)
 
 
 def test_the_magnitude_bounds_the_model_and_the_total_both() -> None:
-    bench = Bench(lathe(Limits(6.0, RATE, 7.0, largest_trim_um=5.0))).to(ACTIVE)
+    bench = Rig(lathe(Limits(6.0, RATE, 7.0, largest_trim_um=5.0))).to(ACTIVE)
     bench.warmth_k = -9.0
     output = bench.steps(2).output
     assert (bench.um, output.wanted_um, output.at_limit) == (6.0, (6.0,), (True,))
@@ -209,14 +209,14 @@ def test_one_output_that_is_not_at_zero_is_enough_to_fade() -> None:
 
 
 def test_at_the_magnitude_itself_nothing_is_at_the_limit() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     assert bench.step(samples=(Sample(10.0),)).at_limit == (False,)
     assert bench.step(samples=(Sample(30.0),)).at_limit == (False,)
     assert bench.step(samples=(Sample(30.001),)).at_limit == (True,)
 
 
 def test_the_deadband_keeps_a_goal_until_another_differs_by_more() -> None:
-    bench = Bench(lathe(Limits(LARGEST, RATE, deadband_um=1.0))).to(ACTIVE)
+    bench = Rig(lathe(Limits(LARGEST, RATE, deadband_um=1.0))).to(ACTIVE)
     assert bench.um == 5.0
     bench.warmth_k = -3.0
     assert bench.steps(3).um == 5.0
@@ -229,7 +229,7 @@ def test_the_deadband_keeps_a_goal_until_another_differs_by_more() -> None:
 
 
 def test_a_deadband_does_not_keep_the_last_micrometre_from_zero() -> None:
-    bench = Bench(lathe(Limits(LARGEST, 0.5, deadband_um=1.0))).to(WARMING)
+    bench = Rig(lathe(Limits(LARGEST, 0.5, deadband_um=1.0))).to(WARMING)
     bench.warmth_k = -1.0
     bench.steps(9)
     assert bench.um == 2.0
@@ -241,7 +241,7 @@ def test_a_deadband_does_not_keep_the_last_micrometre_from_zero() -> None:
 
 
 def test_a_faulty_correction_waits_for_a_machine_that_keeps_another_offset() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.steps(4, read_back_um=(8.0,))
     assert (bench.now, bench.um) == (FAULT, 5.0)
     assert bench.steps(5, read_back_um=(8.0,)).um == 5.0
@@ -254,7 +254,7 @@ def test_a_faulty_correction_waits_for_a_machine_that_keeps_another_offset() -> 
 
 def test_a_faulty_correction_goes_as_far_as_the_machine_is_seen_to_follow() -> None:
     for sign in (1.0, -1.0):
-        bench = Bench().to(ACTIVE)
+        bench = Rig().to(ACTIVE)
         bench.step(found_um=(sign * 5.0,), read_back_um=None, other_compensation=True)
         assert bench.um == sign * 4.0
         assert bench.step(read_back_um=(sign * 3.4,)).correction_um == (sign * 3.4,)
@@ -266,7 +266,7 @@ def test_a_faulty_correction_goes_as_far_as_the_machine_is_seen_to_follow() -> N
 
 def test_outside_the_total_a_faulty_correction_waits_at_the_total() -> None:
     for sign in (1.0, -1.0):
-        bench = Bench().to(ACTIVE)
+        bench = Rig().to(ACTIVE)
         bench.step(found_um=(sign * 21.5,), read_back_um=None)
         assert (bench.now, bench.um) == (FAULT, sign * 20.5)
         assert bench.steps(1, read_back_um=(sign * 25.0,)).um == sign * 20.0
@@ -292,21 +292,21 @@ def test_outputs_that_follow_fade_while_another_is_waited_for() -> None:
     [(5.5, True), (4.5, True), (5.51, False), (4.49, False), (5, True), (math.nan, False)],
 )
 def test_a_read_back_is_believed_within_the_tolerance(said: Any, believed: bool) -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -6.0
     assert bench.step(read_back_um=(said,)).correction_um == ((6.0,) if believed else (5.0,))
 
 
 @pytest.mark.parametrize("said", [None, (), (5.0, 5.0), (None,), ("5",), (True,)])
 def test_what_is_no_read_back_lets_nothing_move(said: Any) -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -6.0
     assert bench.step(read_back_um=said).correction_um == (5.0,)
 
 
 def test_a_report_that_lies_never_makes_a_step() -> None:
     for lie in (0.0, -1.0, 2.0, -20.0):
-        bench = Bench().to(ACTIVE)
+        bench = Rig().to(ACTIVE)
         last = bench.um
         for _ in range(30):
             bench.step(read_back_um=(lie * bench.um,))
@@ -316,7 +316,7 @@ def test_a_report_that_lies_never_makes_a_step() -> None:
 
 
 def test_disabled_while_the_machine_is_lost_it_fades_what_is_found_on_return() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(DISABLE, connected=False, read_back_um=None)
     bench.steps(30, connected=False, read_back_um=None)
     assert (bench.now, bench.um) == (FADING, 0.0)
@@ -326,7 +326,7 @@ def test_disabled_while_the_machine_is_lost_it_fades_what_is_found_on_return() -
 
 
 def test_a_model_that_has_nothing_to_say_moves_nothing() -> None:
-    bench = Bench(lathe(longest_hold_s=0.5, input_timeout_s=9.0, settle_s=0.0)).to(ACTIVE)
+    bench = Rig(lathe(longest_hold_s=0.5, input_timeout_s=9.0, settle_s=0.0)).to(ACTIVE)
     bench.warmth_k = -6.0
     output = bench.step(samples=())
     assert (output.state, output.quality, bench.um) == (ACTIVE, Quality.BAD, 5.0)
@@ -336,7 +336,7 @@ def test_a_model_that_has_nothing_to_say_moves_nothing() -> None:
 
 
 def test_every_answer_of_an_ordinary_state() -> None:
-    bench = Bench()
+    bench = Rig()
     assert bench.answer(HOLD) == (False, AnswerCode.NOTHING_TO_HOLD)
     assert bench.answer(ENABLE) == (True, AnswerCode.ENABLED)
     assert bench.answer(ENABLE) == (True, AnswerCode.ALREADY_ENABLED)
@@ -361,7 +361,7 @@ def test_every_answer_of_an_ordinary_state() -> None:
 
 
 def test_every_answer_in_the_state_fault() -> None:
-    bench = Bench().to(FAULT)
+    bench = Rig().to(FAULT)
     other = {"other_compensation": True}
     refused = AnswerCode.ACKNOWLEDGE_FIRST
     assert bench.answer(ENABLE, **other) == (False, refused)
@@ -373,7 +373,7 @@ def test_every_answer_in_the_state_fault() -> None:
     assert bench.now is FAULT
     assert bench.answer(ACKNOWLEDGE) == (True, AnswerCode.ACKNOWLEDGED)
     assert bench.now in {FADING, OFF}
-    bench = Bench().to(ACTIVE).steps(4, read_back_um=None)
+    bench = Rig().to(ACTIVE).steps(4, read_back_um=None)
     for loss in ({"read_back_um": None}, {"connected": False}):
         accepted, reason = bench.answer(ACKNOWLEDGE, **loss)
         assert (accepted, reason) == (False, AnswerCode.READ_BACK_DIFFERS_STILL)
@@ -381,13 +381,13 @@ def test_every_answer_in_the_state_fault() -> None:
 
 
 def test_an_acknowledged_read_back_is_forgotten() -> None:
-    bench = Bench().to(ACTIVE).steps(4, read_back_um=None)
+    bench = Rig().to(ACTIVE).steps(4, read_back_um=None)
     bench.step(ACKNOWLEDGE)
     assert [bench.step(read_back_um=None).state for _ in range(3)] == [FADING] * 3
 
 
 def test_an_acknowledged_fault_leaves_no_hold_and_no_time_of_a_read_back_that_differs() -> None:
-    bench = Bench().to(HOLDING)
+    bench = Rig().to(HOLDING)
     bench.steps(2, read_back_um=(9.0,))
     bench.step(other_compensation=True, read_back_um=(9.0,))
     assert (bench.now, bench.state.memory.differs_s) == (FAULT, 3.0)
@@ -397,7 +397,7 @@ def test_an_acknowledged_fault_leaves_no_hold_and_no_time_of_a_read_back_that_di
 
 
 def test_requests_are_answered_in_their_order_and_take_effect_in_it() -> None:
-    bench = Bench()
+    bench = Rig()
     output = bench.step(HOLD, ENABLE, HOLD, DISABLE, ENABLE)
     assert [answer.accepted for answer in output.answers] == [False, True, True, True, True]
     assert [answer.request.kind for answer in output.answers] == [
@@ -411,7 +411,7 @@ def test_requests_are_answered_in_their_order_and_take_effect_in_it() -> None:
 
 
 def test_enabling_ends_a_hold_and_heals_first() -> None:
-    bench = Bench().steps(9)
+    bench = Rig().steps(9)
     assert bench.step(ENABLE).state is WARMING
     assert bench.step().state is ACTIVE
     bench.step(HOLD)
@@ -423,30 +423,30 @@ def test_enabling_ends_a_hold_and_heals_first() -> None:
 
 @pytest.mark.parametrize("nonsense", [None, 3, "enable", Request([]), Request(None), Request("x")])
 def test_what_is_no_request_is_refused(nonsense: Any) -> None:
-    output = Bench().step(requests=(nonsense,))
+    output = Rig().step(requests=(nonsense,))
     assert [(a.request, a.accepted) for a in output.answers] == [(nonsense, False)]
 
 
 def test_the_word_of_a_request_is_as_good_as_its_kind() -> None:
-    assert Bench().step(requests=(Request("enable"),)).state is WARMING
+    assert Rig().step(requests=(Request("enable"),)).state is WARMING
 
 
 @pytest.mark.parametrize("value", [None, math.nan, math.inf, "1", True, 5.1, -5.1])
 def test_a_trim_of_no_number_or_too_large_is_refused(value: Any) -> None:
-    assert not Bench().answer(trim(value))[0]
+    assert not Rig().answer(trim(value))[0]
 
 
 @pytest.mark.parametrize("duration_s", [None, math.nan, 0.0, -1.0, 28_800.1, "9"])
 def test_a_trim_without_an_end_is_refused(duration_s: Any) -> None:
-    assert not Bench().answer(trim(1.0, duration_s))[0]
+    assert not Rig().answer(trim(1.0, duration_s))[0]
 
 
 def test_a_trim_may_be_as_short_as_one_likes() -> None:
-    assert Bench().answer(trim(1.0, 1e-3))[0]
+    assert Rig().answer(trim(1.0, 1e-3))[0]
 
 
 def test_a_trim_is_added_at_the_rate_expires_and_is_taken_back() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     output = bench.step(trim(3.0, 4.0))
     assert output.trim_um == (3.0,)
     assert bench.state.trims == (Trim(3.0, "Jana", 4.0),)
@@ -461,7 +461,7 @@ def test_a_trim_is_added_at_the_rate_expires_and_is_taken_back() -> None:
 def test_a_trim_is_taken_back_in_every_state_and_given_in_every_one_but_fault(
     state: SupervisorState,
 ) -> None:
-    bench = Bench().to(state)
+    bench = Rig().to(state)
     bench.state = bench.state._replace(trims=(Trim(3.0, "Jana", 99.0),))
     calm = {"other_compensation": state is SupervisorState.FAULT}
     accepted = state is not SupervisorState.FAULT
@@ -474,7 +474,7 @@ def test_a_trim_is_taken_back_in_every_state_and_given_in_every_one_but_fault(
 
 
 def test_a_trim_that_expires_while_held_is_gone_after_it() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(trim(3.0, 2.5))
     bench.step(HOLD)
     assert bench.um == 6.0
@@ -496,7 +496,7 @@ def test_a_trim_of_one_output_leaves_the_other_alone() -> None:
 
 def test_the_diameter_changes_the_gain_at_the_rate() -> None:
     points = (GainPoint(0.0, 1.0), GainPoint(1000.0, 2.0))
-    bench = Bench(lathe(part=Part("s", "s", "", 2.0, gain_by_diameter=points))).to(ACTIVE)
+    bench = Rig(lathe(part=Part("s", "s", "", 2.0, gain_by_diameter=points))).to(ACTIVE)
     bench.step(Request(DIAMETER, value=500.0))
     assert bench.state.diameter_mm == 500.0
     assert bench.steps(4).um == 7.5
@@ -514,13 +514,13 @@ def test_the_diameter_changes_the_gain_at_the_rate() -> None:
 
 def test_an_acknowledgement_believes_sensors_that_have_jumped() -> None:
     sensor = SensorRules(lowest_c=1.0, highest_c=60.0)
-    bench = Bench(lathe(sensor=sensor))
+    bench = Rig(lathe(sensor=sensor))
     bench.steps(3)
     bench.warmth_k = 10.0
     assert bench.step().qualities == (SampleQuality.TOO_FAST,)
     assert bench.steps(50).output.qualities == (SampleQuality.TOO_FAST,)
     assert bench.step(ACKNOWLEDGE).qualities == (SampleQuality.GOOD,)
-    bench = Bench(lathe(sensor=replace(sensor, step_k=3.0))).to(FAULT)
+    bench = Rig(lathe(sensor=replace(sensor, step_k=3.0))).to(FAULT)
     jumped = {"samples": (Sample(45.0),)}
     assert bench.step(**jumped).qualities == (SampleQuality.TOO_FAST,)
     bench.step(ACKNOWLEDGE, other_compensation=True, **jumped)
@@ -529,7 +529,7 @@ def test_an_acknowledgement_believes_sensors_that_have_jumped() -> None:
 
 
 def two_sensors(first: Any, second: Any, **options: Any) -> Any:
-    bench = Bench(lathe(redundant=frozenset({"s"}), **options)).to(ACTIVE)
+    bench = Rig(lathe(redundant=frozenset({"s"}), **options)).to(ACTIVE)
     return bench.step(samples=(first,), redundant=(second,))
 
 
@@ -548,7 +548,7 @@ def test_a_second_sensor_stands_in_or_contradicts() -> None:
     for first, second, value, quality in cases:
         output = two_sensors(first, second)
         assert (output.values, output.qualities) == ((value,), (quality,))
-    assert Bench().to(ACTIVE).step(redundant=(Sample(40.0),)).values == (17.5,)
+    assert Rig().to(ACTIVE).step(redundant=(Sample(40.0),)).values == (17.5,)
 
 
 def test_samples_are_taken_in_order_and_missing_ones_are_missing() -> None:
@@ -575,7 +575,7 @@ def test_outside_the_range_of_its_training_a_model_loses_its_weight(
 ) -> None:
     part = Part("s", "s", "", 2.0, lowest_k=-2.0, highest_k=4.0)
     compensation = lathe(part=part, validity_margin_k=4.0, lowest_weight=0.1)
-    bench = Bench(compensation)
+    bench = Rig(compensation)
     bench.warmth_k = warmth_k
     output = bench.step()
     assert output.weight == (weight,)
@@ -622,7 +622,7 @@ def test_each_output_has_the_weight_of_its_own_parts() -> None:
 
 
 def test_another_model_takes_over_without_a_bump() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(trim(1.0, 500.0), Request(DIAMETER, value=7.0))
     old, before = bench.compensation, bench.um
     new = lathe(part=Part("s", "s", "", -2.0))
@@ -684,7 +684,7 @@ def test_another_model_keeps_references_sensors_and_corrections_by_name() -> Non
 
 
 def test_another_model_that_runs_along_the_past_is_where_it_would_be() -> None:
-    bench = Bench(lathe(settle_s=3.0, recovery_delay_s=4.0)).to(WARMING)
+    bench = Rig(lathe(settle_s=3.0, recovery_delay_s=4.0)).to(WARMING)
     bench.steps(12)
     assert bench.now is ACTIVE
     slow = lathe(
@@ -715,7 +715,7 @@ def test_a_stated_reference_of_the_new_model_counts() -> None:
 
 
 def test_a_model_change_while_it_fades_lets_it_fade_on() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(DISABLE)
     bench.state = with_compensation(bench.compensation, bench.compensation, bench.state)
     assert [bench.step().correction_um for _ in range(4)] == [(3.0,), (2.0,), (1.0,), (0.0,)]
@@ -726,7 +726,7 @@ def test_every_time_moves_with_the_clock() -> None:
     compensation = replace(
         lathe(part=Part("s", "s", "", 2.0, delay_s=5.0)), redundant=frozenset({"s"})
     )
-    bench = Bench(compensation)
+    bench = Rig(compensation)
     bench.steps(3, redundant=(Sample(15.0),))
     moved = shifted(bench.state, 1000.0)
     assert moved.time_s == bench.state.time_s + 1000.0
@@ -751,25 +751,25 @@ def test_a_new_state_is_off_and_empty() -> None:
 
 
 def test_a_cycle_without_time_has_no_rate() -> None:
-    assert Bench().to(ACTIVE).step(seconds=0.0).rate_um_per_s == (0.0,)
+    assert Rig().to(ACTIVE).step(seconds=0.0).rate_um_per_s == (0.0,)
 
 
 def test_the_rate_is_the_change_by_the_time_that_it_took() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.warmth_k = -10.0
     assert bench.step(seconds=0.5).rate_um_per_s == (1.0,)
     assert bench.step(seconds=4.0).rate_um_per_s == (0.5,)
 
 
 def test_a_small_total_is_waited_at_too() -> None:
-    bench = Bench(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
+    bench = Rig(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
     assert bench.step(found_um=(0.9,)).state is FAULT
     assert bench.um == 0.65
     assert bench.step(read_back_um=(5.0,)).correction_um == (0.5,)
 
 
 def test_limits_of_less_than_a_micrometre_are_limits() -> None:
-    bench = Bench(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
+    bench = Rig(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
     bench.warmth_k = -0.375
     assert bench.steps(6).um == 0.5
     assert bench.output.at_limit == (True,)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from tests.unit.compensation.bench import RATE, RULES, Bench, away, lathe
+from tests.unit.compensation.bench import RATE, RULES, Rig, away, lathe
 from thermaxis.compensation import (
     AnswerCode,
     Memory,
@@ -41,7 +41,7 @@ LOST: dict[str, Any] = {"connected": False, "read_back_um": None}
 
 # What brings a bench in a state to a row's condition: the last cycle of each is the one that the
 # row speaks about.
-Scene = Callable[[Bench], Any]
+Scene = Callable[[Rig], Any]
 
 
 class Played(NamedTuple):
@@ -55,12 +55,12 @@ class Played(NamedTuple):
     scene: Scene
 
 
-def _long_away(bench: Bench) -> None:
+def _long_away(bench: Rig) -> None:
     for _ in range(4):
         bench.step(read_back_um=away(bench))
 
 
-def _at_limit(bench: Bench) -> None:
+def _at_limit(bench: Rig) -> None:
     hot = {"samples": (warm(-15.0),)}
     if bench.now is HOLDING:
         bench.compensation = lathe(hold_operator_s=50.0)
@@ -71,20 +71,20 @@ def warm(warmth_k: float) -> Any:
     return Sample(20.0 + warmth_k)
 
 
-def _zero(bench: Bench) -> Bench:
+def _zero(bench: Rig) -> Rig:
     """Let it be at zero without changing its state."""
     bench.warmth_k = 0.0
     bench.step(found_um=(0.0,), seconds=0.0625)
     return bench
 
 
-def _fade_to_zero(bench: Bench) -> Bench:
+def _fade_to_zero(bench: Rig) -> Rig:
     while bench.um:
         bench.step(interlocks=(False,))
     return bench
 
 
-def _expire_warming(bench: Bench) -> None:
+def _expire_warming(bench: Rig) -> None:
     bench.steps(6, samples=())
 
 
@@ -219,7 +219,7 @@ def test_whatever_happens_a_row_counts(state: SupervisorState) -> None:
 def test_every_row_of_the_tables_is_what_the_cycle_does(
     start: SupervisorState, played: Played
 ) -> None:
-    bench = Bench().to(start)
+    bench = Rig().to(start)
     played.scene(bench)
     output = bench.output
     assert output is not None
@@ -325,7 +325,7 @@ def test_the_defaults_in_the_docs_are_those_of_the_program() -> None:
 def test_a_loss_is_bridged_then_held_for_its_time_and_then_fades(
     loss: dict[str, Any], reason: Reason, held: int
 ) -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     if reason is Reason.INPUT_BAD:
         assert bench.step(**loss).state is ACTIVE
     for _ in range(held):
@@ -341,7 +341,7 @@ def test_a_loss_is_bridged_then_held_for_its_time_and_then_fades(
 
 
 def test_an_interlock_may_be_held_for_a_time() -> None:
-    bench = Bench(lathe(hold_interlock_s=2.0)).to(ACTIVE)
+    bench = Rig(lathe(hold_interlock_s=2.0)).to(ACTIVE)
     states = [bench.step(interlocks=(False,)).state for _ in range(3)]
     assert states == [HOLDING, HOLDING, FADING]
     assert bench.output.reasons == (Reason.INTERLOCK_OPEN,)
@@ -349,17 +349,17 @@ def test_an_interlock_may_be_held_for_a_time() -> None:
 
 @pytest.mark.parametrize("interlocks", [(), (False,), ("yes",), (2,), (float("nan"),)])
 def test_an_interlock_that_is_missing_or_no_truth_is_not_met(interlocks: Any) -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(HOLD)
     assert bench.step(RESUME, interlocks=interlocks).state is FADING
 
 
 def test_more_interlocks_than_configured_do_no_harm() -> None:
-    assert Bench().to(ACTIVE).step(interlocks=(True, True, False)).state is ACTIVE
+    assert Rig().to(ACTIVE).step(interlocks=(True, True, False)).state is ACTIVE
 
 
 def test_a_hold_lasts_as_long_as_it_may_however_often_it_is_asked_for() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     states = [bench.step(HOLD).state for _ in range(8)]
     assert states == [HOLDING] * 6 + [FADING] * 2
     assert bench.output.reasons == (Reason.HOLD_EXPIRED,)
@@ -368,7 +368,7 @@ def test_a_hold_lasts_as_long_as_it_may_however_often_it_is_asked_for() -> None:
 
 
 def test_a_hold_is_expired_when_it_has_lasted_for_longer_than_it_may() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(HOLD)
     assert bench.steps(5).output.reasons == (Reason.OPERATOR_HOLD,)
     assert bench.state.memory.held_s == RULES["hold_operator_s"]
@@ -376,7 +376,7 @@ def test_a_hold_is_expired_when_it_has_lasted_for_longer_than_it_may() -> None:
 
 
 def test_what_comes_and_goes_is_not_held_for_ever() -> None:
-    bench = Bench(lathe(recovery_delay_s=3.0)).to(ACTIVE)
+    bench = Rig(lathe(recovery_delay_s=3.0)).to(ACTIVE)
     states = [bench.step(**(LOST if k % 2 == 0 else {})).state for k in range(40)]
     longest_s = RULES["hold_operator_s"] + RULES["settle_s"] + 3.0 + RULES["input_timeout_s"]
     assert states.count(HOLDING) == longest_s + 1
@@ -385,40 +385,40 @@ def test_what_comes_and_goes_is_not_held_for_ever() -> None:
 
 
 def test_a_model_that_starts_anew_again_and_again_is_not_held_for_ever() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     states = [bench.step(seconds=-1.0 if k % 2 else 2.0).state for k in range(40)]
     assert states[:4] == [ACTIVE, HOLDING, HOLDING, HOLDING]
     assert states[-1] in {FADING, WARMING}
 
 
 def test_a_clock_that_stands_still_is_a_lost_input() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     states = [bench.step(seconds=0.0).state for _ in range(7)]
     assert states == [ACTIVE, HOLDING, HOLDING, HOLDING, HOLDING, FADING, FADING]
     assert bench.um == 5.0
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     states = [bench.step(time_s=float("nan")).state for _ in range(7)]
     assert states == [ACTIVE, HOLDING, HOLDING, HOLDING, HOLDING, FADING, FADING]
 
 
 def test_no_fault_follows_from_a_single_cycle_however_long() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     assert bench.step(seconds=500.0, read_back_um=None).state is ACTIVE
     assert bench.step(seconds=1.0, read_back_um=None).state is FAULT
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     assert bench.step(seconds=500.0, samples=(warm(-15.0),)).state is ACTIVE
     assert bench.step(seconds=1.0, samples=(warm(-15.0),)).state is FAULT
 
 
 def test_a_read_back_that_returns_in_time_is_no_fault() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     assert [bench.step(read_back_um=away(bench)).state for _ in range(3)] == [ACTIVE] * 3
     assert bench.step().state is ACTIVE
     assert [bench.step(read_back_um=away(bench)).state for _ in range(3)] == [ACTIVE] * 3
 
 
 def test_the_time_at_the_limit_begins_anew_when_it_is_left() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     hot = {"samples": (warm(-15.0),)}
     assert bench.steps(5, **hot).now is ACTIVE
     assert bench.step().state is ACTIVE
@@ -428,24 +428,24 @@ def test_the_time_at_the_limit_begins_anew_when_it_is_left() -> None:
 
 
 def test_of_several_faults_the_gravest_is_named() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.steps(5, samples=(warm(-15.0),), read_back_um=None)
     assert bench.now is FAULT
     assert bench.output.reasons == (Reason.READ_BACK_DIFFERS,)
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(found_um=(99.0,), other_compensation=True)
     assert bench.output.reasons == (Reason.DOUBLE_COMPENSATION,)
 
 
 def test_off_watches_nothing() -> None:
-    bench = Bench().to(OFF)
+    bench = Rig().to(OFF)
     bench.steps(20, read_back_um=away(bench), other_compensation=True, found_um=(99.0,))
     assert bench.now is OFF
     assert bench.um == 99.0
 
 
 def test_a_fault_names_itself_until_it_is_acknowledged_and_then_stays_disabled() -> None:
-    bench = Bench().to(FAULT)
+    bench = Rig().to(FAULT)
     for _ in range(20):
         assert bench.step().reasons == (Reason.DOUBLE_COMPENSATION,)
     assert bench.um == 0.0
@@ -455,19 +455,19 @@ def test_a_fault_names_itself_until_it_is_acknowledged_and_then_stays_disabled()
 
 
 def test_the_state_says_since_when() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     since_s = bench.output.since_s
     bench.steps(3)
     assert bench.output.since_s == since_s
     bench.step(HOLD)
     assert (bench.output.since_s, bench.output.in_state_s) == (bench.time_s, 0.0)
     assert bench.steps(2).output.in_state_s == 2.0
-    bench = Bench().to(FAULT)
+    bench = Rig().to(FAULT)
     assert bench.step(ACKNOWLEDGE, time_s=float("inf")).since_s == bench.time_s - 1.0
 
 
 def test_settling_begins_anew_with_the_model() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.state = with_compensation(bench.compensation, bench.compensation, bench.state)
     seen = [(bench.step().state, bench.output.reasons) for _ in range(4)]
     settling = (HOLDING, (Reason.SETTLING,))
@@ -475,7 +475,7 @@ def test_settling_begins_anew_with_the_model() -> None:
 
 
 def test_every_reason_is_said_at_once() -> None:
-    bench = Bench().to(ACTIVE)
+    bench = Rig().to(ACTIVE)
     bench.step(HOLD)
     loss = {"samples": (), "interlocks": (False,), **LOST}
     output = bench.steps(3, **loss).output

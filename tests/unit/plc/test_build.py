@@ -174,7 +174,7 @@ def some_settings(seed: int, *, double: bool = True) -> PlcSettings:
 # ---- the world ----------------------------------------------------------------------------------
 
 
-class World:
+class SimulatedPlant:
     """A seeded world that keeps its moods for some calls, so that every state is visited."""
 
     def __init__(self, settings: PlcSettings, seed: int) -> None:
@@ -274,7 +274,7 @@ def tell(block: Any, told: dict[str, Any]) -> None:
 def run(settings: PlcSettings, calls: int, seed: int) -> list[CycleOutput]:
     """Run block and `cycle()` side by side, and fail at the first difference."""
     block = executable(build_program(settings))()
-    driver, world = CycleDriver(settings), World(settings, seed)
+    driver, world = CycleDriver(settings), SimulatedPlant(settings, seed)
     said: list[CycleOutput] = []
     for call in range(calls):
         told = world.inputs()
@@ -1337,7 +1337,7 @@ def of_cycle(
 ) -> tuple[Program, list[tuple[dict[str, Any], dict[str, Any]]]]:
     """Return a program, and what `cycle()` is told and says in a world of its own."""
     settings = some_settings(seed)
-    driver, world = CycleDriver(settings), World(settings, 77 + seed)
+    driver, world = CycleDriver(settings), SimulatedPlant(settings, 77 + seed)
     record: list[tuple[dict[str, Any], dict[str, Any]]] = []
     for _ in range(calls):
         told = world.inputs()

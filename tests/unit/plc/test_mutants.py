@@ -28,7 +28,7 @@ from tests.unit.plc.equal_parts import (
 )
 from tests.unit.plc.plc_scenarios import STATES, CycleDriver
 from tests.unit.plc.st_interpreter import Value
-from tests.unit.plc.test_build import World, quiet_inputs
+from tests.unit.plc.test_build import SimulatedPlant, quiet_inputs
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -125,7 +125,7 @@ def settings_with_everything(*, double: bool = True) -> PlcSettings:
 def world_record(settings: PlcSettings, calls: int, seed: int) -> Record:
     """Record `cycle` in a world with moods of its own."""
     names, outputs = columns(build_program(settings).blocks[-1])
-    driver, world = CycleDriver(settings), World(settings, seed)
+    driver, world = CycleDriver(settings), SimulatedPlant(settings, seed)
     rows: list[Row] = []
     wanted: list[Row] = []
     for _ in range(calls):

@@ -28,7 +28,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.plc import (
     BlockInstance,
-    Course,
+    CallSequence,
     GuideFacts,
     LineSettings,
     PlcSettings,
@@ -97,7 +97,7 @@ def test_the_line_is_that_of_polyfit_and_the_axis_that_moves_against_it_is_corre
 
 
 def course_of(block: BlockInstance, exported: PlcSettings) -> Iterator[PlcStep]:
-    return Course(exported, seed=3, block=block, near_share=0.4).steps()
+    return CallSequence(exported, seed=3, block=block, near_share=0.4).steps()
 
 
 @pytest.mark.parametrize(

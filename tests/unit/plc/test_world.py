@@ -6,12 +6,12 @@ import pytest
 
 from tests.unit.plc.plc_scenarios import CycleBlock, random_settings
 from thermaxis.plc import BlockInstance, scenario_steps
-from thermaxis.plc.vectors import ODD, World, odd_values
+from thermaxis.plc.vectors import ODD, SimulatedPlant, odd_values
 
 
 def test_every_channel_reads_every_odd_value_alone_and_then_jumps() -> None:
     settings = random_settings(3)
-    world = World(settings, 1)
+    world = SimulatedPlant(settings, 1)
     seen = [step.inputs.temperatures_c for step in odd_values(world)]
     base_c = world.base_c
     assert len(base_c) > 1

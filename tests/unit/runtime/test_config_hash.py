@@ -18,9 +18,9 @@ from tests.unit.runtime.status_server_parts import compensation, status
 from thermaxis import __version__
 from thermaxis.cli.machine._machine_parts import loop_settings
 from thermaxis.runtime import (
-    Borders,
     CompensationLoop,
     LoopSettings,
+    Ports,
     VirtualClock,
     read_machine,
     run_in_virtual_time,
@@ -123,7 +123,7 @@ def test_a_running_loop_tells_with_which_configuration_it_was_started() -> None:
             LoopSettings(
                 machine="m", model_file="m.json", model_sha256="0", configuration_sha256="ab" * 32
             ),
-            Borders(SimulatedSource(machine), SimulatedSink(machine), SimulatedHistorian(), clock),
+            Ports(SimulatedSource(machine), SimulatedSink(machine), SimulatedHistorian(), clock),
         )
         stop = asyncio.Event()
         async with asyncio.TaskGroup() as group:

@@ -24,9 +24,9 @@ from thermaxis.compensation import (
 )
 from thermaxis.runtime import (
     TOWARDS,
-    Borders,
     CompensationLoop,
     LoopSettings,
+    Ports,
     VirtualClock,
     run_in_virtual_time,
 )
@@ -47,7 +47,7 @@ OFFSET_MM = 1e-3 * GAIN_UM_PER_K * RISE_K
 """Minus the model, and towards the workpiece: plus once more."""
 
 
-class Bench:
+class Rig:
     """A loop, a HAL, and every offset that stood in it."""
 
     def __init__(self) -> None:
@@ -79,10 +79,10 @@ class Bench:
                 supervisor=SupervisorRules(settle_s=5.0, read_back_s=3.0),
             ),
             LoopSettings(machine="mill", model_file="m.json", model_sha256="0"),
-            Borders(SimulatedSource(machine), self.sink, SimulatedHistorian(), clock),
+            Ports(SimulatedSource(machine), self.sink, SimulatedHistorian(), clock),
         )
 
-    def play(self, script: Callable[["Bench"], Awaitable[None]]) -> None:
+    def play(self, script: Callable[["Rig"], Awaitable[None]]) -> None:
         async def both() -> None:
             self.build()
             stop = asyncio.Event()
@@ -117,9 +117,9 @@ def largest_step(offsets: list[float]) -> float:
 
 
 def test_the_loop_takes_the_machine_to_its_goal_and_back_at_the_end() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench) -> None:
+    async def script(bench: Rig) -> None:
         await asyncio.sleep(40.0)
         assert bench.state is SupervisorState.ACTIVE
         assert bench.offset_mm == pytest.approx(OFFSET_MM, rel=1e-6)
@@ -133,10 +133,10 @@ def test_the_loop_takes_the_machine_to_its_goal_and_back_at_the_end() -> None:
 
 
 def test_a_ramp_that_the_machine_follows_behind_is_no_difference_of_the_read_back() -> None:
-    bench = Bench()
+    bench = Rig()
     states: set[SupervisorState] = set()
 
-    async def script(bench: Bench) -> None:
+    async def script(bench: Rig) -> None:
         bench.loop.listeners.append(lambda status: states.add(status.output.state))
         await asyncio.sleep(40.0)
 
@@ -145,9 +145,9 @@ def test_a_ramp_that_the_machine_follows_behind_is_no_difference_of_the_read_bac
 
 
 def test_a_loop_that_was_frozen_heals_by_itself_without_a_step() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench) -> None:
+    async def script(bench: Rig) -> None:
         await asyncio.sleep(40.0)
         for command in FREEZES:
             begin = len(bench.offsets)
@@ -166,9 +166,9 @@ def test_a_loop_that_was_frozen_heals_by_itself_without_a_step() -> None:
 
 
 def test_a_machine_that_goes_is_held_for_and_gone_on_with_from_what_is_found() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench) -> None:
+    async def script(bench: Rig) -> None:
         await asyncio.sleep(40.0)
         bench.hal.running = False
         await asyncio.sleep(5.0)
@@ -189,10 +189,10 @@ def test_a_machine_that_goes_is_held_for_and_gone_on_with_from_what_is_found() -
 
 
 def test_a_clamp_that_is_narrower_than_the_configuration_becomes_a_fault() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.hal.values["thermaxis-limit-2.max"] = 0.010
 
-    async def script(bench: Bench) -> None:
+    async def script(bench: Rig) -> None:
         await asyncio.sleep(40.0)
         assert bench.state is SupervisorState.FAULT
         assert bench.loop.status is not None

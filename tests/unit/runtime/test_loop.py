@@ -29,9 +29,9 @@ from thermaxis.compensation import (
 )
 from thermaxis.runtime import (
     AtStop,
-    Borders,
     CompensationLoop,
     LoopSettings,
+    Ports,
     StateFile,
     VirtualClock,
     run_in_virtual_time,
@@ -57,7 +57,7 @@ def compensation(**rules: float) -> Compensation:
     )
 
 
-class Bench:
+class Rig:
     """A loop beside a simulated machine."""
 
     def __init__(self, state_file: Path | None = None, **rules: float) -> None:
@@ -73,7 +73,7 @@ class Bench:
         return CompensationLoop(
             compensation(**self.rules),
             LoopSettings(machine="lathe", model_file="m.json", model_sha256="0", **settings),
-            Borders(
+            Ports(
                 SimulatedSource(self.machine),
                 SimulatedSink(self.machine),
                 self.historian,
@@ -84,7 +84,7 @@ class Bench:
 
     def play(
         self,
-        script: Callable[["Bench", CompensationLoop], Coroutine[Any, Any, None]],
+        script: Callable[["Rig", CompensationLoop], Coroutine[Any, Any, None]],
         **settings: Any,
     ) -> CompensationLoop:
         async def both() -> CompensationLoop:
@@ -108,9 +108,9 @@ async def enable(loop: CompensationLoop) -> None:
 
 
 def test_the_offset_goes_to_minus_the_model_at_the_allowed_rate_and_back_at_the_end() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await enable(loop)
         await asyncio.sleep(200.0)
         assert loop.status is not None
@@ -125,10 +125,10 @@ def test_the_offset_goes_to_minus_the_model_at_the_allowed_rate_and_back_at_the_
 
 
 def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> None:
-    bench = Bench()
+    bench = Rig()
     seen: list[SupervisorState] = []
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         loop.listeners.append(lambda status: seen.append(status.output.state))
         await enable(loop)
         await asyncio.sleep(100.0)
@@ -150,9 +150,9 @@ def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> No
 
 
 def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await enable(loop)
         await asyncio.sleep(60.0)
         bench.machine.obeys = False
@@ -181,7 +181,7 @@ def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged() -> N
 
 
 def test_after_a_kill_the_loop_goes_on_from_the_offset_in_the_machine(tmp_path: Path) -> None:
-    bench = Bench(tmp_path / "state.json")
+    bench = Rig(tmp_path / "state.json")
 
     async def killed() -> None:
         loop = bench.loop()
@@ -199,7 +199,7 @@ def test_after_a_kill_the_loop_goes_on_from_the_offset_in_the_machine(tmp_path: 
     bench.machine.written.clear()
     bench.clock = VirtualClock(START_UTC + timedelta(seconds=100.0))
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await asyncio.sleep(20.0)
         assert loop.status is not None
         assert loop.status.output.state is SupervisorState.ACTIVE
@@ -211,10 +211,10 @@ def test_after_a_kill_the_loop_goes_on_from_the_offset_in_the_machine(tmp_path: 
 
 
 def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.offset_um["Z_um"] = -12.0
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await asyncio.sleep(30.0)
         assert not bench.machine.written
         assert loop.status is not None
@@ -228,9 +228,9 @@ def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
 
 
 def test_an_open_interlock_fades_at_once_and_heals() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await enable(loop)
         await asyncio.sleep(100.0)
         bench.machine.values["interlock.referenced"] = 0.0
@@ -246,7 +246,7 @@ def test_an_open_interlock_fades_at_once_and_heals() -> None:
 
 
 def test_a_loop_that_ends_after_some_cycles_fades_first_and_says_what_it_leaves() -> None:
-    bench = Bench()
+    bench = Rig()
 
     async def play(within_s: float) -> dict[str, float]:
         loop = bench.loop(stop_within_s=within_s)
@@ -263,9 +263,9 @@ def test_a_loop_that_ends_after_some_cycles_fades_first_and_says_what_it_leaves(
 
 
 def test_a_fault_survives_a_clock_that_was_set_back(tmp_path: Path) -> None:
-    bench = Bench(tmp_path / "state.json")
+    bench = Rig(tmp_path / "state.json")
 
-    async def faulty(bench: Bench, loop: CompensationLoop) -> None:
+    async def faulty(bench: Rig, loop: CompensationLoop) -> None:
         await enable(loop)
         await asyncio.sleep(60.0)
         bench.machine.obeys = False
@@ -276,7 +276,7 @@ def test_a_fault_survives_a_clock_that_was_set_back(tmp_path: Path) -> None:
     bench.machine.generation += 1
     bench.clock = VirtualClock(START_UTC - timedelta(days=1))
 
-    async def again(bench: Bench, loop: CompensationLoop) -> None:
+    async def again(bench: Rig, loop: CompensationLoop) -> None:
         await asyncio.sleep(5.0)
         assert loop.status is not None
         assert loop.status.output.state is SupervisorState.FAULT
@@ -287,10 +287,10 @@ def test_a_fault_survives_a_clock_that_was_set_back(tmp_path: Path) -> None:
 
 
 def test_an_offset_in_the_wrong_unit_is_never_written_over() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.offset_um["Z_um"] = 1e7
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await asyncio.sleep(10.0)
         assert not bench.machine.written
 
@@ -299,9 +299,9 @@ def test_an_offset_in_the_wrong_unit_is_never_written_over() -> None:
 
 
 def test_an_equal_model_that_takes_over_changes_nothing(tmp_path: Path) -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         loop._models = lambda _: (compensation(), "other")
         await enable(loop)
         for k in range(1500):  # the machine warms up all the time
@@ -320,7 +320,7 @@ def test_an_equal_model_that_takes_over_changes_nothing(tmp_path: Path) -> None:
 
 
 def test_a_fade_that_was_cut_short_by_a_kill_goes_on(tmp_path: Path) -> None:
-    bench = Bench(tmp_path / "state.json")
+    bench = Rig(tmp_path / "state.json")
 
     async def killed() -> None:
         loop = bench.loop()
@@ -338,7 +338,7 @@ def test_a_fade_that_was_cut_short_by_a_kill_goes_on(tmp_path: Path) -> None:
     bench.machine.come_back()
     bench.clock = VirtualClock(START_UTC + timedelta(seconds=110.0))
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await asyncio.sleep(100.0)
         assert loop.status is not None
         assert loop.status.output.state is SupervisorState.OFF

@@ -38,11 +38,11 @@ from thermaxis.runtime import (
     OTHER_COMPENSATION,
     Applied,
     AtStop,
-    Borders,
     CompensationLoop,
     EventRecord,
     LoopAnswer,
     LoopSettings,
+    Ports,
     SavedState,
     Sink,
     Source,
@@ -209,7 +209,7 @@ class Memory:
         return self.saved, Message("why-no_file")
 
 
-class Bench:
+class Rig:
     """Loops beside one machine."""
 
     def __init__(self, machine_compensation: Compensation | None = None, **rules: float) -> None:
@@ -231,7 +231,7 @@ class Bench:
                 reads_diameter=True,
                 **settings,
             ),
-            Borders(RoughSource(self.machine), RoughSink(self.machine), self.historian, self.clock),
+            Ports(RoughSource(self.machine), RoughSink(self.machine), self.historian, self.clock),
             state_file=cast("StateFile", self.file),
             models=self.models,
             self_test=self.self_test,
@@ -249,7 +249,7 @@ class Bench:
 
     def play(
         self,
-        script: Callable[["Bench", CompensationLoop], Coroutine[Any, Any, None]],
+        script: Callable[["Rig", CompensationLoop], Coroutine[Any, Any, None]],
         **settings: Any,
     ) -> CompensationLoop:
         async def both() -> CompensationLoop:
@@ -290,9 +290,9 @@ async def ask(loop: CompensationLoop, kind: RequestKind, **fields: Any) -> bool:
 
 
 def test_cycles_that_are_missed_are_counted_and_cost_no_step() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(20.0)
         freeze(7.3)
@@ -315,10 +315,10 @@ def test_cycles_that_are_missed_are_counted_and_cost_no_step() -> None:
 def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
     frozen_s: float, cycle_s: float
 ) -> None:
-    bench = Bench(cycle_s=cycle_s)
+    bench = Rig(cycle_s=cycle_s)
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(60.0)
         assert bench.machine.effective_um < -20.0
@@ -340,10 +340,10 @@ def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
 def test_looks_without_an_answer_after_a_silence_are_repeated_until_there_is_one(
     looks: int, watched: bool
 ) -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = watched
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(60.0)
         freeze(3.0)
@@ -368,10 +368,10 @@ def test_looks_without_an_answer_after_a_silence_are_repeated_until_there_is_one
 
 
 def test_what_is_no_offset_is_looked_at_until_somebody_has_mended_it() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.accepted_um = bench.machine.acting_um = 2e5
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await asyncio.sleep(30.0)
         assert bench.machine.writes == []
         assert loop.status is not None
@@ -391,10 +391,10 @@ def test_what_is_no_offset_is_looked_at_until_somebody_has_mended_it() -> None:
 
 
 def test_a_computer_that_slept_is_noticed_by_the_time_of_day() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(60.0)
         bench.clock.change_time_of_day(by_s=3600.0)  # while the monotonic clock stood still
@@ -406,7 +406,7 @@ def test_a_computer_that_slept_is_noticed_by_the_time_of_day() -> None:
 
 
 def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = True
 
     class Freezing(RoughSink):
@@ -451,7 +451,7 @@ def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
 def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_at_again(
     left_s: float,
 ) -> None:
-    bench = Bench(cycle_s=0.1)
+    bench = Rig(cycle_s=0.1)
     bench.machine.watched = True
 
     async def self_test() -> tuple[str, ...]:
@@ -474,10 +474,10 @@ def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_a
 
 
 def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_its_pace() -> None:
-    bench = Bench(hold_input_s=10.0)
+    bench = Rig(hold_input_s=10.0)
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(60.0)
         bench.machine.source_late_s = math.inf
@@ -504,10 +504,10 @@ def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_i
 def test_a_sink_that_refuses_writes_becomes_a_fault_and_no_step_when_it_takes_them_again(
     watched: bool,
 ) -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = watched
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(40.0)
         bench.machine.refuses = True
@@ -530,10 +530,10 @@ def test_a_sink_that_refuses_writes_becomes_a_fault_and_no_step_when_it_takes_th
 
 
 def test_a_short_refusal_beside_a_watchdog_costs_no_step() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(100.0)
         assert bench.machine.effective_um == pytest.approx(-36.0, abs=0.1)
@@ -554,13 +554,13 @@ def test_a_machine_that_takes_offsets_over_after_its_answer_is_moved_as_fast_as_
             loop = asyncio.get_running_loop()
             loop.call_later(0.2, super().take, correction_um)
 
-    bench = Bench()
+    bench = Rig()
     bench.machine = Slow()
     bench.compensation = replace(
         bench.compensation, limits={"Z_um": Limits(LARGEST, 2.0)}
     )  # more in a cycle than the read-back may differ
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(6.0)
         begun_um = bench.machine.effective_um
@@ -572,9 +572,9 @@ def test_a_machine_that_takes_offsets_over_after_its_answer_is_moved_as_fast_as_
 
 @pytest.mark.parametrize("beyond_um", [1e-9, 0.4, 0.6])
 def test_an_offset_found_at_the_limit_is_no_fault_for_a_rounding(beyond_um: float) -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         bench.machine.set_offset(-LARGEST - beyond_um)
         await asyncio.sleep(2.0)
         accepted = await ask(loop, RequestKind.ENABLE)
@@ -583,7 +583,7 @@ def test_an_offset_found_at_the_limit_is_no_fault_for_a_rounding(beyond_um: floa
         wanted = SupervisorState.ACTIVE if accepted else SupervisorState.OFF
         assert state_of(loop) is wanted
 
-    async def first(bench: Bench) -> None:
+    async def first(bench: Rig) -> None:
         loop, stop = bench.loop(), asyncio.Event()
         bench.machine.set_offset(-LARGEST - beyond_um)
         async with asyncio.TaskGroup() as group:
@@ -596,9 +596,9 @@ def test_an_offset_found_at_the_limit_is_no_fault_for_a_rounding(beyond_um: floa
 
 
 def test_the_diameter_that_the_machine_states_is_taken_over_and_recorded() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         bench.machine.values[DIAMETER] = 1500.0
         await asyncio.sleep(3.0)
         assert loop.status is not None
@@ -625,9 +625,9 @@ def test_the_diameter_that_the_machine_states_is_taken_over_and_recorded() -> No
 
 
 def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(100.0)
         for name in ("outside.json", "other-output.json"):
@@ -659,9 +659,9 @@ def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() ->
 
 
 def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(100.0)
         assert not await ask(loop, RequestKind.TRIM, output="Z_um", value=5.1, duration_s=60.0)
@@ -682,7 +682,7 @@ def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
 
 
 def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> None:
-    bench = Bench()
+    bench = Rig()
     answers: list[object] = []
 
     async def life() -> None:
@@ -709,7 +709,7 @@ def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> Non
 
 
 def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> None:
-    bench = Bench()
+    bench = Rig()
 
     async def life() -> None:
         loop, stop = bench.loop(), asyncio.Event()
@@ -727,7 +727,7 @@ def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> None:
 
 
 def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
-    bench = Bench()
+    bench = Rig()
     finding = Message("self_test-output_not_writable", {}, Place(key="output.Z_um"))
     findings: list[tuple[Message, ...]] = [(finding,), (replace(finding, values={"n": 2}),), ()]
     tested_s: list[float] = []
@@ -739,7 +739,7 @@ def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
 
     bench.self_test = self_test
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         assert await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(TESTED_EVERY_S + 3.0)
         assert state_of(loop) is SupervisorState.WARMING
@@ -759,9 +759,9 @@ def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
 
 
 def test_everything_that_happens_is_recorded_with_who_and_when() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(30.0)
         await ask(loop, RequestKind.HOLD)
@@ -834,7 +834,7 @@ class Chaos:
 
     def __init__(self, seed: int, cycle_s: float) -> None:
         self.chance = random.Random(seed)  # noqa: S311 - repeatable
-        self.bench = Bench(cycle_s=cycle_s, hold_input_s=30.0, at_limit_s=120.0)
+        self.bench = Rig(cycle_s=cycle_s, hold_input_s=30.0, at_limit_s=120.0)
         self.bench.machine.watched = bool(seed % 2)
         self.loop = self.bench.loop()
         self.running: asyncio.Future[Any] = asyncio.ensure_future(self.loop.run(asyncio.Event()))
@@ -964,9 +964,9 @@ def test_hours_of_faults_move_the_tool_never_faster_and_never_further_than_allow
 
 
 def test_at_the_end_an_offset_may_be_left_where_it_is() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(60.0)
 

@@ -32,7 +32,6 @@ from thermaxis.files import read_thermal_log
 from thermaxis.runtime import (
     NOT_READ,
     START_S,
-    Borders,
     CompensationLoop,
     ConnectionSettings,
     Finding,
@@ -41,6 +40,7 @@ from thermaxis.runtime import (
     MachineConfiguration,
     NodeDescription,
     OpcUaSession,
+    Ports,
     ProbeSettings,
     RuntimeStatus,
     Source,
@@ -127,7 +127,7 @@ def eventful(
         loop = CompensationLoop(
             compensation(),
             LoopSettings(machine="lathe", model_file="m.json", model_sha256="0"),
-            Borders(source, SimulatedSink(machine), historian, clock),
+            Ports(source, SimulatedSink(machine), historian, clock),
         )
         loop.listeners.append(lambda status: told.append(told_of(status)))
 

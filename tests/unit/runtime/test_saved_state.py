@@ -41,9 +41,9 @@ from thermaxis.compensation import (
 )
 from thermaxis.runtime import (
     AtStop,
-    Borders,
     CompensationLoop,
     LoopSettings,
+    Ports,
     SavedState,
     StateFile,
     VirtualClock,
@@ -467,7 +467,7 @@ def started(path: Path, *, after_s: float) -> tuple[SimulatedHistorian, Compensa
         loop = CompensationLoop(
             MACHINE,
             SETTINGS,
-            Borders(
+            Ports(
                 SimulatedSource(machine),
                 SimulatedSink(machine),
                 historian,

@@ -14,10 +14,10 @@ from tests.unit.runtime.simulated import (
 )
 from thermaxis.compensation import Compensation, Request, RequestKind
 from thermaxis.runtime import (
-    Borders,
     CompensationLoop,
     LoopSettings,
     MachineConfiguration,
+    Ports,
     VirtualClock,
     interlock_name,
     read_machine,
@@ -61,7 +61,7 @@ def told_by_a_loop(
                 reads_diameter=True,
                 interlocks_met={n: f.value for n, f in configuration.interlocks.items()},
             ),
-            Borders(
+            Ports(
                 SimulatedSource(machine),
                 SimulatedSink(machine),
                 SimulatedHistorian(),

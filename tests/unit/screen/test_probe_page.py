@@ -28,10 +28,10 @@ from thermaxis.files import read_model
 from thermaxis.runtime import (
     Applied,
     AtStop,
-    Borders,
     CompensationLoop,
     CycleRecord,
     LoopSettings,
+    Ports,
     SourceSample,
     VirtualClock,
     probe_name,
@@ -87,7 +87,7 @@ def morning(tmp_path_factory: pytest.TempPathFactory) -> Morning:
             LoopSettings(
                 machine="lathe", model_file="lathe.json", model_sha256="", at_stop=AtStop.LEAVE
             ),
-            Borders(
+            Ports(
                 LatheSource(lathe, clock, names=names), LatheSink(lathe, clock), historian, clock
             ),
         )

@@ -132,7 +132,7 @@ def test_a_cookie_is_kept_as_its_hash_only_and_no_token_stands_for_it(at_the_sho
         assert cookie not in kept
         assert person.token in kept  # the search finds what is there
         assert place.persons.of(person.token) is None
-        for known in place.persons._persons:
+        for known in place.persons._user_sessions:
             assert place.persons.of(known.hex()) is None
             assert place.persons.of(known.decode("latin-1")) is None
         for other in (None, "", cookie[:-1], cookie + "x", cookie.upper(), "é" * 43, "x" * 10_000):
@@ -740,7 +740,7 @@ def test_what_is_remembered_of_ended_log_ins_is_bounded(at_the_shop) -> None:
         await place.persons.log_out(cookie)
         for number in range(1000):
             known = number.to_bytes(32, "big")
-            place.persons._persons[known] = person
+            place.persons._user_sessions[known] = person
             place.persons._end(known, "login-out")
         assert len(place.persons._ended) == 64
         assert place.persons.why_ended(cookie) == ""

@@ -25,11 +25,11 @@ from thermaxis.runtime import (
 if TYPE_CHECKING:
     from thermaxis.compensation import Compensation
     from thermaxis.runtime import (
-        Borders,
         LoopSettings,
         MachineConfiguration,
         MetricsServer,
         OpcUaSession,
+        Ports,
         StatusServer,
     )
     from thermaxis.runtime.sources import NodeSettings, ReplayClock
@@ -54,11 +54,11 @@ class MachineParts:
     """The connection of the probes, which the source opens; None where there are none."""
 
     @property
-    def borders(self) -> "Borders":
+    def ports(self) -> "Ports":
         """The parts as the loop takes them."""
-        from thermaxis.runtime import Borders  # noqa: PLC0415 - only to run
+        from thermaxis.runtime import Ports  # noqa: PLC0415 - only to run
 
-        return Borders(self.source, self.sink, self.historian, self.clock)
+        return Ports(self.source, self.sink, self.historian, self.clock)
 
 
 @final

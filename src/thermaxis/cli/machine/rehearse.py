@@ -14,11 +14,11 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import (
     AtStop,
-    Borders,
     Clock,
     CompensationLoop,
     Historian,
     MachineConfiguration,
+    Ports,
     RuntimeStatus,
     VirtualClock,
     read_machine,
@@ -137,7 +137,7 @@ class _Rehearsal:
         loop = CompensationLoop(
             rules,
             settings,
-            Borders(
+            Ports(
                 LatheSource(self.lathe, clock),
                 LatheSink(self.lathe, clock, output=output),
                 self._historian(clock),

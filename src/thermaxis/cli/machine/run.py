@@ -78,7 +78,7 @@ async def _run(
     loop = CompensationLoop(
         configuration.compensation,
         loop_settings(configuration),
-        parts.borders,
+        parts.ports,
         state_file=None if replays else StateFile(configuration.state_file),
         models=configuration.other_model,
         self_test=None if replays else _self_test(configuration, parts),

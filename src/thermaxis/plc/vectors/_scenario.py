@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.vectors._course import course_steps
+from thermaxis.plc.vectors._call_sequence import course_steps
 from thermaxis.plc.vectors._instance import PlcInputs
-from thermaxis.plc.vectors._world import (
+from thermaxis.plc.vectors._simulated_plant import (
     ODD,
-    CourseBlock,
     PlcStep,
-    World,
+    SequenceBlock,
+    SimulatedPlant,
     changed_in_off,
     odd_start,
     odd_values,
@@ -33,7 +33,7 @@ def scenario_steps(
     hours: float,
     seed: int,
     faults: bool = True,
-    block: CourseBlock | None = None,
+    block: SequenceBlock | None = None,
 ) -> Iterator[PlcStep]:
     """Return a scenario call by call, with what the block says in each.
 
@@ -52,7 +52,7 @@ def scenario_steps(
         Seed of what is left to chance.
     faults : bool
         Whether anything fails.
-    block : CourseBlock, optional
+    block : SequenceBlock, optional
         Who is called. Default: a new instance.
 
     Yields
@@ -60,7 +60,7 @@ def scenario_steps(
     PlcStep
         One call.
     """
-    world = World(settings, seed, block)
+    world = SimulatedPlant(settings, seed, block)
     calls = round(hours * 3600.0 / settings.cycle_s)
     course = _with_faults(world) if faults else _quiet(world)
     for _, step in zip(range(calls), course, strict=False):
@@ -95,7 +95,7 @@ def scenario(
 # ---- without faults -----------------------------------------------------------------------------
 
 
-def _quiet(world: World) -> Iterator[PlcStep]:
+def _quiet(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Warm up for three hours, then cool and warm in a wave, with noise; enabled throughout."""
     world.noise_c = 0.05
     yield world.step()
@@ -118,7 +118,7 @@ def _wave(turns: float) -> float:
 # ---- the fixed course ---------------------------------------------------------------------------
 
 
-def _course(world: World) -> Iterator[PlcStep]:
+def _course(world: SimulatedPlant) -> Iterator[PlcStep]:
     for phase in (
         odd_start,
         _warm_up,
@@ -137,7 +137,7 @@ def _course(world: World) -> Iterator[PlcStep]:
         yield from phase(world)
 
 
-def _enabled(world: World) -> Iterator[PlcStep]:
+def _enabled(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Bring the block to Active from wherever it is."""
     world.usual = world.usual._replace(enable=False)
     yield from world.stay(2 * world.cycle_s)
@@ -146,7 +146,7 @@ def _enabled(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _warm_up(world: World) -> Iterator[PlcStep]:
+def _warm_up(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Enable and warm up with noise and a wave."""
     world.usual = world.usual._replace(enable=True)
     yield from world.stay(world.ready_s())
@@ -158,7 +158,7 @@ def _warm_up(world: World) -> Iterator[PlcStep]:
     world.noise_c = 0.0
 
 
-def _lost_inputs(world: World) -> Iterator[PlcStep]:
+def _lost_inputs(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Lose an input for a moment, for as long as it is held, and for longer."""
     rules, channels = world.rules, len(world.base_c)
     for k in range(channels):
@@ -176,7 +176,7 @@ def _lost_inputs(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _losses(world: World) -> Iterator[PlcStep]:
+def _losses(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Lose the connection and the interlocks, shorter and longer than is held."""
     rules = world.rules
     for longest_s, lost in (
@@ -192,7 +192,7 @@ def _losses(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.fade_s())
 
 
-def _limits(world: World) -> Iterator[PlcStep]:
+def _limits(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Ask for more than is allowed, in both directions, until that is a fault; come back."""
     for k in range(len(world.bounds)):
         for sign in (1.0, -1.0):
@@ -208,7 +208,7 @@ def _limits(world: World) -> Iterator[PlcStep]:
     yield from _enabled(world)
 
 
-def _read_back(world: World) -> Iterator[PlcStep]:
+def _read_back(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Report another offset than was written, for shorter and longer than is believed."""
     world.towards(0, 1.0, share=0.2)
     yield from world.stay(world.fade_s())
@@ -218,14 +218,14 @@ def _read_back(world: World) -> Iterator[PlcStep]:
     world.back()
 
 
-def _other_faults(world: World) -> Iterator[PlcStep]:
+def _other_faults(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Let another compensation be active; try to enable and to acknowledge meanwhile."""
     yield from second_compensation(world)
     yield from world.stay(world.fade_s(), enable=False)
     yield from _enabled(world)
 
 
-def _workpieces(world: World) -> Iterator[PlcStep]:
+def _workpieces(world: SimulatedPlant) -> Iterator[PlcStep]:
     """State diameters: within the table of gains, outside, refused, and none."""
     yield from world.stay(3 * world.cycle_s, diameter_known=True, diameter_mm=0.0)
     edges = sorted({p.diameter_mm for x in world.model.layout.parts for p in x.gain_by_diameter})
@@ -235,7 +235,7 @@ def _workpieces(world: World) -> Iterator[PlcStep]:
     yield from world.stay(3 * world.cycle_s)
 
 
-def _restart(world: World) -> Iterator[PlcStep]:
+def _restart(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Switch off and on: with the offset still there, with one too large, with none read."""
     for found in (None, 2.0, ODD[0]):
         world.restart = True
@@ -251,7 +251,7 @@ def _restart(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _brought_back(world: World, large: tuple[float, ...] | None) -> Iterator[PlcStep]:
+def _brought_back(world: SimulatedPlant, large: tuple[float, ...] | None) -> Iterator[PlcStep]:
     """Bring back an offset that was too large: in vain while nothing is read."""
     zero = {"enable": False, "read_um": (0.0,) * len(world.bounds)}
     yield world.step(enable=False, read_um=large, reset=True)
@@ -263,7 +263,7 @@ def _brought_back(world: World, large: tuple[float, ...] | None) -> Iterator[Plc
     yield from changed_in_off(world)
 
 
-def _long(world: World) -> Iterator[PlcStep]:
+def _long(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Hold for longer than is allowed, let a trim expire, and let everything stand still."""
     yield from _enabled(world)
     rules = world.rules
@@ -280,14 +280,14 @@ def _long(world: World) -> Iterator[PlcStep]:
 # ---- by chance ----------------------------------------------------------------------------------
 
 
-def _with_faults(world: World) -> Iterator[PlcStep]:
+def _with_faults(world: SimulatedPlant) -> Iterator[PlcStep]:
     yield from _course(world)
     world.usual = world.usual._replace(enable=True)
     while True:
         yield from _by_chance(world)
 
 
-def _by_chance(world: World) -> Iterator[PlcStep]:
+def _by_chance(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Let time go by until something happens, and let that last for some time."""
     chance, rules, cycle_s = world.chance, world.rules, world.cycle_s
     channels, outputs = len(world.base_c), len(world.bounds)

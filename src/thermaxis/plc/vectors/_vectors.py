@@ -16,12 +16,12 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.blocks import NEVER_OUTCOMES, NEVER_QUALITIES, LineSettings
 from thermaxis.plc.tree import Kind, Variable, rounding
-from thermaxis.plc.vectors._course import (
+from thermaxis.plc.vectors._call_sequence import (
     LONG_ROW_CALLS,
     MOST_CALLS,
     MOST_ROWS,
     NEAR_SHARE,
-    Course,
+    CallSequence,
     words_of,
 )
 from thermaxis.plc.vectors._instance import (
@@ -31,7 +31,7 @@ from thermaxis.plc.vectors._instance import (
     PlcOutputs,
     by_variable,
 )
-from thermaxis.plc.vectors._world import PlcStep
+from thermaxis.plc.vectors._simulated_plant import PlcStep
 
 DEFAULT_SEED = 1
 """Seed of the noise in the vectors. [1]"""
@@ -104,7 +104,7 @@ def vectors_of(
             place=Place(key="most_rows"),
         )
     block = BlockInstance(settings, line)
-    course = Course(
+    course = CallSequence(
         settings,
         seed=DEFAULT_SEED,
         most_rows=most_rows,

@@ -2,10 +2,10 @@ from ._loop import (
     SELF_TEST as SELF_TEST,
     SHORTEST_WAIT_S as SHORTEST_WAIT_S,
     AtStop as AtStop,
-    Borders as Borders,
     CompensationLoop as CompensationLoop,
     LoopSettings as LoopSettings,
     Models as Models,
+    Ports as Ports,
 )
 from ._saved_state import (
     SavedState as SavedState,

@@ -47,7 +47,7 @@ from thermaxis.runtime._ports import (
     interlock_name,
     redundant_name,
 )
-from thermaxis.runtime.loop._left_offsets import LeftOffsets
+from thermaxis.runtime.loop._last_written import LastWrittenOffsets
 from thermaxis.runtime.loop._saved_state import OTHER_VERSION, SavedState, StateFile
 from thermaxis.runtime.status import (
     Alarm,
@@ -144,7 +144,7 @@ class LoopSettings:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Borders:
+class Ports:
     """What ties the loop to the world."""
 
     source: Source
@@ -185,7 +185,7 @@ class CompensationLoop:
         Model, rules and limits.
     settings : LoopSettings
         Names, and what happens at start and end.
-    borders : Borders
+    ports : Ports
         Source, sink, historian and clock.
     state_file : StateFile, optional
         Where the state is saved. Default: nowhere; every start is a cold one.
@@ -208,7 +208,7 @@ class CompensationLoop:
         self,
         compensation: Compensation,
         settings: LoopSettings,
-        borders: Borders,
+        ports: Ports,
         *,
         state_file: StateFile | None = None,
         models: Models | None = None,
@@ -216,8 +216,8 @@ class CompensationLoop:
     ) -> None:
         self.settings = settings
         self.compensation = _with_self_test(compensation) if self_test else compensation
-        self.source, self.sink = borders.source, borders.sink
-        self.historian, self.clock = borders.historian, borders.clock
+        self.source, self.sink = ports.source, ports.sink
+        self.historian, self.clock = ports.historian, ports.clock
         self.status: RuntimeStatus | None = None
         self.listeners: list[Callable[[RuntimeStatus], None]] = []
         self._state_file, self._models, self._self_test = state_file, models, self_test
@@ -225,7 +225,7 @@ class CompensationLoop:
         self._waiting: list[_Waiting] = []
         self._own_requests: list[Request] = []
         self._applied: Mapping[str, Applied] = {}
-        self._left = LeftOffsets()
+        self._left = LastWrittenOffsets()
         self._found_known = False
         self._doubtful = False
         self._known_s = 0.0

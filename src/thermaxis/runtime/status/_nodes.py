@@ -63,7 +63,7 @@ class Kind(Enum):
     NUMBERS = "Double[]"
 
 
-class Told(NamedTuple):
+class StatusValue(NamedTuple):
     """What a leaf says now."""
 
     value: Value
@@ -126,7 +126,7 @@ class Leaf:
     """Kind of its value."""
     text: str
     """What it means, with its unit in brackets."""
-    read: Callable[[Snapshot], Told] = field(repr=False)
+    read: Callable[[Snapshot], StatusValue] = field(repr=False)
     """What it says now."""
     prompt: bool = False
     """Whether a change is told at once rather than within a second."""
@@ -177,8 +177,8 @@ def segment(name: str) -> str:
     return name.replace("%", "%25").replace("/", "%2F")
 
 
-def _plain(read: Callable[[RuntimeStatus], Value]) -> Callable[[Snapshot], Told]:
-    return lambda now: Told(read(now.status))
+def _plain(read: Callable[[RuntimeStatus], Value]) -> Callable[[Snapshot], StatusValue]:
+    return lambda now: StatusValue(read(now.status))
 
 
 def state_text(status: RuntimeStatus) -> str:
@@ -201,9 +201,9 @@ def _alarm_line(alarm: Alarm) -> str:
     return f"{alarm.priority}: {alarm.text}{cause} {alarm.remedy}".strip()
 
 
-def _diameter(now: Snapshot) -> Told:
+def _diameter(now: Snapshot) -> StatusValue:
     diameter_mm = now.status.diameter_mm
-    return Told(diameter_mm, GOOD if diameter_mm is not None else NONE_STATED)
+    return StatusValue(diameter_mm, GOOD if diameter_mm is not None else NONE_STATED)
 
 
 _OF_THE_LOOP = (
@@ -303,7 +303,7 @@ _OF_THE_LOOP = (
         "Status/Everything",
         Kind.TEXT,
         "All of it in one text, JSON: what a screen reads.",
-        lambda now: Told(as_json(now)),
+        lambda now: StatusValue(as_json(now)),
     ),
     Leaf(
         "Alarms/Count",
@@ -370,18 +370,23 @@ _OF_THE_LOOP = (
 _NOT_APPLIED = Applied(None, None, None)
 
 
-def _number(value: float | None, missing: str) -> Told:
+def _number(value: float | None, missing: str) -> StatusValue:
     """Return a finite number, or its absence with a quality."""
     if value is None or not math.isfinite(value):
-        return Told(None, missing)
-    return Told(value)
+        return StatusValue(None, missing)
+    return StatusValue(value)
 
 
 def _of_output(index: int, name: str) -> list[Leaf]:
     """Return the leaves of one output."""
 
     def leaf(
-        short: str, kind: Kind, text: str, read: Callable[[Snapshot], Told], *, prompt: bool = False
+        short: str,
+        kind: Kind,
+        text: str,
+        read: Callable[[Snapshot], StatusValue],
+        *,
+        prompt: bool = False,
     ) -> Leaf:
         return Leaf(f"Outputs/{segment(name)}/{short}", kind, text, read, prompt)
 
@@ -391,27 +396,31 @@ def _of_output(index: int, name: str) -> list[Leaf]:
         )
 
     def flag(short: str, text: str, read: Callable[[CycleOutput], bool]) -> Leaf:
-        return leaf(short, Kind.FLAG, text, lambda now: Told(read(now.status.output)), prompt=True)
+        return leaf(
+            short, Kind.FLAG, text, lambda now: StatusValue(read(now.status.output)), prompt=True
+        )
 
     def applied(now: Snapshot) -> Applied:
         return now.status.applied.get(name, _NOT_APPLIED)
 
     def limit(short: str, text: str, read: Callable[[Limits], float]) -> Leaf:
-        def told(now: Snapshot) -> Told:
+        def told(now: Snapshot) -> StatusValue:
             facts = now.facts.get(name)
-            return Told(None, NONE_STATED) if facts is None else Told(read(facts.limits))
+            return (
+                StatusValue(None, NONE_STATED) if facts is None else StatusValue(read(facts.limits))
+            )
 
         return leaf(short, Kind.NUMBER, text, told)
 
-    def soft(now: Snapshot) -> Told:
+    def soft(now: Snapshot) -> StatusValue:
         facts = now.facts.get(name)
         if facts is None:
-            return Told(None, NONE_STATED)
-        return Told(abs(now.status.output.correction_um[index]) > facts.limits.soft_um)
+            return StatusValue(None, NONE_STATED)
+        return StatusValue(abs(now.status.output.correction_um[index]) > facts.limits.soft_um)
 
-    def parts(now: Snapshot) -> Told:
+    def parts(now: Snapshot) -> StatusValue:
         facts = now.facts.get(name)
-        return Told(None, NONE_STATED) if facts is None else Told(facts.parts)
+        return StatusValue(None, NONE_STATED) if facts is None else StatusValue(facts.parts)
 
     return [
         number("Correction", f"Correction in force. {SIGN} [µm]", lambda o: o.correction_um[index]),
@@ -466,19 +475,19 @@ def _of_output(index: int, name: str) -> list[Leaf]:
             "TrimOwner",
             Kind.TEXT,
             "Who set the trim; empty without one.",
-            lambda now: Told(now.status.trim_owner.get(name, "")),
+            lambda now: StatusValue(now.status.trim_owner.get(name, "")),
         ),
         leaf(
             "TrimLeft",
             Kind.NUMBER,
             "Time until the trim expires; 0 without one. [s]",
-            lambda now: Told(now.status.trim_left_s.get(name, 0.0)),
+            lambda now: StatusValue(now.status.trim_left_s.get(name, 0.0)),
         ),
         leaf(
             "Parts",
             Kind.NUMBERS,
             "What every part of the model contributes. [µm]",
-            lambda now: Told(now.status.output.contribution_um[index]),
+            lambda now: StatusValue(now.status.output.contribution_um[index]),
         ),
         leaf("PartNames", Kind.TEXTS, "Names of the parts, in the same order.", parts),
         limit("Limit", "Output limit of the correction. [µm]", lambda x: x.largest_um),
@@ -495,17 +504,19 @@ def _of_input(index: int, name: str) -> list[Leaf]:
     def sample(now: Snapshot) -> SourceSample:
         return now.status.samples.get(name, NOT_READ)
 
-    def value(now: Snapshot) -> Told:
+    def value(now: Snapshot) -> StatusValue:
         output = now.status.output
         quality = output.qualities[index]
         number = output.values[index]
         time = sample(now).source_time
         if number is None or not math.isfinite(number):
-            return Told(None, _BAD_BY_QUALITY.get(quality, "BadNoData"), time)
+            return StatusValue(None, _BAD_BY_QUALITY.get(quality, "BadNoData"), time)
         if quality is SampleQuality.GOOD:
-            return Told(number, GOOD, time)
+            return StatusValue(number, GOOD, time)
         redundant = quality is SampleQuality.REDUNDANT
-        return Told(number, "UncertainSubNormal" if redundant else "UncertainLastUsableValue", None)
+        return StatusValue(
+            number, "UncertainSubNormal" if redundant else "UncertainLastUsableValue", None
+        )
 
     prefix = f"Inputs/{segment(name)}"
     return [
@@ -514,7 +525,7 @@ def _of_input(index: int, name: str) -> list[Leaf]:
             f"{prefix}/Quality",
             Kind.TEXT,
             "What is wrong with it, a code; good if nothing is.",
-            lambda now: Told(now.status.output.qualities[index].value),
+            lambda now: StatusValue(now.status.output.qualities[index].value),
             prompt=True,
         ),
         *_of_sample(prefix, name),
@@ -530,11 +541,13 @@ def _of_sample(prefix: str, name: str) -> list[Leaf]:
     def sample(now: Snapshot) -> SourceSample:
         return now.status.samples.get(name, NOT_READ)
 
-    def read(now: Snapshot) -> Told:
+    def read(now: Snapshot) -> StatusValue:
         found = sample(now)
         if found.value is None or not math.isfinite(found.value):
-            return Told(None, "BadNoData", found.source_time)
-        return Told(found.value, GOOD if found.good else "BadSensorFailure", found.source_time)
+            return StatusValue(None, "BadNoData", found.source_time)
+        return StatusValue(
+            found.value, GOOD if found.good else "BadSensorFailure", found.source_time
+        )
 
     return [
         Leaf(f"{prefix}/Read", Kind.NUMBER, "What was read, in the channel's unit.", read),
@@ -542,7 +555,7 @@ def _of_sample(prefix: str, name: str) -> list[Leaf]:
             f"{prefix}/Status",
             Kind.TEXT,
             "Name of the status with which it was read.",
-            lambda now: Told(sample(now).status),
+            lambda now: StatusValue(sample(now).status),
         ),
         Leaf(
             f"{prefix}/Age",

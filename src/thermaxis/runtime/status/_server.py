@@ -23,7 +23,7 @@ from thermaxis.runtime.status._nodes import (
     OutputFacts,
     Shape,
     Snapshot,
-    Told,
+    StatusValue,
     as_json,
     facts_of,
     leaves_of,
@@ -131,7 +131,7 @@ class StatusServer:
         self._compensation: Compensation | None = None
         self._facts: Mapping[str, OutputFacts] = {}
         self._everything: tuple[Snapshot | None, str] = (None, "")
-        self._told: dict[str, tuple[Told, bool]] = {}
+        self._told: dict[str, tuple[StatusValue, bool]] = {}
         self._problem: Message | None = None
         self._waiting = 0
         self._task: asyncio.Task[None] | None = None
@@ -270,24 +270,24 @@ class StatusServer:
         age_s = self._clock.monotonic_s() - self._published_s
         return age_s > max(STALE_CYCLES * cycle_s, _SHORTEST_STALE_S)
 
-    def _told_now(self, path: str) -> Told:
+    def _told_now(self, path: str) -> StatusValue:
         snapshot = self._snapshot
         if snapshot is None:
-            return Told(None, "BadWaitingForInitialData")
+            return StatusValue(None, "BadWaitingForInitialData")
         leaf = self._leaves.get(path)
         if leaf is None:
-            return Told(None, "BadNoData")
+            return StatusValue(None, "BadNoData")
         if path == _EVERYTHING:
             if self._everything[0] is not snapshot:
                 self._everything = (snapshot, as_json(snapshot))
-            return Told(self._everything[1])
+            return StatusValue(self._everything[1])
         return leaf.read(snapshot)
 
     def _read(self, path: str) -> ua.DataValue:
         """Return the present value of a path, when a client reads it."""
         return self._as_value(path, self._told_now(path), stale=self._stale())
 
-    def _as_value(self, path: str, told: Told, *, stale: bool) -> ua.DataValue:
+    def _as_value(self, path: str, told: StatusValue, *, stale: bool) -> ua.DataValue:
         leaf, snapshot = self._leaves.get(path), self._snapshot
         quality = told.quality
         if stale and not quality.startswith("Bad"):

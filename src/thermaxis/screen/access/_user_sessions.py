@@ -189,7 +189,7 @@ class UserSessions:
         self._longest_s = longest_s
         self._most = most
         self._answer_s = answer_s
-        self._persons: dict[bytes, UserSession] = {}
+        self._user_sessions: dict[bytes, UserSession] = {}
         self._ended: dict[bytes, str] = {}
         self._failures = Failures()
         self._by_address = FailuresByAddress()
@@ -213,7 +213,7 @@ class UserSessions:
         if task is not None:
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)
-        for known in tuple(self._persons):
+        for known in tuple(self._user_sessions):
             self._end(known, SCREEN_ENDS)
         await asyncio.gather(*self._leaving)
         if task is not None and not task.cancelled() and (error := task.exception()) is not None:
@@ -223,7 +223,7 @@ class UserSessions:
         async with asyncio.TaskGroup() as group:
             while True:
                 await self._clock.sleep_until(self._clock.monotonic_s() + KEEP_ALIVE_S)
-                for known, person in tuple(self._persons.items()):
+                for known, person in tuple(self._user_sessions.items()):
                     if not (self._end_if_over(known, person) or person.session.busy):
                         group.create_task(self._refresh(known, person))
 
@@ -264,13 +264,13 @@ class UserSessions:
         leaving.add_done_callback(self._leaving.discard)
 
     def _bound_lost(self) -> None:
-        lost = [known for known, person in self._persons.items() if person.lost]
+        lost = [known for known, person in self._user_sessions.items() if person.lost]
         for known in lost[: max(0, len(lost) - MOST_LOST)]:
             self._end(known, LOOP_GONE)
 
     def _end(self, known: bytes, key: str) -> None:
         """End a log-in; its session is closed at the server meanwhile."""
-        person = self._persons.pop(known, None)
+        person = self._user_sessions.pop(known, None)
         if person is None:
             return
         person.reason = key
@@ -332,7 +332,7 @@ class UserSessions:
         return None if waiting is None else _for_a_while(TOO_MANY, waiting.left_s)
 
     def _sweep(self) -> None:
-        for known, person in tuple(self._persons.items()):
+        for known, person in tuple(self._user_sessions.items()):
             self._end_if_over(known, person)
 
     async def _session_of(self, name: str, password: str) -> LoopSession | Refusal:
@@ -377,13 +377,13 @@ class UserSessions:
         cookie = secrets.token_urlsafe(COOKIE_BYTES)
         token = secrets.token_urlsafe(TOKEN_BYTES)
         person = UserSession(name, caller.role, token, address, now_s, now_s, session)
-        self._persons[_hash(cookie)] = person
+        self._user_sessions[_hash(cookie)] = person
         return cookie, person
 
     def _make_room(self, name: str) -> None:
         own = [
             known
-            for known, person in self._persons.items()
+            for known, person in self._user_sessions.items()
             if person.name == name and not person.lost
         ]
         for known in own[: max(0, len(own) + 1 - MOST_OF_ONE)]:
@@ -392,7 +392,7 @@ class UserSessions:
     async def log_out(self, cookie: str | None) -> None:
         """End a log-in; the session is closed at the server when this returns."""
         known = _hash(cookie)
-        person = self._persons.get(known)
+        person = self._user_sessions.get(known)
         if person is not None:
             self._end(known, OUT)
             await asyncio.gather(*self._leaving)
@@ -402,19 +402,19 @@ class UserSessions:
     @property
     def count(self) -> int:
         """How many log-ins stand, those who may only look on included. [1]"""
-        return len(self._persons)
+        return len(self._user_sessions)
 
     @property
     def _acting(self) -> int:
         """How many sessions at the loop there are: those who have lost theirs take no place."""
-        return sum(not person.lost for person in self._persons.values())
+        return sum(not person.lost for person in self._user_sessions.values())
 
     def of(self, cookie: str | None, *, touch: bool = False) -> UserSession | None:
         """Return whose cookie it is."""
         if self._task is not None and self._task.done():
             self._task.result()
         known = _hash(cookie)
-        person = self._persons.get(known)
+        person = self._user_sessions.get(known)
         if person is None or self._end_if_over(known, person):
             return None
         if touch:
@@ -452,7 +452,7 @@ class UserSessions:
         return person.ended
 
     def _known(self, person: UserSession) -> bytes | None:
-        return next((known for known, one in self._persons.items() if one is person), None)
+        return next((known for known, one in self._user_sessions.items() if one is person), None)
 
     async def _ask_role(self, person: UserSession) -> None:
         known = self._known(person)

@@ -21,7 +21,7 @@ class _Left(NamedTuple):
 
 
 @final
-class LeftOffsets:
+class LastWrittenOffsets:
     """Remembers where offsets were left, and which were found elsewhere.
 
     An offset may be anywhere between what was written and what the machine last said of it: it may

@@ -13,11 +13,11 @@ from typing import final
 from thermaxis.compensation import STATED
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.vectors._instance import BlockInstance, PlcInputs, PlcOutputs
-from thermaxis.plc.vectors._world import (
+from thermaxis.plc.vectors._simulated_plant import (
     ODD,
-    CourseBlock,
     PlcStep,
-    World,
+    SequenceBlock,
+    SimulatedPlant,
     changed_in_off,
     odd_start,
     odd_values,
@@ -41,12 +41,12 @@ _BEYOND = 1.05
 _HALVINGS = 12
 _ALIVE_K = 0.03
 
-_Phase = Callable[["CourseWorld"], Iterator[PlcStep]]
+_Phase = Callable[["SequencePlant"], Iterator[PlcStep]]
 _GRID_UM = 1024.0
 
 
 @final
-class Course:
+class CallSequence:
     """The fixed course of a block.
 
     Parameters
@@ -60,7 +60,7 @@ class Course:
         `MOST_ROWS`. [1]
     most_calls : int
         Calls that they share. Default: `MOST_CALLS`. [1]
-    block : CourseBlock, optional
+    block : SequenceBlock, optional
         Who is called. Default: a new instance.
     near_share : float
         Share of the read-back's tolerance by which the reported offset may be away. Default:
@@ -74,10 +74,10 @@ class Course:
         seed: int,
         most_rows: int = MOST_ROWS,
         most_calls: int = MOST_CALLS,
-        block: CourseBlock | None = None,
+        block: SequenceBlock | None = None,
         near_share: float = NEAR_SHARE,
     ) -> None:
-        self._world = CourseWorld(settings, seed, block or BlockInstance(settings), near_share)
+        self._world = SequencePlant(settings, seed, block or BlockInstance(settings), near_share)
         self._rows_left, self._calls_left = most_rows, most_calls
         self.cuts: list[str] = []
         """Phases that were ended before their end, in words; complete after the last step."""
@@ -132,7 +132,7 @@ def course_steps(settings: PlcSettings, *, seed: int) -> Iterator[PlcStep]:
     PlcStep
         One call.
     """
-    yield from Course(settings, seed=seed).steps()
+    yield from CallSequence(settings, seed=seed).steps()
 
 
 def words_of(outputs: PlcOutputs) -> PlcOutputs:
@@ -147,11 +147,11 @@ def _changed(step: PlcStep, last: PlcStep) -> bool:
 
 
 @final
-class CourseWorld(World):
+class SequencePlant(SimulatedPlant):
     """A world in which little changes from call to call."""
 
     def __init__(
-        self, settings: PlcSettings, seed: int, block: CourseBlock, near_share: float
+        self, settings: PlcSettings, seed: int, block: SequenceBlock, near_share: float
     ) -> None:
         super().__init__(settings, seed, block)
         self.calls_left = 0
@@ -286,7 +286,7 @@ class CourseWorld(World):
 # ---- phases -------------------------------------------------------------------------------------
 
 
-def _phases(world: CourseWorld) -> tuple[tuple[str, _Phase], ...]:
+def _phases(world: SequencePlant) -> tuple[tuple[str, _Phase], ...]:
     limits = [
         (f"{'lower' if sign > 0.0 else 'upper'} limit of output {k + 1}", _limit(k, sign))
         for k in range(len(world.bounds))
@@ -313,7 +313,7 @@ def _phases(world: CourseWorld) -> tuple[tuple[str, _Phase], ...]:
     )
 
 
-def _active(world: CourseWorld, share: float = 0.1) -> Iterator[PlcStep]:
+def _active(world: SequencePlant, share: float = 0.1) -> Iterator[PlcStep]:
     """Bring a new instance to Active, with temperatures a little away from the usual."""
     world.again()
     world.some(share)
@@ -321,7 +321,7 @@ def _active(world: CourseWorld, share: float = 0.1) -> Iterator[PlcStep]:
     yield from _enabled(world)
 
 
-def _enabled(world: CourseWorld) -> Iterator[PlcStep]:
+def _enabled(world: SequencePlant) -> Iterator[PlcStep]:
     world.usual = world.usual._replace(enable=False)
     yield world.step()
     yield world.step(reset=True)
@@ -329,13 +329,13 @@ def _enabled(world: CourseWorld) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _start(world: CourseWorld) -> Iterator[PlcStep]:
+def _start(world: SequencePlant) -> Iterator[PlcStep]:
     """Start with a wrong cycle time and with channels that are not there yet; off."""
     world.again()
     yield from odd_start(world)
 
 
-def _levels_at_the_start(world: CourseWorld) -> Iterator[PlcStep]:
+def _levels_at_the_start(world: SequencePlant) -> Iterator[PlcStep]:
     """Start with every level TRUE, a trim, and an offset that cannot be read yet."""
     world.again(tuple([0.25 * b.total_um for b in world.bounds]))
     trims = tuple([0.5 * b.largest_trim_um for b in world.bounds])
@@ -349,7 +349,7 @@ def _levels_at_the_start(world: CourseWorld) -> Iterator[PlcStep]:
     yield from world.stay(20 * world.cycle_s)
 
 
-def _workpieces(world: CourseWorld) -> Iterator[PlcStep]:
+def _workpieces(world: SequencePlant) -> Iterator[PlcStep]:
     """State diameters: within the table of gains, outside, refused, and none."""
     world.again()
     world.apart()
@@ -363,14 +363,14 @@ def _workpieces(world: CourseWorld) -> Iterator[PlcStep]:
     yield from world.stay(2 * world.cycle_s)
 
 
-def _requests(world: CourseWorld) -> Iterator[PlcStep]:
+def _requests(world: SequencePlant) -> Iterator[PlcStep]:
     """Trim, hold, and ask for what is refused."""
     yield from _active(world)
     yield from trims_and_hold(world)
     yield from world.stay(30 * world.cycle_s, enable=False)
 
 
-def _other_faults(world: CourseWorld) -> Iterator[PlcStep]:
+def _other_faults(world: SequencePlant) -> Iterator[PlcStep]:
     """Let another compensation be active; try to enable and to acknowledge meanwhile."""
     yield from _active(world)
     yield from second_compensation(world)
@@ -378,7 +378,7 @@ def _other_faults(world: CourseWorld) -> Iterator[PlcStep]:
     yield from _enabled(world)
 
 
-def _read_back(world: CourseWorld) -> Iterator[PlcStep]:
+def _read_back(world: SequencePlant) -> Iterator[PlcStep]:
     """Report another offset than was written, for shorter and longer than is believed."""
     yield from _active(world, 0.2)
     yield from world.stay(20 * world.cycle_s)
@@ -386,13 +386,13 @@ def _read_back(world: CourseWorld) -> Iterator[PlcStep]:
     yield from _enabled(world)
 
 
-def _cycle_times(world: CourseWorld) -> Iterator[PlcStep]:
+def _cycle_times(world: SequencePlant) -> Iterator[PlcStep]:
     """Be called too late, too early, at the borders, and with no number."""
     yield from _active(world)
     yield from wrong_cycle_times(world)
 
 
-def _found(world: CourseWorld) -> Iterator[PlcStep]:
+def _found(world: SequencePlant) -> Iterator[PlcStep]:
     """Find an offset that is too large, none that can be read, and another in every call of Off."""
     large = tuple([2.0 * b.total_um for b in world.bounds])
     zero = (0.0,) * len(world.bounds)
@@ -419,13 +419,13 @@ def _found(world: CourseWorld) -> Iterator[PlcStep]:
     yield from _enabled(world)
 
 
-def _odd_values(world: CourseWorld) -> Iterator[PlcStep]:
+def _odd_values(world: SequencePlant) -> Iterator[PlcStep]:
     """Read what is no temperature, what is not plausible, and what jumps."""
     yield from _active(world)
     yield from odd_values(world)
 
 
-def _warm_up(world: CourseWorld) -> Iterator[PlcStep]:
+def _warm_up(world: SequencePlant) -> Iterator[PlcStep]:
     """Warm up with noise and a wave, then let it fade for some time."""
     yield from _active(world, 0.0)
     world.noise_c = 0.02
@@ -438,18 +438,18 @@ def _warm_up(world: CourseWorld) -> Iterator[PlcStep]:
     yield from world.stay(20 * world.cycle_s)
 
 
-def _interlock(world: CourseWorld) -> Iterator[PlcStep]:
+def _interlock(world: SequencePlant) -> Iterator[PlcStep]:
     """Lose the interlocks, shorter and longer than is held."""
     yield from _lost(world, world.rules.hold_interlock_s, {"interlocks_met": False})
 
 
-def _connection(world: CourseWorld) -> Iterator[PlcStep]:
+def _connection(world: SequencePlant) -> Iterator[PlcStep]:
     """Lose the connection, shorter and longer than is held."""
     lost: dict[str, object] = {"connected": False, "read_ok": False}
     yield from _lost(world, world.rules.hold_connection_s, lost)
 
 
-def _lost(world: CourseWorld, held_s: float, lost: dict[str, object]) -> Iterator[PlcStep]:
+def _lost(world: SequencePlant, held_s: float, lost: dict[str, object]) -> Iterator[PlcStep]:
     yield from _active(world, 0.2)
     yield from world.stay(20 * world.cycle_s)
     yield from world.stay(2 * world.cycle_s, **lost)
@@ -460,7 +460,7 @@ def _lost(world: CourseWorld, held_s: float, lost: dict[str, object]) -> Iterato
         yield from world.stay(world.ready_s())
 
 
-def _lost_inputs(world: CourseWorld) -> Iterator[PlcStep]:
+def _lost_inputs(world: SequencePlant) -> Iterator[PlcStep]:
     """Lose an input for a moment, for as long as it is held, and for longer."""
     yield from _active(world, 0.2)
     rules, channels = world.rules, len(world.base_c)
@@ -480,7 +480,7 @@ def _lost_inputs(world: CourseWorld) -> Iterator[PlcStep]:
 def _limit(output: int, sign: float) -> _Phase:
     """Return the phase in which a correction stands at a limit until that is a fault."""
 
-    def phase(world: CourseWorld) -> Iterator[PlcStep]:
+    def phase(world: SequencePlant) -> Iterator[PlcStep]:
         bounds = world.bounds[output]
         reached_um = world.extreme_um(output, sign)
         goal_c, offsets_um = list(world.goal_c), world.near_um()
@@ -512,7 +512,7 @@ def _limit(output: int, sign: float) -> _Phase:
     return phase
 
 
-def _far(world: CourseWorld) -> Iterator[PlcStep]:
+def _far(world: SequencePlant) -> Iterator[PlcStep]:
     """Be far outside what the model was made from, where it says so, in both directions."""
     for sign in (1.0, -1.0):
         world.again()
@@ -522,7 +522,7 @@ def _far(world: CourseWorld) -> Iterator[PlcStep]:
             yield from world.stay(2 * world.cycle_s)
 
 
-def _held(world: CourseWorld) -> Iterator[PlcStep]:
+def _held(world: SequencePlant) -> Iterator[PlcStep]:
     """Hold for longer than is allowed."""
     yield from _active(world)
     if world.fits(world.rules.hold_operator_s):
@@ -531,7 +531,7 @@ def _held(world: CourseWorld) -> Iterator[PlcStep]:
         yield from world.stay(world.ready_s())
 
 
-def _still(world: CourseWorld) -> Iterator[PlcStep]:
+def _still(world: SequencePlant) -> Iterator[PlcStep]:
     """Let a trim expire, or at least stand still for long, while no temperature changes."""
     yield from _active(world)
     trims = tuple([0.5 * b.largest_trim_um for b in world.bounds])

@@ -57,7 +57,7 @@ class _Chance:
         return choices[int(self.uniform() * len(choices))]
 
 
-class CourseBlock(Protocol):
+class SequenceBlock(Protocol):
     """What a course is led through: an instance, or what answers in its place."""
 
     def step(self, inputs: PlcInputs) -> PlcOutputs:
@@ -65,16 +65,18 @@ class CourseBlock(Protocol):
         ...
 
 
-class World:
+class SimulatedPlant:
     """Machine, sensors and people around the block."""
 
-    def __init__(self, settings: PlcSettings, seed: int, block: CourseBlock | None = None) -> None:
+    def __init__(
+        self, settings: PlcSettings, seed: int, block: SequenceBlock | None = None
+    ) -> None:
         compensation = settings.compensation
         self.rules, self.model = compensation.supervisor, compensation.model
         self.bounds, self.sensors = compensation.bounds, compensation.rules
         self.cycle_s = settings.cycle_s
         self.chance = _Chance(seed)
-        self.block: CourseBlock = block or BlockInstance(settings)
+        self.block: SequenceBlock = block or BlockInstance(settings)
         self.base_c = [self._base_c(k) for k in range(len(self.model.channels))]
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)
@@ -179,7 +181,7 @@ class World:
 # ---- what both courses live through -------------------------------------------------------------
 
 
-def odd_start(world: World) -> Iterator[PlcStep]:
+def odd_start(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Start with a wrong cycle time and with channels that are not there yet; off."""
     channels = len(world.base_c)
     yield world.step(cycle_time_s=5.0 * world.cycle_s)
@@ -189,7 +191,7 @@ def odd_start(world: World) -> Iterator[PlcStep]:
     yield from world.stay(4 * world.cycle_s)
 
 
-def changed_in_off(world: World) -> Iterator[PlcStep]:
+def changed_in_off(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Let somebody change the offset while it is Off, and enable it unread, then read."""
     yield world.step()
     for share in (0.25, -0.125):
@@ -203,7 +205,7 @@ def changed_in_off(world: World) -> Iterator[PlcStep]:
     yield from world.stay(2 * world.cycle_s, enable=False)
 
 
-def trims_and_hold(world: World) -> Iterator[PlcStep]:
+def trims_and_hold(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Trim every output, trim by what is refused, hold, enable while held, and give reset."""
     outputs = len(world.bounds)
     for k, bounds in enumerate(world.bounds):
@@ -221,7 +223,7 @@ def trims_and_hold(world: World) -> Iterator[PlcStep]:
     yield world.step(reset=True)
 
 
-def odd_values(world: World) -> Iterator[PlcStep]:
+def odd_values(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Read what is no temperature, what is not plausible, and what jumps."""
     for k, rules in enumerate(world.sensors):
         for odd in (*ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
@@ -240,7 +242,7 @@ def odd_values(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def wrong_cycle_times(world: World) -> Iterator[PlcStep]:
+def wrong_cycle_times(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Be called too late, too early, at the borders, and with no number."""
     for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *ODD[:4]):
         yield world.step(cycle_time_s=factor * world.cycle_s)
@@ -250,7 +252,7 @@ def wrong_cycle_times(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def other_offsets(world: World) -> Iterator[PlcStep]:
+def other_offsets(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Report another offset than was written, for shorter and longer than is believed; none."""
     rules, outputs = world.rules, len(world.bounds)
     stuck = tuple([c + 4.0 * rules.read_back_tolerance_um for c in world.offset_um])
@@ -264,7 +266,7 @@ def other_offsets(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.beyond(rules.read_back_s), read_ok=False)
 
 
-def second_compensation(world: World) -> Iterator[PlcStep]:
+def second_compensation(world: SimulatedPlant) -> Iterator[PlcStep]:
     """Let another compensation be active; try to enable and to acknowledge meanwhile."""
     other = {"other_compensation": True}
     yield from world.stay(2 * world.cycle_s, **other)

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from tests.unit.runtime.linuxcnc_hal import freeze
-from tests.unit.runtime.test_loop_more import TOLERANCE_UM, Bench, ask, state_of
+from tests.unit.runtime.test_loop_more import TOLERANCE_UM, Rig, ask, state_of
 from thermaxis.compensation import Request, RequestKind, SupervisorState
 from thermaxis.runtime import Alarm, Applied, CompensationLoop, LoopAnswer, run_in_virtual_time
-from thermaxis.runtime.loop._left_offsets import LeftOffsets
+from thermaxis.runtime.loop._last_written import LastWrittenOffsets
 
 FROZEN_S = 12.0
 
@@ -19,7 +19,7 @@ def told(loop: CompensationLoop) -> list[Alarm]:
     return [alarm for alarm in loop.status.alarms if alarm.code == "found_elsewhere"]
 
 
-async def held(bench: Bench, loop: CompensationLoop) -> float:
+async def held(bench: Rig, loop: CompensationLoop) -> float:
     """Compensate for a while, hold, and return where."""
     await ask(loop, RequestKind.ENABLE)
     await asyncio.sleep(60.0)
@@ -31,10 +31,10 @@ async def held(bench: Bench, loop: CompensationLoop) -> float:
 
 
 def test_a_hold_that_lost_its_value_while_the_loop_stood_still_is_told_and_goes_on() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         held_um = await held(bench, loop)
         assert held_um < -20.0
         freeze(FROZEN_S)
@@ -57,10 +57,10 @@ def test_a_hold_that_lost_its_value_while_the_loop_stood_still_is_told_and_goes_
 
 
 def test_it_is_told_until_somebody_acknowledges_it_and_once_more_when_it_happens_again() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await held(bench, loop)
         freeze(FROZEN_S)
         await asyncio.sleep(5.0)
@@ -84,10 +84,10 @@ def test_it_is_told_until_somebody_acknowledges_it_and_once_more_when_it_happens
 
 
 def test_it_stays_for_hours_until_somebody_acknowledges_it() -> None:
-    bench = Bench(hold_operator_s=7200.0)
+    bench = Rig(hold_operator_s=7200.0)
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await held(bench, loop)
         freeze(FROZEN_S)
         await asyncio.sleep(10.0)
@@ -102,10 +102,10 @@ def test_it_stays_for_hours_until_somebody_acknowledges_it() -> None:
 
 
 def test_an_acknowledge_that_waited_while_the_loop_stood_still_takes_nothing_away_unseen() -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await held(bench, loop)
         asked = asyncio.ensure_future(ask(loop, RequestKind.ACKNOWLEDGE))
         await asyncio.sleep(0.0)
@@ -122,9 +122,9 @@ def test_an_acknowledge_that_waited_while_the_loop_stood_still_takes_nothing_awa
 
 
 def test_what_is_found_is_in_the_history_even_where_no_alarm_was_made_before_the_next_one() -> None:
-    bench = Bench(cycle_s=0.2)
+    bench = Rig(cycle_s=0.2)
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         held_um = await held(bench, loop)
         for times in range(1, 6):  # faster than alarms are looked for
             bench.machine.come_back(held_um + 5.0 * times)
@@ -138,9 +138,9 @@ def test_what_is_found_is_in_the_history_even_where_no_alarm_was_made_before_the
 
 
 def test_an_acknowledge_accepts_no_sensor_that_jumped_while_the_loop_stood_still() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(60.0)
         request = Request(RequestKind.ACKNOWLEDGE, "Jana")
@@ -169,9 +169,9 @@ def test_an_acknowledge_accepts_no_sensor_that_jumped_while_the_loop_stood_still
 def test_after_a_lost_connection_only_an_offset_that_moved_by_more_than_the_tolerance_is_told(
     moved_um: float, says: bool
 ) -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         held_um = await held(bench, loop)
         bench.machine.lose()
         await asyncio.sleep(8.0)
@@ -183,9 +183,9 @@ def test_after_a_lost_connection_only_an_offset_that_moved_by_more_than_the_tole
 
 
 def test_an_offset_that_somebody_moves_while_the_compensation_is_off_is_no_loss() -> None:
-    bench = Bench()
+    bench = Rig()
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(60.0)
         await ask(loop, RequestKind.DISABLE)
@@ -202,10 +202,10 @@ def test_an_offset_that_somebody_moves_while_the_compensation_is_off_is_no_loss(
 
 @pytest.mark.parametrize("frozen_s", [1.6, 1.9])
 def test_a_silence_that_the_watchdog_bears_is_not_told(frozen_s: float) -> None:
-    bench = Bench()
+    bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Bench, loop: CompensationLoop) -> None:
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
         await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(20.0)  # it moves by half a micrometre in each cycle
         freeze(frozen_s)
@@ -219,7 +219,7 @@ def test_a_silence_that_the_watchdog_bears_is_not_told(frozen_s: float) -> None:
 def test_a_hold_that_a_killed_loop_takes_up_again_is_told_where_it_lost_its_value(
     stood_um: float | None,
 ) -> None:
-    bench = Bench()
+    bench = Rig()
 
     async def life() -> None:
         first = bench.loop()
@@ -251,7 +251,7 @@ _UM = st.floats(-300.0, 300.0)
 def test_an_offset_is_elsewhere_when_it_is_outside_of_all_that_was_known_by_the_tolerance(
     written_um: float, effective_um: float, found_um: float, tolerance_um: float
 ) -> None:
-    offsets = LeftOffsets()
+    offsets = LastWrittenOffsets()
     offsets.leave({"Z_um": written_um}, {"Z_um": Applied(written_um, None, effective_um)})
     new = offsets.compare({"Z_um": found_um}, tolerance_um, number=3)
     low_um, high_um = sorted((written_um, effective_um))
@@ -267,7 +267,7 @@ def test_an_offset_is_elsewhere_when_it_is_outside_of_all_that_was_known_by_the_
 
 def test_a_write_without_an_answer_may_have_arrived_or_not() -> None:
     for found_um, says in ((10.0, False), (12.0, False), (10.9, False), (13.0, True), (9.0, True)):
-        offsets = LeftOffsets()
+        offsets = LastWrittenOffsets()
         offsets.leave({"Z_um": 10.0}, {"Z_um": Applied(10.0, 10.0, 10.0)})
         offsets.leave({"Z_um": 12.0}, {}, refused=True)
         offsets.compare({"Z_um": found_um}, 0.5, number=1)
@@ -275,7 +275,7 @@ def test_a_write_without_an_answer_may_have_arrived_or_not() -> None:
 
 
 def test_what_is_not_known_or_was_never_left_is_compared_with_nothing() -> None:
-    offsets = LeftOffsets()
+    offsets = LastWrittenOffsets()
     offsets.compare({"Z_um": 50.0}, 0.5, number=1)
     offsets.leave({"Z_um": 10.0}, {})
     offsets.compare({"Z_um": None, "X_um": 3.0}, 0.5, number=2)
