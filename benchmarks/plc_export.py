@@ -102,7 +102,7 @@ def vector_times(
         What is exported.
     longest_s : float
         No turn begins that would end later, as long as the longest one takes; one turn is always
-        made, and a course has an end by itself: `thermaxis.plc.vectors._call_sequence.MOST_CALLS`. [s]
+        made, and a course has an end by itself: `MOST_CALLS`. [s]
     clock : callable
         Time that goes by while others work too. [s]
 

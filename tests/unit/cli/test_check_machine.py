@@ -388,7 +388,7 @@ def replayed(folder: Path, *more: tuple[str, str]) -> Path:
 async def _replay(path: Path) -> CompensationLoop:
     configuration = read_machine(path)
     parts = build_parts(configuration, SystemClock())
-    loop = CompensationLoop(configuration.compensation, loop_settings(configuration), parts.borders)
+    loop = CompensationLoop(configuration.compensation, loop_settings(configuration), parts.ports)
     running = asyncio.create_task(loop.run(asyncio.Event()))
     outcome = await loop.submit(Request(RequestKind.ENABLE, who="the test"))
     assert outcome.accepted

@@ -366,7 +366,7 @@ def test_a_key_that_others_can_read_or_change_refuses_the_start(
 
     with pytest.raises(ConfigurationError, match="others than its owner") as caught:
         connect(act, certificate=certificate, private_key=key)
-    assert "chmod 600" in caught.value.remedy
+    assert "chmod 600" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -601,7 +601,7 @@ def test_the_end_of_a_certificate_is_warned_of_30_days_before(pki, days, words) 
 def test_what_a_certificate_cannot_say_is_refused(changes: dict[str, object], where: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         NewCertificate(**{"application_uri": URI, "hosts": ("a",), **changes})
-    assert caught.value.where == where
+    assert caught.value.place.key == where
 
 
 def test_nothing_is_overwritten_unless_asked(tmp_path: Path, pki: Path) -> None:
