@@ -23,6 +23,8 @@ ISOLATE, END_OF_ISOLATE = "\N{FIRST STRONG ISOLATE}", "\N{POP DIRECTIONAL ISOLAT
 """What stands around English within a sentence of another language; invisible where it is shown."""
 _GAP: Final = re.compile(r"\$(\w+)")
 _LONGEST_VALUE: Final = 1000
+_LARGEST_COUNT: Final = 10**15
+"""From here on a number counts nothing: what formats counts raises far beyond it. [1]"""
 
 
 _Argument = str | FluentType
@@ -305,7 +307,7 @@ def _argument(value: Value, language: str) -> _Argument:
         return _Several(tuple(str(_argument(part, language)) for part in value))
     if isinstance(value, str):
         return printable(value, _LONGEST_VALUE)
-    if isinstance(value, int) and value >= 0:
+    if isinstance(value, int) and 0 <= value < _LARGEST_COUNT:
         return fluent_number(value, useGrouping=False)
     return _Number(float(value), language)
 

@@ -777,3 +777,26 @@ def test_a_name_that_a_terminal_would_obey_is_refused(tmp_path: Path) -> None:
         read_machine(file)
     assert caught.value.code == "control_character"
     assert "\x1b" not in str(caught.value)
+
+
+def test_a_connection_that_nothing_uses_is_checked_and_its_secrets_are_not_read(
+    tmp_path: Path,
+) -> None:
+    path = machine_file(tmp_path)
+    spare = """
+[connection.other]
+url = "opc.tcp://{user}127.0.0.1:4840"
+security = "Basic256Sha256"
+user = "operator"
+password_file = "nowhere"
+certificate = "nowhere.der"
+private_key = "nowhere.pem"
+server_certificate = "nowhere.crt"
+"""
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text + spare.format(user=""), encoding="utf-8")
+    assert isinstance(examine_machine(path), MachineConfiguration)
+    path.write_text(text + spare.format(user="user:hunter2@"), encoding="utf-8")
+    problem = only_problem(path)
+    assert (problem.code, problem.place.key) == ("error-user_in_address", "connection.other")
+    assert "hunter2" not in text_of(problem)

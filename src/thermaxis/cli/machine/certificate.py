@@ -167,7 +167,6 @@ def _chosen(offers: Sequence[ServerOffer], arguments: argparse.Namespace) -> Ser
         usable = [offer for offer in offers if offer.policies] or list(offers)
         if len(usable) == 1:
             return usable[0]
-        ", ".join(offer.certificate.sha256 for offer in usable)
         raise ConfigurationError(
             "several_server_certificates",
             place=place,
@@ -177,7 +176,6 @@ def _chosen(offers: Sequence[ServerOffer], arguments: argparse.Namespace) -> Ser
     for offer in offers:
         if wanted in {_digits(offer.certificate.sha256), _digits(offer.certificate.sha1)}:
             return offer
-    ", ".join(offer.certificate.sha256 for offer in offers)
     raise ConfigurationError(
         "other_fingerprint",
         place=place,

@@ -154,7 +154,6 @@ class _Rehearsal:
             answer = await loop.submit(request)
             if not answer.accepted:
                 running.cancel()
-                sentence_of(answer.message)
                 raise DataError(
                     "request_refused", request=str(request.kind), cause=sentence_of(answer.message)
                 )

@@ -94,7 +94,9 @@ class _Build:
         historian = historian_settings(sections.historian, problems, f"{self.file.stem}.history.db")
         server = server_settings(sections.server, problems)
         metrics = metrics_settings(sections.metrics, problems)
-        screen = screen_settings(sections.screen, server, metrics, problems)
+        screen = screen_settings(
+            sections.screen, server, metrics, problems, server_stated=sections.server is not None
+        )
         compensation = None
         if model is not None and rules is not None and not problems.found:
             compensation = self._compensation(rules, model)
@@ -147,18 +149,18 @@ class _Build:
         return folder
 
     def _connections(self) -> dict[str, ConnectionSettings]:
-        """Return the connections that are used; secrets of others are not read."""
+        """Check every connection and return those that are used; secrets of others are not read."""
         parts = (self.sections.source, self.sections.sink)
         used = {part.connection for part in parts if part.kind == "opcua"}
         found: dict[str, ConnectionSettings] = {}
         for name, section in self.sections.connection.items():
-            if name not in used:
-                continue
             settings = self.problems.guarded(
                 f"connection.{name}",
-                lambda name=name, section=section: section.settings(name, self.file.parent),
+                lambda name=name, section=section: section.settings(
+                    name, self.file.parent, used=name in used
+                ),
             )
-            if settings is not None:
+            if settings is not None and name in used:
                 found[name] = settings
         return found
 

@@ -137,7 +137,7 @@ class ConnectionSection(BaseModel):
                 raise refused("certificate_unused", key)
         return self
 
-    def settings(self, name: str, folder: Path) -> ConnectionSettings:
+    def settings(self, name: str, folder: Path, *, used: bool = True) -> ConnectionSettings:
         """Read the secrets and return what a session needs.
 
         Parameters
@@ -146,6 +146,8 @@ class ConnectionSection(BaseModel):
             Name of the connection.
         folder : Path
             Folder of the configuration file: relative paths count from there.
+        used : bool
+            Whether anything connects by it: if not, neither secrets nor files are read.
 
         Returns
         -------
@@ -164,7 +166,7 @@ class ConnectionSection(BaseModel):
             url=self.url,
             security=self.security,
             user=self.user,
-            password=self._password(folder, table),
+            password=self._password(folder, table) if used else Secret("unread" * bool(self.user)),
             certificate=_path(self.certificate, folder),
             private_key=_path(self.private_key, folder),
             server_certificate=_path(self.server_certificate, folder),
@@ -172,6 +174,8 @@ class ConnectionSection(BaseModel):
             timeout_s=self.timeout_s,
             retry_s=self.retry_s,
         )
+        if not used:
+            return settings
         for key in ("certificate", "private_key", "server_certificate"):
             file: Path | None = getattr(settings, key)
             if file is not None:

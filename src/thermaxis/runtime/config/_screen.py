@@ -38,6 +38,8 @@ def screen_settings(
     server: ServerSettings | None,
     metrics: MetricsSettings | None,
     problems: Problems,
+    *,
+    server_stated: bool,
 ) -> ScreenSettings | None:
     """Return the settings of the pages.
 
@@ -51,6 +53,8 @@ def screen_settings(
         Figures for Prometheus, which may want the same port.
     problems : Problems
         Takes what is wrong.
+    server_stated : bool
+        Whether there is a status server in the file, right or wrong.
 
     Returns
     -------
@@ -88,10 +92,10 @@ def screen_settings(
     _check_user(section, problems)
     others = (("server", server), ("metrics", metrics))
     _check_port(settings, [(t, s.address, s.port) for t, s in others if s is not None], problems)
-    if server is None:
-        problems.add("screen_without_server", TABLE)
-    else:
+    if server is not None:
         _check_server(settings, server, problems)
+    elif not server_stated:
+        problems.add("screen_without_server", TABLE)
     return None if password is None else settings
 
 

@@ -23,7 +23,7 @@ import sqlalchemy as sa
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 """Version of the schema that is written. [1]"""
 
 metadata = sa.MetaData()

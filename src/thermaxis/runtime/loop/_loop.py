@@ -192,7 +192,7 @@ class CompensationLoop:
     models : Models, optional
         Where another model comes from. Default: nowhere.
     self_test : callable, optional
-        Awaited after the first connection; what it returns forbids a correction, each a sentence.
+        Awaited after the first connection; what it returns forbids a correction, each a message.
         Default: nothing is tested.
 
     Notes

@@ -30,9 +30,6 @@ FOLLOWS_S: Final = 10.0
 """What acts may be behind what was accepted by so long at the allowed rate. [s]"""
 
 
-"""What makes a word the name of a file, a node or a value."""
-
-
 class AlarmCode(StrEnum):
     """What an alarm says; its sentences stand in the catalogues."""
 

@@ -362,7 +362,7 @@ _OF_THE_LOOP = (
     Leaf(
         "Historian/Text",
         Kind.TEXT,
-        "What is wrong with it; empty if nothing is.",
+        "Why nothing can be stored; empty while it can. Losses stand in Lost.",
         _plain(lambda s: sentence_of(s.historian.failure) if s.historian.failure else ""),
     ),
 )
