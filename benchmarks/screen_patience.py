@@ -27,7 +27,7 @@ from typing import Final
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.system.screen.stand import Stand  # noqa: E402 - after the path
+from tests.system.screen.stand import Rig  # noqa: E402 - after the path
 from thermaxis.runtime import (  # noqa: E402
     SystemClock,
     read_machine,
@@ -58,7 +58,7 @@ def busy(count: int) -> Generator[None]:
             program.wait()
 
 
-async def connected_after_s(stand: Stand, patience_s: float, limit_s: float) -> float | None:
+async def connected_after_s(stand: Rig, patience_s: float, limit_s: float) -> float | None:
     """Return how long a new feed took to its first status, None where it took too long. [s]"""
     configuration = read_machine(stand.configuration)
     settings = configuration.screen
@@ -78,7 +78,7 @@ async def connected_after_s(stand: Stand, patience_s: float, limit_s: float) -> 
         await feed.close()
 
 
-def tried(stand: Stand, patience_s: float, times: int) -> list[float | None]:
+def tried(stand: Rig, patience_s: float, times: int) -> list[float | None]:
     """Connect so many times with one patience, as far as the time of the part allows. [s]"""
     end_s = time.monotonic() + PART_S
     found: list[float | None] = []
@@ -95,7 +95,7 @@ def main() -> int:
     parser.add_argument("--busy", type=int, default=10, help="busy programs")
     parser.add_argument("--times", type=int, default=3, help="connections with each patience")
     asked = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, Stand(Path(folder)) as stand:
+    with tempfile.TemporaryDirectory() as folder, Rig(Path(folder)) as stand:
         stand.programs.pop("screen").end()
         for program in stand.programs.values():  # the stand lets them go before others
             with suppress(PermissionError):

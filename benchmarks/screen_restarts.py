@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from tests.in_time import in_time  # noqa: E402 - after the path
-from tests.system.screen.stand import Stand, wait_until  # noqa: E402 - after the path
+from tests.system.screen.stand import Rig, wait_until  # noqa: E402 - after the path
 
 SOON_S: Final = 4.0
 """So soon at the latest the page says NO DATA. [s]"""
@@ -72,7 +72,7 @@ def number_of(page: Page) -> int:
     return int(digits[0]) if digits else -1
 
 
-def end(stand: Stand, name: str, number: signal.Signals) -> None:
+def end(stand: Rig, name: str, number: signal.Signals) -> None:
     """End a program by a signal; one that does not end is killed, and told.
 
     Raises
@@ -89,7 +89,7 @@ def end(stand: Stand, name: str, number: signal.Signals) -> None:
         raise RuntimeError(f"{name} did not end within 30 s after {number.name}") from None
 
 
-def restart(stand: Stand, page: Page, name: str, number: signal.Signals, down_s: float) -> Found:
+def restart(stand: Rig, page: Page, name: str, number: signal.Signals, down_s: float) -> Found:
     """End and start one program, and see what the page does."""
     found = Found()
     since_s = time.monotonic()
@@ -134,7 +134,7 @@ def campaign(times: int, seed: int) -> list[str]:
     wrong: list[str] = []
     with (
         tempfile.TemporaryDirectory() as folder,
-        Stand(Path(folder), view_without_login=True) as stand,
+        Rig(Path(folder), view_without_login=True) as stand,
         sync_playwright() as playwright,
         playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=["--no-sandbox"]

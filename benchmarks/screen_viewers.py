@@ -28,7 +28,7 @@ from playwright.sync_api import Page, sync_playwright
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from tests.system.screen.stand import Stand, wait_until
+from tests.system.screen.stand import Rig, wait_until
 from thermaxis.runtime.historian import HistoryReader
 
 PLAIN, IN_BROWSER = 18, 2
@@ -98,7 +98,7 @@ def processor_s(pid: int) -> float:
 
 
 @contextlib.contextmanager
-def looking(stand: Stand) -> Generator[tuple[Viewers, list[Page]]]:
+def looking(stand: Rig) -> Generator[tuple[Viewers, list[Page]]]:
     """Open every page and every connection."""
     viewers = Viewers(stand.address.replace("http", "ws", 1), stand.address)
     thread = threading.Thread(target=viewers.run)
@@ -119,13 +119,13 @@ def looking(stand: Stand) -> Generator[tuple[Viewers, list[Page]]]:
             thread.join(40.0)
 
 
-def lateness_s(stand: Stand, first: datetime, last: datetime) -> list[float]:
+def lateness_s(stand: Rig, first: datetime, last: datetime) -> list[float]:
     """Return how late every cycle of a span began, by the history's own record. [s]"""
     with HistoryReader(f"sqlite:///{stand.folder / 'history.db'}") as reader:
         return [record.lateness_s for record in reader.cycles(first, last)]
 
 
-def watch(stand: Stand, minutes: float) -> bool:
+def watch(stand: Rig, minutes: float) -> bool:
     """Look for so long; return whether every promise was kept."""
     loop, screen = (stand.programs[name].popen.pid for name in ("run", "screen"))
     rows: list[tuple[float, float]] = []
@@ -194,7 +194,7 @@ def main() -> int:
     arguments = parser.parse_args()
     others = set(range(os.cpu_count() or 1)) - {arguments.core} or {0}
     with tempfile.TemporaryDirectory() as folder:
-        stand = Stand(Path(folder), view_without_login=True)
+        stand = Rig(Path(folder), view_without_login=True)
         try:
             stand.start_lathe()
             os.sched_setaffinity(stand.programs["machine"].popen.pid, others)

@@ -139,7 +139,7 @@ def test_a_disk_without_room_loses_nothing_and_stops_nothing(root: Path, tmp_pat
     with recording(root, path, 400.0, 2000, 120_000) as child:
         out = full_disk_scene(child, path, lambda: None)
     assert "storing=False" in out[0]
-    assert "storing=True, waiting=0, lost=0, text=''" in out[1]
+    assert "storing=True, waiting=0, lost=0, failure=None" in out[1]
     check_whole(path, dict.fromkeys(range(4000), 0.0), LOST_S + 1.0)
 
 
@@ -157,7 +157,7 @@ def test_a_full_disk_loses_nothing_and_stops_nothing(root: Path, tmp_path: Path)
             out = full_disk_scene(child, disk / "h.db", lambda: mount("remount,size=20m"))
         assert "storing=False" in out[0]
         assert "full" in out[0]
-        assert "storing=True, waiting=0, lost=0, text=''" in out[1]
+        assert "storing=True, waiting=0, lost=0, failure=None" in out[1]
         check_whole(disk / "h.db", dict.fromkeys(range(4000), 0.0), LOST_S + 1.0)
     finally:
         subprocess.run(["umount", str(disk)], check=True)

@@ -1,7 +1,8 @@
 """A loop that was started with another configuration than the screen: every page says so."""
 
 from collections.abc import Callable, Iterator
-from functools import partial
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page
@@ -10,6 +11,7 @@ from tests.system.screen import operator_stand_in
 from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_browser import LOCALES, SCROLLS
 from tests.system.screen.operator_stand_in import EXAMPLE, StandIn, served
+from tests.unit.screen.stand import parts
 from thermaxis import __version__
 from thermaxis.messages import sentence
 from thermaxis.runtime import read_machine
@@ -22,8 +24,11 @@ SIZES = ((1024, 600), (1920, 1080))
 @pytest.fixture
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIn]:
     own = configuration_sha256(read_machine(EXAMPLE))
-    parts = partial(ScreenParts, configuration_sha256=own)
-    monkeypatch.setattr(operator_stand_in, "ScreenParts", parts)
+
+    def known(*given: Any, **more: Any) -> ScreenParts:
+        return replace(parts(*given, **more), configuration_sha256=own)
+
+    monkeypatch.setattr(operator_stand_in, "parts", known)
     with served(StandIn()) as found:
         yield found
 
