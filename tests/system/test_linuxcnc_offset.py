@@ -278,7 +278,7 @@ def test_a_linuxcnc_that_is_not_there_is_waited_for_and_none_is_made(campaign: C
 def test_nothing_is_written_before_the_joints_are_homed_and_found_was_read(
     campaign: Campaign,
 ) -> None:
-    assert "joint 0, 2 is not homed" in campaign.before_home
+    assert "Not homed: joint 0; 2" in campaign.before_home
     assert not campaign.too_early
     assert campaign.found == both(0.0)
     first = campaign.first
@@ -354,7 +354,7 @@ def test_switching_off_and_on_moves_no_joint_and_takes_no_offset(campaign: Campa
 
 
 def test_a_joint_that_loses_its_reference_loses_its_offset(campaign: Campaign) -> None:
-    assert "joint 2 is not homed" in campaign.unhomed
+    assert "Not homed: joint 2" in campaign.unhomed
     assert campaign.rehomed is not None
 
 
@@ -509,7 +509,7 @@ def test_a_machine_whose_hal_file_is_arranged_otherwise_is_not_written_to() -> N
         said = asyncio.run(look(machine))
         trace = machine.trace()
     assert "thermaxis-shift-0.update-feedback must run before" in said
-    assert "thermaxis-limit-2.min is -0.08, not within -0.04" in said
+    assert "thermaxis-limit-2.min is −0.08, not within −0.04" in said
     assert not np.any(trace.armed)
     # why: what runs before sees the position of the period before, and so does the controller
     assert np.max(np.abs(trace.drive - trace.commanded)) > 0.3
