@@ -52,6 +52,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
     ("help/13_machine_--help.txt", "*"): HELP,
     ("names", "thermaxis.thermal.[Ss]ample*[Tt]ime*"): STUDIES,
     ("names", "thermaxis.thermal.p*_with*"): STUDIES,
+    ("names", "thermaxis.runtime.Problem"): "what is wrong with a configuration is a `Message`",
     **{
         ("names", f"thermaxis.thermal.{name}"): "a loop over `block_means`, a rounding"
         for name in ("SampleTimeTrial", "sample_time_study", "printed_with", "part_with_digits")
@@ -64,6 +65,7 @@ RENAMED_KEYS = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
 RENAMED: dict[str, str] = {
     "thermaxis.runtime.Borders": "thermaxis.runtime.Ports",
     "thermaxis.compensation.judge": "thermaxis.compensation.validate_sample",
+    "thermaxis.plc.Course": "thermaxis.plc.CallSequence",
     "thermaxis.plc.Twin": "thermaxis.plc.BlockInstance",
     "thermaxis.report.read_budget": "thermaxis.files.read_budget",
     "thermaxis.report.read_header": "thermaxis.files.read_header",
