@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.files import read_budget
 from thermaxis.positioning import PositioningTest, StartEnd, UncertaintyBudget, evaluate_uncertainty
 from thermaxis.quantities import AxisKind
@@ -66,7 +66,7 @@ def test_a_rotary_axis_has_its_units_and_no_terms_of_expansion(tmp_path: Path) -
 def refusal(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> str:
     path = folder / "budget.toml"
     path.write_text(text, encoding="utf-8")
-    return refused(partial(read_budget, kind=kind), path)
+    return refusal_of(partial(read_budget, kind=kind), path)
 
 
 def test_a_wrong_budget_is_an_error_that_names_file_and_key(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import format_field_csv, read_field_csv, write_field_csv
 from thermaxis.files.images import field_csv
@@ -22,7 +22,7 @@ def read(tmp_path, content, name="image.csv"):
 def refusal(tmp_path, content):
     path = tmp_path / "image.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return refused(read_field_csv, path)
+    return refusal_of(read_field_csv, path)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_an_image_of_more_than_100_megapixel_is_refused_before_it_is_read_whole(
         for _ in range(101):
             stream.write(line)
     assert path.stat().st_size > 100e6
-    assert refused(read_field_csv, path) == "line 2000: image_too_large"
+    assert refusal_of(read_field_csv, path) == "line 2000: image_too_large"
 
 
 def test_a_file_larger_than_any_image_is_refused_by_its_size(tmp_path):
@@ -134,7 +134,7 @@ def test_a_file_larger_than_any_image_is_refused_by_its_size(tmp_path):
     with path.open("wb") as stream:
         stream.write(b"1,2\n")
         stream.truncate(field_csv.FIELD_LIMIT_BYTES + 1)  # sparse: takes no room
-    assert refused(read_field_csv, path) == "file_too_large"
+    assert refusal_of(read_field_csv, path) == "file_too_large"
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import types
 import numpy as np
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_flir
 from thermaxis.files.images import is_jpeg
@@ -93,7 +93,7 @@ def test_a_jpeg_without_temperatures_is_refused_before_the_library_is_asked(monk
     for content in (JPEG, b"\x89PNG\r\n\x1a\n FLIR\x00", b"20.5,21\n"):
         path = tmp_path / "photo.jpg"
         path.write_bytes(content)
-        assert refused(read_flir, path) == "not_radiometric"
+        assert refusal_of(read_flir, path) == "not_radiometric"
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_a_jpeg_without_temperatures_is_refused_before_the_library_is_asked(monk
 )
 def test_a_damaged_file_is_one_error_whatever_the_library_says(library, image, error):
     library.answer = error
-    assert refused(read_flir, image) == "file_damaged"
+    assert refusal_of(read_flir, image) == "file_damaged"
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,7 @@ def test_a_damaged_file_is_one_error_whatever_the_library_says(library, image, e
 )
 def test_an_image_without_a_temperature_in_every_pixel_is_refused(library, image, celsius):
     library.answer = Thermogram(celsius, SETTINGS)
-    assert refused(read_flir, image) == "pixels_without_temperature"
+    assert refusal_of(read_flir, image) == "pixels_without_temperature"
 
 
 def test_an_image_of_more_than_100_megapixel_is_refused_before_it_is_unpacked(library, tmp_path):
@@ -117,7 +117,7 @@ def test_an_image_of_more_than_100_megapixel_is_refused_before_it_is_unpacked(li
     path = tmp_path / "bomb.jpg"
     head = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + (20_000).to_bytes(4) + (5_001).to_bytes(4)
     path.write_bytes(FLIR + head + bytes(20))
-    assert refused(read_flir, path) == "image_too_large"
+    assert refusal_of(read_flir, path) == "image_too_large"
 
 
 def test_a_directory_of_billions_of_records_is_refused_before_it_is_read(library, tmp_path):
@@ -125,7 +125,7 @@ def test_a_directory_of_billions_of_records_is_refused_before_it_is_read(library
     path = tmp_path / "endless.jpg"
     start = FLIR.index(b"FFF\x00")
     path.write_bytes(FLIR[: start + 28] + b"\xff\xff\xff\xff" + FLIR[start + 32 :])
-    assert refused(read_flir, path) == "file_damaged"
+    assert refusal_of(read_flir, path) == "file_damaged"
 
 
 @pytest.mark.parametrize("emissivity", [0.0, -1.0, 1.5])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.cli._json import write_json
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_header
@@ -60,7 +60,7 @@ def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
 def refusal(folder: Path, text: str, kind: AxisKind | None = None) -> str:
     path = folder / "header.toml"
     path.write_text(text, encoding="utf-8")
-    return refused(partial(read_header, kind=kind), path)
+    return refusal_of(partial(read_header, kind=kind), path)
 
 
 def test_a_wrong_header_is_an_error_that_names_file_and_key(tmp_path: Path) -> None:

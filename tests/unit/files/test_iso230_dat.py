@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_iso230_dat
 from thermaxis.positioning import PositioningTest, TimeSource
@@ -70,7 +70,7 @@ def read(folder: Path, text: str) -> PositioningTest:
 
 
 def refusal(folder: Path, text: str) -> str:
-    return refused(read_iso230_dat, saved(folder, text))
+    return refusal_of(read_iso230_dat, saved(folder, text))
 
 
 def remark(test: PositioningTest, part: str) -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 import openpyxl
 import pytest
 
-from tests.refused import refused, said as found
+from tests.refusals import refusal_of, said as found
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import read_positioning
 from thermaxis.files.runs import _assemble
@@ -207,7 +207,7 @@ def test_a_workbook_just_below_the_limit_of_cells_is_read(tmp_path: Path) -> Non
 def test_too_many_lines_are_refused_before_they_are_read(tmp_path: Path, lines: bytes) -> None:
     path = tmp_path / "run.csv"
     path.write_bytes(b"cycle,direction,target_mm,deviation_um\n" + lines * 2_000_001)
-    assert refused(read_positioning, path) == "too_many_lines"
+    assert refusal_of(read_positioning, path) == "too_many_lines"
 
 
 @pytest.mark.parametrize(
@@ -302,4 +302,4 @@ def test_a_workbook_inside_a_comment_of_the_archive_deceives_nobody(tmp_path: Pa
         archive.comment = b"PK\x05\x06" + bytes(8) + struct.pack("<I", 90_000_000) + bytes(6)
     path = tmp_path / "run.xlsx"
     path.write_bytes(stream.getvalue())
-    assert refused(read_positioning, path) == "workbook_too_large"
+    assert refusal_of(read_positioning, path) == "workbook_too_large"

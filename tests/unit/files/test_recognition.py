@@ -6,7 +6,7 @@ import numpy as np
 import openpyxl
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files import (
     format_tidy_csv,
@@ -87,7 +87,7 @@ def test_what_is_no_measurement_gets_one_error_that_names_the_file(
 ) -> None:
     path = tmp_path / "run.csv"
     path.write_bytes(content)
-    assert refused(read_positioning, path) == said
+    assert refusal_of(read_positioning, path) == said
 
 
 def test_the_fallback_encoding_can_be_named(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.files import read_rtl, write_rtl
 from thermaxis.files.runs._environment_factor import environment_factor_um
@@ -99,7 +99,7 @@ def read(folder: Path, text: str) -> PositioningTest:
 
 
 def refusal(folder: Path, text: str) -> str:
-    return refused(read_rtl, saved(folder, text))
+    return refusal_of(read_rtl, saved(folder, text))
 
 
 def remark(test: PositioningTest, part: str) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -176,7 +176,7 @@ def test_every_change_of_a_plan_changes_its_hash() -> None:
 def test_a_stated_hash_must_fit_and_may_be_left_out(path: Path) -> None:
     stated = {**CONTENT, "sha256": plan_sha256(PLAN)}
     path.write_text(json.dumps({**stated, "dwell_s": 1.0}), encoding="utf-8")
-    assert refused(read_plan, path) == "sha256: hash_mismatch"
+    assert refusal_of(read_plan, path) == "sha256: hash_mismatch"
     path.write_text(json.dumps({**stated, "dwell_s": 2}), encoding="utf-8")
     assert same(read_plan(path), PLAN)
     assert read_plan(with_key(path, "dwell_s", 1.0)).dwell_s == 1.0
@@ -189,7 +189,7 @@ def test_what_a_plan_needs_must_be_there_and_the_rest_may_be_null(path: Path, ke
         if key in MAY_BE_LEFT_OUT:
             assert read_plan(path).cycles == 5
         else:
-            assert refused(read_plan, path).startswith(key)
+            assert refusal_of(read_plan, path).startswith(key)
 
 
 WRONG_VALUES: dict[str, list[object]] = {
@@ -218,7 +218,7 @@ WRONG_VALUES: dict[str, list[object]] = {
 def test_a_wrong_value_of_a_plan_is_refused_with_its_key(
     path: Path, key: str, value: object
 ) -> None:
-    assert refused(read_plan, with_key(path, key, value)).startswith(key)
+    assert refusal_of(read_plan, with_key(path, key, value)).startswith(key)
 
 
 @pytest.mark.parametrize(
@@ -304,7 +304,7 @@ def test_a_mistake_in_a_model_is_named_with_its_place(
     table = json.loads(format_model(MODEL))
     change(table)
     path.write_text(json.dumps(table), encoding="utf-8")
-    assert refused(read_model, path).startswith(said)
+    assert refusal_of(read_model, path).startswith(said)
 
 
 READERS = {
@@ -332,7 +332,7 @@ def test_what_is_no_json_object_is_refused(
     path: Path, kind: str, content: bytes, said: str
 ) -> None:
     path.write_bytes(content)
-    assert refused(READERS[kind][0], path) == said
+    assert refusal_of(READERS[kind][0], path) == said
 
 
 @pytest.mark.parametrize("kind", READERS)
@@ -387,12 +387,12 @@ TOML_READERS: list[Callable[[Path], object]] = [
 def test_what_cannot_be_read_is_named(
     tmp_path: Path, path: Path, read: Callable[[Path], object]
 ) -> None:
-    assert refused(read, path) == "file_not_found"
-    assert refused(read, tmp_path) == "not_a_file"
+    assert refusal_of(read, path) == "file_not_found"
+    assert refusal_of(read, tmp_path) == "not_a_file"
     if hasattr(os, "mkfifo"):
         os.mkfifo(path)  # is not waited for
-        assert refused(read, path) == "not_a_file"
-    assert refused(read, Path("a\0b")) == "file_unreadable"
+        assert refusal_of(read, path) == "not_a_file"
+    assert refusal_of(read, Path("a\0b")) == "file_unreadable"
 
 
 @pytest.mark.parametrize("read", TOML_READERS)
@@ -410,7 +410,7 @@ def test_what_is_no_toml_is_refused(
     path: Path, read: Callable[[Path], object], content: bytes, code: str
 ) -> None:
     path.write_bytes(content)
-    assert refused(read, path) == code
+    assert refusal_of(read, path) == code
 
 
 LIMITS = "[Z_um]\nlargest_um = 100\nlargest_rate_um_per_s = 0.05\n"
@@ -436,7 +436,7 @@ def test_limits_are_read_by_output(path: Path) -> None:
 )
 def test_a_mistake_in_limits_is_named(path: Path, text: str, said: str) -> None:
     path.write_text(text, encoding="utf-8")
-    assert refused(read_correction_limits, path).startswith(said)
+    assert refusal_of(read_correction_limits, path).startswith(said)
 
 
 def mapped(path: Path, mapping: str, log: str) -> Any:
@@ -507,7 +507,7 @@ def test_a_mapping_states_the_times(path: Path) -> None:
 )
 def test_what_a_mapping_cannot_say_is_an_error(path: Path, text: str, said: str) -> None:
     path.write_text(text)
-    assert refused(read_thermal_mapping, path).startswith(said)
+    assert refusal_of(read_thermal_mapping, path).startswith(said)
 
 
 def test_a_mapping_that_does_not_fit_the_log_or_is_none_is_an_error(path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from tests.refused import refused, said
+from tests.refusals import refusal_of, said
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files.table import (
@@ -102,7 +102,7 @@ def test_every_line_end_separates_lines(tmp_path: Path, end: str):
 def test_what_is_no_text_is_named(tmp_path: Path, start: bytes, seems: str):
     more = b"" if seems == "file_empty" else b" and some more "
     path = written(tmp_path, start + more)
-    assert refused(read_text, path) == seems
+    assert refusal_of(read_text, path) == seems
 
 
 def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path: Path):
@@ -112,7 +112,7 @@ def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path: Path):
         expected[tmp_path / "pipe"] = "not_a_file"
     expected |= dict.fromkeys((Path("a\0b"), Path("x" * 5000)), "file_unreadable")
     for path, code in expected.items():
-        assert refused(read_text, path) == code
+        assert refusal_of(read_text, path) == code
 
 
 def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path: Path):
@@ -121,7 +121,7 @@ def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path: Path):
         stream.truncate(TEXT_LIMIT_BYTES + 1)
     tracemalloc.start()
     began = time.process_time()
-    assert refused(read_text, path) == "file_too_large"
+    assert refusal_of(read_text, path) == "file_too_large"
     seconds = time.process_time() - began
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()

@@ -15,7 +15,7 @@ from hypothesis import given, settings, strategies as st
 from nptdms import ChannelObject, TdmsWriter
 from scipy import io
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.errors import MeasurementFileError, ThermaxisError
 from thermaxis.files import (
     ColumnMapping,
@@ -223,7 +223,7 @@ def test_what_is_no_log_is_refused_with_its_place(
 ) -> None:
     path = tmp_path / "file.csv"
     path.write_bytes(content)
-    assert refused(read_thermal_log, path).startswith(said)
+    assert refusal_of(read_thermal_log, path).startswith(said)
 
 
 @given(st.binary(max_size=300))
@@ -337,7 +337,7 @@ def test_files_that_are_not_there_or_too_large_are_errors(
     limits = (("MOST_VALUES", "log_too_large"), ("FILE_LIMIT_BYTES", "file_too_large"))
     for limit, code in limits:
         monkeypatch.setattr(thermal_csv, limit, 100)
-        assert refused(read_thermal_log, path) == code
+        assert refusal_of(read_thermal_log, path) == code
 
 
 def test_the_hour_that_comes_twice_without_a_zone_is_named_and_carried_on(tmp_path: Path) -> None:
@@ -433,10 +433,10 @@ def test_seven_three_without_h5py_says_what_to_install(
 ) -> None:
     path = written(tmp_path, "hdf5.mat")
     monkeypatch.setitem(sys.modules, "h5py", None)
-    assert refused(read_thermal_log, path) == "package_missing"
+    assert refusal_of(read_thermal_log, path) == "package_missing"
     path = written(tmp_path, "labview.tdms")
     monkeypatch.setitem(sys.modules, "nptdms", None)
-    assert refused(read_thermal_log, path) == "package_missing"
+    assert refusal_of(read_thermal_log, path) == "package_missing"
 
 
 NAMES = st.text(min_size=1, max_size=12).filter(lambda s: s.isprintable() and s.strip() == s)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import format_tidy_csv, read_tidy_csv, write_tidy_csv
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, PositioningTest, StartEnd, TimeSource
@@ -49,7 +49,7 @@ def read(tmp_path: Path, *lines: str, encoding: str = "utf-8") -> PositioningTes
 def refusal(tmp_path: Path, *lines: str) -> str:
     path = tmp_path / "run.csv"
     path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-    return refused(read_tidy_csv, path)
+    return refusal_of(read_tidy_csv, path)
 
 
 def assert_the_run(test: PositioningTest) -> None:
@@ -588,7 +588,7 @@ def test_a_file_cut_short_inside_its_last_number_is_an_error(tmp_path: Path) -> 
     path = tmp_path / "run.csv"
     rows = rows_of("{c},{w},{t},{d:.3f}")
     path.write_text("\n".join([HEADING, *rows])[:-2], encoding="utf-8")
-    assert refused(read_tidy_csv, path) == "line 13, column deviation_um: cut_short"
+    assert refusal_of(read_tidy_csv, path) == "line 13, column deviation_um: cut_short"
     path.write_text("\n".join([HEADING, *rows]), encoding="utf-8")
     test = read_tidy_csv(path)
     assert_the_run(test)

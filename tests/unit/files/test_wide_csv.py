@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.files import read_wide_csv
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
@@ -34,7 +34,7 @@ def read(tmp_path: Path, *lines: str) -> PositioningTest:
 def refusal(tmp_path: Path, *lines: str) -> str:
     path = tmp_path / "run.csv"
     path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-    return refused(read_wide_csv, path)
+    return refusal_of(read_wide_csv, path)
 
 
 def assert_the_run(test: PositioningTest, scale: float = 1.0) -> None:

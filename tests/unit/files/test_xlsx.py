@@ -9,7 +9,7 @@ import numpy as np
 import openpyxl
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.files import read_xlsx
 from thermaxis.positioning import BACKWARD, FORWARD, PositioningTest, TimeSource
 
@@ -48,7 +48,7 @@ def with_part(path: Path, name: str, change: Callable[[bytes], bytes]) -> Path:
 
 
 def refusal(path: Path) -> str:
-    return refused(read_xlsx, path)
+    return refusal_of(read_xlsx, path)
 
 
 def assert_the_run(test: PositioningTest) -> None:

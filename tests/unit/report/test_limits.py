@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.refused import refused
+from tests.refusals import refusal_of
 from thermaxis.files import DecisionRule, FigureLimits, read_figure_limits
 from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, PositioningTest, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
@@ -48,7 +48,7 @@ def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
 def refusal(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> str:
     path = folder / "limits.toml"
     path.write_text(text, encoding="utf-8")
-    return refused(partial(read_figure_limits, kind=kind), path)
+    return refusal_of(partial(read_figure_limits, kind=kind), path)
 
 
 def test_wrong_limits_are_an_error_that_names_file_and_key(tmp_path: Path) -> None:
