@@ -1,6 +1,6 @@
 """What an error says as data: its code, its place, and the values that matter."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -37,3 +37,31 @@ def refusal_of(read: Callable[[Path], object], path: Path) -> str:
         read(path)
     assert caught.value.place.file == str(path)
     return said(caught.value)
+
+
+def answer_of(call: Callable[..., object], *arguments: object, **named: object) -> str:
+    """Return what is said of the error of a call, or that there was none."""
+    try:
+        call(*arguments, **named)
+    except ThermaxisError as caught:
+        error = caught
+    else:
+        return "no error"
+    assert f"error-{error.code}" not in str(error)  # the sentence has what it needs
+    return said(error)
+
+
+def check_refusals(
+    read: Callable[[Path], object], path: Path, wrong: Mapping[str | bytes, str]
+) -> None:
+    """Check what is said of each wrong content of a file; all that differs is shown."""
+    other: list[tuple[object, str, str]] = []
+    for content, expected in wrong.items():
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        try:
+            answer = refusal_of(read, path)
+        except pytest.fail.Exception:
+            answer = "no error"
+        if answer != expected:
+            other.append((content[-200:], answer, expected))
+    assert not other, other

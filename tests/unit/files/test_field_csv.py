@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tests.refusals import refusal_of
+from tests.refusals import check_refusals, refusal_of
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import format_field_csv, read_field_csv, write_field_csv
 from thermaxis.files.images import field_csv
@@ -19,15 +19,8 @@ def read(tmp_path, content, name="image.csv"):
     return read_field_csv(path)
 
 
-def refusal(tmp_path, content):
-    path = tmp_path / "image.csv"
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return refusal_of(read_field_csv, path)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_every_separator_and_decimal_sign_gives_the_same_image(tmp_path):
+    for text in (
         "20.5,21,-0.25\n22.0,,23.125\n",
         "20.5;21;-0.25\n22.0;;23.125\n",
         "20,5;21;-0,25\n22,0;;23,125\n",
@@ -36,19 +29,16 @@ def refusal(tmp_path, content):
         '"20,5","21","-0,25"\n"22,0",,"23,125"\n',
         "20.5, 21 , -.25\n22.,  ,+23.125\n",
         "2.05e1,21,-25E-2\n22,,23.125",
-    ],
-)
-def test_every_separator_and_decimal_sign_gives_the_same_image(tmp_path, text):
-    assert np.array_equal(read(tmp_path, text).temperature_c, EXPECTED, equal_nan=True)
+    ):
+        assert np.array_equal(read(tmp_path, text).temperature_c, EXPECTED, equal_nan=True)
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_line_ends_and_encodings_do_not_matter(tmp_path, end, encoding):
-    text = "# Tisch: 24 °C\n20.5;21;-0.25\n\n22.0;;23.125\n".replace("\n", end)
-    found = read(tmp_path, text.encode(encoding))
-    assert np.array_equal(found.temperature_c, EXPECTED, equal_nan=True)
-    assert found.name == "image.csv"
+def test_line_ends_and_encodings_do_not_matter(tmp_path):
+    for end, encoding in (("\n", "utf-8"), ("\r\n", "utf-8-sig"), ("\r", "utf-16")):
+        text = "# Tisch: 24 °C\n20.5;21;-0.25\n\n22.0;;23.125\n".replace("\n", end)
+        found = read(tmp_path, text.encode(encoding))
+        assert np.array_equal(found.temperature_c, EXPECTED, equal_nan=True)
+        assert found.name == "image.csv"
 
 
 def test_comments_in_any_encoding_are_left_out(tmp_path):
@@ -71,46 +61,40 @@ def test_kelvin_are_suspected(tmp_path):
     assert "kelvin" in read(tmp_path, "297.1,297.2\n297.3,297.4\n").remarks[0]
 
 
-@pytest.mark.parametrize(
-    ("text", "what"),
-    [
-        ("1,2\n3,x\n", "line 2, column 2: not_a_number"),
-        ("# c\n1,2\n\n3,nan\n", "line 4, column 2: not_a_number"),
-        ("1;2\n3;1_0\n", "line 2, column 2: not_a_number"),
-        ("1;2\n3;0x10\n", "line 2, column 2: not_a_number"),
-        ("1;2,5\n3;4.5\n", "line 2, column 2: not_a_number"),
-        ("1.5;2\n3;4,5\n", "line 2, column 2: not_a_number"),
-        ("1;2\n3;1.234,5\n", "line 2, column 2: not_a_number"),
-        ("1,2\n3,-274\n", "line 2, column 2: outside_range"),
-        ("1,2\n14000,3\n", "line 2, column 1: outside_range"),
-        ("1,2\n1e400,3\n", "line 2, column 1: magnitude_too_large"),
-        ("1,2,3\n4,5\n", "line 2, column 3: row_of_other_length"),
-        ("1,2\n4,5,6\n", "line 2, column 3: row_of_other_length"),
-        ('1,2\n3,"4\n', "line 2: quotation_marks"),
-        ("x y\n1,2\n", "line 1, column 1: not_a_number"),
-        ("1,2\n٣,4\n", "line 2, column 1: not_a_number"),
-    ],
-)
-def test_a_wrong_cell_is_an_error_with_its_line_and_column(tmp_path, text, what):
-    assert refusal(tmp_path, text) == what
+def test_a_wrong_cell_is_an_error_with_its_line_and_column(tmp_path):
+    wrong = {
+        "1,2\n3,x\n": "line 2, column 2: not_a_number",
+        "# c\n1,2\n\n3,nan\n": "line 4, column 2: not_a_number",
+        "1;2\n3;1_0\n": "line 2, column 2: not_a_number",
+        "1;2\n3;0x10\n": "line 2, column 2: not_a_number",
+        "1;2,5\n3;4.5\n": "line 2, column 2: not_a_number",
+        "1.5;2\n3;4,5\n": "line 2, column 2: not_a_number",
+        "1;2\n3;1.234,5\n": "line 2, column 2: not_a_number",
+        "1,2\n3,-274\n": "line 2, column 2: outside_range",
+        "1,2\n14000,3\n": "line 2, column 1: outside_range",
+        "1,2\n1e400,3\n": "line 2, column 1: magnitude_too_large",
+        "1,2,3\n4,5\n": "line 2, column 3: row_of_other_length",
+        "1,2\n4,5,6\n": "line 2, column 3: row_of_other_length",
+        '1,2\n3,"4\n': "line 2: quotation_marks",
+        "x y\n1,2\n": "line 1, column 1: not_a_number",
+        "1,2\n٣,4\n": "line 2, column 1: not_a_number",
+    }
+    check_refusals(read_field_csv, tmp_path / "image.csv", wrong)
 
 
-@pytest.mark.parametrize(
-    ("content", "what"),
-    [
-        (b"", "file_empty"),
-        (b"\n \n", "file_empty"),
-        (b"# only a comment\n", "no_temperature_in_image"),
-        (b"1,2,3\n", "image_too_small"),
-        (b"1\n2\n", "image_too_small"),
-        (b",\n,\n", "no_temperature_in_image"),
-        (b"\x89PNG\r\n\x1a\n", "not_text"),
-        (b"\xff\xd8\xff\xe0", "not_text"),
-        (b"1,2\x00\n3,4\n", "not_text"),
-    ],
-)
-def test_what_is_no_matrix_is_an_error(tmp_path, content, what):
-    assert refusal(tmp_path, content) == what
+def test_what_is_no_matrix_is_an_error(tmp_path):
+    wrong = {
+        b"": "file_empty",
+        b"\n \n": "file_empty",
+        b"# only a comment\n": "no_temperature_in_image",
+        b"1,2,3\n": "image_too_small",
+        b"1\n2\n": "image_too_small",
+        b",\n,\n": "no_temperature_in_image",
+        b"\x89PNG\r\n\x1a\n": "not_text",
+        b"\xff\xd8\xff\xe0": "not_text",
+        b"1,2\x00\n3,4\n": "not_text",
+    }
+    check_refusals(read_field_csv, tmp_path / "image.csv", wrong)
 
 
 def test_a_file_that_is_not_there_or_a_folder_is_an_error(tmp_path):
@@ -137,18 +121,15 @@ def test_a_file_larger_than_any_image_is_refused_by_its_size(tmp_path):
     assert refusal_of(read_field_csv, path) == "file_too_large"
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("1" * 101, "line 1: line_too_long"),
-        (",\n" * 21, "line 21: image_too_large"),
-        ("," * 21 + "\n", "line 1: image_too_large"),
-    ],
-)
-def test_lines_and_sides_are_bounded(tmp_path, monkeypatch, text, said):
+def test_lines_and_sides_are_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr(field_csv, "LONGEST_LINE", 100)
     monkeypatch.setattr(field_csv, "MOST_SIDE", 20)
-    assert refusal(tmp_path, text) == said
+    wrong = {
+        "1" * 101: "line 1: line_too_long",
+        ",\n" * 21: "line 21: image_too_large",
+        "," * 21 + "\n": "line 1: image_too_large",
+    }
+    check_refusals(read_field_csv, tmp_path / "image.csv", wrong)
 
 
 @settings(derandomize=True, max_examples=25, deadline=None)

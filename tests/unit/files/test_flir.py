@@ -8,7 +8,7 @@ import types
 import numpy as np
 import pytest
 
-from tests.refusals import refusal_of
+from tests.refusals import answer_of, refusal_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_flir
 from thermaxis.files.images import is_jpeg
@@ -96,20 +96,16 @@ def test_a_jpeg_without_temperatures_is_refused_before_the_library_is_asked(monk
         assert refusal_of(read_flir, path) == "not_radiometric"
 
 
-@pytest.mark.parametrize(
-    "error", [KeyError(1), ValueError("no"), OSError("no"), ZeroDivisionError(), IndexError()]
-)
-def test_a_damaged_file_is_one_error_whatever_the_library_says(library, image, error):
-    library.answer = error
-    assert refusal_of(read_flir, image) == "file_damaged"
+def test_a_damaged_file_is_one_error_whatever_the_library_says(library, image):
+    for error in (KeyError(1), ValueError("no"), OSError("no"), ZeroDivisionError(), IndexError()):
+        library.answer = error
+        assert refusal_of(read_flir, image) == "file_damaged"
 
 
-@pytest.mark.parametrize(
-    "celsius", [np.array([[20.0, np.nan]] * 2), np.ones((2, 2, 2)), np.ones(3)]
-)
-def test_an_image_without_a_temperature_in_every_pixel_is_refused(library, image, celsius):
-    library.answer = Thermogram(celsius, SETTINGS)
-    assert refusal_of(read_flir, image) == "pixels_without_temperature"
+def test_an_image_without_a_temperature_in_every_pixel_is_refused(library, image):
+    for celsius in (np.array([[20.0, np.nan]] * 2), np.ones((2, 2, 2)), np.ones(3)):
+        library.answer = Thermogram(celsius, SETTINGS)
+        assert refusal_of(read_flir, image) == "pixels_without_temperature"
 
 
 def test_an_image_of_more_than_100_megapixel_is_refused_before_it_is_unpacked(library, tmp_path):
@@ -128,11 +124,9 @@ def test_a_directory_of_billions_of_records_is_refused_before_it_is_read(library
     assert refusal_of(read_flir, path) == "file_damaged"
 
 
-@pytest.mark.parametrize("emissivity", [0.0, -1.0, 1.5])
-def test_an_impossible_emissivity_is_an_error(library, image, emissivity):
-    with pytest.raises(ConfigurationError) as caught:
-        read_flir(image, emissivity=emissivity)
-    assert caught.value.code == "not_an_emissivity"
+def test_an_impossible_emissivity_is_an_error(library, image):
+    for emissivity in (0.0, -1.0, 1.5):
+        assert answer_of(read_flir, image, emissivity=emissivity).endswith("not_an_emissivity")
 
 
 def test_a_jpeg_is_known_by_its_first_bytes():

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.refusals import refusal_of
+from tests.refusals import check_refusals
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_iso230_dat
 from thermaxis.positioning import PositioningTest, TimeSource
@@ -69,10 +69,6 @@ def read(folder: Path, text: str) -> PositioningTest:
     return read_iso230_dat(saved(folder, text))
 
 
-def refusal(folder: Path, text: str) -> str:
-    return refusal_of(read_iso230_dat, saved(folder, text))
-
-
 def remark(test: PositioningTest, part: str) -> str:
     found = [text for text in test.remarks if part in text]
     assert len(found) == 1, test.remarks
@@ -122,21 +118,18 @@ def test_nanometres_survive_the_subtraction(tmp_path: Path):
     assert test.deviation[0, 0, 0] == pytest.approx(0.000123, abs=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("unit", "per_mm", "scale"),
-    [
-        *(("mm", 1.0, 1.0), ("MM", 1.0, 1.0), ("um", 1e3, 1.0), ("µm", 1e3, 1.0)),
+def test_every_unit_gives_the_same_run(tmp_path: Path):
+    for unit, per_mm, scale in (
+        *(("MM", 1.0, 1.0), ("um", 1e3, 1.0), ("µm", 1e3, 1.0)),
         *(("nm", 1e6, 1.0), ("m", 1e-3, 1.0), ("deg", 1.0, 3.6)),
-    ],
-)
-def test_every_unit_gives_the_same_run(tmp_path: Path, unit: str, per_mm: float, scale: float):
-    targets = [value * per_mm for value in TARGETS]
-    readings = [(d, k, c, v * per_mm) for d, k, c, v in all_readings()]
-    settings = SETTINGS.replace("UNIT=mm", f"UNIT={unit}")
-    test = read(tmp_path, dat(targets, readings, settings=settings))
-    assert test.kind is (AxisKind.ROTARY if unit == "deg" else AxisKind.LINEAR)
-    assert test.target.tolist() == list(TARGETS)
-    assert test.deviation[3, 1, 1] == pytest.approx(-4.2 * scale, abs=1e-7)
+    ):
+        targets = [value * per_mm for value in TARGETS]
+        readings = [(d, k, c, v * per_mm) for d, k, c, v in all_readings()]
+        settings = SETTINGS.replace("UNIT=mm", f"UNIT={unit}")
+        test = read(tmp_path, dat(targets, readings, settings=settings))
+        assert test.kind is (AxisKind.ROTARY if unit == "deg" else AxisKind.LINEAR)
+        assert test.target.tolist() == list(TARGETS)
+        assert test.deviation[3, 1, 1] == pytest.approx(-4.2 * scale, abs=1e-7)
 
 
 def test_a_file_without_settings_has_the_defaults_of_the_tool(tmp_path: Path):
@@ -146,12 +139,11 @@ def test_a_file_without_settings_has_the_defaults_of_the_tool(tmp_path: Path):
     assert test.deviation.shape == (8, 5, 2)
 
 
-@pytest.mark.parametrize(("direction", "measured"), [("FWD", 0), ("BWD", 1)])
-def test_a_file_with_one_direction_is_unidirectional(tmp_path: Path, direction: str, measured: int):
-    test = read(tmp_path, dat(readings=all_readings(directions=[direction])))
-    assert test.unidirectional
-    assert test.measured_approaches[measured]
-    assert remark(test, "readings only")
+def test_a_file_with_one_direction_is_unidirectional(tmp_path: Path):
+    for direction, approaches in (("FWD", (True, False)), ("BWD", (False, True))):
+        test = read(tmp_path, dat(readings=all_readings(directions=[direction])))
+        assert test.measured_approaches == approaches
+        assert remark(test, "readings only")
 
 
 def test_targets_from_the_largest_to_the_smallest_are_turned_round(tmp_path: Path):
@@ -190,30 +182,22 @@ def test_what_is_odd_is_read_with_a_remark(tmp_path: Path, text: str, missing: i
     assert test.deviation[3, 1, 1] == pytest.approx(-4.2, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("text", "part"),
-    [
-        *(
-            (lines_changed("UNIT=mm", f"UNIT={u}"), "line 6, column UNIT: unknown_unit")
-            for u in ("inch", "rad", "mm/s", "5")
+def test_what_is_no_whole_run_is_refused(tmp_path: Path):
+    wrong = {
+        lines_changed("UNIT=mm", f"UNIT={unit}"): "line 6, column UNIT: unknown_unit"
+        for unit in ("inch", "rad", "5")
+    }
+    wrong |= {
+        lines_changed("CYCLES=3", "CYCLES=7"): "line 7, column CYCLES: cycles_cut_short",
+        lines_changed("CYCLES=3", "CYCLES=999999999"): "line 7, column CYCLES: cycles_cut_short",
+        dat(readings=without(lambda r: r[0] == "BWD" and r[1] == 2 and r[2] > 1)): (
+            "too_few_readings_of_target"
         ),
-        (lines_changed("CYCLES=3", "CYCLES=7"), "line 7, column CYCLES: cycles_cut_short"),
-        (lines_changed("CYCLES=3", "CYCLES=999999999"), "line 7, column CYCLES: cycles_cut_short"),
-        (
-            dat(readings=without(lambda r: r[0] == "BWD" and r[1] == 2 and r[2] > 1)),
-            "too_few_readings_of_target",
-        ),
-        (dat(readings=all_readings()[:-3]), "line 34: readings_cut_short"),
-        (
-            lines_changed("TGT_DATA[3]=0", "TGT_DATA[3]=zero"),
-            "line 12, column TGT_DATA[3]: not_a_number",
-        ),
-        ("# only a comment\n", "no_readings_in_file"),
-        ("UNIT=mm\nTGT_DATA[1]=2\n", "no_readings_in_file"),
-    ],
-)
-def test_what_is_no_whole_run_is_refused(tmp_path: Path, text: str, part: str):
-    assert refusal(tmp_path, text) == part
+        dat(readings=all_readings()[:-3]): "line 34: readings_cut_short",
+        "# only a comment\n": "no_readings_in_file",
+        "UNIT=mm\nTGT_DATA[1]=2\n": "no_readings_in_file",
+    }
+    check_refusals(read_iso230_dat, tmp_path / "run_ISO230.dat", wrong)
 
 
 def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
@@ -234,9 +218,9 @@ def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
         assert np.array_equal(test.deviation[:, :, 0], whole[:, :, 0])
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "part"),
-    [
+def test_a_contradiction_is_refused_with_its_place(tmp_path: Path):
+    text = dat()
+    changes = (
         ("UNIT=mm", "UNIT mm", "line 6: not_key_and_value"),
         ("UNIT=mm", "=mm", "line 6: not_key_and_value"),
         ("UNIT=mm", "UNIT=mm\nUNIT=um", "line 7: stated_differently"),
@@ -270,12 +254,10 @@ def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
             "REF_DATA_FWD[2,2]=-9999999999",
             "line 19, column REF_DATA_FWD[2,2]: magnitude_too_large",
         ),
-    ],
-)
-def test_a_contradiction_is_refused_with_its_place(tmp_path: Path, old: str, new: str, part: str):
-    text = dat()
-    assert old in text
-    assert refusal(tmp_path, text.replace(old, new, 1)) == part
+    )
+    assert all(old in text for old, _, _ in changes)
+    wrong = {text.replace(old, new, 1): said for old, new, said in changes}
+    check_refusals(read_iso230_dat, tmp_path / "run_ISO230.dat", wrong)
 
 
 @pytest.mark.real_data

@@ -1,3 +1,4 @@
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from tests.refusals import refusal_of
+from tests.refusals import check_refusals, refusal_of
 from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.files import read_rtl, write_rtl
 from thermaxis.files.runs._environment_factor import environment_factor_um
@@ -147,8 +148,7 @@ def test_user_text_may_hold_what_looks_like_a_section_or_a_decimal_comma(tmp_pat
     assert "note" not in header
 
 
-@pytest.mark.parametrize("end", ["\r\n", "\n"])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1250"])
+@pytest.mark.parametrize(("encoding", "end"), [("utf-8-sig", "\n"), ("cp1250", "\r\n")])
 def test_czech_text_is_read_in_every_encoding_met(tmp_path: Path, encoding: str, end: str):
     text = rtl(user_text="Machine:Soustruh č. 5\nBy:Dvořák\n")
     test = read_rtl(saved(tmp_path, text, encoding=encoding, end=end))
@@ -157,19 +157,14 @@ def test_czech_text_is_read_in_every_encoding_met(tmp_path: Path, encoding: str,
     assert any("cp1250" in text for text in test.remarks) == (encoding == "cp1250")
 
 
-@pytest.mark.parametrize(
-    ("targets", "per_line"),
-    [
-        *(([12.5 * k for k in range(count)], 5) for count in (2, 4, 5, 6, 10, 11, 25)),
-        *((SIX, per_line) for per_line in (1, 3, 6, 100)),
+def test_a_target_list_of_any_form_is_read_up_to_the_flags(tmp_path: Path):
+    for targets, per_line in (
+        *(([12.5 * k for k in range(count)], 5) for count in (2, 4, 5, 6, 25)),
+        *((SIX, per_line) for per_line in (1, 100)),
         ((-500.25, -399.875, -300.0, -0.125, 99.5, 250.0), 5),
-    ],
-)
-def test_a_target_list_of_any_form_is_read_up_to_the_flags(
-    tmp_path: Path, targets: Sequence[float], per_line: int
-):
-    test = read(tmp_path, rtl(targets, listed=target_lines(targets, per_line)))
-    assert test.target.tolist() == list(targets)
+    ):
+        test = read(tmp_path, rtl(targets, listed=target_lines(targets, per_line)))
+        assert test.target.tolist() == list(targets)
 
 
 def test_a_target_list_from_the_largest_to_the_smallest_is_turned_round(tmp_path: Path):
@@ -177,7 +172,6 @@ def test_a_target_list_from_the_largest_to_the_smallest_is_turned_round(tmp_path
     assert test.target.tolist() == list(SIX)
     assert test.deviation[0, 0, 0] == pytest.approx(reading(1, 6))
     assert test.deviation[5, 1, 1] == pytest.approx(reading(4, 1))
-    assert test.order is not None
     assert test.order[5, 0, 0] == 1.0
     assert "negative direction" in remark(test, "largest to the smallest")
 
@@ -194,7 +188,6 @@ def test_an_even_run_listed_ascending_is_still_backward_travel(tmp_path: Path):
     rows = [row for run in range(1, 5) for row in sorted(run_rows(run, 6))]
     test = read(tmp_path, rtl(rows=rows))
     assert test.deviation[0, 0, 1] == pytest.approx(reading(2, 1))
-    assert test.order is not None
     assert test.order[5, 0, 1] == 7.0
     assert "runs 2, 4 are not in the order of travel" in remark(test, "travel")
 
@@ -205,8 +198,6 @@ def test_times_are_spread_from_start_to_end_in_acquisition_order(tmp_path: Path)
     assert test.order_deduced
     assert test.start == datetime(2016, 12, 12, 10, 46)  # noqa: DTZ001  no zone in the file
     assert test.end == datetime(2016, 12, 12, 11, 1)  # noqa: DTZ001  no zone in the file
-    assert test.time_s is not None
-    assert test.order is not None
     assert test.order[:, 0, 0].tolist() == [1, 2, 3, 4, 5, 6]
     assert test.order[:, 0, 1].tolist() == [12, 11, 10, 9, 8, 7]
     assert test.time_s[0, 0, 0] == 0.0
@@ -215,9 +206,8 @@ def test_times_are_spread_from_start_to_end_in_acquisition_order(tmp_path: Path)
     assert "to the minute" in remark(test, "interpolated")
 
 
-@pytest.mark.parametrize(
-    ("date_time", "part"),
-    [
+def test_unusable_start_and_end_leave_the_order_only(tmp_path: Path):
+    for date_time, part in (
         ('"11:01 Dec 12 2016" "10:46 Dec 12 2016"', "ends before it starts"),
         ('"10:46 Dec 12 2016" "10:46 Dec 12 2016"', "same minute"),
         ('"10:46 Pro 12 2016" "11:01 Pro 12 2016"', "not understood"),
@@ -225,15 +215,13 @@ def test_times_are_spread_from_start_to_end_in_acquisition_order(tmp_path: Path)
         ('"10:46 Dec 32 2016"', "not understood"),
         ("10:46 Dec 12 2016", "not understood"),
         ("", "not understood"),
-    ],
-)
-def test_unusable_start_and_end_leave_the_order_only(tmp_path: Path, date_time: str, part: str):
-    test = read(tmp_path, rtl(environment=f"Date Time  : {date_time}\n"))
-    assert test.time_source is TimeSource.ORDER
-    assert test.order_deduced
-    assert test.time_s is None
-    assert remark(test, part)
-    assert remark(test, "only their order is known")
+    ):
+        test = read(tmp_path, rtl(environment=f"Date Time  : {date_time}\n"))
+        assert test.time_source is TimeSource.ORDER
+        assert test.order_deduced
+        assert test.time_s is None
+        assert remark(test, part)
+        assert remark(test, "only their order is known")
 
 
 def test_the_environment_is_read_and_absent_sensors_are_no_temperatures(tmp_path: Path):
@@ -263,41 +251,29 @@ def test_an_equipment_section_does_not_touch_the_machine(tmp_path: Path):
     assert header["equipment_serial_number"] == "9"
 
 
-@pytest.mark.parametrize(
-    ("state", "predicted_um"),
-    [
-        ((20.337280, 99.039005, 46.954897, 20.203292), 0.31641094),
-        ((20.384956, 99.049346, 46.893887, 20.321342), 0.31641065),
-    ],
-)
-def test_the_published_environment_factors_follow_from_air_and_material(
-    state: tuple[float, float, float, float], predicted_um: float
-):
-    air_c, pressure_kpa, humidity_percent, material_c = state
-    factor = environment_factor_um(
-        air_c,
-        pressure_kpa,
-        humidity_percent,
-        expansion_coefficient_ppm_per_k=8.0,
-        material_temperature_c=material_c,
-    )
-    assert round(factor, 8) == predicted_um
+def test_the_published_environment_factors_follow_from_air_and_material():
+    for *air, material_c, predicted_um in (
+        (20.337280, 99.039005, 46.954897, 20.203292, 0.31641094),
+        (20.384956, 99.049346, 46.893887, 20.321342, 0.31641065),
+    ):
+        factor = environment_factor_um(
+            *air, expansion_coefficient_ppm_per_k=8.0, material_temperature_c=material_c
+        )
+        assert round(factor, 8) == predicted_um
 
 
-@pytest.mark.parametrize("air_c", [10.0, 20.0, 30.0])
-@pytest.mark.parametrize("pressure_kpa", [95.0, 101.325])
-@pytest.mark.parametrize("humidity_percent", [0.0, 50.0, 100.0])
-def test_the_refractive_index_agrees_with_a_shop_floor_formula(
-    air_c: float, pressure_kpa: float, humidity_percent: float
-):
+def test_the_refractive_index_agrees_with_a_shop_floor_formula():
     # an independent second way, good to 1.5e-7: NIST Engineering Metrology Toolbox
-    index = (
-        1.0
-        + 7.86e-4 * pressure_kpa / (273.0 + air_c)
-        - 1.5e-11 * humidity_percent * (air_c**2 + 160.0)
-    )
-    factor = environment_factor_um(air_c, pressure_kpa, humidity_percent)
-    assert 0.632990577 / 2 / factor == pytest.approx(index, abs=1.5e-7)
+    for air_c, pressure_kpa, humidity_percent in itertools.product(
+        (10.0, 20.0, 30.0), (95.0, 101.325), (0.0, 50.0, 100.0)
+    ):
+        index = (
+            1.0
+            + 7.86e-4 * pressure_kpa / (273.0 + air_c)
+            - 1.5e-11 * humidity_percent * (air_c**2 + 160.0)
+        )
+        factor = environment_factor_um(air_c, pressure_kpa, humidity_percent)
+        assert 0.632990577 / 2 / factor == pytest.approx(index, abs=1.5e-7)
 
 
 def test_the_published_factors_say_that_the_readings_are_reduced_to_20_c(tmp_path: Path):
@@ -307,38 +283,33 @@ def test_the_published_factors_say_that_the_readings_are_reduced_to_20_c(tmp_pat
     assert "already reduced to 20 °C, with 8 ppm/K, and must not" in remark(test, "reduced")
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
+def test_no_reduction_is_claimed_where_the_factor_does_not_show_it(tmp_path: Path):
+    for old, new in (
         ("20.203292", "20.303292"),  # does not fit at the start
         ("20.321342", "20.421342"),  # does not fit at the end
         ("Env factor : 0.31641096 0.31641067\n", ""),
         ("Exp coeff  : 8.000000 8.000000 0\n", ""),
         ("Mat temp 1 : 20.203292 20.321342 0\n", "Mat temp 1 : -10.000000 -10.000000 0\n"),
         ("99.039005 99.049346", "990.39005 990.49346"),
-    ],
-)
-def test_no_reduction_is_claimed_where_the_factor_does_not_show_it(
-    tmp_path: Path, old: str, new: str
-):
-    assert old in PUBLISHED_ENVIRONMENT
-    test = read(tmp_path, rtl(environment=PUBLISHED_ENVIRONMENT.replace(old, new)))
-    assert "normalised_to_20_c" not in test.header
-    assert not any("reduced to 20" in text for text in test.remarks)
+    ):
+        assert old in PUBLISHED_ENVIRONMENT
+        test = read(tmp_path, rtl(environment=PUBLISHED_ENVIRONMENT.replace(old, new)))
+        assert "normalised_to_20_c" not in test.header
+        assert not any("reduced to 20" in text for text in test.remarks)
 
 
-@pytest.mark.parametrize(("material_c", "claimed"), [(20.0, False), (20.05, False), (21.0, True)])
-def test_a_material_too_near_20_c_shows_nothing(tmp_path: Path, material_c: float, claimed: bool):
-    factor = environment_factor_um(
-        20.5, 99.0, 50.0, expansion_coefficient_ppm_per_k=8.0, material_temperature_c=material_c
-    )
-    environment = (
-        "Air temp : 20.5 20.5 0\nAir press : 99 99 1\nAir humid : 50 50\n"
-        f"Mat temp 1 : {material_c} {material_c} 0\nEnv factor : {factor:.8f} {factor:.8f}\n"
-        "Exp coeff : 8 8 0\n"
-    )
-    test = read(tmp_path, rtl(environment=environment))
-    assert ("normalised_to_20_c" in test.header) is claimed
+def test_a_material_too_near_20_c_shows_nothing(tmp_path: Path):
+    for material_c, claimed in ((20.0, False), (20.05, False), (21.0, True)):
+        factor = environment_factor_um(
+            20.5, 99.0, 50.0, expansion_coefficient_ppm_per_k=8.0, material_temperature_c=material_c
+        )
+        environment = (
+            "Air temp : 20.5 20.5 0\nAir press : 99 99 1\nAir humid : 50 50\n"
+            f"Mat temp 1 : {material_c} {material_c} 0\nEnv factor : {factor:.8f} {factor:.8f}\n"
+            "Exp coeff : 8 8 0\n"
+        )
+        test = read(tmp_path, rtl(environment=environment))
+        assert ("normalised_to_20_c" in test.header) is claimed
 
 
 def test_the_flags_of_the_environment_are_kept_as_text(tmp_path: Path):
@@ -358,10 +329,7 @@ def test_a_missing_reading_stays_missing_and_the_others_keep_their_times(tmp_pat
     assert int(np.isnan(test.deviation).sum()) == 1
     assert remark(test, "missing") == "1 of 36 readings are missing: run 3 target 2"
     measured = ~np.isnan(test.deviation)
-    assert test.time_s is not None
-    assert whole.time_s is not None
     assert np.array_equal(test.time_s[measured], whole.time_s[measured])
-    assert test.order is not None
     assert sorted(test.order[measured].tolist()) == list(range(1, 36))
 
 
@@ -370,7 +338,6 @@ def test_a_run_stopped_early_keeps_what_it_has(tmp_path: Path):
     test = read(tmp_path, rtl(rows=rows, runs=10))
     assert math.isnan(test.deviation[0, 4, 1])
     assert "run 10 target 1" in remark(test, "missing")
-    assert test.time_s is not None
     assert test.time_s[1, 4, 1] == 900.0
 
 
@@ -385,9 +352,9 @@ def test_a_file_cut_short_is_refused_wherever_it_ends(tmp_path: Path):
         assert np.array_equal(read(tmp_path, text[:length]).deviation, whole)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "part"),
-    [
+def test_a_contradiction_is_refused_with_its_place(tmp_path: Path):
+    text = rtl()
+    changes = (
         ("HEADER::", "order,time,cycle", "line 1: no_rtl_header"),
         ("TARGET DATA::", "TARGET FACTS::", "section_missing"),
         ("RUNS::", "", "section_missing"),
@@ -414,12 +381,10 @@ def test_a_file_cut_short_is_refused_wherever_it_ends(tmp_path: Path):
         ("20.337280", "warm", "line 54, column air_temperature_c: not_a_number"),
         ("EOF::\n", "EOF::\nHEADER::\n", "line 66: section_twice"),
         ("RUNS::\n", "RUNS::\nRUNS::\n", "line 24: section_twice"),
-    ],
-)
-def test_a_contradiction_is_refused_with_its_place(tmp_path: Path, old: str, new: str, part: str):
-    text = rtl()
-    assert old in text
-    assert refusal(tmp_path, text.replace(old, new, 1)) == part
+    )
+    assert all(old in text for old, _, _ in changes)
+    wrong = {text.replace(old, new, 1).replace("\n", "\r\n"): said for old, new, said in changes}
+    check_refusals(read_rtl, tmp_path / "run.rtl", wrong)
 
 
 def test_blanks_before_colons_and_small_letters_do_not_matter(tmp_path: Path):
@@ -474,7 +439,6 @@ def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path, row
     assert test.deviation.shape == (6, 3, 2)
     assert bool(np.isnan(test.deviation[:, :, 1]).all())
     assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
-    assert test.time_s is not None
     assert test.time_s[5, 2, 0] == 900.0
     assert not any("missing" in text for text in test.remarks)
     if rows is ONE_WAY:
@@ -482,9 +446,8 @@ def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path, row
         assert bool(np.all(both.deviation[:, :, 1] == 0.0))
 
 
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
+def test_what_is_no_whole_linear_run_is_refused(tmp_path: Path):
+    changes = (
         ({"rows": [r for r in all_rows(4, 6) if r[:2] != (3, 4)]}, "too_few_readings_of_target"),
         (
             {"rows": all_rows(6, 6)[:-7], "runs": 6, "environment": None, "tail": ""},
@@ -495,14 +458,12 @@ def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path, row
             "line 36: readings_in_return_run",
         ),
         ({"head": "File type  : rta\nOwner      : Angular\n"}, "not_linear_rtl"),
-        ({"head": "File type  : rta\nOwner      : Linear\n"}, "not_linear_rtl"),
         ({"head": "File type  : rtl\nOwner      : Angular\n"}, "not_linear_rtl"),
         ({"head": "Owner      : CARTO-Dynamic\n"}, "not_linear_rtl"),
         ({"head": "Version no : V20.02.02\n"}, "not_linear_rtl"),
-    ],
-)
-def test_what_is_no_whole_linear_run_is_refused(tmp_path: Path, changes: dict[str, Any], part: str):
-    assert refusal(tmp_path, rtl(**changes)) == part
+    )
+    wrong = {rtl(**change): said for change, said in changes}
+    check_refusals(read_rtl, tmp_path / "run.rtl", wrong)
 
 
 def made_test(targets: Sequence[float], deviation: np.ndarray, **fields: object) -> PositioningTest:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from tests.refusals import refusal_of
+from tests.refusals import check_refusals, refusal_of
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -182,14 +182,14 @@ def test_a_stated_hash_must_fit_and_may_be_left_out(path: Path) -> None:
     assert read_plan(with_key(path, "dwell_s", 1.0)).dwell_s == 1.0
 
 
-@pytest.mark.parametrize("key", CONTENT)
-def test_what_a_plan_needs_must_be_there_and_the_rest_may_be_null(path: Path, key: str) -> None:
-    for value in ((), (None,)):
-        with_key(path, key, *value)
-        if key in MAY_BE_LEFT_OUT:
-            assert read_plan(path).cycles == 5
-        else:
-            assert refusal_of(read_plan, path).startswith(key)
+def test_what_a_plan_needs_must_be_there_and_the_rest_may_be_null(path: Path) -> None:
+    for key in CONTENT:
+        for value in ((), (None,)):
+            with_key(path, key, *value)
+            if key in MAY_BE_LEFT_OUT:
+                assert read_plan(path).cycles == 5
+            else:
+                assert refusal_of(read_plan, path).startswith(key)
 
 
 WRONG_VALUES: dict[str, list[object]] = {
@@ -212,27 +212,17 @@ WRONG_VALUES: dict[str, list[object]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("key", "value"), [(key, value) for key, values in WRONG_VALUES.items() for value in values]
-)
-def test_a_wrong_value_of_a_plan_is_refused_with_its_key(
-    path: Path, key: str, value: object
-) -> None:
-    assert refusal_of(read_plan, with_key(path, key, value)).startswith(key)
+def test_a_wrong_value_of_a_plan_is_refused_with_its_key(path: Path) -> None:
+    for key, values in WRONG_VALUES.items():
+        for value in values:
+            assert refusal_of(read_plan, with_key(path, key, value)).startswith(key), value
 
 
-@pytest.mark.parametrize(
-    ("key", "nearest"), [("dwel_s", "dwell_s"), ("feed_deg_per_min", "feed_mm_per_min")]
-)
-def test_an_unknown_key_is_refused_with_the_nearest_known_one(
-    path: Path, key: str, nearest: str
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        read_plan(with_key(path, key, 2.0))
-    assert caught.value.code == "unknown_key"
-    known = caught.value.values["known"]
-    assert isinstance(known, tuple)
-    assert known[0] == nearest
+def test_an_unknown_key_is_refused_with_the_nearest_known_one(path: Path) -> None:
+    for key, nearest in (("dwel_s", "dwell_s"), ("feed_deg_per_min", "feed_mm_per_min")):
+        with pytest.raises(ConfigurationError) as caught:
+            read_plan(with_key(path, key, 2.0))
+        assert (caught.value.code, caught.value.values["known"][0]) == ("unknown_key", nearest)
 
 
 def test_the_largest_plan_is_read(path: Path) -> None:
@@ -258,9 +248,8 @@ def test_only_what_a_model_needs_is_enough(path: Path) -> None:
     assert read_model(path) == expected
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
+def test_a_mistake_in_a_model_is_named_with_its_place(path: Path) -> None:
+    changes: list[tuple[Callable[[Any], object], str]] = [
         (lambda t: t.update(version=2), "version: other_version"),
         (lambda t: t.update(version=True), "version: other_version"),
         (lambda t: t.update(format="thermaxis-plan"), "format: other_format"),
@@ -296,15 +285,12 @@ def test_only_what_a_model_needs_is_enough(path: Path) -> None:
         (lambda t: t["provenance"].update(logs=5), "provenance.logs: not_a_list"),
         (lambda t: t["provenance"]["logs"][0].update(rows=-1), "provenance.logs[0].rows: negative"),
         (lambda t: t.update(reference="stated", reference_c={}), "reference_c: "),
-    ],
-)
-def test_a_mistake_in_a_model_is_named_with_its_place(
-    path: Path, change: Callable[[Any], None], said: str
-) -> None:
-    table = json.loads(format_model(MODEL))
-    change(table)
-    path.write_text(json.dumps(table), encoding="utf-8")
-    assert refusal_of(read_model, path).startswith(said)
+    ]
+    for change, said in changes:
+        table = json.loads(format_model(MODEL))
+        change(table)
+        path.write_text(json.dumps(table), encoding="utf-8")
+        assert refusal_of(read_model, path).startswith(said)
 
 
 READERS = {
@@ -313,26 +299,20 @@ READERS = {
 }
 
 
-@pytest.mark.parametrize("kind", READERS)
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (b"", "line 1, column 1: not_json"),
-        (b"{\n  'format': 1}", "line 2, column 3: not_json"),
-        (b"[1, 2]", "not_a_table"),
-        (b"\xff\xfe{", "not_utf8"),
-        (b'{"format": NaN}', "not_a_number"),
-        (b'{"format": 1, "format": 2}', "stated_twice"),
-        (b"[" * 200_000, "not_json"),
-        (b'{"cycles": ' + b"9" * 20_000 + b"}", "not_json"),
-        (b" " * 5_000_001, "file_too_large"),
-    ],
-)
-def test_what_is_no_json_object_is_refused(
-    path: Path, kind: str, content: bytes, said: str
-) -> None:
-    path.write_bytes(content)
-    assert refusal_of(READERS[kind][0], path) == said
+@pytest.mark.parametrize("read", [read_plan, read_model])
+def test_what_is_no_json_object_is_refused(path: Path, read: Callable[[Path], object]) -> None:
+    wrong = {
+        b"": "line 1, column 1: not_json",
+        b"{\n  'format': 1}": "line 2, column 3: not_json",
+        b"[1, 2]": "not_a_table",
+        b"\xff\xfe{": "not_utf8",
+        b'{"format": NaN}': "not_a_number",
+        b'{"format": 1, "format": 2}': "stated_twice",
+        b"[" * 200_000: "not_json",
+        b'{"cycles": ' + b"9" * 20_000 + b"}": "not_json",
+        b" " * 5_000_001: "file_too_large",
+    }
+    check_refusals(read, path, wrong)
 
 
 @pytest.mark.parametrize("kind", READERS)
@@ -383,34 +363,28 @@ TOML_READERS: list[Callable[[Path], object]] = [
 ]
 
 
-@pytest.mark.parametrize("read", [read_plan, read_model, *TOML_READERS])
-def test_what_cannot_be_read_is_named(
-    tmp_path: Path, path: Path, read: Callable[[Path], object]
-) -> None:
-    assert refusal_of(read, path) == "file_not_found"
-    assert refusal_of(read, tmp_path) == "not_a_file"
+def test_what_cannot_be_read_is_named(tmp_path: Path, path: Path) -> None:
+    readers = (read_plan, read_model, *TOML_READERS)
+    for read in readers:
+        assert refusal_of(read, path) == "file_not_found"
+        assert refusal_of(read, tmp_path) == "not_a_file"
+        assert refusal_of(read, Path("a\0b")) == "file_unreadable"
     if hasattr(os, "mkfifo"):
         os.mkfifo(path)  # is not waited for
-        assert refusal_of(read, path) == "not_a_file"
-    assert refusal_of(read, Path("a\0b")) == "file_unreadable"
+        for read in readers:
+            assert refusal_of(read, path) == "not_a_file"
 
 
-@pytest.mark.parametrize("read", TOML_READERS)
-@pytest.mark.parametrize(
-    ("content", "code"),
-    [
-        (b"[Z_um", "not_toml"),
-        (b"\xff" * 3, "not_utf8"),
-        (b"a = " + b"[" * 20_000, "not_toml"),
-        (b"a = " + b"9" * 20_000, "not_toml"),
-        (b"#" * 1_000_001, "file_too_large"),
-    ],
-)
-def test_what_is_no_toml_is_refused(
-    path: Path, read: Callable[[Path], object], content: bytes, code: str
-) -> None:
-    path.write_bytes(content)
-    assert refusal_of(read, path) == code
+def test_what_is_no_toml_is_refused(path: Path) -> None:
+    wrong = {
+        b"[Z_um": "not_toml",
+        b"\xff" * 3: "not_utf8",
+        b"a = " + b"[" * 20_000: "not_toml",
+        b"a = " + b"9" * 20_000: "not_toml",
+        b"#" * 1_000_001: "file_too_large",
+    }
+    for read in TOML_READERS:
+        check_refusals(read, path, wrong)
 
 
 LIMITS = "[Z_um]\nlargest_um = 100\nlargest_rate_um_per_s = 0.05\n"
@@ -421,9 +395,8 @@ def test_limits_are_read_by_output(path: Path) -> None:
     assert read_correction_limits(path) == {n: Limits(100.0, 0.05) for n in ("Z_um", "X um")}
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
+def test_a_mistake_in_limits_is_named(path: Path) -> None:
+    for text, said in (
         ("", "no_limits"),
         ("Z_um = 5", "Z_um: not_a_table"),
         (LIMITS.replace("largest_um = 100\n", ""), "Z_um.largest_um: missing_key"),
@@ -432,11 +405,9 @@ def test_limits_are_read_by_output(path: Path) -> None:
         (LIMITS.replace("100", "nan"), "Z_um.largest_um: "),
         (LIMITS.replace("100", '"a"'), "Z_um.largest_um: not_a_number"),
         (LIMITS.replace("100", "true"), "Z_um.largest_um: not_a_number"),
-    ],
-)
-def test_a_mistake_in_limits_is_named(path: Path, text: str, said: str) -> None:
-    path.write_text(text, encoding="utf-8")
-    assert refusal_of(read_correction_limits, path).startswith(said)
+    ):
+        path.write_text(text, encoding="utf-8")
+        assert refusal_of(read_correction_limits, path).startswith(said)
 
 
 def mapped(path: Path, mapping: str, log: str) -> Any:
@@ -485,9 +456,8 @@ def test_a_mapping_states_the_times(path: Path) -> None:
     assert log.duration_s == 0.25
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
+def test_what_a_mapping_cannot_say_is_an_error(path: Path) -> None:
+    for text, said in (
         ("[colums]\n", "colums: unknown_key"),
         ("[columns.a]\nnme = 'x'\n", "columns.a.nme: unknown_key"),
         ("[time]\nzone = 'x'\n", "time.zone: unknown_key"),
@@ -503,11 +473,9 @@ def test_a_mapping_states_the_times(path: Path) -> None:
         ("[time]\nsample_time_s = -1\n", "time.sample_time_s: not_positive"),
         ("[time]\nsample_time_s = 1\ncolumn = 't'\n", "time.column: times_stated_twice"),
         ("not toml", "not_toml"),
-    ],
-)
-def test_what_a_mapping_cannot_say_is_an_error(path: Path, text: str, said: str) -> None:
-    path.write_text(text)
-    assert refusal_of(read_thermal_mapping, path).startswith(said)
+    ):
+        path.write_text(text)
+        assert refusal_of(read_thermal_mapping, path).startswith(said)
 
 
 def test_a_mapping_that_does_not_fit_the_log_or_is_none_is_an_error(path: Path) -> None:

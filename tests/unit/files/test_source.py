@@ -1,15 +1,12 @@
 import codecs
 import os
-import time
 import tracemalloc
 from pathlib import Path
 
-import pytest
 from hypothesis import given, settings, strategies as st
 
-from tests.refusals import refusal_of, said
+from tests.refusals import answer_of, check_refusals, refusal_of
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files.table import (
     NUMBER_LIMIT,
     clean_text,
@@ -30,23 +27,17 @@ def written(folder: Path, content: bytes) -> Path:
     return path
 
 
-@pytest.mark.parametrize(
-    ("content", "encoding"),
-    [
+def test_text_is_read_in_every_encoding_and_a_fallback_is_told(tmp_path: Path):
+    for content, encoding in (
         (CZECH.encode("cp1250"), "cp1250"),
         (CZECH.encode("utf-8"), "utf-8"),
         (codecs.BOM_UTF8 + CZECH.encode("utf-8"), "utf-8"),
         (CZECH.encode("utf-16"), "utf-16"),
         (codecs.BOM_UTF16_BE + CZECH.encode("utf-16-be"), "utf-16"),
-    ],
-)
-def test_text_is_read_in_every_encoding_and_a_fallback_is_told(
-    tmp_path: Path, content: bytes, encoding: str
-):
-    source = read_text(written(tmp_path, content))
-    assert source.text == CZECH
-    assert source.encoding == encoding
-    assert ["cp1250" in remark for remark in source.remarks] == [True] * (encoding == "cp1250")
+    ):
+        source = read_text(written(tmp_path, content))
+        assert (source.text, source.encoding) == (CZECH, encoding)
+        assert ["cp1250" in remark for remark in source.remarks] == [True] * (encoding == "cp1250")
 
 
 def test_a_wrong_fallback_leaves_numbers_alone_and_says_what_it_lost(tmp_path: Path):
@@ -65,44 +56,29 @@ def test_the_lines_that_hold_lost_characters_are_named(tmp_path: Path):
     assert "(lines 1, 2, 3, 4, 5 and others)" in many
 
 
-@pytest.mark.parametrize("name", ["no-such-encoding", "utf-16", "hex", "unicode_escape", "a\x00b"])
-def test_a_fallback_that_does_not_contain_ascii_is_refused(tmp_path: Path, name: str):
+def test_a_fallback_that_does_not_contain_ascii_is_refused(tmp_path: Path):
     path = written(tmp_path, b"1 2 3")
-    with pytest.raises(ConfigurationError) as caught:
-        read_text(path, fallback_encoding=name)
-    assert caught.value.code == "unusable_encoding"
+    for name in ("no-such-encoding", "utf-16", "hex", "unicode_escape", "a\x00b"):
+        assert answer_of(read_text, path, fallback_encoding=name).endswith("unusable_encoding")
 
 
-@pytest.mark.parametrize("end", ["\r\n", "\n", "\r"])
-def test_every_line_end_separates_lines(tmp_path: Path, end: str):
+def test_every_line_end_separates_lines(tmp_path: Path):
     lines = ["one", "two\x0bb\x0cc\x1cd\x85e\u2028f", "three"]  # nothing else ends a line
-    assert read_text(written(tmp_path, end.join(lines).encode())).lines == lines
+    for end in ("\r\n", "\n", "\r"):
+        assert read_text(written(tmp_path, end.join(lines).encode())).lines == lines
 
 
-@pytest.mark.parametrize(
-    ("start", "seems"),
-    [
-        (b"\x89PNG\r\n\x1a\n", "not_text"),
-        (b"\xff\xd8\xff\xe0", "not_text"),
-        (b"GIF89a", "not_text"),
-        (b"RIFF1234WEBPVP8 ", "not_text"),
-        (b"%PDF-1.7\n", "not_text"),
-        (b"PK\x03\x04\x14\x00", "not_text"),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "not_text"),
-        (b"\x1f\x8b\x08", "not_text"),
-        (b"1,2\x003", "not_text"),
-        ("1,2,3".encode("utf-16-le"), "not_text"),
-        (codecs.BOM_UTF16_LE + b"a\x00\x00\xd8", "cut_short"),
-        *(
-            (blank, "file_empty")
-            for blank in (b"", codecs.BOM_UTF8, codecs.BOM_UTF16_LE, b" \r\n\t")
-        ),
-    ],
-)
-def test_what_is_no_text_is_named(tmp_path: Path, start: bytes, seems: str):
-    more = b"" if seems == "file_empty" else b" and some more "
-    path = written(tmp_path, start + more)
-    assert refusal_of(read_text, path) == seems
+def test_what_is_no_text_is_named(tmp_path: Path):
+    starts = (
+        *(b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff\xe0", b"GIF89a", b"RIFF1234WEBPVP8 "),
+        *(b"%PDF-1.7\n", b"PK\x03\x04\x14\x00", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
+        *(b"\x1f\x8b\x08", b"1,2\x003", "1,2,3".encode("utf-16-le")),
+    )
+    wrong = {start + b" and some more ": "not_text" for start in starts}
+    wrong[codecs.BOM_UTF16_LE + b"a\x00\x00\xd8 and some more "] = "cut_short"
+    blanks = (b"", codecs.BOM_UTF8, codecs.BOM_UTF16_LE, b" \r\n\t")
+    wrong |= dict.fromkeys(blanks, "file_empty")
+    check_refusals(read_text, tmp_path / "run.txt", wrong)
 
 
 def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path: Path):
@@ -120,12 +96,9 @@ def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path: Path):
     with path.open("wb") as stream:
         stream.truncate(TEXT_LIMIT_BYTES + 1)
     tracemalloc.start()
-    began = time.process_time()
     assert refusal_of(read_text, path) == "file_too_large"
-    seconds = time.process_time() - began
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert seconds < 1.0
     assert peak < 1_000_000
 
 
@@ -136,46 +109,30 @@ def test_every_printed_number_reads_as_itself(value: float):
     assert parse_number(f" {value!r}\t".replace(".", ","), Place("run.csv"), decimal=",") == value
 
 
-@pytest.mark.parametrize(
-    ("text", "value"), [("-.047", -0.047), ("5.", 5.0), ("+1E3", 1000.0), ("1e-400", 0.0)]
-)
-def test_short_forms_of_numbers_are_read(text: str, value: float):
-    assert parse_number(text, Place("run.csv")) == value
-    assert is_number(text)
+def test_short_forms_of_numbers_are_read():
+    for text, value in (("-.047", -0.047), ("5.", 5.0), ("+1E3", 1000.0), ("1e-400", 0.0)):
+        assert parse_number(text, Place("run.csv")) == value
+        assert is_number(text)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        *("", " ", "nan", "inf", "-Infinity", "1_000", "0x1F", "1,5", "1 2", "--1", "1e", ".", "٣"),
-        *("−1", "1" * 200, "=1", "1e99999"),
-    ],
-)
-def test_what_is_no_decimal_number_is_refused(text: str):
-    with pytest.raises(MeasurementFileError) as caught:
-        parse_number(text, Place("run.csv", 7, "deviation_um"))
-    assert caught.value.place == Place("run.csv", 7, "deviation_um")
-    assert not is_number(text)
-
-
-@pytest.mark.parametrize("text", ["", "-1", "1.0", "1e3", "²", "12345678901", "x"])
-def test_what_is_no_whole_number_is_refused(text: str):
-    with pytest.raises(MeasurementFileError) as caught:
-        parse_whole_number(text, Place("run.csv", 2))
-    assert said(caught.value) == "line 2: not_a_whole_number"
-
-
-@pytest.mark.parametrize(
-    ("text", "decimal", "code"),
-    [
-        *((text, ".", "magnitude_too_large") for text in ("1e10", "-1000000001", "1e400")),
-        ("1.000,5", ",", "not_a_number"),
-    ],
-)
-def test_a_number_that_cannot_be_measured_is_refused(text: str, decimal: str, code: str):
-    with pytest.raises(MeasurementFileError) as caught:
-        parse_number(text, Place("run.xlsx", cell="Sheet1!B7"), decimal=decimal)
-    assert said(caught.value) == f"cell Sheet1!B7: {code}"
+def test_what_is_no_number_is_refused_with_its_place():
+    texts = (
+        *("nan", "inf", "-Infinity", "1_000", "0x1F", "1,5", "1 2", "--1", "1e", ".", "٣", "−1"),
+        *("1" * 200, "=1", "1e99999"),
+    )
+    place = Place("run.csv", 7, "deviation_um")
+    for text in ("", " ", *texts):
+        said = answer_of(parse_number, text, place)
+        assert said.startswith("line 7, column deviation_um: "), text
+        assert not is_number(text)
+    for text in ("", "-1", "1.0", "1e3", "²", "12345678901", "x"):
+        said = answer_of(parse_whole_number, text, Place("run.csv", 2))
+        assert said == "line 2: not_a_whole_number", text
+    cell = Place("run.xlsx", cell="Sheet1!B7")
+    for text in ("1e10", "-1000000001", "1e400"):
+        assert answer_of(parse_number, text, cell) == "cell Sheet1!B7: magnitude_too_large"
+    said = answer_of(parse_number, "1.000,5", cell, decimal=",")
+    assert said == "cell Sheet1!B7: not_a_number"
 
 
 def test_header_text_keeps_its_letters_and_loses_what_is_not_writing():

@@ -55,9 +55,11 @@ def test_it_serves_on_a_free_port_and_ends_by_itself(capsys: pytest.CaptureFixtu
     assert second.startswith("day, seed 1")
 
 
-@pytest.mark.parametrize(
-    ("words", "key"),
-    [
+def test_what_does_not_go_together_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for words, key in (
         (("--log", "1h"), "--log"),
         (("--log", "1h", "-o", "log.txt"), ""),
         (("--log", "1h", "-o", "log.csv", "--port", "0"), "--port"),
@@ -73,16 +75,11 @@ def test_it_serves_on_a_free_port_and_ends_by_itself(capsys: pytest.CaptureFixtu
         (("--speed", "0"), "--speed"),
         (("--address", "0.0.0.0"), "--address"),  # noqa: S104 - refused
         (("--user", "anna"), "--user, --password-file"),
-    ],
-)
-def test_what_does_not_go_together_is_refused(
-    words: tuple[str, ...], key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(ConfigurationError) as caught:
-        run(*words)
-    assert caught.value.place.key == key
-    assert not list(tmp_path.iterdir())
+    ):
+        with pytest.raises(ConfigurationError) as caught:
+            run(*words)
+        assert caught.value.place.key == key
+        assert not list(tmp_path.iterdir())
 
 
 def test_a_password_comes_from_a_file_that_holds_one(tmp_path: Path) -> None:
@@ -97,10 +94,10 @@ def test_a_password_comes_from_a_file_that_holds_one(tmp_path: Path) -> None:
         run("--user", "anna", "--password-file", empty, "--port", "0")
 
 
-@pytest.mark.parametrize("words", [("--log", "-1h"), ("--every", "0s"), ("--watchdog", "never")])
-def test_times_that_are_none_are_refused_by_the_parser(words: tuple[str, str]) -> None:
-    with pytest.raises(SystemExit):
-        run(*words)
+def test_times_that_are_none_are_refused_by_the_parser() -> None:
+    for words in (("--log", "-1h"), ("--every", "0s"), ("--watchdog", "never")):
+        with pytest.raises(SystemExit):
+            run(*words)
 
 
 def test_clamp_rate_and_watchdog_reach_the_machine() -> None:

@@ -24,9 +24,8 @@ def lathe_with(*sentences: str, scenario: str = "calibration-spindle") -> Virtua
 # ---- sentences ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
+def test_a_sentence_is_read_as_what_it_says() -> None:
+    for text, expected in (
         (
             "stuck T_spindle at 2h for 10min",
             Fault(FaultKind.STUCK, ("T_spindle_C",), at_s=7200.0, for_s=600.0),
@@ -47,15 +46,12 @@ def lathe_with(*sentences: str, scenario: str = "calibration-spindle") -> Virtua
         ("restart at 10min for 3s every 5min", Fault(FaultKind.RESTART, (), 600.0, 3.0, 300.0)),
         ("pause for 5s", Fault(FaultKind.PAUSE, (), 0.0, 5.0)),
         ("bad Z_um", Fault(FaultKind.BAD, ("Z_um",))),
-    ],
-)
-def test_a_sentence_is_read_as_what_it_says(text: str, expected: Fault) -> None:
-    assert fault(text) == expected
+    ):
+        assert fault(text) == expected
 
 
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
+def test_what_is_no_sentence_is_refused_with_its_reason() -> None:
+    for text, code in (
         ("", "unknown_choice"),
         ("broken T_spindle", "unknown_choice"),
         ("stuck", "fault_channel_count"),
@@ -79,11 +75,9 @@ def test_a_sentence_is_read_as_what_it_says(text: str, expected: Fault) -> None:
         ("nan T_spindle for 0s", "not_positive"),
         ("nan Z_true_um", "unknown_name"),
         ("nan T_spindle at 9" + "9" * 12, "not_a_duration"),
-    ],
-)
-def test_what_is_no_sentence_is_refused_with_its_reason(text: str, code: str) -> None:
-    with refused(code):
-        fault(text)
+    ):
+        with refused(code):
+            fault(text)
 
 
 def test_a_fault_that_the_machine_cannot_have_is_refused() -> None:
@@ -108,12 +102,9 @@ def test_any_words_are_a_fault_or_an_error_in_words(words: list[str]) -> None:
     assert found.for_s > 0.0
 
 
-@pytest.mark.parametrize(
-    ("text", "seconds"),
-    [("90", 90.0), ("1.5h", 5400.0), ("250ms", 0.25), ("2d", 172_800.0), ("", None), ("h", None)],
-)
-def test_times_are_read_with_their_units(text: str, seconds: float | None) -> None:
-    assert parse_seconds(text) == seconds
+def test_times_are_read_with_their_units() -> None:
+    seconds = {"90": 90.0, "1.5h": 5400.0, "250ms": 0.25, "2d": 172_800.0, "": None, "h": None}
+    assert {text: parse_seconds(text) for text in seconds} == seconds
 
 
 @given(

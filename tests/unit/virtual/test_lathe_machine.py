@@ -262,10 +262,10 @@ def test_weeks_keep_their_memory_and_stay_sane() -> None:
     assert np.all((lathe.temperature_c > 15.0) & (lathe.temperature_c < 45.0))
 
 
-@pytest.mark.parametrize("wrong", [-1.0, float("nan"), float("inf")])
-def test_a_step_that_is_none_is_refused(wrong: float) -> None:
-    with refused("outside_range"):
-        VirtualLathe().step(wrong)
+def test_a_step_that_is_none_is_refused() -> None:
+    for wrong in (-1.0, float("nan"), float("inf")):
+        with refused("outside_range"):
+            VirtualLathe().step(wrong)
 
 
 def test_what_is_no_scenario_and_no_seed_is_refused() -> None:

@@ -51,15 +51,15 @@ def by_runge_kutta(
     return t
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_a_step_is_what_fine_runge_kutta_gives(seed: int) -> None:
-    network, start = random_network(seed)
-    heat = np.linspace(0.0, 900.0, start.size)
-    boundary = np.array([18.0, 25.0])
-    time_s = 20.0 / network.rate_per_s[-1]
-    exact = network.after(start, heat, boundary, time_s)
-    fine = by_runge_kutta(network, start, heat, boundary, time_s)
-    assert exact == pytest.approx(fine, abs=1e-4 * float(np.ptp(fine - start)) + 1e-9)
+def test_a_step_is_what_fine_runge_kutta_gives() -> None:
+    for seed in range(4):
+        network, start = random_network(seed)
+        heat = np.linspace(0.0, 900.0, start.size)
+        boundary = np.array([18.0, 25.0])
+        time_s = 20.0 / network.rate_per_s[-1]
+        exact = network.after(start, heat, boundary, time_s)
+        fine = by_runge_kutta(network, start, heat, boundary, time_s)
+        assert exact == pytest.approx(fine, abs=1e-4 * float(np.ptp(fine - start)) + 1e-9)
 
 
 @given(seed=st.integers(0, 10_000), exponent=st.floats(-2.0, 7.0))
@@ -149,9 +149,8 @@ def test_the_answer_to_a_swinging_boundary_is_the_one_that_small_steps_settle_to
     assert t == pytest.approx(expected, abs=2e-5)
 
 
-@pytest.mark.parametrize(
-    ("capacity", "between", "outside"),
-    [
+def test_what_is_no_network_is_refused() -> None:
+    for capacity, between, outside in (
         ([1.0, 0.0], [[0, 1], [1, 0]], [[1.0], [0.0]]),
         ([1.0, 1.0], [[0, 1], [2, 0]], [[1.0], [0.0]]),
         ([1.0, 1.0], [[1, 1], [1, 0]], [[1.0], [0.0]]),
@@ -160,8 +159,6 @@ def test_the_answer_to_a_swinging_boundary_is_the_one_that_small_steps_settle_to
         ([1.0, 1.0], [[0, 1], [1, 0]], [[1.0]]),
         ([1.0], [[0, 1], [1, 0]], [[1.0]]),
         ([], np.zeros((0, 0)), np.zeros((0, 1))),
-    ],
-)
-def test_what_is_no_network_is_refused(capacity: list, between: list, outside: list) -> None:
-    with pytest.raises(ValueError, match=r"network|capacity|conductance"):
-        ThermalNetwork(np.array(capacity), np.array(between), np.array(outside))
+    ):
+        with pytest.raises(ValueError, match=r"network|capacity|conductance"):
+            ThermalNetwork(np.array(capacity), np.array(between), np.array(outside))

@@ -272,9 +272,8 @@ def test_a_port_that_is_taken_is_said() -> None:
     asyncio.run(run())
 
 
-@pytest.mark.parametrize(
-    ("wrong", "code"),
-    [
+def test_settings_that_do_not_go_together_are_refused() -> None:
+    for wrong, code in (
         ({"speed": 0.0}, "not_positive_up_to"),
         ({"speed": math.inf}, "not_positive_up_to"),
         ({"port": 70_000}, "outside_range"),
@@ -293,11 +292,9 @@ def test_a_port_that_is_taken_is_said() -> None:
         ),
         ({"user": "anna"}, "user_without_password"),
         ({"user": "anna", "password": Secret("x")}, "password_unencrypted"),
-    ],
-)
-def test_settings_that_do_not_go_together_are_refused(wrong: dict, code: str) -> None:
-    with refused(code):
-        LatheServerSettings(**wrong)
+    ):
+        with refused(code):
+            LatheServerSettings(**wrong)
 
 
 def test_the_number_of_a_unit_is_its_code_read_as_bytes() -> None:

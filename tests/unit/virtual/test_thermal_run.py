@@ -99,18 +99,15 @@ def test_columns_name_their_units():
     assert len({c.size for c in columns.values()}) == 1
 
 
-@pytest.mark.parametrize(
-    ("change", "code"),
-    [
+def test_a_plan_that_cannot_be_is_refused():
+    for change, code in (
         ({"hours": 0.0}, "not_positive"),
         ({"sample_time_s": 1.5}, "not_whole_number"),
         ({"drift_um": -1.0}, "negative"),
         ({"missing_share": 1.0}, "outside_range"),
-    ],
-)
-def test_a_plan_that_cannot_be_is_refused(change, code):
-    with refused(code):
-        replace(PLAN, **change)
+    ):
+        with refused(code):
+            replace(PLAN, **change)
 
 
 def test_lags_that_are_not_whole_are_refused():
