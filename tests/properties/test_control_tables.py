@@ -101,23 +101,31 @@ PARSERS = {
 }
 
 
-def forms() -> list[tuple[str, bool]]:
-    """Return every control, and again with the reversal apart where it has a place for it."""
-    found: list[tuple[str, bool]] = []
+def forms() -> list[tuple[str, bool, tuple[str, ...]]]:
+    """Return every control, again with the reversal apart, and with options that change a file."""
+    found: list[tuple[str, bool, tuple[str, ...]]] = []
     for name in control_names():
         control = control_by_name(name)
         options = check_options(control, (), purpose="table")
         rule = control.grid_rule(AxisKind.LINEAR, options)
-        found += [(name, False), (name, True)] if rule.backlash_apart else [(name, False)]
-    return found
+        found += [(name, apart, ()) for apart in (False, True) if rule.backlash_apart or not apart]
+    return [
+        *found,
+        ("fanuc", False, ("bidirectional=1",)),
+        ("fanuc", False, ("bidirectional=1", "return_direction=negative")),
+        ("fanuc", True, ("detection_unit=2.5", "largest_value=127")),
+        ("linuxcnc", False, ("type=1",)),
+        ("linuxcnc", False, ("units=inch",)),
+    ]
 
 
-@pytest.mark.parametrize(("name", "apart"), forms())
+@pytest.mark.parametrize(("name", "apart", "stated"), forms())
 @given(run=runs(), points=st.integers(2, 100), share=st.floats(0.0, 1.0))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_what_a_control_reads_in_its_file_leaves_no_more_than_bound_and_rounding(
     name: str,
     apart: bool,
+    stated: tuple[str, ...],
     run: tuple[AxisKind, AxisLevels],
     points: int,
     share: float,
@@ -125,7 +133,7 @@ def test_what_a_control_reads_in_its_file_leaves_no_more_than_bound_and_rounding
     kind, levels = run
     rotary = kind is AxisKind.ROTARY
     control = control_by_name(name)
-    options = check_options(control, (), purpose="table")
+    options = check_options(control, stated, purpose="table")
     rule = control.grid_rule(kind, options)
     reference = float(levels.target[0] + share * (levels.target[-1] - levels.target[0]))
     reference = round(reference, 3)
@@ -159,7 +167,7 @@ def test_what_a_control_reads_in_its_file_leaves_no_more_than_bound_and_rounding
     assert left_over(levels, correction, bound + rounding) <= 1e-6
     zero = float(np.mean(control.correction(read.table, np.array([reference]))))
     assert abs(zero) <= rounding + 1e-6
-    if name in PARSERS:
+    if name in PARSERS and not stated:
         own_position, own_correction = PARSERS[name](text, reference, 3600.0 if rotary else 1000.0)
         kept = slice(len(own_position) - read.table.position.size, None)  # Fanuc's way to its zero
         np.testing.assert_allclose(own_position[kept], read.table.position, atol=1e-6)

@@ -11,6 +11,7 @@ import pytest
 from thermaxis.cli import main
 from thermaxis.controls import control_by_name, control_names
 from thermaxis.files import read_positioning, write_tidy_csv
+from thermaxis.messages import text_of
 from thermaxis.quantities import AxisKind
 
 EXAMPLES = ("x_axis_100_cycles.csv", "y_axis_50_cycles.rtl")
@@ -59,8 +60,8 @@ def test_the_sign_of_every_control_is_the_one_that_its_summary_names(
     assert main(["correct", run, "--control", name, "-o", table]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     control = control_by_name(name)
-    assert f"sign: {control.sign}" in printed
-    assert f"unit: {control.unit}" in printed
+    assert f"sign: {text_of(control.sign)}" in printed
+    assert f"unit: {text_of(control.unit)}" in printed
     assert "a wrong sign doubles the error" in printed
     content = Path(table).read_bytes()
     assert content.isascii()

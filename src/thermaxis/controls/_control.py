@@ -100,8 +100,8 @@ class GridRule:
     """Decimals of the points' positions in the control's own unit. [1]"""
     through_reference: bool = False
     """Whether a point must lie at the reference position."""
-    remark: str = ""
-    """A limit that the table alone does not show, such as a machine parameter to set, in words."""
+    advice: Message | None = None
+    """A limit that the table alone does not show, such as a machine parameter to set."""
 
 
 @final
@@ -143,8 +143,8 @@ class TableText:
 
     text: str
     """Content of the file, ASCII, lines ended as the control wants them."""
-    sentences: tuple[str, ...]
-    """Sign, unit, what was rounded or lost, how to activate it; for the summary, in words."""
+    advice: tuple[Message, ...]
+    """What was rounded or lost, what else must be set, how to activate it."""
 
 
 @final
@@ -168,10 +168,10 @@ class Control(ABC):
 
     title: str
     """Name for people, with the versions that it is meant for."""
-    sign: str
-    """One sentence: what a positive value of the table does."""
-    unit: str
-    """One sentence: unit and resolution of the values."""
+    sign: Message
+    """What a positive value of the table does."""
+    unit: Message
+    """Unit and resolution of the values."""
     newline: str = "\n"
     """End of a line in its files."""
     options: tuple[ControlOption, ...] = ()
@@ -302,6 +302,11 @@ def finding(code: str, place: Place = NOWHERE, **values: Value) -> Message:
     return Message(f"finding-{code}", values, place)
 
 
+def advice(code: str, **values: Value) -> Message:
+    """Return what the user of a table must know: its sentence is ``advice-`` and the code."""
+    return Message(f"advice-{code}", values)
+
+
 def options_of(control: str) -> tuple[ControlOption, ...]:
     """Return the options of a control, or of a maker's controls, from ``options.toml``."""
     page = (files("thermaxis.controls") / "options.toml").read_text("utf-8")
@@ -380,6 +385,36 @@ def number_option(options: Mapping[str, str], name: str, *, lowest: float, highe
             place=Place(key=f"--set {name}"),
         )
     return number
+
+
+def whole_option(options: Mapping[str, str], name: str, *, lowest: int, highest: int) -> int:
+    """Return the value of an option that is a whole number."""
+    number = number_option(options, name, lowest=lowest, highest=highest)
+    if not number.is_integer():
+        raise ConfigurationError("not_whole_number", value=number, place=Place(key=f"--set {name}"))
+    return int(number)
+
+
+def axis_letter(name: str, letters: str) -> str:
+    """Return the one letter of an axis, upper case."""
+    letter = name.upper()
+    if len(letter) != 1 or letter not in letters:
+        raise ConfigurationError(
+            "unknown_axis", name=name, known=tuple(sorted(letters)), place=Place(key="--axis")
+        )
+    return letter
+
+
+def number_in_table(text: str, form: re.Pattern[str], largest: float, place: Place) -> float:
+    """Return a number of a table, or refuse it as the control does."""
+    if form.fullmatch(text) is None:
+        comma = re.fullmatch(r"[+-]?[0-9]+,[0-9]*", text[:60], re.ASCII) is not None
+        code = "table_decimal_comma" if comma else "not_a_number"
+        raise MeasurementFileError(code, text=text[:99], place=place)
+    value = float(text.upper().replace("EX", "E"))  # EX: the exponent of SINUMERIK
+    if not abs(value) <= largest:
+        raise MeasurementFileError("number_too_large", text=text[:99], largest=largest, place=place)
+    return value
 
 
 def plain_number(value: float, decimals: int) -> str:

@@ -11,7 +11,7 @@ LinuxCNC at commit 5c41560e: ``src/emc/motion/usrmotintf.cc`` (``usrmotLoadComp`
 
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -26,6 +26,8 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    advice,
+    axis_letter,
     check_points,
     check_size,
     finding,
@@ -90,14 +92,8 @@ class LinuxCnc(Control):
     """
 
     title = "LinuxCNC"
-    sign = (
-        "A table of type 0 holds actual positions, nominal plus deviation; one of type 1 holds"
-        " what is added to the motor command, minus the deviation [V, code of LinuxCNC]"
-    )
-    unit = (
-        "Values and positions are in machine units, mm (0.000001) or inch (0.00000001), of a rotary"
-        " axis always deg (0.0000001)"
-    )
+    sign = advice("linuxcnc_sign")
+    unit = advice("linuxcnc_unit")
     options = options_of("linuxcnc")
 
     def format_program(self, request: ProgramRequest) -> str:
@@ -106,9 +102,10 @@ class LinuxCnc(Control):
         One move to a line, ``G53 G1``, in exact stop mode G61.1; a repeated block is an
         ``o... repeat`` loop. No rapid moves: the way to the first position is driven at the feed.
         """
-        axis = _axis_letter(request)
-        check_motion(request)
         plan = request.plan
+        rotary = plan.kind is AxisKind.ROTARY
+        axis = axis_letter(request.axis, _ROTARY_AXES if rotary else _LINEAR_AXES)
+        check_motion(request)
         lines = [f"({line})" for line in head_lines(request, self.title)]
         lines += ["G21 G90 G94 G40 G49 G80", "G61.1", f"F{feed_word(plan)}"]
         machine = request.options.get("coordinates", "machine") == "machine"
@@ -133,7 +130,7 @@ class LinuxCnc(Control):
             backlash_apart=False,
             resolution=unit * 10.0**-decimals,
             decimals=4,
-            remark="BACKLASH of the joint is ignored as soon as COMP_FILE is given",
+            advice=advice("linuxcnc_backlash"),
         )
 
     def format_table(self, request: TableRequest) -> TableText:
@@ -156,36 +153,7 @@ class LinuxCnc(Control):
         )
         return TableText(
             text="".join(row + self.newline for row in rows),
-            sentences=self._sentences(table, options, decimals),
-        )
-
-    def _sentences(
-        self, table: CompensationTable, options: Mapping[str, str], decimals: int
-    ) -> tuple[str, ...]:
-        kind, name = table.kind, "deg" if table.kind is AxisKind.ROTARY else options["units"]
-        trims = (
-            "actual positions, nominal plus deviation: a positive deviation makes LinuxCNC command"
-            " less"
-        )
-        if _type(options) == "1":
-            trims = "trims, minus the deviation: what LinuxCNC adds to the motor command"
-        step = 10.0**-decimals * _unit_and_decimals(kind, options)[0]
-        return (
-            f"Columns 2 and 3 hold {trims} [V].",
-            (
-                f"All numbers are in {name}, rounded to {plain_number(10.0**-decimals, decimals)}"
-                f" {name} ({step:.2g} {kind.units.deviation})."
-            ),
-            "The file can hold no comment: it names neither its sign, nor its run, nor its type.",
-            (
-                f"It acts with COMP_FILE and COMP_FILE_TYPE = {_type(options)} in the [JOINT_n]"
-                " section, from the next start of LinuxCNC on; BACKLASH there is then ignored [V]:"
-                " what it was during the run must be in the table (--backlash-in-force)."
-            ),
-            (
-                "Give the joint some reserve of speed and acceleration: the correction may add half"
-                " of both [V]."
-            ),
+            advice=tuple(_advice(table, options, decimals)),
         )
 
     def read_table(
@@ -233,18 +201,25 @@ def _unit_and_decimals(kind: AxisKind, options: Mapping[str, str]) -> tuple[floa
     return kind.units.deviations_per_position, 6
 
 
-# ---- program ------------------------------------------------------------------------------------
+# ---- table ------------------------------------------------------------------------------------
 
 
-def _axis_letter(request: ProgramRequest) -> str:
-    letter = request.axis.upper()
-    rotary = request.plan.kind is AxisKind.ROTARY
-    letters = _ROTARY_AXES if rotary else _LINEAR_AXES
-    if len(letter) != 1 or letter not in letters:
-        raise ConfigurationError(
-            "unknown_axis", name=request.axis, known=tuple(letters), place=Place(key="--axis")
-        )
-    return letter
+def _advice(
+    table: CompensationTable, options: Mapping[str, str], decimals: int
+) -> Iterator[Message]:
+    kind, name = table.kind, "deg" if table.kind is AxisKind.ROTARY else options["units"]
+    step = 10.0**-decimals * _unit_and_decimals(kind, options)[0]
+    yield advice("linuxcnc_trims" if _type(options) == "1" else "linuxcnc_positions")
+    yield advice(
+        "linuxcnc_rounding",
+        name=name,
+        digit=plain_number(10.0**-decimals, decimals),
+        step=f"{step:.2g}",
+        unit=kind.units.deviation,
+    )
+    yield advice("linuxcnc_no_comment")
+    yield advice("linuxcnc_activation", type=_type(options))
+    yield advice("linuxcnc_reserve")
 
 
 # ---- reading ------------------------------------------------------------------------------------

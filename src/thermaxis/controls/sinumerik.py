@@ -27,13 +27,15 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    advice,
     check_points,
     comment_text,
     finding,
-    number_option,
+    number_in_table,
     options_of,
     plain_number,
     text_lines,
+    whole_option,
 )
 from thermaxis.controls._program import (
     FINEST_DECIMALS,
@@ -91,11 +93,8 @@ class Sinumerik(Control):
     """
 
     title = "SINUMERIK 840D sl"
-    sign = (
-        "A value is plus the mean deviation: a positive value makes the axis move in negative"
-        " direction [V, manual K3]"
-    )
-    unit = "Values are in mm (0.000001), of a rotary axis in deg (0.0000001); positions likewise"
+    sign = advice("sinumerik_sign")
+    unit = advice("sinumerik_unit")
     newline = "\r\n"
     options = options_of("sinumerik")
 
@@ -136,7 +135,7 @@ class Sinumerik(Control):
         """Return the rule: equidistant points, one value for both directions."""
         most: int | None = None
         if options.get("max_points", "none") != "none":
-            most = int(number_option(options, "max_points", lowest=2, highest=MOST_POINTS))
+            most = whole_option(options, "max_points", lowest=2, highest=MOST_POINTS)
         return GridRule(
             equidistant=True,
             most_points=most,
@@ -144,7 +143,7 @@ class Sinumerik(Control):
             backlash_apart=True,
             resolution=kind.units.deviations_per_position * 10.0 ** -_decimals(kind),
             decimals=4,
-            remark="MD38000 MM_ENC_COMP_MAX_POINTS must be at least the number of points",
+            advice=advice("sinumerik_points"),
         )
 
     def format_table(self, request: TableRequest) -> TableText:
@@ -179,52 +178,12 @@ class Sinumerik(Control):
             lines = [*head, off, "NEWCONF", "CHANDATA(1)", *body, "M30"]
         return TableText(
             text="".join(line + self.newline for line in lines),
-            sentences=self._sentences(request, axis, enc),
+            advice=tuple(_advice(request, axis, enc)),
         )
 
     def own_options(self, options: Mapping[str, str]) -> Mapping[str, str]:
         """Return the options without the choice among several tables: a new file has only one."""
         return MappingProxyType({**options, "table": "none"})
-
-    def _sentences(self, request: TableRequest, axis: str, enc: str) -> tuple[str, ...]:
-        table, options = request.table, request.options
-        k = table.position.size
-        said = [
-            f"{self.sign}.",
-            (
-                "MD38000 MM_ENC_COMP_MAX_POINTS of the axis must be at least"
-                f" {k} (changing it reorganises the memory: back it up first [M])."
-            ),
-            (
-                "The file does not activate its table: reference the axis, set MD32700"
-                f" ENC_COMP_ENABLE[{enc},{axis}] = 1, NEWCONF; write tables only while it is 0 [V]."
-            ),
-            (
-                "Writing machine data needs the access level of the service [M]; the numbers are"
-                " meant for a metric basic system."
-            ),
-        ]
-        if table.backlash is not None:
-            said.append(
-                f"MD32450 BACKLASH is minus the mean reversal value, {-table.backlash:.4g}"
-                f" {table.kind.units.deviation}: positive where the table lags behind the encoder"
-                " [V, manual of the 808D]; check it by a second measurement. It acts on the"
-                " referenced axis from the next NEWCONF on, whether the table is on or not."
-                " It replaces what MD32450 held: that must be in it (--backlash-in-force, --merge)."
-            )
-        else:
-            said.append(
-                "MD32450 BACKLASH is not written: what it holds stays in force beside this table."
-            )
-        if options.get("form") == "ini":
-            said.append("The ini form does not switch MD32700 off: do it before loading.")
-        if options.get("modulo") == "1":
-            jump = abs(float(table.mean[-1] - table.mean[0]))
-            said.append(
-                f"First and last point are the same place; their values differ by {jump:.4g}"
-                f" {table.kind.units.deviation}, a step of the compensation there."
-            )
-        return tuple(said)
 
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
@@ -351,6 +310,23 @@ def _assignments(table: CompensationTable, axis: str, enc: str) -> Iterator[str]
         yield f"$AA_ENC_COMP[{enc},{i},{axis}]={plain_number(value, decimals)}"
 
 
+def _advice(request: TableRequest, axis: str, enc: str) -> Iterator[Message]:
+    table, options = request.table, request.options
+    unit = table.kind.units.deviation
+    yield advice("sinumerik_memory", points=table.position.size)
+    yield advice("sinumerik_activation", encoder=enc, axis=axis)
+    yield advice("sinumerik_access")
+    if table.backlash is not None:
+        yield advice("sinumerik_backlash", backlash=-table.backlash, unit=unit)
+    else:
+        yield advice("sinumerik_no_backlash")
+    if options.get("form") == "ini":
+        yield advice("sinumerik_ini")
+    if options.get("modulo") == "1":
+        jump = abs(float(table.mean[-1] - table.mean[0]))
+        yield advice("sinumerik_turn", jump=jump, unit=unit)
+
+
 def _table_head(request: TableRequest, axis: str, *, modulo: bool) -> Iterator[str]:
     table = request.table
     unit = table.kind.units.position_suffix
@@ -384,19 +360,7 @@ class _Value:
 
     def number(self, path: str) -> float:
         """Return the number, or refuse it as the control does."""
-        if _NUMBER.fullmatch(self.words) is None:
-            comma = re.fullmatch(r"[+-]?[0-9]+,[0-9]+", self.words) is not None
-            raise MeasurementFileError(
-                "table_decimal_comma" if comma else "not_a_number",
-                text=self.words,
-                place=Place(path, self.line),
-            )
-        value = float(self.words.upper().replace("EX", "E"))
-        if not abs(value) <= 1e6:
-            raise MeasurementFileError(
-                "number_too_large", text=self.words, largest=1e6, place=Place(path, self.line)
-            )
-        return value
+        return number_in_table(self.words, _NUMBER, 1e6, Place(path, self.line))
 
     @property
     def decimals(self) -> int:
@@ -577,7 +541,4 @@ def _choose(tables: list[_Section], options: Mapping[str, str], path: str) -> _S
         raise MeasurementFileError(
             "several_tables", tables=tuple(listed), count=len(tables), place=Place(path)
         )
-    number = number_option(options, "table", lowest=1, highest=len(tables))
-    if number != int(number):
-        raise ConfigurationError("not_whole_number", value=number, place=Place(key="--set table"))
-    return tables[int(number) - 1]
+    return tables[whole_option(options, "table", lowest=1, highest=len(tables)) - 1]

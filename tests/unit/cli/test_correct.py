@@ -13,9 +13,11 @@ from thermaxis.cli import main
 from thermaxis.cli.axis.tables import make as _make_table
 from thermaxis.cli.axis.tables.plausible import doubts_about_size
 from thermaxis.cli.axis.tables.reference import reference_point
+from thermaxis.codes import Message
 from thermaxis.controls import Control, GridRule, ProgramRequest, ReadTable, TableRequest, TableText
 from thermaxis.errors import DataError
 from thermaxis.files import read_positioning
+from thermaxis.messages import text_of
 from thermaxis.positioning import CompensationTable, evaluate_drift, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
 
@@ -112,8 +114,8 @@ def test_the_summary_says_sign_unit_points_reference_reversal_and_what_is_left(
     printed = " ".join(capsys.readouterr().out.split())
     control = controls.control_by_name("linuxcnc")
     for words in (
-        control.sign,
-        control.unit,
+        text_of(control.sign),
+        text_of(control.unit),
         "points: 5 of at most 256, from 0 to 200 mm; the targets themselves",
         "zero at the reference point 0 mm",
         "forward minus backward is -2.00 µm in the mean",
@@ -825,8 +827,7 @@ class Forgetful(Control):
     """A control whose file is read back otherwise than it was written."""
 
     title = "Forgetful"
-    sign = "plus"
-    unit = "um"
+    sign = unit = Message("advice-fanuc_unit")
     suffix = ".txt"
 
     def __init__(self, off: float = 0.0, lost: int = 0) -> None:
@@ -848,7 +849,7 @@ class Forgetful(Control):
 
     def format_table(self, request: TableRequest) -> TableText:
         self.last = request.table
-        return TableText(text="table\n", sentences=())
+        return TableText(text="table\n", advice=())
 
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]

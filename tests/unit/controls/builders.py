@@ -1,10 +1,22 @@
 """Plans, programs and tables of the controls' tests."""
 
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
 import numpy as np
 
-from thermaxis.controls import Control, ProgramRequest, ReadTable, TableRequest, check_options
+from thermaxis.codes import Value
+from thermaxis.controls import (
+    Control,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+    check_options,
+)
 from thermaxis.files import plan_sha256
-from thermaxis.positioning import FORWARD, TestPlan, moves_of_plan, order_of_visits
+from thermaxis.messages import text_of
+from thermaxis.positioning import BACKWARD, FORWARD, TestPlan, moves_of_plan, order_of_visits
 from thermaxis.quantities import AxisKind
 
 
@@ -20,6 +32,21 @@ def plan_of(**changes: object) -> TestPlan:
         "overrun": 5.0,
     }
     return TestPlan(**{**fields, **changes})
+
+
+def in_every_direction(plan: TestPlan) -> Iterator[TestPlan]:
+    """Give a plan with both approaches and with each alone."""
+    for approaches in ((FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)):
+        yield replace(plan, approaches=approaches)
+
+
+HOSTILE = (
+    *("x) G0 Z-100", "*)", "(MSG, hello", "MSG, hello", 'MSG("hello")', "DEBUG,#1", "PRINT,#2"),
+    *("%", "%_N_X_MPF", "$MA_X=1", "µ ü €", "µ ~ ", "; M30", "o100 endrepeat", "O1234 M99"),
+    *("THX_LIMIT:", "ENDFOR", "(LOGOPEN,/etc/passwd)", "?x=1&y", "=1", '"A" % \\ {}'),
+    *("L X+900 FMAX", "a" * 200, "é" * 200),
+)
+"""Titles of plans that would do something outside a comment."""
 
 
 def program_of(
@@ -45,6 +72,12 @@ def planned_stops(plan: TestPlan) -> list[tuple[float, float]]:
 def found(read: ReadTable) -> list[str]:
     """Return the codes of what was found in a table."""
     return [one.code.removeprefix("finding-") for one in read.findings]
+
+
+def advised(made: TableText) -> dict[str, Mapping[str, Value]]:
+    """Return what the user of a table must know: values by code."""
+    assert not any("advice-" in text_of(one) for one in made.advice)  # each has its sentence
+    return {one.code.removeprefix("advice-"): one.values for one in made.advice}
 
 
 def table_text(control: Control, table: object, *sets: str) -> str:

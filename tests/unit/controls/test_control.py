@@ -19,49 +19,37 @@ from thermaxis.controls import (
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
 
-EVERY = [
-    (name, purpose, option)
-    for name in control_names()
-    for purpose in ("program", "table")
-    for option in control_by_name(name).options
-    if option.only_for in {"", purpose}
-]
-
 
 @pytest.mark.parametrize("name", control_names())
-@pytest.mark.parametrize("purpose", ["program", "table"])
-def test_an_option_that_is_unknown_or_has_no_value_or_a_wrong_one_is_refused(
-    name: str, purpose: str
-) -> None:
+def test_an_option_that_is_unknown_or_has_no_value_or_a_wrong_one_is_refused(name: str) -> None:
     control = control_by_name(name)
-    options = [option for *place, option in EVERY if place == [name, purpose]]
-    known = tuple(sorted(f"{option.name} ({option.default})" for option in options))
-    for stated in ("colour", "colour=red"):
-        place = Place(key=f"--set {stated}")
-        with refused("unknown_control_option", place, name="colour", known=known):
-            check_options(control, [stated], purpose=purpose)
-    for option in options:
-        with refused("option_without_value", meaning=option.in_words):
-            check_options(control, [option.name], purpose=purpose)
-        if option.choices:
-            with refused("unknown_choice", known=option.choices):
-                check_options(control, [f"{option.name}=~"], purpose=purpose)
-            with refused("stated_twice", name=option.name):
-                check_options(control, [f"{option.name}={option.default}"] * 2, purpose=purpose)
+    for purpose in ("program", "table"):
+        options = [o for o in control.options if o.only_for in {"", purpose}]
+        known = tuple(sorted(f"{option.name} ({option.default})" for option in options))
+        for stated in ("colour", "colour=red"):
+            place = Place(key=f"--set {stated}")
+            with refused("unknown_control_option", place, name="colour", known=known):
+                check_options(control, [stated], purpose=purpose)
+        for option in options:
+            with refused("option_without_value", meaning=option.in_words):
+                check_options(control, [option.name], purpose=purpose)
+            if option.choices:
+                with refused("unknown_choice", known=option.choices):
+                    check_options(control, [f"{option.name}=~"], purpose=purpose)
+                with refused("stated_twice", name=option.name):
+                    twice = [f"{option.name}={option.default}"] * 2
+                    check_options(control, twice, purpose=purpose)
 
 
-@pytest.mark.parametrize("name", control_names())
-def test_a_file_that_is_too_large_is_refused_in_the_same_words_by_every_control(name: str) -> None:
-    control = control_by_name(name)
-    options = check_options(control, [], purpose="table")
-    with refused("file_too_large"):
-        control.read_table("0" * (LARGEST_TABLE_BYTES + 1), "a.com", AxisKind.LINEAR, options)
-
-
-def test_a_file_may_be_as_large_as_the_limit() -> None:
+def test_a_file_may_be_as_large_as_the_limit_and_no_control_reads_a_larger_one() -> None:
     check_size(b"0" * LARGEST_TABLE_BYTES, "a.com")
     with refused("file_too_large"):
         check_size(b"0" * (LARGEST_TABLE_BYTES + 1), "a.com")
+    for name in control_names():
+        control = control_by_name(name)
+        options = check_options(control, [], purpose="table")
+        with refused("file_too_large"):
+            control.read_table("0" * (LARGEST_TABLE_BYTES + 1), "a", AxisKind.LINEAR, options)
 
 
 def table_text(name: str) -> str:
@@ -105,18 +93,19 @@ def test_ends_of_lines_are_told_where_a_control_may_read_another_table(name: str
     assert one.place.line == 3
 
 
-@pytest.mark.parametrize("name", BY_ALL_ENDS)
-@pytest.mark.parametrize("mark", ["\ufeff", "\xef\xbb\xbf"])
-def test_a_byte_order_mark_hides_no_table_from_the_reader(name: str, mark: str) -> None:
-    text = table_text(name)
-    got, known = read(name, mark + text), read(name, text)
-    assert got.table.deviation.tolist() == known.table.deviation.tolist()
-    assert got.findings == known.findings
+def test_a_byte_order_mark_hides_no_table_from_the_reader() -> None:
+    for name in BY_ALL_ENDS:
+        text = table_text(name)
+        known = read(name, text)
+        for mark in ("\ufeff", "\xef\xbb\xbf"):
+            got = read(name, mark + text)
+            assert got.table.deviation.tolist() == known.table.deviation.tolist()
+            assert got.findings == known.findings
 
 
-@pytest.mark.parametrize("name", control_names())
-def test_a_table_names_its_axis_where_the_file_can(name: str) -> None:
-    assert read(name, table_text(name)).table.axis == ("" if name == "linuxcnc" else "X")
+def test_a_table_names_its_axis_where_the_file_can() -> None:
+    named = {name: read(name, table_text(name)).table.axis for name in control_names()}
+    assert named == {name: "" if name == "linuxcnc" else "X" for name in control_names()}
 
 
 def test_the_names_of_the_controls_are_known_without_numpy() -> None:

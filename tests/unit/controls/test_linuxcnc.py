@@ -1,6 +1,5 @@
 """LinuxCNC: its programs by a small interpreter of our own, its tables by a reader of our own."""
 
-import itertools
 import re
 from dataclasses import dataclass, replace
 
@@ -9,12 +8,16 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from tests.unit.controls.builders import found, planned_stops, program_of
-from thermaxis.codes import Place
-from thermaxis.controls import (
-    TableRequest,
-    check_options,
+from tests.unit.controls.builders import (
+    HOSTILE,
+    advised,
+    found,
+    in_every_direction,
+    planned_stops,
+    program_of,
 )
+from thermaxis.codes import Place
+from thermaxis.controls import ReadTable, TableRequest, check_options
 from thermaxis.controls.linuxcnc import CONTROL
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import plan_sha256
@@ -27,9 +30,6 @@ from thermaxis.positioning import (
     TestPlan,
     compensation_table,
     evaluate_duration,
-    interpolation_bound,
-    table_points,
-    values_at_points,
 )
 from thermaxis.quantities import AxisKind
 
@@ -43,10 +43,6 @@ PLAN = TestPlan(
     recording_s=0.25,
     overrun=4.5,
 )
-HOSTILE = [
-    *("x) G0 Z-100", "*)", "(MSG, hello", "MSG, hello", "DEBUG,#1", "PRINT,#2", "%", "µ ü €"),
-    *("; M30", "o100 endrepeat", "a" * 200, "é" * 200, "(LOGOPEN,/etc/passwd)", "?x=1&y"),
-]
 
 
 def table_options(*stated: str) -> dict[str, str]:
@@ -101,20 +97,17 @@ def drive(program: str, letter: str = "X", start: float = 1000.0) -> Driven:
 
 
 @pytest.mark.parametrize("cycle", list(Cycle))
-@pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
-@pytest.mark.parametrize(("warm_up", "coordinates"), [(0, "machine"), (4, "work"), (1, "machine")])
-def test_the_program_visits_every_target_in_order_from_its_side(
-    cycle: Cycle, approaches: tuple[int, ...], warm_up: int, coordinates: str
-) -> None:
-    plan = replace(PLAN, cycle=cycle, approaches=approaches)
-    program = program_of(CONTROL, plan, f"coordinates={coordinates}", warm_up=warm_up)
-    for start in (-1000.0, 10.123, 1000.0):
-        done = drive(program, start=start)
-        assert done.stops == planned_stops(plan)
-        assert set(done.dwell_s) == {2.25}
-        assert min(done.places) >= plan.lowest
-        assert max(done.places) <= plan.highest
-    assert ("G53" in program) == (coordinates == "machine")
+def test_the_program_visits_every_target_in_order_from_its_side(cycle: Cycle) -> None:
+    for warm_up, coordinates in ((0, "machine"), (4, "work"), (1, "machine")):
+        for plan in in_every_direction(replace(PLAN, cycle=cycle)):
+            program = program_of(CONTROL, plan, f"coordinates={coordinates}", warm_up=warm_up)
+            for start in (-1000.0, 10.123, 1000.0):
+                done = drive(program, start=start)
+                assert done.stops == planned_stops(plan)
+                assert set(done.dwell_s) == {2.25}
+                assert min(done.places) >= plan.lowest
+                assert max(done.places) <= plan.highest
+            assert ("G53" in program) == (coordinates == "machine")
 
 
 def test_the_head_states_the_duration_that_the_motion_takes() -> None:
@@ -154,20 +147,19 @@ def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
     assert max(done.places) <= plan.highest + 1e-6
 
 
-@pytest.mark.parametrize("title", HOSTILE)
-def test_text_of_a_plan_stays_a_comment_without_any_power(title: str) -> None:
-    assert title.isprintable()  # a plan refuses what is not
-    plan = replace(PLAN, title=title)
-    program = program_of(CONTROL, plan)
+def test_text_of_a_plan_stays_a_comment_without_any_power() -> None:
     plain = program_of(CONTROL, PLAN)
-    assert drive(program) == drive(plain)
-    body = [line for line in program.splitlines() if not line.startswith("(title")]
-    wanted = [line.replace(plan_sha256(PLAN), plan_sha256(plan)) for line in plain.splitlines()]
-    assert body == wanted
-    assert program.isascii()
-    assert "," not in program
-    assert "%" not in program
-    assert max(map(len, program.splitlines())) < 255
+    for title in HOSTILE:
+        plan = replace(PLAN, title=title)
+        program = program_of(CONTROL, plan)
+        assert drive(program) == drive(plain)
+        body = [line for line in program.splitlines() if not line.startswith("(title")]
+        wanted = [line.replace(plan_sha256(PLAN), plan_sha256(plan)) for line in plain.splitlines()]
+        assert body == wanted
+        assert program.isascii()
+        assert "," not in program
+        assert "%" not in program
+        assert max(map(len, program.splitlines())) < 255
 
 
 def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
@@ -260,84 +252,14 @@ def test_reversal_that_is_stated_apart_goes_into_the_two_columns() -> None:
     )
 
 
-def test_the_summary_says_sign_unit_and_how_to_load() -> None:
+def test_the_summary_says_what_the_columns_hold_and_how_to_load() -> None:
     table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
-    for kind in ("0", "1"):
-        text = CONTROL.format_table(
-            TableRequest(table=table, options=table_options(f"type={kind}"))
-        )
-        said = " ".join(text.sentences)
-        for words in ("[V]", "mm", f"COMP_FILE_TYPE = {kind}", "BACKLASH", "no comment"):
-            assert words in said
-
-
-def trim_of_the_control(text: str, kind: str, place: float, side: int) -> float:
-    """Do what ``usrmotLoadComp`` and ``compute_screw_comp`` do, in the file's unit."""
-    entries: list[tuple[float, float]] = []
-    for line in text.split("\n"):
-        words = line.split()
-        if len(words) < 3:
-            break
-        nominal, *values = (float(word) for word in words[:3])
-        entries.append((nominal, nominal - values[side] if kind == "0" else values[side]))
-    if place <= entries[0][0]:
-        return entries[0][1]
-    for (low, a), (high, b) in itertools.pairwise(entries):
-        if place < high:
-            return a + (b - a) * (place - low) / (high - low)
-    return entries[-1][1]
-
-
-levels_of_any_run = st.integers(2, 12).flatmap(
-    lambda m: st.tuples(
-        st.lists(
-            st.integers(-400_000, 400_000), min_size=m, max_size=m, unique_by=lambda t: t // 5000
-        ),
-        st.lists(st.floats(-300.0, 300.0), min_size=2 * m, max_size=2 * m),
-    )
-)
-
-
-@given(
-    levels_of_any_run,
-    st.sampled_from(["0", "1"]),
-    st.sampled_from(["mm", "inch"]),
-    st.sampled_from(list(AxisKind)),
-    st.one_of(st.none(), st.integers(2, 40)),
-)
-@settings(max_examples=40, deadline=None)
-def test_any_run_is_corrected_within_the_interpolation_bound_and_half_a_step(
-    run: tuple[list[int], list[float]],
-    type_: str,
-    units: str,
-    kind: AxisKind,
-    points: int | None,
-) -> None:
-    thousandths = sorted(run[0])
-    target = np.array(thousandths) / 1000.0
-    levels = AxisLevels(target, np.array(run[1]).reshape(-1, 2), True)
-    position = target if points is None else table_points(target, points=points)
-    table = table_of(levels, position, kind)
-    stated = (f"type={type_}", f"units={units}")
-    text = written(table, *stated)
-    options = table_options(*stated)
-    read = CONTROL.read_table(text, "x.comp", kind, options)
-    assert read.points_in_file == position.size
-    correction = CONTROL.correction(read.table, target)
-    left = levels.level + correction
-    moved = float(np.max(np.abs(read.table.position - position)))  # the digits of an inch
-    steepest = float(np.max(np.abs(np.diff(levels.level, axis=0)) / np.diff(target)[:, None]))
-    bound = interpolation_bound(levels, position)
-    mean = np.mean(values_at_points(levels, position), axis=1)
-    zero = float(np.interp(0.0, position, mean))
-    slack = 0.5 * CONTROL.grid_rule(kind, options).resolution + steepest * moved + 1e-6
-    assert np.all(np.abs(left - zero) <= bound[:, None] + slack)
-    unit = 3600.0 if kind is AxisKind.ROTARY else {"mm": 1000.0, "inch": 25400.0}[units]
-    length = 1.0 if kind is AxisKind.ROTARY else {"mm": 1.0, "inch": 25.4}[units]
-    for i, place in enumerate(target.tolist()):
-        for side in (0, 1):
-            own = trim_of_the_control(text, type_, place / length, side) * unit
-            assert own == pytest.approx(correction[i, side], abs=1e-4)
+    for kind, columns in (("0", "linuxcnc_positions"), ("1", "linuxcnc_trims")):
+        options = table_options(f"type={kind}")
+        said = advised(CONTROL.format_table(TableRequest(table=table, options=options)))
+        assert columns in said
+        assert said["linuxcnc_activation"] == {"type": kind}
+        assert said["linuxcnc_rounding"]["digit"] == "0.000001"
 
 
 def test_the_opposite_sign_doubles_the_error() -> None:
@@ -363,38 +285,35 @@ def test_256_points_are_written_and_read_and_257_are_refused() -> None:
         CONTROL.read_table(text + "256 256 256\n", "x", AxisKind.LINEAR, table_options())
 
 
-@pytest.mark.parametrize(
-    ("text", "line", "read", "left"),
-    [
+def read(text: str, *stated: str) -> ReadTable:
+    return CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options(*stated))
+
+
+def test_where_the_control_stops_without_a_word_the_reader_says_so() -> None:
+    for text, line, points, left in (
         ("0 0 0\n1 1 1\n\n2 2 2\n3 3 3\n", 3, 2, 2),
         ("0 0 0\n# head\n2 2 2\n", 2, 1, 1),
         ("0 0 0\n1 1 1\n2 2\n3 3 3\n", 3, 2, 1),
         ("0 0 0\n1 1,5 1\n2 2 2\n", 2, 1, 1),
         ("0 0 0\n1 1 1\n \t\n2 2 2\n", 3, 2, 1),
-    ],
-)
-def test_where_the_control_stops_without_a_word_the_reader_says_so(
-    text: str, line: int, read: int, left: int
-) -> None:
-    table = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
-    assert table.table.position.size == read
-    assert table.points_in_file == read + left
-    (one,) = table.findings
-    assert one.place.line == line
-    assert (one.values["points"], one.values["left"]) == (read, left)
-    assert found(table) == ["reading_stops_at_comma" if "," in text else "reading_stops"]
+    ):
+        table = read(text)
+        assert table.table.position.size == points
+        assert table.points_in_file == points + left
+        (one,) = table.findings
+        assert one.place.line == line
+        assert (one.values["points"], one.values["left"]) == (points, left)
+        assert found(table) == ["reading_stops_at_comma" if "," in text else "reading_stops"]
 
 
-@pytest.mark.parametrize("end", ["", "\n", "\r\n", "\n\n\n"])
-def test_the_end_of_the_file_is_no_finding(end: str) -> None:
-    read = CONTROL.read_table("0 0 0\n1 1 1" + end, "x", AxisKind.LINEAR, table_options())
-    assert read.findings == ()
-    assert read.points_in_file == 2
+def test_the_end_of_the_file_is_no_finding() -> None:
+    for end in ("", "\n", "\r\n", "\n\n\n"):
+        table = read("0 0 0\n1 1 1" + end)
+        assert (table.findings, table.points_in_file) == ((), 2)
 
 
-@pytest.mark.parametrize(
-    ("text", "line", "code"),
-    [
+def test_what_the_control_would_refuse_or_misread_is_refused_with_its_line() -> None:
+    for text, line, code in (
         ("", 1, "first_line_no_triplet"),
         ("nominal forward reverse\n0 0 0\n", 1, "first_line_no_triplet"),
         ("0,0 0,001 0,002\n", 1, "first_line_no_triplet"),
@@ -409,13 +328,11 @@ def test_the_end_of_the_file_is_no_finding(end: str) -> None:
         ("0 0 1000000.1\n", 1, "number_not_loadable"),
         ("0 0 0\n1e-320 1 1\n", 2, "positions_too_near"),
         ("0 0 " + "0" * 300 + "\n", 1, "table_line_too_long"),
-    ],
-)
-def test_what_the_control_would_refuse_or_misread_is_refused_with_its_line(
-    text: str, line: int, code: str
-) -> None:
-    with refused(code, Place("x", line)):
-        CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+        ("\ufeff0 0 0\n1 1 1\n", 1, "byte_order_mark"),
+        ("\xef\xbb\xbf0 0 0\n1 1 1\n", 1, "byte_order_mark"),
+    ):
+        with refused(code, Place("x", line)):
+            read(text)
 
 
 def pieces_of_the_control(text: str) -> list[str]:
@@ -423,78 +340,66 @@ def pieces_of_the_control(text: str) -> list[str]:
     return re.findall(r"[^\n]{0,253}\n|[^\n]{1,254}", text)
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", ""])
 @pytest.mark.parametrize("length", [252, 253, 254, 255])
-def test_a_line_may_be_as_long_as_the_control_reads_in_one_piece(length: int, end: str) -> None:
-    line = "1 1 1".ljust(length - len(end.rstrip("\n")))
-    texts = [f"0 0 0\n{line}{end}"]
-    if end:
-        texts.append(f"{texts[0]}2 2 2\n")
-    for text in texts:
-        whole = len(pieces_of_the_control(text)) == text.count("\n") + (not end)
-        assert whole == (length <= (253 if end else 254))
-        if whole:
-            read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
-            assert 3 * read.table.position.size == len(text.split())
-            assert read.findings == ()
-        else:
-            with refused("table_line_too_long"):
-                CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
-
-
-@pytest.mark.parametrize("mark", ["\ufeff", "\xef\xbb\xbf"])
-def test_a_byte_order_mark_is_no_number_to_the_control(mark: str) -> None:
-    with refused("byte_order_mark", Place("x", 1)):
-        CONTROL.read_table(mark + "0 0 0\n1 1 1\n", "x", AxisKind.LINEAR, table_options())
+def test_a_line_may_be_as_long_as_the_control_reads_in_one_piece(length: int) -> None:
+    for end in ("\n", "\r\n", ""):
+        line = "1 1 1".ljust(length - len(end.rstrip("\n")))
+        texts = [f"0 0 0\n{line}{end}"]
+        if end:
+            texts.append(f"{texts[0]}2 2 2\n")
+        for text in texts:
+            whole = len(pieces_of_the_control(text)) == text.count("\n") + (not end)
+            assert whole == (length <= (253 if end else 254))
+            if whole:
+                table = read(text)
+                assert 3 * table.table.position.size == len(text.split())
+                assert table.findings == ()
+            else:
+                with refused("table_line_too_long"):
+                    read(text)
 
 
 def test_a_carriage_return_ends_no_line() -> None:
-    read = CONTROL.read_table("0 0 0\r1 1 1\r2 2 2\r", "x", AxisKind.LINEAR, table_options())
-    assert read.table.position.tolist() == [0.0]
-    assert read.points_in_file == 3
-    assert found(read) == ["passed_over_by_return"]
-    read = CONTROL.read_table(
-        "0 0 0\r\n1 1 1\r2 2 2\r\n3 3 3", "x", AxisKind.LINEAR, table_options()
-    )
-    assert read.table.position.tolist() == [0.0, 1.0, 3.0]
-    assert [one.place.line for one in read.findings] == [2]
+    table = read("0 0 0\r1 1 1\r2 2 2\r")
+    assert table.table.position.tolist() == [0.0]
+    assert table.points_in_file == 3
+    assert found(table) == ["passed_over_by_return"]
+    table = read("0 0 0\r\n1 1 1\r2 2 2\r\n3 3 3")
+    assert table.table.position.tolist() == [0.0, 1.0, 3.0]
+    assert [one.place.line for one in table.findings] == [2]
     long = "".join(f"{i} {i} {i}\r" for i in range(60))
     with refused("line_ended_by_return"):
-        CONTROL.read_table(long, "x", AxisKind.LINEAR, table_options())
+        read(long)
 
 
 def test_text_behind_the_three_numbers_is_passed_over_and_told() -> None:
-    read = CONTROL.read_table("0 0 0 # a\n1 1 1 7\n", "x", AxisKind.LINEAR, table_options())
-    assert read.table.position.tolist() == [0.0, 1.0]
-    assert [one.place.line for one in read.findings] == [1, 2]
+    table = read("0 0 0 # a\n1 1 1 7\n")
+    assert table.table.position.tolist() == [0.0, 1.0]
+    assert [one.place.line for one in table.findings] == [1, 2]
 
 
-@pytest.mark.parametrize("type_", ["0", "1"])
-@pytest.mark.parametrize("units", ["mm", "inch"])
-def test_a_table_that_is_read_as_the_other_type_is_refused(type_: str, units: str) -> None:
+def test_a_table_that_is_read_as_the_other_type_is_refused() -> None:
     table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
-    text = written(table, f"type={type_}", f"units={units}")
-    other = {"0": "1", "1": "0"}[type_]
-    with refused("other_table_type", stated=other, other=type_):
-        CONTROL.read_table(
-            text, "x", AxisKind.LINEAR, table_options(f"type={other}", f"units={units}")
+    for type_, other in (("0", "1"), ("1", "0")):
+        for units in ("mm", "inch"):
+            text = written(table, f"type={type_}", f"units={units}")
+            with refused("other_table_type", stated=other, other=type_):
+                read(text, f"type={other}", f"units={units}")
+
+
+def test_one_wrong_value_is_named_with_its_line_and_no_other() -> None:
+    for place in range(12):
+        rng = np.random.default_rng(place)
+        position = (np.arange(12) * 18.0 + rng.uniform(-5, 5, 12)).round(1)
+        rows = position[:, None] + np.column_stack(
+            (np.zeros(12), 0.01 * np.sin(position / 30), 0.01 * np.cos(position / 30))
         )
-
-
-@pytest.mark.parametrize("place", range(12))
-@pytest.mark.parametrize("side", [0, 1])
-def test_one_wrong_value_is_named_with_its_line_and_no_other(place: int, side: int) -> None:
-    rng = np.random.default_rng(place)
-    position = (np.arange(12) * 18.0 + rng.uniform(-5, 5, 12)).round(1)
-    rows = position[:, None] + np.column_stack(
-        (np.zeros(12), 0.01 * np.sin(position / 30), 0.01 * np.cos(position / 30))
-    )
-    rows[place, 1 + side] += 0.198
-    text = "".join(f"{p:.4f} {f:.4f} {r:.4f}\n" for p, f, r in rows.tolist())
-    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
-    (one,) = read.findings
-    assert found(read) == ["value_off_neighbours"]
-    assert (one.place.line, one.values["side"]) == (place + 1, ("forward", "reverse")[side])
+        rows[place, 1 + place % 2] += 0.198
+        table = read("".join(f"{p:.4f} {f:.4f} {r:.4f}\n" for p, f, r in rows.tolist()))
+        (one,) = table.findings
+        assert found(table) == ["value_off_neighbours"]
+        side = ("forward", "reverse")[place % 2]
+        assert (one.place.line, one.values["side"]) == (place + 1, side)
 
 
 def test_a_smooth_table_and_small_scatter_raise_no_suspicion() -> None:
@@ -505,8 +410,8 @@ def test_a_smooth_table_and_small_scatter_raise_no_suspicion() -> None:
         table = CompensationTable(
             kind=AxisKind.LINEAR, axis="X", position=position, deviation=deviation
         )
-        read = CONTROL.read_table(written(table), "x", AxisKind.LINEAR, table_options())
-        assert read.findings == ()
+        got = read(written(table))
+        assert got.findings == ()
 
 
 @pytest.mark.parametrize(("ripple_um", "limit_um"), [(0.0, 10.0), (0.4, 10.0), (1.0, 20.0)])
@@ -522,14 +427,14 @@ def test_a_value_is_suspect_from_10_um_and_ten_typical_distances_on(
         table = CompensationTable(
             kind=AxisKind.LINEAR, axis="X", position=position, deviation=deviation
         )
-        read = CONTROL.read_table(written(table), "x", AxisKind.LINEAR, table_options())
-        assert [one.place.line for one in read.findings] == ([21] if over_um > 0 else [])
+        got = read(written(table))
+        assert [one.place.line for one in got.findings] == ([21] if over_um > 0 else [])
 
 
 def test_the_largest_number_that_is_read_is_a_million() -> None:
     text = "-1000000 -1000000 -999999.999\n1000000 1000000 1e6\n"
-    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options("units=inch"))
-    assert read.table.position.tolist() == [-25.4e6, 25.4e6]
+    table = read(text, "units=inch")
+    assert table.table.position.tolist() == [-25.4e6, 25.4e6]
 
 
 @given(
@@ -545,30 +450,19 @@ def test_no_number_overflows_whatever_its_size(rows: list[tuple[str, ...]], type
     """Warnings of numpy are errors in the tests."""
     text = "".join(" ".join(row) + "\n" for row in rows)
     try:
-        read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options(f"type={type_}"))
+        got = read(text, f"type={type_}")
     except MeasurementFileError:
         return
-    assert bool(np.all(np.isfinite(CONTROL.correction(read.table, np.linspace(-2, 2, 9)))))
-
-
-@given(st.text(alphabet="0123456789.-+eE, \t\n\rnaifx#", max_size=200))
-@settings(max_examples=120, deadline=None)
-def test_no_text_makes_the_reader_fail_otherwise_than_by_its_own_error(text: str) -> None:
-    try:
-        read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
-    except MeasurementFileError:
-        return
-    assert read.points_in_file is not None
-    assert read.table.position.size <= read.points_in_file
+    assert bool(np.all(np.isfinite(CONTROL.correction(got.table, np.linspace(-2, 2, 9)))))
 
 
 def test_numbers_are_taken_as_the_control_takes_them() -> None:
     """``sscanf`` needs no space between numbers and gives back nothing that it took."""
-    read = CONTROL.read_table("-1.5-1.5+1e-3\n 2 2.\t.2e1\n", "x", AxisKind.LINEAR, table_options())
-    assert read.table.position.tolist() == [-1.5, 2.0]
-    assert read.table.deviation[0] == pytest.approx([0.0, 1501.0])
+    table = read("-1.5-1.5+1e-3\n 2 2.\t.2e1\n")
+    assert table.table.position.tolist() == [-1.5, 2.0]
+    assert table.table.deviation[0] == pytest.approx([0.0, 1501.0])
     with refused("first_line_no_triplet"):
-        CONTROL.read_table("1.5 2\n", "x", AxisKind.LINEAR, table_options())
+        read("1.5 2\n")
 
 
 def test_a_small_feed_is_written() -> None:
@@ -586,12 +480,10 @@ def test_the_longest_program_is_written_in_a_moment_and_its_lines_are_short() ->
 def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
     long = "".join(f"{i} {i} {i}\n" for i in range(200_000))
     with refused("too_many_rows"):
-        CONTROL.read_table(long, "x", AxisKind.LINEAR, table_options())
+        read(long)
     for text in ("1" * 4_000_000, "0 0 0\n" + "1" * 4_000_000, " " * 4_000_000):
         with refused("table_line_too_long"):
-            CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
-    with refused("file_too_large"):
-        CONTROL.read_table("0 0 0\n" * 1_000_000, "x", AxisKind.LINEAR, table_options())
+            read(text)
 
 
 def test_an_overrun_of_two_digits_is_driven() -> None:

@@ -31,9 +31,9 @@ class Variables(Visitor):
         self.names.add(node.id.name)
 
 
-def variables(kind: str) -> dict[str, set[str]]:
+def variables(kind: str, files: str) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
-    for file in sorted((ROOT / "messages" / "en").glob(f"{kind}s_*.ftl")):
+    for file in sorted((ROOT / "messages" / "en").glob(files)):
         for entry in FluentResource(file.read_text("utf-8")).body:
             assert not isinstance(entry, fluent.Junk), (file.name, entry.content)
             if isinstance(entry, fluent.Message):
@@ -45,7 +45,7 @@ def variables(kind: str) -> dict[str, set[str]]:
     return found
 
 
-SENTENCES = variables("error")
+SENTENCES = variables("error", "errors_*.ftl")
 
 
 @cache
@@ -117,15 +117,20 @@ def test_errors_have_sentences_in_english() -> None:
     }
 
 
-def test_every_finding_has_a_sentence_for_all_its_values_and_every_sentence_a_finding() -> None:
-    sentences = variables("finding")
+@pytest.mark.parametrize(
+    ("kind", "files"), [("finding", "findings_*.ftl"), ("advice", "advice_*.ftl")]
+)
+def test_every_finding_has_a_sentence_for_all_its_values_and_every_sentence_a_finding(
+    kind: str, files: str
+) -> None:
+    sentences = variables(kind, files)
     constants: set[str] = set()
     wrong: list[object] = []
     for file, tree in trees():
         for node in ast.walk(tree):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 constants.add(node.value)
-            if isinstance(node, ast.Call) and ast.unparse(node.func) == "finding":
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == kind:
                 given = {one.arg for one in node.keywords if one.arg}
                 wrong += [
                     (file, node.lineno, code)

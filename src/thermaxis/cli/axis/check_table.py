@@ -36,6 +36,7 @@ from thermaxis.cli.axis.tables.run import (
 )
 from thermaxis.codes import printable
 from thermaxis.controls import Control, ReadTable, check_options, control_by_name
+from thermaxis.messages import text_of
 from thermaxis.positioning import CorrectionEffect, evaluate_correction
 from thermaxis.report.tables import Part, Section, Value
 
@@ -265,8 +266,8 @@ def _head(result: CheckedTable) -> Iterator[str]:
         yield slope_in_words(table)
     if table.backlash is not None:
         yield f"reversal apart from the points {table.backlash:+.3f} {units.deviation}"
-    yield f"sign: {result.control.sign}"
-    yield f"unit: {result.control.unit}"
+    yield f"sign: {text_of(result.control.sign)}"
+    yield f"unit: {text_of(result.control.unit)}"
     yield run_in_words(result.run)
 
 

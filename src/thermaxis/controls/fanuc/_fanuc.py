@@ -17,7 +17,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.controls._control import (
     Control,
     GridRule,
@@ -25,11 +25,13 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    advice,
+    axis_letter,
     check_points,
     comment_text,
-    number_option,
     options_of,
     plain_number,
+    whole_option,
 )
 from thermaxis.controls._program import (
     MoveWords,
@@ -83,11 +85,8 @@ class Fanuc(Control):
     """
 
     title = "Fanuc 16i, 18i, 21i, 0i"
-    sign = (
-        "A value is an increment of the correction, minus the deviation, seen from the negative"
-        " side: positive where the axis must be moved further in positive direction [S]"
-    )
-    unit = "Values are whole numbers of the detection unit times the magnification"
+    sign = advice("fanuc_sign")
+    unit = advice("fanuc_unit")
     options = options_of("fanuc")
 
     def format_program(self, request: ProgramRequest) -> str:
@@ -100,13 +99,8 @@ class Fanuc(Control):
         """
         check_motion(request, largest=LARGEST_POSITION)
         check_dwell(request.plan, LONGEST_DWELL_S, "G04")
-        axis = _program_axis(request.axis)
-        number = number_option(request.options, "program_number", lowest=1, highest=HIGHEST_PROGRAM)
-        if not number.is_integer():
-            raise ConfigurationError(
-                "not_whole_number", value=number, place=Place(key="--set program_number")
-            )
-        program = int(number)
+        axis = axis_letter(request.axis, AXIS_LETTERS)
+        program = whole_option(request.options, "program_number", lowest=1, highest=HIGHEST_PROGRAM)
         words = _move_words(request, axis)
         main = [
             f"O{program:04d} (POSITIONING RUN)",
@@ -146,8 +140,7 @@ class Fanuc(Control):
             resolution=(chosen.magnification or 1) * chosen.unit,
             decimals=_DECIMALS,
             through_reference=True,
-            remark=f"values up to {chosen.largest}, point numbers up to {chosen.highest} for all"
-            " axes together; the axis is zero at its reference position",
+            advice=advice("fanuc_limits", largest=chosen.largest, highest=chosen.highest),
         )
 
     def format_table(self, request: TableRequest) -> TableText:
@@ -155,7 +148,7 @@ class Fanuc(Control):
         table = request.table
         chosen = point_options(table.kind, request.options)
         check_points(table, self.grid_rule(table.kind, request.options), self.title)
-        letter = _program_axis(table.axis)
+        letter = axis_letter(table.axis, AXIS_LETTERS)
         number = chosen.axis_number or min(AXIS_LETTERS.index(letter) + 1, 4)
         points = point_values(table, chosen, number)
         if not chosen.comments and chosen.reference is None and points.reference != 0:
@@ -179,11 +172,7 @@ class Fanuc(Control):
         lines.append("%")
         return TableText(
             text="".join(f"{line}\n" for line in lines),
-            sentences=(
-                f"{self.sign}.",
-                f"{self.unit}.",
-                *_sentences(table, chosen, points, number),
-            ),
+            advice=tuple(_advice(table, chosen, points, number)),
         )
 
     def read_table(
@@ -199,15 +188,6 @@ CONTROL = Fanuc()
 
 
 # ---- program ------------------------------------------------------------------------------------
-
-
-def _program_axis(name: str) -> str:
-    letter = name.upper()
-    if len(letter) != 1 or letter not in AXIS_LETTERS:
-        raise ConfigurationError(
-            "unknown_axis", name=name, known=tuple(sorted(AXIS_LETTERS)), place=Place(key="axis")
-        )
-    return letter
 
 
 def _comments(lines: list[str]) -> list[str]:
@@ -300,85 +280,61 @@ def _parameters(
         yield 3627, points.offset
 
 
-def _sentences(
+def _advice(
     table: CompensationTable, chosen: PointOptions, points: PointValues, number: int
-) -> Iterator[str]:
+) -> Iterator[Message]:
     unit = table.kind.units
-    yield from _unit_sentences(chosen, points, unit.deviation)
-    end = points.first + chosen.tables * points.values.shape[0] - 1
-    yield (
-        f"It is for the axis with number {number}, and takes the point numbers {points.first} to"
-        f" {end}, which no other axis may use; the reference position, at {points.reference:g}"
-        f" {unit.position}, is point {points.reference_point}."
+    yield from _on_rounding(chosen, points, unit.deviation)
+    yield advice(
+        "fanuc_numbers",
+        number=number,
+        first=points.first,
+        last=points.first + chosen.tables * points.values.shape[0] - 1,
+        reference=points.reference,
+        position_unit=unit.position,
+        reference_point=points.reference_point,
     )
-    yield (
-        "It acts after switching off and on and returning to the reference position [S]; the"
-        " control asks for the parameter write switch. Save its parameters first."
-    )
-    yield "Interval and turn are in 0.001 mm or deg, increment system IS-B [M]: check 3624 [M]."
-    yield from _reversal_sentences(table, chosen, points)
+    yield advice("fanuc_activation")
+    yield advice("fanuc_increments")
+    yield from _on_reversal(table, chosen, points)
     if table.kind is AxisKind.ROTARY and not chosen.modulo:
-        yield "The rotary axis is taken as one with ends; with roll over give --set modulo=1."
+        yield advice("fanuc_ends")
     if chosen.comments:
-        yield (
-            "The head has comments in parentheses; that the control skips them in a parameter file"
-            " is not certain [M]: --set comments=0 leaves them out."
-        )
+        yield advice("fanuc_comments")
 
 
-def _unit_sentences(chosen: PointOptions, points: PointValues, unit: str) -> Iterator[str]:
+def _on_rounding(chosen: PointOptions, points: PointValues, unit: str) -> Iterator[Message]:
     step = points.magnification * chosen.unit
-    largest = int(np.max(np.abs(points.values)))
-    yield (
-        f"Detection unit {chosen.unit:g} {unit}, magnification {points.magnification}:"
-        f" one is {step:g} {unit}; the sum of the values departs by at most"
-        f" {0.5 * step:g} {unit} from the correction at any point."
+    half = 0.5 * step
+    yield advice(
+        "fanuc_rounding",
+        detection_unit=chosen.unit,
+        magnification=points.magnification,
+        step=step,
+        half=half,
+        unit=unit,
     )
     if points.magnification > 1 and chosen.magnification is None:
-        yield (
-            f"With the magnification 1 a value would pass {chosen.largest}: the rounding grew from"
-            f" {0.5 * chosen.unit:g} to {0.5 * step:g} {unit}; more points, or"
-            " largest_value=127 on a newer control, win it back."
-        )
-    yield (
-        f"Between the points some controls put out a value at once in the middle of its section"
-        f" [S]: that adds up to {0.5 * largest * step:g} {unit} to a linear course."
-    )
+        before = 0.5 * chosen.unit
+        yield advice("fanuc_magnified", largest=chosen.largest, before=before, half=half, unit=unit)
+    largest = int(np.max(np.abs(points.values)))
+    yield advice("fanuc_at_once", most=largest * half, unit=unit)
 
 
-def _reversal_sentences(
+def _on_reversal(
     table: CompensationTable, chosen: PointOptions, points: PointValues
-) -> Iterator[str]:
+) -> Iterator[Message]:
+    backlash, unit = table.backlash, table.kind.units.deviation
     if chosen.bidirectional:
-        yield (
-            "Set bit 0 of parameter 3605 by hand: the file does not, for it holds other bits too."
-        )
-        if table.backlash is None:
-            yield (
-                "The reversal is in the second table: set the backlash, 1851 and 1852, to 0 by hand"
-                " [M]. If it was not 0 during the run, the table lacks it: give"
-                " --backlash-in-force or --merge."
-            )
+        yield advice("fanuc_second_table_bit")
+        if backlash is None:
+            yield advice("fanuc_backlash_by_hand")
+        elif backlash:
+            yield advice("fanuc_backlash_moved", moved=backlash, unit=unit)
         else:
-            moved = f"{table.backlash:+.2f} {table.kind.units.deviation}"
-            yield (
-                "All reversal is in the two tables"
-                f"{f', {moved} that were apart included' if table.backlash else ''}: 1851 is"
-                " written as 0; set 1852 to 0 by hand [M]."
-            )
-        yield (
-            f"Parameter 3627 is {points.offset}: what the other direction differs by at the"
-            " reference position, in detection units and with this sign [M]."
-        )
-    elif table.backlash is not None:
-        yield (
-            f"Parameter 1851 is minus the mean reversal of {table.backlash:+.2f}"
-            f" {table.kind.units.deviation}: positive for lost motion [M]. It replaces what 1851"
-            " held: that must be in it (--backlash-in-force, --merge). 1852 for rapid traverse is"
-            " not written."
-        )
+            yield advice("fanuc_backlash_zero")
+        yield advice("fanuc_offset", offset=points.offset)
+    elif backlash is not None:
+        yield advice("fanuc_backlash", backlash=backlash, unit=unit)
     else:
-        yield (
-            "Reversal is parameter 1851 (and 1852 in rapid traverse) [M], which is not written:"
-            " what it holds stays in force beside this table."
-        )
+        yield advice("fanuc_no_backlash")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.codes import Place
-from thermaxis.controls._control import number_option
+from thermaxis.controls._control import number_option, whole_option
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
@@ -73,12 +73,6 @@ class PointOptions:
         return 2 if self.bidirectional else 1
 
 
-def detection_unit(kind: AxisKind, options: Mapping[str, str]) -> float:
-    """Return the detection unit."""
-    count = number_option(options, "detection_unit", lowest=0.001, highest=100.0)
-    return count * kind.units.deviations_per_position * STATION
-
-
 def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
     """Return the options of a table as numbers."""
     modulo = options["modulo"] == "1"
@@ -87,13 +81,14 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
     reference = None
     if options["reference_coordinate"] != "table":
         reference = number_option(options, "reference_coordinate", lowest=-1e5, highest=1e5)
-    highest = _whole(options, "highest_point", 1, 9999)
+    count = number_option(options, "detection_unit", lowest=0.001, highest=100.0)
+    highest = whole_option(options, "highest_point", lowest=1, highest=9999)
     return PointOptions(
         axis_number=_whole_or_none(options, "axis_number", 1, 32),
-        unit=detection_unit(kind, options),
+        unit=count * kind.units.deviations_per_position * STATION,
         magnification=_whole_or_none(options, "magnification", 1, LARGEST_MAGNIFICATION),
-        largest=_whole(options, "largest_value", 1, 127),
-        most=_whole(options, "max_points", 2, 10_000),
+        largest=whole_option(options, "largest_value", lowest=1, highest=127),
+        most=whole_option(options, "max_points", lowest=2, highest=10_000),
         highest=highest,
         reference_point=_whole_or_none(options, "reference_point", 0, highest),
         reference=reference,
@@ -104,15 +99,10 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
     )
 
 
-def _whole(options: Mapping[str, str], name: str, lowest: int, highest: int) -> int:
-    number = number_option(options, name, lowest=lowest, highest=highest)
-    if not number.is_integer():
-        raise ConfigurationError("not_whole_number", value=number, place=Place(key=f"--set {name}"))
-    return int(number)
-
-
 def _whole_or_none(options: Mapping[str, str], name: str, lowest: int, highest: int) -> int | None:
-    return None if options[name] == "auto" else _whole(options, name, lowest, highest)
+    if options[name] == "auto":
+        return None
+    return whole_option(options, name, lowest=lowest, highest=highest)
 
 
 # ---- from a table to point values ---------------------------------------------------------------

@@ -12,7 +12,9 @@ from thermaxis.controls._control import (
     Control,
     ProgramRequest,
     TableText,
+    advice,
     finding,
+    number_in_table,
     plain_number,
     text_lines,
 )
@@ -63,26 +65,17 @@ def value_unit(kind: AxisKind) -> float:
     return kind.units.deviations_per_position
 
 
-def common_sentences(table: CompensationTable, file_name: str) -> Iterator[str]:
+def _advice(table: CompensationTable, file_name: str) -> Iterator[Message]:
     """Say what the user of a table must know, whatever the form."""
     if table.reference_position is None:
-        yield "The values were not set to zero at a reference point."
+        yield advice("heidenhain_no_zero")
     else:
-        yield (
-            f"The mean of both directions is zero at {table.reference_position:g}"
-            f" {table.kind.units.position}, to be the reference point of the machine."
-        )
-    yield (
-        f"Store it on the control as {file_name}; it acts only when a .CMA table names it in the"
-        " column of this axis and that line is the active one [V, manual]: the file activates"
-        " nothing by itself."
-    )
-    yield (
-        "No comment is written into the file: that the control skips one is not known; keep this"
-        " summary with it."
-    )
+        unit = table.kind.units.position
+        yield advice("heidenhain_zero", position=table.reference_position, unit=unit)
+    yield advice("heidenhain_activation", name=file_name)
+    yield advice("heidenhain_no_comment")
     if table.kind is AxisKind.ROTARY:
-        yield "Values of a rotary axis are in degrees [M]: confirm it on the machine."
+        yield advice("heidenhain_degrees")
 
 
 class HeidenhainControl(Control):
@@ -93,7 +86,7 @@ class HeidenhainControl(Control):
     and whether it fits is shown by a measurement only. No machine has proven either yet.
     """
 
-    unit = "Values are in mm, of a rotary axis in deg, with four decimals (0.1 µm or 0.36 arcsec)"
+    unit = advice("heidenhain_unit")
     newline = "\r\n"
     options = PROGRAM_OPTIONS
 
@@ -102,12 +95,12 @@ class HeidenhainControl(Control):
         return klartext_program(request, self.title)
 
     def written(
-        self, lines: Iterable[str], table: CompensationTable, name: str, *own: str
+        self, lines: Iterable[str], table: CompensationTable, name: str, *own: Message
     ) -> TableText:
         """Return the lines of a table with what its user must know."""
         return TableText(
             text="".join(line + self.newline for line in lines),
-            sentences=(f"{self.sign}.", f"{self.unit}.", *own, *common_sentences(table, name)),
+            advice=(*own, *_advice(table, name)),
         )
 
 
@@ -142,17 +135,7 @@ class ComText:
 
     def number(self, word: str, line: int, column: str) -> float:
         """Return a number as the control reads it."""
-        place = self.at(line, column)
-        if _NUMBER.fullmatch(word) is None:
-            if re.fullmatch(r"[+-]?[0-9]+,[0-9]*", word[:60], re.ASCII):
-                raise MeasurementFileError("table_decimal_comma", text=word[:99], place=place)
-            raise MeasurementFileError("not_a_number", text=word[:99], place=place)
-        value = float(word)
-        if abs(value) > LARGEST_NUMBER:
-            raise MeasurementFileError(
-                "number_too_large", text=word[:99], largest=LARGEST_NUMBER, place=place
-            )
-        return value
+        return number_in_table(word, _NUMBER, LARGEST_NUMBER, self.at(line, column))
 
 
 def com_text(text: str, path: str) -> ComText:

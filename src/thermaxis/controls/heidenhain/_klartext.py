@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 from thermaxis.codes import Place
-from thermaxis.controls._control import ProgramRequest, options_of, plain_number
+from thermaxis.controls._control import ProgramRequest, axis_letter, options_of, plain_number
 from thermaxis.controls._program import (
     MoveWords,
     block_lines,
@@ -17,7 +17,7 @@ from thermaxis.controls._program import (
 from thermaxis.errors import ConfigurationError
 from thermaxis.quantities import AxisKind
 
-AXES = frozenset("XYZABCUVW")
+AXES = "XYZABCUVW"
 """Names of axes that a straight-line block takes."""
 DECIMALS = 4
 """Decimals of a position. [1]"""
@@ -63,12 +63,7 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
 
 def klartext_axis(name: str) -> str:
     """Return the letter of an axis."""
-    letter = name.upper()
-    if letter not in AXES:
-        raise ConfigurationError(
-            "unknown_axis", name=name, known=tuple(sorted(AXES)), place=Place(key="axis")
-        )
-    return letter
+    return axis_letter(name, AXES)
 
 
 def _head(request: ProgramRequest, title: str) -> Iterator[str]:

@@ -11,7 +11,6 @@ same two [S].
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -22,6 +21,7 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    advice,
     check_points,
     finding,
     options_of,
@@ -64,10 +64,7 @@ class HeidenhainITnc530(HeidenhainControl):
     """
 
     title = "HEIDENHAIN iTNC 530"
-    sign = (
-        "A value is plus the mean deviation: positive where the axis travels too far, and the"
-        " control then moves it back [S]"
-    )
+    sign = advice("itnc530_sign")
     options = (*PROGRAM_OPTIONS, *options_of("heidenhain-itnc530"))
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
@@ -80,9 +77,7 @@ class HeidenhainITnc530(HeidenhainControl):
             backlash_apart=False,
             resolution=value_unit(kind) * 10.0**-DECIMALS,
             decimals=DECIMALS,
-            remark="the distance must be 0.0001 mm times a power of two, such as 6.5536 mm"
-            if power
-            else "older models read distances of 0.0001 mm times a power of two only [V, TNC 407]",
+            advice=advice("itnc530_distance" if power else "itnc530_older_models"),
         )
 
     def format_table(self, request: TableRequest) -> TableText:
@@ -104,8 +99,11 @@ class HeidenhainITnc530(HeidenhainControl):
                 f"{i:<{_NUMBER_WIDTH}}{signed(float(place)):<{_POSITION_WIDTH}}"
                 f"{signed(float(value))}"
             )
-        made = self.written(lines, table, name)
-        return replace(made, sentences=(*made.sentences, *_reversal_sentences(table)))
+        own = [advice("itnc530_one_value")]
+        if table.backlash is not None:
+            unit = table.kind.units.deviation
+            own.append(advice("itnc530_reversal", reversal=table.backlash, unit=unit))
+        return self.written(lines, table, name, *own)
 
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
@@ -181,21 +179,6 @@ def _check_power_of_two(step: float) -> None:
         above_mm=near[1],
         place=Place(key="--set spacing"),
     )
-
-
-def _reversal_sentences(table: CompensationTable) -> list[str]:
-    said = [
-        (
-            "One value stands for both directions; reversal is machine parameter MP 710 [M], set by"
-            " hand, its sign to be proven by a measurement."
-        )
-    ]
-    if table.backlash is not None:
-        said.append(
-            f"The mean reversal, forward minus backward, is {table.backlash:+.2f}"
-            f" {table.kind.units.deviation}: it is not in the file."
-        )
-    return said
 
 
 # ---- reading ------------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    advice,
     check_points,
 )
 from thermaxis.controls.heidenhain._com import (
@@ -58,10 +59,7 @@ class HeidenhainTnc640(HeidenhainControl):
     """
 
     title = "HEIDENHAIN TNC 640"
-    sign = (
-        "A value is plus the deviation: positive where the axis travels too far, and the control"
-        " then moves it back [S]; BACKLASH holds the values measured in negative direction [V]"
-    )
+    sign = advice("tnc640_sign")
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
         """Return the rule: up to 256 points at any distances, a value for each direction."""
@@ -73,8 +71,7 @@ class HeidenhainTnc640(HeidenhainControl):
             backlash_apart=False,
             resolution=value_unit(kind) * 10.0**-DECIMALS,
             decimals=DECIMALS,
-            remark="every row states its position, so that distances may differ [M]; the manual's"
-            " example has equal ones: give --points to be on the safe side",
+            advice=advice("tnc640_distances"),
         )
 
     def format_table(self, request: TableRequest) -> TableText:
@@ -102,12 +99,8 @@ class HeidenhainTnc640(HeidenhainControl):
                 f"{other:<{_WIDTH}}{signed(float(value[i, FORWARD]))}"
             )
         lines.append("[END]")
-        direction = (
-            f"Column {axis} is for the positive direction, BACKLASH for the negative one."
-            if both
-            else "Both directions have the same values: the column BACKLASH is empty."
-        )
-        return self.written(lines, table, name, direction)
+        columns = advice("tnc640_two_columns", axis=axis) if both else advice("tnc640_one_column")
+        return self.written(lines, table, name, columns)
 
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]

@@ -80,9 +80,10 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
         Value("levels", "drift-free" if result.drift_free else "measured"),
         Value("reference_time_s", state),
         Section("", list(_sign_and_unit(result))),
-        Value("sign", result.control.sign),
-        Value("unit", result.control.unit),
-        Value("sentences", result.text.sentences),
+        Value("sign", text_of(result.control.sign)),
+        Value("unit", text_of(result.control.unit)),
+        Value("sentences", [text_of(one) for one in result.text.advice]),
+        Value("sentence_codes", [message_as_json(one) for one in result.text.advice]),
         Section("", list(_values(result))),
         table_of(result.read.table),
         Value("backlash_in_force", result.in_force.backlash),
@@ -122,10 +123,9 @@ def levels_in_words(result: MadeTable) -> str:
 
 def _sign_and_unit(result: MadeTable) -> Iterator[str]:
     control = result.control
-    yield f"sign: {control.sign}"
-    yield f"unit: {control.unit}"
-    known = {control.sign.rstrip("."), control.unit.rstrip(".")}
-    yield from (s for s in result.text.sentences if s.rstrip(".") not in known)
+    yield f"sign: {text_of(control.sign)}"
+    yield f"unit: {text_of(control.unit)}"
+    yield from map(text_of, result.text.advice)
     options = ", ".join(f"{name}={value}" for name, value in result.options.items())
     if options:
         yield f"options: {options}"
@@ -151,8 +151,8 @@ def _values(result: MadeTable) -> Iterator[str]:
         f" {float(table.position[worst[0]]):.9g} {place}; {slope_in_words(table)}"
     )
     yield f"reversal: {_reversal_in_words(result)}"
-    if result.rule.remark:
-        yield f"limit of the control: {result.rule.remark}"
+    if result.rule.advice is not None:
+        yield f"limit of the control: {text_of(result.rule.advice)}"
 
 
 def _reference_in_words(result: MadeTable) -> str:
