@@ -67,28 +67,27 @@ def test_a_found_offset_is_where_the_correction_goes_on_from() -> None:
     assert output.rate_um_per_s == (1.0,)
 
 
-@pytest.mark.parametrize("found", [None, math.nan, math.inf, 1e7, "5", True])
-def test_an_offset_that_was_not_found_lets_nothing_move(found: Any) -> None:
-    bench = Rig().to(ACTIVE)
-    bench.warmth_k = -6.0
-    output = bench.step(found_um=(found,), read_back_um=None)
-    assert (output.state, output.correction_um) == (ACTIVE, (5.0,))
-    assert [bench.step(read_back_um=None).state for _ in range(3)] == [ACTIVE, ACTIVE, FAULT]
-
-
-def test_the_largest_offset_that_is_believed_is_a_metre() -> None:
+def test_an_offset_that_was_not_found_lets_nothing_move_and_the_largest_is_a_metre() -> None:
+    for found in (None, math.nan, math.inf, 1e7, "5", True):
+        bench = Rig().to(ACTIVE)
+        bench.warmth_k = -6.0
+        output = bench.step(found_um=(found,), read_back_um=None)
+        assert (output.state, output.correction_um) == (ACTIVE, (5.0,)), found
+        assert [bench.step(read_back_um=None).state for _ in range(3)] == [ACTIVE, ACTIVE, FAULT]
     bench = Rig()
     assert bench.step(found_um=(1e6,)).before_um == (1e6,)
     assert bench.step(found_um=(-1e6,)).before_um == (-1e6,)
 
 
-def test_a_late_cycle_moves_by_no_more_than_two() -> None:
+def test_a_late_cycle_moves_by_no_more_than_two_and_says_its_rate() -> None:
     bench = Rig().to(ACTIVE)
     bench.warmth_k = -10.0
+    assert bench.step(seconds=0.0).rate_um_per_s == (0.0,)
     assert bench.step(seconds=0.25).correction_um == (5.25,)
+    assert bench.output.rate_um_per_s == (1.0,)
     assert bench.step(seconds=1.75).correction_um == (7.0,)
     assert bench.step(seconds=100.0).correction_um == (9.0,)
-    assert bench.output.elapsed_s == 100.0
+    assert (bench.output.elapsed_s, bench.output.rate_um_per_s) == (100.0, (0.02,))
 
 
 def test_a_clock_that_goes_back_moves_nothing_and_the_model_settles_anew() -> None:
@@ -102,28 +101,25 @@ def test_a_clock_that_goes_back_moves_nothing_and_the_model_settles_anew() -> No
     assert bench.um == 6.0
 
 
-def test_whole_numbers_of_seconds_are_a_time() -> None:
+def test_a_time_that_is_none_moves_nothing() -> None:
+    for time_s in (math.nan, math.inf, 1.0000001e15, None, "x", True):
+        bench = Rig().to(ACTIVE)
+        bench.warmth_k = -10.0
+        before = bench.state.time_s
+        output = bench.step(time_s=time_s)
+        assert (output.correction_um, output.elapsed_s, output.time_s) == ((5.0,), 0.0, before)
+        assert output.quality is Quality.BAD
+        fresh = Rig()
+        output = fresh.step(time_s=time_s)
+        assert (output.time_s, output.since_s) == (0.0, 0.0)
+        assert fresh.step().since_s == fresh.time_s
+
+
+def test_whole_numbers_and_the_first_and_latest_second_are_times() -> None:
     bench = Rig().to(ACTIVE)
     bench.warmth_k = -10.0
     output = bench.step(time_s=int(bench.time_s) + 1)
     assert (output.correction_um, output.time_s) == ((6.0,), bench.time_s)
-
-
-@pytest.mark.parametrize("time_s", [math.nan, math.inf, 1.0000001e15, None, "x", True])
-def test_a_time_that_is_none_moves_nothing(time_s: Any) -> None:
-    bench = Rig().to(ACTIVE)
-    bench.warmth_k = -10.0
-    before = bench.state.time_s
-    output = bench.step(time_s=time_s)
-    assert (output.correction_um, output.elapsed_s, output.time_s) == ((5.0,), 0.0, before)
-    assert output.quality is Quality.BAD
-    fresh = Rig()
-    output = fresh.step(time_s=time_s)
-    assert (output.time_s, output.since_s) == (0.0, 0.0)
-    assert fresh.step().since_s == fresh.time_s
-
-
-def test_the_latest_time_is_a_time() -> None:
     bench = Rig()
     assert bench.step(time_s=-1e15).time_s == -1e15
     assert bench.step(time_s=1e15).elapsed_s == 2e15
@@ -137,21 +133,17 @@ def test_a_correction_that_was_found_outside_stays_while_off_and_else_comes_back
     bench = Rig().to(ACTIVE)
     assert bench.step(found_um=(-30.0,)).state is FAULT
     assert bench.um == -29.0
-    accepted, _ = bench.answer(ACKNOWLEDGE)
-    assert (accepted, bench.um) == (False, -28.0)
+    assert bench.answer(ACKNOWLEDGE) == (False, AnswerCode.OFFSET_OUTSIDE_STILL)
+    assert bench.um == -28.0
     assert bench.steps(8).um == -20.0
     assert bench.answer(ACKNOWLEDGE)[0]
     assert bench.steps(30).now is OFF
     assert bench.um == 0.0
 
 
-def test_the_total_itself_is_inside() -> None:
-    assert Rig().to(ACTIVE).step(found_um=(20.0,)).state is ACTIVE
-    assert Rig().to(ACTIVE).step(found_um=(-20.0,)).state is ACTIVE
-    assert Rig().to(ACTIVE).step(found_um=(20.000001,)).state is FAULT
-
-
-def test_one_output_outside_its_total_is_enough() -> None:
+def test_the_total_itself_is_inside_and_one_output_outside_is_enough() -> None:
+    for found_um, state in ((20.0, ACTIVE), (-20.0, ACTIVE), (20.000001, FAULT)):
+        assert Rig().to(ACTIVE).step(found_um=(found_um,)).state is state
     compensation = quick_lathe()
     reading = CycleReading(0.0, (), found_um=(0.0, 10.0), requests=(Request(ENABLE),))
     _, output = cycle(compensation, cycle_state(compensation), reading)
@@ -287,21 +279,14 @@ def test_outputs_that_follow_fade_while_another_is_waited_for() -> None:
     assert output.correction_um == (6.0, 4.7)
 
 
-@pytest.mark.parametrize(
-    ("said", "believed"),
-    [(5.5, True), (4.5, True), (5.51, False), (4.49, False), (5, True), (math.nan, False)],
-)
-def test_a_read_back_is_believed_within_the_tolerance(said: Any, believed: bool) -> None:
-    bench = Rig().to(ACTIVE)
-    bench.warmth_k = -6.0
-    assert bench.step(read_back_um=(said,)).correction_um == ((6.0,) if believed else (5.0,))
-
-
-@pytest.mark.parametrize("said", [None, (), (5.0, 5.0), (None,), ("5",), (True,)])
-def test_what_is_no_read_back_lets_nothing_move(said: Any) -> None:
-    bench = Rig().to(ACTIVE)
-    bench.warmth_k = -6.0
-    assert bench.step(read_back_um=said).correction_um == (5.0,)
+def test_a_read_back_is_believed_within_the_tolerance_and_else_nothing_moves() -> None:
+    believed = ((5.5,), (4.5,), (5,))
+    others = ((5.51,), (4.49,), (math.nan,), None, (), (5.0, 5.0), (None,), ("5",), (True,))
+    for said in (*believed, *others):
+        bench = Rig().to(ACTIVE)
+        bench.warmth_k = -6.0
+        expected = (6.0,) if said in believed else (5.0,)
+        assert bench.step(read_back_um=said).correction_um == expected, said
 
 
 def test_a_report_that_lies_never_makes_a_step() -> None:
@@ -360,6 +345,16 @@ def test_every_answer_of_an_ordinary_state() -> None:
     assert bench.answer(Request(DIAMETER, value=None)) == (True, AnswerCode.DIAMETER_SET)
 
 
+def test_an_answer_has_the_values_that_its_sentence_needs() -> None:
+    asked = (trim(1.0, output="W_um"), trim(9.0), trim(1.0, None), Request(DIAMETER, value=-1.0))
+    assert [(a.code, dict(a.values)) for a in Rig().step(*asked).answers] == [
+        (AnswerCode.UNKNOWN_OUTPUT, {"names": ("Z_um",)}),
+        (AnswerCode.TRIM_RANGE, {"lowest_um": -5.0, "largest_um": 5.0}),
+        (AnswerCode.TRIM_DURATION, {"longest_s": 28_800.0}),
+        (AnswerCode.DIAMETER_RANGE, {"largest_mm": 1e5}),
+    ]
+
+
 def test_every_answer_in_the_state_fault() -> None:
     bench = Rig().to(FAULT)
     other = {"other_compensation": True}
@@ -400,13 +395,8 @@ def test_requests_are_answered_in_their_order_and_take_effect_in_it() -> None:
     bench = Rig()
     output = bench.step(HOLD, ENABLE, HOLD, DISABLE, ENABLE)
     assert [answer.accepted for answer in output.answers] == [False, True, True, True, True]
-    assert [answer.request.kind for answer in output.answers] == [
-        HOLD,
-        ENABLE,
-        HOLD,
-        DISABLE,
-        ENABLE,
-    ]
+    kinds = [answer.request.kind for answer in output.answers]
+    assert kinds == [HOLD, ENABLE, HOLD, DISABLE, ENABLE]
     assert not bench.state.memory.held
 
 
@@ -421,27 +411,19 @@ def test_enabling_ends_a_hold_and_heals_first() -> None:
     assert bench.state.memory.ready_s == 1.0
 
 
-@pytest.mark.parametrize("nonsense", [None, 3, "enable", Request([]), Request(None), Request("x")])
-def test_what_is_no_request_is_refused(nonsense: Any) -> None:
-    output = Rig().step(requests=(nonsense,))
-    assert [(a.request, a.accepted) for a in output.answers] == [(nonsense, False)]
+def test_what_is_no_request_is_refused_and_a_word_is_as_good_as_a_kind() -> None:
+    nonsense: tuple[Any, ...] = (None, 3, "enable", Request([]), Request(None), Request("x"))
+    output = Rig().step(requests=(*nonsense, Request("enable")))
+    answered = [(answer.request, answer.accepted) for answer in output.answers]
+    assert answered == [*((one, False) for one in nonsense), (Request("enable"), True)]
+    assert output.state is WARMING
 
 
-def test_the_word_of_a_request_is_as_good_as_its_kind() -> None:
-    assert Rig().step(requests=(Request("enable"),)).state is WARMING
-
-
-@pytest.mark.parametrize("value", [None, math.nan, math.inf, "1", True, 5.1, -5.1])
-def test_a_trim_of_no_number_or_too_large_is_refused(value: Any) -> None:
-    assert not Rig().answer(trim(value))[0]
-
-
-@pytest.mark.parametrize("duration_s", [None, math.nan, 0.0, -1.0, 28_800.1, "9"])
-def test_a_trim_without_an_end_is_refused(duration_s: Any) -> None:
-    assert not Rig().answer(trim(1.0, duration_s))[0]
-
-
-def test_a_trim_may_be_as_short_as_one_likes() -> None:
+def test_a_trim_of_no_number_too_large_or_without_an_end_is_refused() -> None:
+    for value in (None, math.nan, math.inf, "1", True, 5.1, -5.1):
+        assert not Rig().answer(trim(value))[0], value
+    for duration_s in (None, math.nan, 0.0, -1.0, 28_800.1, "9"):
+        assert not Rig().answer(trim(1.0, duration_s))[0], duration_s
     assert Rig().answer(trim(1.0, 1e-3))[0]
 
 
@@ -457,20 +439,17 @@ def test_a_trim_is_added_at_the_rate_expires_and_is_taken_back() -> None:
     assert bench.steps(5).um == 5.0
 
 
-@pytest.mark.parametrize("state", list(SupervisorState))
-def test_a_trim_is_taken_back_in_every_state_and_given_in_every_one_but_fault(
-    state: SupervisorState,
-) -> None:
-    bench = Rig().to(state)
-    bench.state = bench.state._replace(trims=(Trim(3.0, "Jana", 99.0),))
-    calm = {"other_compensation": state is SupervisorState.FAULT}
-    accepted = state is not SupervisorState.FAULT
-    assert bench.answer(trim(2.0), **calm)[0] is accepted
-    assert bench.output is not None
-    assert bench.output.trim_um == ((2.0,) if accepted else (3.0,))
-    assert bench.answer(trim(0.0, None), **calm) == (True, AnswerCode.TRIM_CLEARED)
-    assert bench.output.trim_um == (0.0,)
-    assert bench.state.trims == (Trim(),)
+def test_a_trim_is_taken_back_in_every_state_and_given_in_every_one_but_fault() -> None:
+    for state in SupervisorState:
+        bench = Rig().to(state)
+        bench.state = bench.state._replace(trims=(Trim(3.0, "Jana", 99.0),))
+        calm = {"other_compensation": state is FAULT}
+        assert bench.answer(trim(2.0), **calm)[0] is (state is not FAULT), state
+        assert bench.output is not None
+        assert bench.output.trim_um == ((3.0,) if state is FAULT else (2.0,)), state
+        assert bench.answer(trim(0.0, None), **calm) == (True, AnswerCode.TRIM_CLEARED)
+        assert bench.output.trim_um == (0.0,), state
+        assert bench.state.trims == (Trim(),)
 
 
 def test_a_trim_that_expires_while_held_is_gone_after_it() -> None:
@@ -566,20 +545,17 @@ def test_samples_are_taken_in_order_and_missing_ones_are_missing() -> None:
     assert output.qualities[:2] == (SampleQuality.MISSING,) * 2
 
 
-@pytest.mark.parametrize(
-    ("warmth_k", "weight"),
-    [(4.0, 1.0), (5.0, 0.75), (7.0, 0.25), (9.0, 0.1), (-3.0, 0.75), (-9.0, 0.1)],
-)
-def test_outside_the_range_of_its_training_a_model_loses_its_weight(
-    warmth_k: float, weight: float
-) -> None:
+def test_outside_the_range_of_its_training_a_model_loses_its_weight() -> None:
     part = Part("s", "s", "", 2.0, lowest_k=-2.0, highest_k=4.0)
-    compensation = lathe(part=part, validity_margin_k=4.0, lowest_weight=0.1)
-    bench = Rig(compensation)
-    bench.warmth_k = warmth_k
-    output = bench.step()
-    assert output.weight == (weight,)
-    assert output.wanted_um == (-weight * 2.0 * warmth_k,)
+    bench = Rig(lathe(part=part, validity_margin_k=4.0, lowest_weight=0.1))
+    for warmth_k, weight in (
+        *((4.0, 1.0), (5.0, 0.75), (7.0, 0.25), (9.0, 0.1)),
+        *((-3.0, 0.75), (-9.0, 0.1)),
+    ):
+        bench.warmth_k = warmth_k
+        output = bench.step()
+        assert output.weight == (weight,)
+        assert output.wanted_um == (-weight * 2.0 * warmth_k,)
 
 
 def test_the_part_that_is_furthest_outside_takes_the_weight() -> None:
@@ -743,33 +719,22 @@ def test_a_new_state_is_off_and_empty() -> None:
     state = cycle_state(compensation)
     assert (state.correction_um, state.goal_um) == ((0.0, 0.0), (0.0, 0.0))
     assert state.memory.state is OFF
-    assert not state.memory.enabled
+    assert math.isnan(state.memory.since_s)
+    assert (state.memory.enabled, state.memory.held, state.memory.fault) == (False, False, None)
+    assert state.memory[5:] == (0.0,) * 9
     assert math.isnan(state.time_s)
     assert state.diameter_mm is None
     assert len(state.sensors) == len(state.redundant) == 3
     assert cycle_state(compensation, {"s": 3.0}).thermal.reference[0] == 3.0
 
 
-def test_a_cycle_without_time_has_no_rate() -> None:
-    assert Rig().to(ACTIVE).step(seconds=0.0).rate_um_per_s == (0.0,)
-
-
-def test_the_rate_is_the_change_by_the_time_that_it_took() -> None:
-    bench = Rig().to(ACTIVE)
-    bench.warmth_k = -10.0
-    assert bench.step(seconds=0.5).rate_um_per_s == (1.0,)
-    assert bench.step(seconds=4.0).rate_um_per_s == (0.5,)
-
-
-def test_a_small_total_is_waited_at_too() -> None:
-    bench = Rig(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
-    assert bench.step(found_um=(0.9,)).state is FAULT
-    assert bench.um == 0.65
-    assert bench.step(read_back_um=(5.0,)).correction_um == (0.5,)
-
-
 def test_limits_of_less_than_a_micrometre_are_limits() -> None:
-    bench = Rig(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
+    small = lathe(Limits(0.5, 0.25, largest_trim_um=0.25))
+    bench = Rig(small).to(WARMING)
     bench.warmth_k = -0.375
     assert bench.steps(6).um == 0.5
     assert bench.output.at_limit == (True,)
+    bench = Rig(small).to(WARMING)
+    assert bench.step(found_um=(0.9,)).state is FAULT
+    assert bench.um == 0.65
+    assert bench.step(read_back_um=(5.0,)).correction_um == (0.5,)

@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.compensation import (
     STATED,
     CompensationModel,
@@ -50,19 +52,17 @@ RANGES: dict[str, tuple[Callable[[float], object], tuple[float, ...], tuple[floa
 }
 
 
-@pytest.mark.parametrize("name", list(RANGES))
-def test_the_ends_of_a_range_are_taken_and_what_is_beyond_is_refused(name: str) -> None:
-    make, taken, refused = RANGES[name]
-    for value in taken:
-        make(value)
-    for value in (*refused, math.nan, math.inf):
-        with pytest.raises(ConfigurationError):
+def test_the_ends_of_a_range_are_taken_and_what_is_beyond_is_refused() -> None:
+    for make, taken, beyond in RANGES.values():
+        for value in taken:
             make(value)
+        for value in (*beyond, math.nan, math.inf):
+            with pytest.raises(ConfigurationError):
+                make(value)
 
 
-@pytest.mark.parametrize(
-    ("make", "code", "key", "channel"),
-    [
+def test_a_model_that_cannot_be_is_refused_at_its_place() -> None:
+    for make, code, key, channel in (
         (lambda: Part("", "a"), "no_channel", "plus", ""),
         (lambda: Part("s", ""), "no_channel", "plus", "s"),
         (lambda: Part("s", "a", "a"), "channel_minus_itself", "minus", "s"),
@@ -93,15 +93,9 @@ def test_the_ends_of_a_range_are_taken_and_what_is_beyond_is_refused(name: str) 
         (lambda: model(reference=STATED), "reference_missing", "reference_c", ""),
         (lambda: model(reference="middle"), "unknown_choice", "reference", ""),
         (lambda: Provenance(figures={"rmse": math.nan}), "not_finite", "figures.rmse", ""),
-    ],
-)
-def test_a_model_that_cannot_be_is_refused_at_its_place(
-    make: Callable[[], object], code: str, key: str, channel: str
-) -> None:
-    with pytest.raises(ConfigurationError) as error:
-        make()
-    place = error.value.place
-    assert (error.value.code, place.key, place.channel) == (code, key, channel)
+    ):
+        with refused(code, Place(key=key, channel=channel)):
+            make()
 
 
 def test_as_many_parts_sections_and_outputs_as_allowed_are_taken() -> None:
