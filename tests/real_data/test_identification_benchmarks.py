@@ -17,6 +17,7 @@ from thermaxis.thermal import (
     arx,
     fit_baseline,
     fit_percent,
+    information_criteria,
     oe,
     simulate_baseline,
     simulate_from_fitted_start,
@@ -51,7 +52,8 @@ def test_the_hair_dryer_gives_every_printed_digit(thermal: Path) -> None:
     )
     assert result.rows == 296
     assert result.mean_square == pytest.approx(0.00168531, abs=5e-9)
-    assert result.fpe == pytest.approx(0.0017315, abs=5e-8)
+    criteria = information_criteria(result.mean_square, result.rows, result.parameters.size)
+    assert criteria.fpe_um2 == pytest.approx(0.0017315, abs=5e-8)
     at_rest = simulate_polynomial(result.model, rows[:, :1], start=Start.REST)
     assert fit_percent(rows[:, 1], at_rest) == pytest.approx(88.74, abs=5e-3)
     assert result.stable

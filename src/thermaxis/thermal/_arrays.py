@@ -1,6 +1,7 @@
 """The one kind of array that identification calculates with, and what every input must be."""
 
 import math
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -18,6 +19,13 @@ def require_sample_time(sample_time_s: float, place: Place = NOWHERE) -> None:
         raise DataError(
             "not_positive", value=sample_time_s, place=place._replace(key="sample_time_s")
         )
+
+
+def frozen_array(values: FloatArray | Sequence[float]) -> FloatArray:
+    """Return a copy as float64 that cannot be written to."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
 
 
 def rows_of_inputs(u: FloatArray, inputs: int) -> FloatArray:

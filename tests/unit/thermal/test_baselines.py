@@ -47,22 +47,13 @@ def test_a_perfect_model_fits_100_percent_and_the_mean_0_percent() -> None:
     assert fit_percent(y, np.full(50, np.mean(y))) == pytest.approx(0.0, abs=1e-9)
     assert fit_percent(y, -5.0 * y) < 0.0
     assert simulation_figures(y, y).reduction == np.inf
-    assert fit_percent(1000.0 * y + 7.0, 900.0 * y + 7.0) == pytest.approx(
-        fit_percent(y, 0.9 * y), abs=50.0
-    )
-
-
-@pytest.mark.parametrize(
-    ("measured", "match"),
-    [
+    for measured, code in (
         (np.full(5, 3.0), "fit_undefined"),
         (np.full(5, np.nan), "no_row_to_compare"),
         (np.zeros(4), "wrong_shape"),
-    ],
-)
-def test_a_fit_that_is_not_defined_is_refused(measured: np.ndarray, match: str) -> None:
-    with refused(match):
-        fit_percent(measured, np.zeros(5))
+    ):
+        with refused(code):
+            fit_percent(measured, np.zeros(5))
 
 
 def test_a_static_machine_is_found_by_the_static_regression() -> None:
@@ -98,7 +89,7 @@ def test_averages_find_a_machine_with_their_own_lags_at_any_sample_time() -> Non
     )
 
 
-def test_the_ridge_is_the_solution_of_its_normal_equations() -> None:
+def test_the_ridge_is_the_solution_of_its_normal_equations_and_bears_repeated_inputs() -> None:
     u = walk(5, 80)
     y = u @ [3.0, -2.0] + np.random.default_rng(6).normal(size=80)
     model = fit_baseline(Baseline.RIDGE, [Experiment(60.0, u, y)], ridge=0.5)
@@ -107,11 +98,7 @@ def test_the_ridge_is_the_solution_of_its_normal_equations() -> None:
     gains = np.linalg.solve(centred.T @ centred + 0.5 * 80 * spread, centred.T @ (y - y.mean()))
     np.testing.assert_allclose(model.gains_um_per_k[:, 0], gains, rtol=1e-9)
     assert model.offset_um == pytest.approx(y.mean() - u.mean(axis=0) @ gains)
-
-
-def test_the_ridge_bears_inputs_that_repeat_each_other() -> None:
-    u = walk(7, 60)[:, :1]
-    twice = np.hstack([u, u])
+    twice = np.hstack([u[:, :1], u[:, :1]])
     model = fit_baseline(Baseline.RIDGE, [Experiment(60.0, twice, 4.0 * u[:, 0])], ridge=1e-6)
     np.testing.assert_allclose(model.gains_um_per_k[:, 0], [2.0, 2.0], rtol=1e-4)
 

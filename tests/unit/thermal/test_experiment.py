@@ -24,14 +24,11 @@ def test_an_experiment_does_not_change_with_the_array_it_was_made_of():
         experiment.y[0] = 1.0
 
 
-def test_an_experiment_lasts_until_the_end_of_its_last_row():
-    assert _experiment().duration_s == 200.0
-
-
-def test_missing_values_stay_where_they_are():
+def test_an_experiment_lasts_until_the_end_of_its_last_row_and_may_miss_values():
     u, y = np.zeros((20, 2)), np.arange(20.0)
     u[3, 1], y[5] = np.nan, np.nan
-    experiment = Experiment(1.0, u, y)
+    experiment = Experiment(10.0, u, y)
+    assert experiment.duration_s == 200.0
     assert np.isnan(experiment.u[3, 1])
     assert np.isnan(experiment.y[5])
 

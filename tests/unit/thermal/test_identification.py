@@ -32,18 +32,10 @@ def records(a_c: Array, b_c: Array, outputs: Mapping[str, Array]) -> Records:
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@pytest.mark.parametrize(
-    ("temperature_c", "method"), [(1e160 * WALK, Method.MODAL), (LAST_ROW, Method.OE)]
-)
-def test_numbers_that_cannot_be_solved_for_are_an_error_in_words(
-    temperature_c: Array, method: Method
-) -> None:
-    with refused("rows_not_determining"):
-        identify(records(temperature_c, np.zeros(ROWS), {"Z_um": WALK}), method=method)
-
-
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_so_they_are_where_gains_are_estimated_with_the_parts() -> None:
+def test_numbers_that_cannot_be_solved_for_are_an_error_in_words() -> None:
+    for temperature_c, method in ((1e160 * WALK, Method.MODAL), (LAST_ROW, Method.OE)):
+        with refused("rows_not_determining"):
+            identify(records(temperature_c, np.zeros(ROWS), {"Z_um": WALK}), method=method)
     seen = records(WALK, 1e160 * OTHER, {"Z0_um": WALK, "Z1_um": 2.0 * WALK})
     with refused("rows_not_determining"):
         identify_joint(seen, "Z_um", "a", {"Z0_um": 0.0, "Z1_um": 1500.0})

@@ -39,16 +39,11 @@ def test_the_tool_centre_point_is_the_reference_where_it_is_named(records: Recor
     assert [p.gain for p in found.gain.points] == pytest.approx([2.2], rel=0.04)
 
 
-@pytest.mark.parametrize(
-    ("part", "diameters", "code"),
-    [
+def test_what_cannot_be_joint_is_refused(records: Records) -> None:
+    for part, diameters, code in (
         ("turret", DIAMETERS, "unknown_name"),
         ("table", {"Z_D0_um": 0.0}, "too_few_joint_channels"),
         ("table", {"Z_D0_um": 0.0, "Q_um": 1.0}, "unknown_name"),
-    ],
-)
-def test_what_cannot_be_joint_is_refused(
-    records: Records, part: str, diameters: dict[str, float | None], code: str
-) -> None:
-    with refused(code, Place(key="joint")):
-        joint_gains(records, part, diameters)
+    ):
+        with refused(code, Place(key="joint")):
+            joint_gains(records, part, diameters)

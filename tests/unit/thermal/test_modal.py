@@ -17,7 +17,6 @@ from thermaxis.thermal import (
     simulate_modal,
 )
 from thermaxis.thermal.modal import DC_GAIN_FLAG, TIME_CONSTANT_FLAG, response_evidence
-from thermaxis.thermal.modal._evidence import Sizes
 from thermaxis.virtual import ThermalTestPlan, generate_thermal_test
 
 NAMES = ("spindle", "table")
@@ -45,13 +44,6 @@ def virtual(seed: int = 1, step_s: float = 10.0, **plan: object) -> Experiment:
         replace(ThermalTestPlan(hours=8.0, sample_time_s=step_s), **plan), seed
     )
     return Experiment(step_s, test.u_k, test.z_um)
-
-
-def assert_same(one: ModalResult, other: ModalResult, rel: float = 1e-5) -> None:
-    for a, b in zip(one.model.parts, other.model.parts, strict=True):
-        assert a.time_constants_s == pytest.approx(b.time_constants_s, rel=rel)
-        assert a.gains == pytest.approx(b.gains, rel=rel, abs=1e-3)
-        assert a.dc_gain == pytest.approx(b.dc_gain, rel=rel)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +82,7 @@ def test_a_delay_that_is_given_is_part_of_an_exact_model():
         assert found.delay_s == true.delay_s
 
 
-def test_missing_rows_leave_an_exact_record_exact():
+def test_missing_rows_leave_an_exact_record_exact_and_a_long_gap_in_an_input_cuts_it():
     whole = exact()
     y, u = whole.y.copy(), whole.u.copy()
     y[np.random.default_rng(5).random(y.size) < 0.3] = np.nan
@@ -98,11 +90,6 @@ def test_missing_rows_leave_an_exact_record_exact():
     u[10:15, 0], u[1210:1230, 1] = np.nan, np.nan
     result = modal([Experiment(10.0, u, y)], input_names=NAMES)
     assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-4)
-
-
-def test_a_long_gap_in_an_input_cuts_the_record_and_both_ends_are_used():
-    whole = exact()
-    u = whole.u.copy()
     u[1000:1300, 0] = np.nan
     experiment = Experiment(10.0, u, whole.y)
     assert len(response_evidence([experiment]).segments) == 2
@@ -118,10 +105,11 @@ def test_a_displacement_that_is_seen_now_and_then_is_used_where_it_is():
     assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-2)
 
 
-def test_experiments_at_different_sample_times_join():
-    parts = [exact(seed=6), exact(seed=7, step_s=20.0)]
-    result = modal(parts, input_names=NAMES, options=ModalOptions(block_s=60.0))
-    assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-4)
+def test_experiments_at_different_sample_times_join_in_any_order():
+    both = [exact(seed=6), exact(seed=7, step_s=20.0)]
+    for parts in (both, both[::-1]):
+        result = modal(parts, input_names=NAMES, options=ModalOptions(block_s=180.0))
+        assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-4)
 
 
 def test_one_input_is_enough():
@@ -134,26 +122,15 @@ def test_one_input_is_enough():
     assert result.noise_std_um == pytest.approx(0.1, rel=0.3)
 
 
-def test_the_order_of_experiments_does_not_matter():
-    a, b = virtual(1), virtual(2, warm_up_h=5.0)
-    assert_same(modal([a, b], input_names=NAMES), modal([b, a], input_names=NAMES), rel=1e-2)
-
-
-def test_units_scale_the_gains_and_the_order_of_inputs_does_not_matter(cold):
+def test_units_scale_the_gains_and_an_offset_and_the_order_of_inputs_do_not_matter(cold):
     e = virtual()
     u = (e.u * np.array([1.0, 1e3]))[:, ::-1]
-    other = modal([Experiment(10.0, u, e.y / 25.4)], input_names=NAMES[::-1])
+    other = modal([Experiment(10.0, u, (e.y + 500.0) / 25.4)], input_names=NAMES[::-1])
     for a, b, unit in zip(cold.model.parts, other.model.parts[::-1], (1.0, 1e3), strict=True):
         assert a.input_name == b.input_name
         assert b.dc_gain * 25.4 * unit == pytest.approx(a.dc_gain, rel=1e-3)
     assert other.fit_percent == pytest.approx(cold.fit_percent, abs=1e-3)
-
-
-def test_an_offset_of_the_displacement_changes_nothing_but_the_offset(cold):
-    e = virtual()
-    moved = modal([Experiment(10.0, e.u, e.y + 500.0)], input_names=NAMES)
-    assert_same(cold, moved, rel=1e-3)
-    assert moved.offsets_um[0] - cold.offsets_um[0] == pytest.approx(500.0, abs=0.01)
+    assert 25.4 * other.offsets_um[0] - cold.offsets_um[0] == pytest.approx(500.0, abs=0.01)
 
 
 def test_another_clock_scales_the_time_constants_of_an_exact_record():
@@ -171,9 +148,6 @@ def test_a_cold_test_of_eight_hours_is_simulated_well_on_another_one(cold):
     assert fit > 92.0
     assert cold.stable
     assert all(np.all(p.time_constants_s > 0) for p in cold.model.parts)
-
-
-def test_the_noise_of_the_result_is_that_of_the_record(cold):
     assert 0.4 < cold.slow_noise_std_um < 1.5
     assert cold.slow_noise_correlation_s > 1000.0
 
@@ -204,20 +178,6 @@ def test_a_warm_test_beside_a_cold_one_does_not_spoil_what_the_cold_one_knows():
     assert np.linalg.norm(other.clean_um - simulated) < 0.04 * spread
 
 
-def test_fewer_lags_make_gains_and_unknown_starts_larger_but_no_steady_start():
-    sizes = Sizes(
-        log_gain=5.0,
-        log_transients=(-0.5, 5.5),
-        log_ratio=4.0,
-        log_correlation=8.0,
-        log_fast_ratio=1.0,
-        fast_correlation_s=900.0,
-    )
-    larger = sizes.enlarged(2.0)
-    assert (larger.log_gain, larger.log_transients) == (7.0, (-0.5, 7.5))
-    assert larger.noise == sizes.noise
-
-
 def test_an_input_that_did_not_move_has_no_dc_gain():
     e = virtual()
     idle = np.column_stack([e.u[:, 0], np.random.default_rng(0).normal(0.0, 0.02, e.y.size)])
@@ -240,12 +200,9 @@ def test_white_noise_alone_is_covered_by_the_intervals():
     assert np.mean(np.abs(scaled) < 1.96) >= 0.85
 
 
-def test_a_number_of_lags_that_is_asked_for_is_kept():
-    result = modal([virtual()], input_names=NAMES, options=ModalOptions(lags=2))
-    assert result.model.parts[0].gains.size == 2
-
-
-def test_a_steady_start_may_be_asked_for():
+def test_a_number_of_lags_and_a_steady_start_may_be_asked_for():
+    result = modal([exact()], input_names=NAMES, options=ModalOptions(lags=1))
+    assert result.model.parts[0].gains.size == 1
     result = modal([exact()], input_names=NAMES, options=ModalOptions(steady_start=True))
     assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-5)
 

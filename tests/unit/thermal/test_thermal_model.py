@@ -41,15 +41,12 @@ def test_a_constant_input_gives_the_dc_gain_at_once():
     assert y == pytest.approx(np.full(50, 1.5 + 2.0 * 10.0 + 3.0 * 20.0))
 
 
-def test_a_step_simulated_is_the_step_response():
+def test_a_step_response_is_a_step_simulated_waits_for_the_delay_and_ends_at_the_dc_gain():
     u = np.zeros((2000, 2))
     u[1:, 0] = 1.0
     y = simulate_modal(MODEL, 10.0, u)
     times = 10.0 * np.arange(1999)
     assert y[1:] - 1.5 == pytest.approx(step_response(MODEL, times)[:, 0], abs=1e-10)
-
-
-def test_a_step_response_waits_for_the_delay_and_ends_at_the_dc_gain():
     response = step_response(MODEL, np.array([0.0, 89.0, 1e7]))
     assert response[:2, 1].tolist() == [0.0, 0.0]
     assert response[2] == pytest.approx([part.dc_gain for part in MODEL.parts])
@@ -84,19 +81,13 @@ def test_a_part_that_cannot_be_is_refused():
             ModalPart(**(whole | change))
 
 
-@pytest.mark.parametrize(
-    ("step_s", "u", "says"),
-    [
+def test_inputs_and_states_that_do_not_fit_the_model_are_refused():
+    for step_s, u, says in (
         (0.0, np.zeros((5, 2)), "not_positive"),
         (1.0, np.zeros((5, 3)), "wrong_shape"),
         (1.0, np.full((5, 2), np.nan), "input_missing"),
-    ],
-)
-def test_inputs_that_do_not_fit_the_model_are_refused(step_s, u, says):
-    with refused(says):
-        simulate_modal(MODEL, step_s, u)
-
-
-def test_an_initial_state_of_another_model_is_refused():
+    ):
+        with refused(says):
+            simulate_modal(MODEL, step_s, u)
     with refused("wrong_shape", Place(key="initial_state")):
         simulate_modal(MODEL, 1.0, np.zeros((5, 2)), [np.zeros(1), np.zeros(1)])

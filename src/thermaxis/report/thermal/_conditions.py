@@ -11,10 +11,8 @@ from thermaxis.thermal import ThermalLog
 
 HOUR_S = 3600.0
 """Time is drawn in hours. [s]"""
-_TEMPERATURES = {"degC", "K", "degF"}
 _SPEED = "rpm"
 _SHOWN_UNITS = {"rpm": "1/min", "um": "µm", "degC": "K", "K": "K", "degF": "K", "": "no unit"}
-_TITLE_NAMES = 3
 
 
 def speed_panel(log: ThermalLog) -> Panel | None:
@@ -30,15 +28,8 @@ def relative_values(
     log: ThermalLog, channel: str, reference_s: float, reference: float | None = None
 ) -> FloatArray:
     """Return a channel relative to its reference."""
-    name = log.name_of(channel)
-    values = log.column(name, unit="degC" if log.units[name] in _TEMPERATURES else "")
-    if reference is not None:
-        return values - reference
-    present = values[~np.isnan(values)]
-    early = values[(log.time_s <= reference_s) & ~np.isnan(values)]
-    if present.size == 0:
-        return values
-    return values - (float(np.mean(early)) if early.size else present[0])
+    values = log.plain_column(channel)
+    return values - (log.start_of(values, reference_s) if reference is None else reference)
 
 
 def input_panels(

@@ -9,7 +9,6 @@ from thermaxis.report.thermal._comparison import comparison_panel, contribution_
 from thermaxis.report.thermal._conditions import (
     displacement_panel,
     input_panels,
-    relative_values,
     speed_panel,
 )
 from thermaxis.report.thermal._fit import (
@@ -81,12 +80,13 @@ def _conditions(
     channels = [channel for definition in records.inputs for channel in definition.channels]
     panels = [] if speeds is None else [speeds]
     panels += input_panels(log, channels, reference_s=reference_s)
+    known = {column.casefold() for column in log.columns}
+    read = {n: log.column(n, unit="um") for n in records.experiments if n.casefold() in known}
     measured = {
-        name: _displacement(log, name, reference_s)
-        for name in records.experiments
-        if any(c.casefold() == name.casefold() for c in log.columns)
+        name: values - log.start_of(values, reference_s)
+        for name, values in read.items()
+        if not bool(np.all(np.isnan(values)))
     }
-    measured = {n: v for n, v in measured.items() if not bool(np.all(np.isnan(v)))}
     if measured:
         panels.append(displacement_panel(log.time_s, measured))
     grid = PanelGrid(heading="Calibration test", source=log.name, panels=tuple(panels))
@@ -97,15 +97,6 @@ def _conditions(
     )
     ending = f"_log_{number + 1}" if count > 1 else ""
     return panel_chart(f"figure_03_conditions{ending}", caption, grid)
-
-
-def _displacement(log: ThermalLog, name: str, reference_s: float) -> FloatArray:
-    known = log.name_of(name)
-    if log.units[known] == "um":
-        return relative_values(log, known, reference_s)
-    values = log.column(known, unit="um")
-    single = ThermalLog.from_columns({"value_um": values}, time_s=log.time_s, name=log.name)
-    return relative_values(single, "value_um", reference_s)
 
 
 def _fit(

@@ -12,7 +12,11 @@ from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.identification._joint_gains import JointGains, joint_gains
+from thermaxis.thermal.identification._joint_gains import (
+    JointGains,
+    joint_gains,
+    simulate_from_rest,
+)
 from thermaxis.thermal.identification._records import Records, compensation_model
 from thermaxis.thermal.modal import ModalOptions, ModalResult, PartStd, modal
 from thermaxis.thermal.selection import SelectionOptions, SelectionResult, select
@@ -23,7 +27,6 @@ from thermaxis.thermal.transfer_function import (
     combine_models,
     held,
     oe,
-    simulate_modal,
     thermal_model_of,
 )
 from thermaxis.thermal.verification import (
@@ -305,8 +308,8 @@ def identify_joint(
 
 
 def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedOutput:
-    beside, static = _beside(records, name)
     fit, rmse = _free_run(records, name, result.model)
+    beside, static = _beside(records, name, rmse)
     return IdentifiedOutput(
         name=name,
         model=result.model,
@@ -315,9 +318,9 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
         fit_from_rest_percent=fit,
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=result.slow_noise_std_um,
-        training_rmse_um={"model": rmse, **beside},
+        training_rmse_um=beside,
         static_gains_um_per_k=static,
-        warnings=(*result.warnings, *_verdict(result.fit_percent, fit, {"model": rmse, **beside})),
+        warnings=(*result.warnings, *_verdict(result.fit_percent, fit, beside)),
     )
 
 
@@ -349,11 +352,11 @@ def _verdict(
     return tuple(said)
 
 
-def _unknown(model: ThermalModel, flags: Sequence[str] = ()) -> tuple[PartStd, ...]:
-    """Return parts without standard deviations."""
+def _dc_gains_alone(model: ThermalModel, std: Sequence[float | None]) -> tuple[PartStd, ...]:
+    """Return standard deviations of the DC gains, and none of the other numbers."""
     return tuple(
-        PartStd(None, (None,) * part.gains.size, (None,) * part.gains.size, None, tuple(flags))
-        for part in model.parts
+        PartStd(None, (None,) * part.gains.size, (None,) * part.gains.size, one, ())
+        for part, one in zip(model.parts, std, strict=True)
     )
 
 
@@ -363,19 +366,19 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
     outputs: list[IdentifiedOutput] = []
     for name, chosen in result.outputs.items():
         fit, rmse = _free_run(records, name, chosen.model)
-        beside, static = _beside(records, name)
+        beside, static = _beside(records, name, rmse)
         outputs.append(
             IdentifiedOutput(
                 name=name,
                 model=chosen.model,
-                std=_unknown(chosen.model),
+                std=_dc_gains_alone(chosen.model, [None] * len(chosen.model.parts)),
                 fit_percent=fit,
                 fit_from_rest_percent=fit,
                 validation_mae_um=chosen.validation_mae_um,
                 baseline_mae_um=dict(chosen.baseline_mae_um),
-                training_rmse_um={"model": rmse, **beside},
+                training_rmse_um=beside,
                 static_gains_um_per_k=static,
-                warnings=(*chosen.flags, *_verdict(fit, fit, {"model": rmse, **beside})),
+                warnings=(*chosen.flags, *_verdict(fit, fit, beside)),
             )
         )
     findings = [f"candidate {f.name}: {f.reason}" for f in result.findings]
@@ -397,8 +400,7 @@ def _free_run(records: Records, name: str, model: ThermalModel) -> tuple[float, 
     rows = 0
     for experiment in records.experiments[name]:
         u, _ = held(experiment.u[:, columns])
-        at_rest = [np.zeros_like(part.gains) for part in model.parts]
-        simulated = simulate_modal(model, experiment.sample_time_s, u, at_rest)
+        simulated = simulate_from_rest(model, experiment.sample_time_s, u)
         measured = ~np.isnan(experiment.y)
         y = experiment.y[measured]
         left += float(np.sum((y - simulated[measured]) ** 2))
@@ -407,8 +409,10 @@ def _free_run(records: Records, name: str, model: ThermalModel) -> tuple[float, 
     return 100.0 * (1.0 - float(np.sqrt(left / spread))), float(np.sqrt(left / rows))
 
 
-def _beside(records: Records, name: str) -> tuple[dict[str, float], FloatArray]:
-    """Return errors of the baselines on the training records, and the static gains."""
+def _beside(
+    records: Records, name: str, model_rmse_um: float
+) -> tuple[dict[str, float], FloatArray]:
+    """Return errors of model and baselines on the training records, and the static gains."""
     experiments = records.experiments[name]
     fitted = {
         "static": fit_baseline(Baseline.RIDGE, experiments),
@@ -423,7 +427,7 @@ def _beside(records: Records, name: str) -> tuple[dict[str, float], FloatArray]:
     rmse = {
         key: float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))) for key, parts in errors.items()
     }
-    return rmse, fitted["static"].gains_um_per_k[:, 0]
+    return {"model": model_rmse_um, **rmse}, fitted["static"].gains_um_per_k[:, 0]
 
 
 def _as_lags(result: PolynomialResult) -> tuple[ThermalModel | None, tuple[str, ...]]:
@@ -445,23 +449,16 @@ def _polynomials(
     na, nb, nk = orders if orders is not None else (None, None, 0)
     result = estimator(experiments, na, nb, nk, input_names=names)
     model, why = _as_lags(result)
-    beside, static = _beside(records, name)
     left = np.concatenate([e.y - s for e, s in zip(experiments, result.simulated_um, strict=True)])
-    own = float(np.sqrt(np.nanmean(left**2)))
-    std: tuple[PartStd, ...] = ()
-    if model is not None:
-        std = tuple(
-            PartStd(None, (None,) * p.gains.size, (None,) * p.gains.size, float(s), ())
-            for p, s in zip(model.parts, result.dc_gain_std, strict=True)
-        )
+    beside, static = _beside(records, name, float(np.sqrt(np.nanmean(left**2))))
     return IdentifiedOutput(
         name=name,
         model=model,
-        std=std,
+        std=() if model is None else _dc_gains_alone(model, result.dc_gain_std.tolist()),
         fit_percent=result.fit_percent,
         fit_from_rest_percent=result.fit_percent,
         noise_std_um=result.noise_std_um,
-        training_rmse_um={"model": own, **beside},
+        training_rmse_um=beside,
         static_gains_um_per_k=static,
         polynomials=result,
         warnings=(*result.warnings, *why),

@@ -141,8 +141,10 @@ def _gain(experiments: tuple[Experiment, ...], model: ThermalModel, column: int)
     product = square = 0.0
     for experiment in experiments:
         u, _ = held(experiment.u)
-        alone = _simulated(replace_parts(model, only=column), experiment.sample_time_s, u)
-        others = _simulated(replace_parts(model, without=column), experiment.sample_time_s, u)
+        step_s, parts = experiment.sample_time_s, model.parts
+        part, rest = parts[column], (*parts[:column], *parts[column + 1 :])
+        alone = simulate_from_rest(ThermalModel((part,)), step_s, u[:, [column]])
+        others = simulate_from_rest(ThermalModel(rest), step_s, np.delete(u, column, axis=1))
         seen = ~np.isnan(experiment.y)
         x, y = alone[seen], (experiment.y - others)[seen]
         x, y = x - np.mean(x), y - np.mean(y)
@@ -151,19 +153,7 @@ def _gain(experiments: tuple[Experiment, ...], model: ThermalModel, column: int)
     return product / square if square > 0 else 0.0
 
 
-def replace_parts(
-    model: ThermalModel, *, only: int | None = None, without: int | None = None
-) -> ThermalModel:
-    """Return the model with the gains of some parts set to zero."""
-    parts = [
-        part
-        if (only is None or i == only) and i != without
-        else replace(part, direct_gain=0.0, gains=np.zeros_like(part.gains))
-        for i, part in enumerate(model.parts)
-    ]
-    return ThermalModel(tuple(parts), 0.0)
-
-
-def _simulated(model: ThermalModel, sample_time_s: float, u: FloatArray) -> FloatArray:
+def simulate_from_rest(model: ThermalModel, sample_time_s: float, u: FloatArray) -> FloatArray:
+    """Return the displacement in free run from rest at the first row."""
     at_rest = [np.zeros_like(part.gains) for part in model.parts]
     return simulate_modal(model, sample_time_s, u, at_rest)

@@ -100,15 +100,18 @@ def records_of(
     lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)
     left_out: list[str] = []
     for log in logs:
-        u = np.stack([_relative(log, definition, reference_s) for definition in inputs], axis=1)
+        measured = [evaluate_input(log, definition) for definition in inputs]
+        u = np.stack([v - log.start_of(v, reference_s) for v in measured], axis=1)
         lowest = np.fmin(lowest, np.nanmin(u, axis=0))
         highest = np.fmax(highest, np.nanmax(u, axis=0))
-        names = {output: output for output in outputs if _has(log, output)}
+        names = [output for output in found if _has(log, output)]
         if not names:
             left_out.append(log.where)
             continue
         columns = {f"u{k}": u[:, k] for k in range(len(inputs))}
-        columns |= {f"y {name}": _output(log, name, reference_s) for name in names}
+        for name in names:
+            y = log.column(name, unit="um")
+            columns[f"y {name}"] = y - log.start_of(y, reference_s)
         even = _even(ThermalLog.from_columns(columns, time_s=log.time_s, name=log.name), step_s)
         inputs_even = np.stack([even.columns[f"u{k}"] for k in range(len(inputs))], axis=1)
         for name in names:
@@ -136,25 +139,6 @@ def records_of(
 def _has(log: ThermalLog, output: str) -> bool:
     names = [name for name in log.columns if name.casefold() == output.casefold()]
     return any(not bool(np.all(np.isnan(log.columns[name]))) for name in names)
-
-
-def _first(values: FloatArray, time_s: FloatArray, reference_s: float) -> float:
-    """Return the mean over the first time, or else the first value."""
-    early = values[time_s <= reference_s]
-    present = early[~np.isnan(early)]
-    if present.size:
-        return float(np.mean(present))
-    return float(values[np.flatnonzero(~np.isnan(values))[0]])
-
-
-def _relative(log: ThermalLog, definition: InputDefinition, reference_s: float) -> FloatArray:
-    values = evaluate_input(log, definition)
-    return values - _first(values, log.time_s, reference_s)
-
-
-def _output(log: ThermalLog, name: str, reference_s: float) -> FloatArray:
-    values = log.column(name, unit="um")
-    return values - _first(values, log.time_s, reference_s)
 
 
 def _even(log: ThermalLog, step_s: float) -> ThermalLog:
@@ -192,15 +176,9 @@ def usual_step_of(log: ThermalLog, inputs: Sequence[InputDefinition]) -> float:
 def _references(
     log: ThermalLog, inputs: Sequence[InputDefinition], reference_s: float
 ) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for definition in inputs:
-        for channel in definition.channels:
-            known = log.name_of(channel)
-            in_celsius = log.units[known] in {"degC", "K", "degF"}
-            values = log.column(known, unit="degC" if in_celsius else "")
-            if not bool(np.all(np.isnan(values))):
-                found[channel] = _first(values, log.time_s, reference_s)
-    return found
+    channels = [channel for definition in inputs for channel in definition.channels]
+    found = {c: log.start_of(log.plain_column(c), reference_s) for c in channels}
+    return {channel: value for channel, value in found.items() if not np.isnan(value)}
 
 
 def compensation_model(

@@ -11,7 +11,6 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
-_FORM = "Write name=channel or name=channel-channel, such as spindle=T_spindle_c-T_column_c"
 _TEMPERATURES = {"degC", "K"}
 
 

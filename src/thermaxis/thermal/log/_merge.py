@@ -30,9 +30,6 @@ _PLAUSIBLE = 9.0
 three standard deviations. [1]"""
 _MOST_POINTS = 400_000
 _SAME_S = 1e-6
-_REMEDY = (
-    "Give the shift (what is added to the second recorder's clock), such as 0 s for equal clocks"
-)
 
 
 @final

@@ -323,6 +323,48 @@ class ThermalLog:
             return values * _FACTORS[own, unit]
         raise DataError("wrong_unit", unit=own, needed=unit, place=self.place(known))
 
+    def plain_column(self, name: str) -> FloatArray:
+        """Return the values of a column, temperatures in degC, others in their own unit.
+
+        Parameters
+        ----------
+        name : str
+            Name of the column, in upper or lower case.
+
+        Returns
+        -------
+        FloatArray
+            Values, (n,); NaN where not measured. [degC or the column's unit]
+
+        Raises
+        ------
+        DataError
+            If there is no such column.
+        """
+        known = self.name_of(name)
+        return self.column(known, unit="degC" if self.units[known] in _TO_CELSIUS else "")
+
+    def start_of(self, values: FloatArray, reference_s: float) -> float:
+        """Return what a series was at the start: what relative coordinates refer to.
+
+        Parameters
+        ----------
+        values : FloatArray
+            Values in the rows of the log, (n,); NaN where not measured. [any]
+        reference_s : float
+            The first time. [s]
+
+        Returns
+        -------
+        float
+            Mean over the first time, or else the first value; NaN where there is none. [any]
+        """
+        present = ~np.isnan(values)
+        early = values[present & (self.time_s <= reference_s)]
+        if early.size:
+            return float(np.mean(early))
+        return float(values[present][0]) if bool(present.any()) else float("nan")
+
     def names_matching(self, pattern: str) -> tuple[str, ...]:
         """Return the columns whose name fits a pattern, in their order.
 

@@ -20,7 +20,6 @@ from thermaxis.thermal.modal._lags import (
     Refined,
     Refinement,
     Subsets,
-    all_subsets,
     compared,
 )
 
@@ -62,7 +61,8 @@ class Compared:
 
 def sets_of(design: Design, time_constants_s: FloatArray, lags: int) -> IndexArray:
     """Return all sets of so many time constants that differ enough, (m, j)."""
-    members = all_subsets(design, lags)
+    every = list(combinations(range(design.lags), lags))
+    members = np.array(every, dtype=np.intp).reshape(-1, lags)
     if lags < 2 or members.shape[0] == 0:
         return members
     apart = np.diff(np.log(time_constants_s)[members], axis=1)
@@ -155,13 +155,11 @@ def _with_zeros(
     return found
 
 
-def best_of(found: Sequence[Compared], lags: int) -> tuple[IndexArray, Sizes, float]:
-    """Return the most likely set of so many lags, its sizes and the logarithm of its weight."""
+def best_of(found: Sequence[Compared], lags: int) -> tuple[IndexArray, Sizes]:
+    """Return the most likely set of so many lags, and its sizes."""
     those = [c for c in found if c.lags == lags]
-    tops = [float(np.max(c.log_weight)) for c in those]
-    best = those[int(np.argmax(tops))]
-    place = int(np.argmax(best.log_weight))
-    return best.subsets.members[place], best.sizes, float(best.log_weight[place])
+    best = max(those, key=lambda c: float(np.max(c.log_weight)))
+    return best.subsets.members[int(np.argmax(best.log_weight))], best.sizes
 
 
 @final
@@ -175,8 +173,6 @@ class Average:
     """Mean DC gain, scaled, (k,). [1]"""
     dc_variance: FloatArray
     """Variance of the DC gain within and between sets, scaled, (k,). [1]"""
-    share: FloatArray
-    """Weight of one, two, ... lags, (most lags,). [1]"""
 
 
 @final
@@ -230,7 +226,6 @@ def averaged(components: Sequence[Component]) -> Average:
     inputs = components[0].design.inputs
     readings = components[0].design.readings
     contribution = np.zeros((readings, inputs))
-    share = np.zeros(max(c.compared.lags for c in components))
     total, first, second, within = 0.0, np.zeros(inputs), np.zeros(inputs), np.zeros(inputs)
     for component in components:
         item, design = component.compared, component.design
@@ -249,12 +244,10 @@ def averaged(components: Sequence[Component]) -> Average:
         first += weight @ dc
         second += weight @ dc**2
         within += weight @ item.subsets.dc_variance + whole * component.dc_variance
-        share[item.lags - 1] += whole
         total += whole
     mean = first / total
     return Average(
         contribution=contribution / total,
         dc_gain=mean,
         dc_variance=within / total + np.maximum(second / total - mean**2, 0.0),
-        share=share / total,
     )

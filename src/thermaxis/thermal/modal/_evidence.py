@@ -6,16 +6,12 @@ common size. The size, the size of transients from an unknown start, and the slo
 under which the record is most likely after all gains are averaged out (type II likelihood).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from typing import final
 
 import numpy as np
-from scipy.linalg import (
-    cho_solve,  # pyright: ignore[reportUnknownVariableType]
-    solve_triangular,  # pyright: ignore[reportUnknownVariableType]
-)
+from scipy.linalg import solve_triangular  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.modal._regressors import Segment
@@ -195,28 +191,6 @@ def design_of(
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Posterior:
-    """Gains, transients and offsets of a design, given the sizes."""
-
-    log_evidence: float
-    """Logarithm of the record's density with all coefficients averaged out, and of the hyperprior.
-    [1]"""
-    coefficients: FloatArray
-    """Posterior mean, (p,), in units of the scaled design. [1]"""
-    variance: float
-    """Variance of the white noise of a block's mean, in units of the scaled design. [1]"""
-    precision_factor: FloatArray
-    """Lower Cholesky factor of the posterior precision times that variance, (p, p)."""
-
-    def covariance(self) -> FloatArray:
-        """Return the posterior covariance of the coefficients, (p, p)."""
-        unit = np.eye(self.coefficients.size)
-        inverse = np.asarray(cho_solve((self.precision_factor, True), unit), dtype=np.float64)
-        return self.variance * inverse
-
-
-@final
 @dataclass(frozen=True, slots=True)
 class Hyperprior:
     """What sizes are plausible before the record is seen: wide normals of their logarithms."""
@@ -237,13 +211,8 @@ class Hyperprior:
         )
 
 
-def posterior_of(
-    design: Design,
-    products: tuple[FloatArray, float],
-    sizes: Sizes,
-    hyperprior: Hyperprior,
-) -> Posterior:
-    """Return coefficients and evidence under given sizes.
+def log_evidence_of(design: Design, products: tuple[FloatArray, float], sizes: Sizes) -> float:
+    """Return the logarithm of the record's density under given sizes. [1]
 
     Notes
     -----
@@ -252,8 +221,8 @@ def posterior_of(
 
         A = F' K^-1 F + L,    b = F' K^-1 y,    S = y' K^-1 y - b' A^-1 b,    f = n - offsets.
 
-    The posterior mean is A^-1 b and its covariance v A^-1. With beta integrated out and v at its
-    most likely value S / f, the density of the record is, but for a constant,
+    With beta integrated out and v at its most likely value S / f, the density of the record is, but
+    for a constant,
 
         log p(y) = -1/2 (f log(S / f) + log|K| + log|A| - log|L+|),
 
@@ -280,87 +249,52 @@ def posterior_of(
     )
     left = max(float(gram[-1, -1] - half @ half), 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
     freedom = design.readings - free
-    log_evidence = -0.5 * (
+    return -0.5 * float(
         freedom * np.log(left / freedom)
         + log_determinant
         + 2.0 * float(np.sum(np.log(np.diag(factor))))
         + float(np.sum(prior))
     )
-    return Posterior(
-        log_evidence=float(log_evidence) + hyperprior.log_density(sizes),
-        coefficients=np.asarray(
-            solve_triangular(factor, half, lower=True, trans=1, check_finite=False),
-            dtype=np.float64,
-        ),
-        variance=left / freedom,
-        precision_factor=np.asarray(factor),
-    )
 
 
-_STEPS = {"log_gain": 1.5, "log_ratio": 1.5, "log_correlation": 0.7, "log_fast_ratio": 1.5}
-_TRANSIENT_STEP = 2.0
 MOST_LOG_CHANGE = 2.4
 """Logarithm by which the correlation time may differ from the most plausible one. [1]"""
-_BOUNDS = {
-    "log_gain": (-6.0, 14.0),
-    "log_ratio": (-8.0, 14.0),
-    "log_fast_ratio": (-8.0, 12.0),
-}
-_TRANSIENT_BOUNDS = (-12.0, 12.0)
+_SMALLEST_STEP = 0.15
 
 
-def _neighbours(
-    sizes: Sizes, share: float, hyperprior: Hyperprior
-) -> Iterator[tuple[Sizes, Sizes]]:
-    """Yield, size by size, the sizes one step above and one below."""
-    middle = float(np.log(hyperprior.correlation_s))
-    for name, step in _STEPS.items():
-        low, high = _BOUNDS.get(name, (middle - MOST_LOG_CHANGE, middle + MOST_LOG_CHANGE))
-        above, below = (
-            replace(sizes, **{name: float(np.clip(getattr(sizes, name) + move, low, high))})
-            for move in (share * step, -share * step)
-        )
-        yield above, below
-    low, high = _TRANSIENT_BOUNDS
-    for place, one in enumerate(sizes.log_transients):
-        head, tail = sizes.log_transients[:place], sizes.log_transients[place + 1 :]
-        above, below = (
-            replace(sizes, log_transients=(*head, float(np.clip(one + move, low, high)), *tail))
-            for move in (share * _TRANSIENT_STEP, -share * _TRANSIENT_STEP)
-        )
-        yield above, below
-
-
-def most_likely_sizes(
-    design: Design, hyperprior: Hyperprior, smallest_step: float = 0.15
-) -> tuple[Sizes, Posterior]:
-    """Return the sizes under which the record is most likely."""
-    best = Sizes(
-        log_gain=4.0,
-        log_transients=(0.0,) * design.transients,
-        log_ratio=5.0,
-        log_correlation=float(np.log(hyperprior.correlation_s)),
-        log_fast_ratio=1.0,
-        fast_correlation_s=hyperprior.fast_correlation_s,
-    )
+def most_likely_sizes(design: Design, hyperprior: Hyperprior) -> Sizes:
+    """Return the sizes under which the record is most likely: a search along every size in turn."""
+    middle, free = float(np.log(hyperprior.correlation_s)), design.transients
+    # gain, ratio, correlation time and fast ratio, then the transients: all of them logarithms
+    best = np.array([4.0, 5.0, middle, 1.0, *[0.0] * free])
+    steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * free])
+    low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-12.0] * free])
+    high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[12.0] * free])
     seen: dict[SlowNoise, tuple[FloatArray, float]] = {}
 
-    def tried(sizes: Sizes) -> Posterior:
-        key = sizes.noise
-        if key not in seen:
-            seen[key] = design.products(key)
-        return posterior_of(design, seen[key], sizes, hyperprior)
+    def sizes_at(logarithms: FloatArray) -> Sizes:
+        gain, ratio, correlation, fast_ratio, *transients = logarithms.tolist()
+        fast_s = hyperprior.fast_correlation_s
+        return Sizes(gain, tuple(transients), ratio, correlation, fast_ratio, fast_s)
 
-    found, share = tried(best), 1.0
-    while share > smallest_step:
+    def evidence_at(logarithms: FloatArray) -> float:
+        sizes = sizes_at(logarithms)
+        noise = sizes.noise
+        if noise not in seen:
+            seen[noise] = design.products(noise)
+        return log_evidence_of(design, seen[noise], sizes) + hyperprior.log_density(sizes)
+
+    found, share = evidence_at(best), 1.0
+    while share > _SMALLEST_STEP:
         moved = False
-        for place in range(len(_STEPS) + design.transients):
-            pair = next(islice(_neighbours(best, share, hyperprior), place, None))
-            for other in pair:
-                there = tried(other)
-                if there.log_evidence > found.log_evidence + 1e-9:
+        for place in range(best.size):
+            for move in (share * steps[place], -share * steps[place]):
+                other = best.copy()
+                other[place] = np.clip(best[place] + move, low[place], high[place])
+                there = evidence_at(other)
+                if there > found + 1e-9:
                     best, found, moved = other, there, True
                     break
         if not moved:
             share /= 2.0
-    return best, found
+    return sizes_at(best)

@@ -6,7 +6,6 @@ refined between the points of the grid.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import TypeAlias, final
 
 import numpy as np
@@ -33,11 +32,6 @@ class Subsets:
     """Direct gains and gains of the lags, scaled, (m, k, 1 + j). [1]"""
     dc_variance: FloatArray
     """Posterior variance of the scaled DC gains, (m, k). [1]"""
-
-
-def all_subsets(design: Design, size: int) -> IndexArray:
-    """Return every subset of so many time constants, (m, j)."""
-    return np.array(list(combinations(range(design.lags), size)), dtype=np.intp).reshape(-1, size)
 
 
 def columns_of(design: Design, members: IndexArray) -> IndexArray:
@@ -75,10 +69,11 @@ def compared(
 
     Notes
     -----
-    The equations of `posterior_of`, for many sets of columns at once. A = C C' (Cholesky), so that
-    with h = C^-1 b the sum of squares is S = y' K^-1 y - h' h, the gains are C'^-1 h, and the
-    variance of the DC gain w' beta of an input, w being one at its gains, is S / f |C^-1 w|^2. A
-    gain that is held at zero has a unit row in A, a zero in b and w, and no factor in |L+|.
+    The equations of `log_evidence_of`, for many sets of columns at once; the gains are A^-1 b, and
+    S / f A^-1 is their covariance. A = C C' (Cholesky), so that with h = C^-1 b the sum of squares
+    is S = y' K^-1 y - h' h, the gains are C'^-1 h, and the variance of the DC gain w' beta of an
+    input, w being one at its gains, is S / f |C^-1 w|^2. A gain that is held at zero has a unit row
+    in A, a zero in b and w, and no factor in |L+|.
     """
     gram, log_determinant = products
     lags = members.shape[1]

@@ -36,7 +36,6 @@ from thermaxis.thermal.modal._average import (
 from thermaxis.thermal.modal._evidence import (
     Design,
     Hyperprior,
-    Posterior,
     Scales,
     Sizes,
     design_of,
@@ -168,12 +167,8 @@ class ResponseEvidence:
     """The grid, (j,). [s]"""
     design: Design
     """Regressors over the grid."""
-    hyperprior: Hyperprior
-    """What sizes are plausible."""
     sizes: Sizes
     """Sizes of the highest evidence."""
-    posterior: Posterior
-    """Gains over the grid under these sizes."""
     longest_s: float
     """Length of the longest experiment. [s]"""
 
@@ -182,11 +177,6 @@ def default_block_s(experiments: Sequence[Experiment]) -> float:
     """Return the length of blocks that suits the longest experiment. [s]"""
     longest = max(e.duration_s for e in experiments)
     return float(np.clip(BLOCK_S, longest / MOST_BLOCKS, longest / FEWEST_BLOCKS))
-
-
-def _constant(segments: Sequence[Segment]) -> bool:
-    y = np.concatenate([s.y[s.count > 0] for s in segments])
-    return bool(np.ptp(y) == 0)
 
 
 def response_evidence(
@@ -208,7 +198,7 @@ def response_evidence(
     shortest_tau = min(0.8 * block_s, longest_tau / 4.0)
     grid = np.geomspace(shortest_tau, longest_tau, GRID)
     scales = scales_of(segments)
-    if _constant(segments):
+    if np.ptp(np.concatenate([s.y[s.count > 0] for s in segments])) == 0.0:
         raise DataError("displacement_constant")
     design = design_of(
         segments,
@@ -221,10 +211,8 @@ def response_evidence(
         raise DataError("too_few_blocks", blocks=design.readings, needed=3 + design.offsets)
     correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
     hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
-    sizes, posterior = most_likely_sizes(design, hyperprior)
-    return ResponseEvidence(
-        segments, scales, grid, design, hyperprior, sizes, posterior, float(longest)
-    )
+    sizes = most_likely_sizes(design, hyperprior)
+    return ResponseEvidence(segments, scales, grid, design, sizes, float(longest))
 
 
 def modal(
@@ -304,7 +292,7 @@ def _refined_sets(
     """Return the best set of every number of lags, moved between the points of the grid."""
     refined: dict[int, tuple[Refinement, Refined]] = {}
     for number in sorted({c.lags for c in found}):
-        members, sizes, _ = best_of(found, number)
+        members, sizes = best_of(found, number)
         problem = Refinement(
             segments=evidence.segments,
             scales=evidence.scales,

@@ -69,10 +69,6 @@ class Segment:
         """Return the means per block of a series at full rate, over measured rows."""
         return _block_means(values, self.rows, self.measured)
 
-    def input_means(self) -> FloatArray:
-        """Return the mean inputs per block, (blocks, k). [K]"""
-        return self.mean_u
-
     def lag_means(self, column: int, time_constants_s: FloatArray) -> FloatArray:
         """Return the mean of lagged inputs per block, (blocks, j). [K]
 

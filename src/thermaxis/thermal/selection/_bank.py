@@ -86,7 +86,7 @@ def _same_rows(outputs: Mapping[str, Sequence[Experiment]]) -> list[list[str]]:
 
 
 def _regressors(segment: Segment, time_constants_s: FloatArray) -> FloatArray:
-    inputs = segment.input_means()
+    inputs = segment.mean_u
     means = np.empty((segment.blocks, 1 + time_constants_s.size, inputs.shape[1]))
     means[:, 0] = inputs
     if time_constants_s.size:

@@ -44,7 +44,6 @@ from ._polynomial_model import (
     PolynomialResult as PolynomialResult,
     Start as Start,
     TransferFunction as TransferFunction,
-    frozen_array as frozen_array,
     held as held,
     simulate_from_fitted_start as simulate_from_fitted_start,
     simulate_polynomial as simulate_polynomial,

@@ -8,7 +8,7 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.transfer_function._figures import fit_percent
 from thermaxis.thermal.transfer_function._order_search import (
@@ -24,7 +24,6 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
     Start,
     TransferFunction,
     common_sample_time_s,
-    frozen_array,
     held,
     names_of_inputs,
     simulate_polynomial,
@@ -225,25 +224,29 @@ def arx(
     else:
         (order,) = per_input(na, 1, "na")
         orders = ArxOrders(order, per_input(nb, inputs, "nb"), delays)
-    _check_orders(orders, constant=constant)
-    factor, rows = _factor_of_all(experiments, orders, constant=constant)
-    _check_rows(rows, orders.parameters + constant)
-    solution = solve_triangle(factor)
+    count = orders.parameters + constant
+    if count == 0:
+        raise ConfigurationError("no_coefficient", place=Place(key="orders"))
+    tables = [regressors(e.u, e.y, orders, constant=constant) for e in experiments]
+    rows = sum(table.shape[0] for table in tables)
+    if rows <= count:
+        raise DataError("rows_not_enough", rows=rows, parameters=count)
+    solution = solve_triangle(triangle(tables))
     labels = parameter_names(orders, names, constant=constant)
     if solution.weak:
-        _refuse_weak(labels, solution.weak)
+        weak = tuple(labels[i] for i in solution.weak)
+        raise DataError("coefficients_undetermined", names=weak)
     model = _model(solution.parameters, orders, names, sample_time_s, constant=constant)
     variance = solution.sum_of_squares / (rows - solution.parameters.size)
     simulated = tuple(_free_run(model, e) for e in experiments)
     fit = fit_percent(np.concatenate([e.y for e in experiments]), np.concatenate(simulated))
-    at = _numerator_at(orders)
     return PolynomialResult(
         method="arx",
         model=model,
         parameter_names=labels,
         parameters=frozen_array(solution.parameters),
         covariance_root=frozen_array(np.sqrt(variance) * solution.inverse_root),
-        numerator_at=at,
+        numerator_at=_numerator_at(orders),
         denominator_at=(tuple(range(orders.na)),) * inputs,
         delays=orders.nk,
         noise_coefficients=frozen_array([]),
@@ -257,31 +260,15 @@ def arx(
     )
 
 
-def _check_orders(orders: ArxOrders, *, constant: bool) -> None:
-    if orders.parameters + constant == 0:
-        raise ConfigurationError("no_coefficient", place=Place(key="orders"))
-
-
-def _check_rows(rows: int, parameters: int) -> None:
-    if rows <= parameters:
-        raise DataError("rows_not_enough", rows=rows, parameters=parameters)
-
-
-def _refuse_weak(labels: Sequence[str], weak: Sequence[int]) -> None:
-    raise DataError("coefficients_undetermined", names=tuple(labels[i] for i in weak))
-
-
-def _factor_of_all(
-    experiments: Sequence[Experiment], orders: ArxOrders, *, constant: bool
-) -> tuple[FloatArray, int]:
-    """Return the triangular factor of all complete rows and their number."""
-    width = orders.parameters + constant + 1
-    factor, count = np.zeros((width, width)), 0
-    for experiment in experiments:
-        rows = regressors(experiment.u, experiment.y, orders, constant=constant)
-        factor = triangle([factor, rows])
-        count += rows.shape[0]
-    return factor, count
+def parts_of(
+    parameters: FloatArray, orders: ArxOrders, denominator: FloatArray
+) -> tuple[TransferFunction, ...]:
+    """Return the transfer function of every input, all of one denominator."""
+    parts: list[TransferFunction] = []
+    for at, delay in zip(_numerator_at(orders), orders.nk, strict=True):
+        above = np.concatenate([np.zeros(delay), parameters[list(at)]])
+        parts.append(TransferFunction(above if above.size else np.zeros(1), denominator))
+    return tuple(parts)
 
 
 def _numerator_at(orders: ArxOrders) -> tuple[tuple[int, ...], ...]:
@@ -300,13 +287,9 @@ def _model(
     constant: bool,
 ) -> PolynomialModel:
     below = np.concatenate([[1.0], parameters[: orders.na]])
-    parts: list[TransferFunction] = []
-    for at, delay in zip(_numerator_at(orders), orders.nk, strict=True):
-        above = np.concatenate([np.zeros(delay), parameters[list(at)]])
-        parts.append(TransferFunction(above if above.size else np.zeros(1), below))
     level = float(np.sum(below))
     offset = float(parameters[-1]) / level if constant and level != 0.0 else 0.0
-    return PolynomialModel(names, tuple(parts), sample_time_s, offset)
+    return PolynomialModel(names, parts_of(parameters, orders, below), sample_time_s, offset)
 
 
 def _free_run(model: PolynomialModel, experiment: Experiment) -> FloatArray:

@@ -10,11 +10,10 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray, require_sample_time
+from thermaxis.thermal._arrays import FloatArray, frozen_array, require_sample_time
 from thermaxis.thermal.transfer_function._polynomial_model import (
     PolynomialModel,
     TransferFunction,
-    frozen_array,
 )
 from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
 from thermaxis.thermal.transfer_function._thermal_model import ModalPart, ThermalModel
@@ -48,13 +47,6 @@ class OtherMode:
     def modulus(self) -> float:
         """Distance of the pole from zero: what remains from one row to the next. [1]"""
         return abs(self.pole)
-
-    @property
-    def decay_rows(self) -> float:
-        """Rows after which the mode has fallen to 1/e; infinite where it does not fall. [row]"""
-        if self.modulus >= 1.0:
-            return float("inf")
-        return -1.0 / float(np.log(self.modulus)) if self.modulus > 0.0 else 0.0
 
     @property
     def dc_gain(self) -> float:
@@ -112,11 +104,6 @@ class ModalForm:
     def stable(self) -> bool:
         """Whether every mode decays."""
         return all(mode.modulus < 1.0 for mode in self.other_modes)
-
-    @property
-    def only_lags(self) -> bool:
-        """Whether the form is a direct gain and lags alone: what heat conduction gives."""
-        return not self.other_modes and self.late_gains.size == 0
 
 
 def modal_form(transfer_function: TransferFunction, sample_time_s: float) -> ModalForm:
@@ -348,19 +335,7 @@ def transfer_function_of(part: ModalPart, sample_time_s: float) -> TransferFunct
     time_constants = np.unique(part.time_constants_s)
     gains = np.array([fsum(part.gains[part.time_constants_s == tau]) for tau in time_constants])
     alphas = -np.expm1(-sample_time_s / time_constants)
-    below = _product(alphas)
-    above = part.direct_gain * below
-    for i, (gain, alpha) in enumerate(zip(gains, alphas, strict=True)):
-        above[1:] += gain * alpha * _product(np.delete(alphas, i))
-    return TransferFunction(np.concatenate([np.zeros(round(rows)), above]), below)
-
-
-def _product(alphas: FloatArray) -> FloatArray:
-    """Return the product of all 1 - (1 - alpha) / z."""
-    below = np.ones(1)
-    for alpha in alphas:
-        below = np.convolve(below, [1.0, alpha - 1.0])
-    return below
+    return _joined(part.direct_gain, gains.tolist(), alphas.tolist(), round(rows))
 
 
 def change_sample_time(
@@ -417,16 +392,20 @@ def change_sample_time(
 def _joined(
     direct: float, gains: Sequence[complex], distances: Sequence[complex], delay: int
 ) -> TransferFunction:
+    """Return one fraction of a direct gain and modes c w / (z - 1 + w), their distances w."""
+    below = _product(distances)
+    above = direct * below
+    for i, (gain, w) in enumerate(zip(gains, distances, strict=True)):
+        above[1:] += gain * w * _product([*distances[:i], *distances[i + 1 :]])
+    return TransferFunction(np.concatenate([np.zeros(delay), above.real]), below.real)
+
+
+def _product(distances: Sequence[complex]) -> ComplexArray:
+    """Return the product of all 1 - (1 - w) / z."""
     below = np.ones(1, dtype=np.complex128)
     for w in distances:
         below = np.convolve(below, [1.0, w - 1.0])
-    above = direct * below
-    for i, (gain, w) in enumerate(zip(gains, distances, strict=True)):
-        others = np.ones(1, dtype=np.complex128)
-        for j, v in enumerate(distances):
-            others = np.convolve(others, [1.0, v - 1.0]) if j != i else others
-        above[1:] += gain * w * others
-    return TransferFunction(np.concatenate([np.zeros(delay), above.real]), below.real)
+    return below
 
 
 def polynomial_model_of(model: ThermalModel, sample_time_s: float) -> PolynomialModel:
@@ -539,14 +518,6 @@ class RoundingLoss:
     """Share of the roundings that are unstable. [1]"""
     decimals_for_percent: float
     """Decimals of b with which its worst corner moves the DC gain by one percent. [1]"""
-
-    @property
-    def dc_gain_error(self) -> tuple[float, float]:
-        """Relative errors of the DC gain at the corners, the smaller first; NaN for gain 0. [1]"""
-        if self.dc_gain == 0.0:
-            return float("nan"), float("nan")
-        low, high = (abs(x) / abs(self.dc_gain) - 1.0 for x in self.dc_gain_between)
-        return (low, high) if low < high else (high, low)
 
 
 def rounding_loss(printed: PrintedTransferFunction) -> RoundingLoss:

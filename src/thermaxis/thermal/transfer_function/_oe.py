@@ -9,7 +9,7 @@ from scipy.linalg import solve_toeplitz  # pyright: ignore[reportUnknownVariable
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.log import FEWEST_READINGS, Experiment, common_shape
 from thermaxis.thermal.transfer_function._arx import (
     block_means,
@@ -43,7 +43,6 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
     Start,
     TransferFunction,
     common_sample_time_s,
-    frozen_array,
     held,
     names_of_inputs,
 )
@@ -109,20 +108,25 @@ class _Problem:
     def inputs(self) -> int:
         return len(self.orders.nb)
 
+    def above(self, i: int) -> slice:
+        """Return where the coefficients of a numerator stand."""
+        first = sum(self.orders.nb[:i]) + sum(self.orders.nf[:i])
+        return slice(first, first + self.orders.nb[i])
+
+    def below(self, i: int) -> slice:
+        """Return where those of a denominator stand: behind the numerator's."""
+        first = self.above(i).stop
+        return slice(first, first + self.orders.nf[i])
+
     def numerator(self, theta: FloatArray, i: int) -> FloatArray:
-        at = self.place(i)
-        return np.concatenate([np.zeros(self.orders.nk[i]), theta[at : at + self.orders.nb[i]]])
+        return np.concatenate([np.zeros(self.orders.nk[i]), theta[self.above(i)]])
 
     def denominator(self, theta: FloatArray, i: int) -> FloatArray:
-        at = self.place(i) + self.orders.nb[i]
-        return np.concatenate([[1.0], theta[at : at + self.orders.nf[i]]])
-
-    def place(self, i: int) -> int:
-        return sum(self.orders.nb[:i]) + sum(self.orders.nf[:i])
+        return np.concatenate([[1.0], theta[self.below(i)]])
 
     @property
     def coefficients(self) -> int:
-        return self.place(self.inputs)
+        return sum(self.orders.nb) + sum(self.orders.nf)
 
     @property
     def structural(self) -> int:
@@ -136,9 +140,10 @@ class _Problem:
     def phi(self, theta: FloatArray) -> FloatArray:
         return theta[self.structural - self.noise : self.structural]
 
-    def initial(self, theta: FloatArray, test: int, i: int) -> FloatArray:
-        at = self.structural + test * sum(self.states) + sum(self.states[:i])
-        return theta[at : at + self.states[i]]
+    def initial(self, test: int, i: int) -> slice:
+        """Return where the initial states of an input in a test stand."""
+        first = self.structural + test * sum(self.states) + sum(self.states[:i])
+        return slice(first, first + self.states[i])
 
 
 def _first(problem: _Problem, values: FloatArray) -> float:
@@ -149,7 +154,7 @@ def _part_output(problem: _Problem, theta: FloatArray, test: int, i: int) -> Flo
     u = np.ascontiguousarray(problem.tests[test][0][:, i])
     a, b = problem.numerator(theta, i), problem.denominator(theta, i)
     y = output_of(a, b, u, _first(problem, u))
-    initial = problem.initial(theta, test, i)
+    initial = theta[problem.initial(test, i)]
     if initial.size:
         impulse = np.zeros(u.size)
         impulse[: initial.size] = initial[: u.size]
@@ -198,24 +203,23 @@ def _gradient(
     columns = np.zeros((n, problem.size))
     for i in range(problem.inputs):
         b = problem.denominator(theta, i)
-        at, nb, nf = problem.place(i), problem.orders.nb[i], problem.orders.nf[i]
         u = np.ascontiguousarray(u_all[:, i])
         cascade = cascade_of(b)
         u = later(u, problem.orders.nk[i], _first(problem, u))
-        for j, column in enumerate(stage_outputs(cascade, u, _first(problem, u), nb)):
-            columns[:, at + j] = column
+        nb, nf, states = problem.orders.nb[i], problem.orders.nf[i], problem.states[i]
+        found = stage_outputs(cascade, u, _first(problem, u), nb)
         if nf and not linear:
             y = -_part_output(problem, theta, test, i)
             y = later(y, 1, _first(problem, y))
-            for j, column in enumerate(stage_outputs(cascade, y, _first(problem, y), nf)):
-                columns[:, at + nb + j] = column
-        states = problem.states[i]
-        place = problem.structural + test * sum(problem.states) + sum(problem.states[:i])
-        impulse = np.zeros(n)
-        impulse[:1] = 1.0
-        response = output_of(np.ones(1), b, impulse, 0.0) if states else impulse
-        for j in range(states):
-            columns[:, place + j] = later(response, j, 0.0)
+            found += stage_outputs(cascade, y, _first(problem, y), nf)
+        for j, column in enumerate(found, start=problem.above(i).start):
+            columns[:, j] = column
+        if states:
+            impulse = np.zeros(n)
+            impulse[0] = 1.0
+            response = output_of(np.ones(1), b, impulse, 0.0)
+            for j in range(states):
+                columns[:, problem.initial(test, i).start + j] = later(response, j, 0.0)
     if problem.options.constant:
         columns[:, problem.coefficients] = 1.0
     phi = problem.phi(theta)
@@ -232,11 +236,9 @@ def _to_coefficients(problem: _Problem, theta: FloatArray) -> FloatArray:
     """Return the matrix that turns a step in the cascade's weights into one of coefficients."""
     matrix = np.eye(problem.size)
     for i in range(problem.inputs):
-        at, nb, nf = problem.place(i), problem.orders.nb[i], problem.orders.nf[i]
         cascade = cascade_of(problem.denominator(theta, i))
-        matrix[at : at + nb, at : at + nb] = basis_polynomials(cascade, nb)
-        at += nb
-        matrix[at : at + nf, at : at + nf] = basis_polynomials(cascade, nf)
+        for at in (problem.above(i), problem.below(i)):
+            matrix[at, at] = basis_polynomials(cascade, at.stop - at.start)
     return matrix
 
 
@@ -286,15 +288,10 @@ def _decompose(factor: FloatArray) -> _Decomposed:
 
 def _with_best_numerators(problem: _Problem, denominators: Sequence[FloatArray]) -> FloatArray:
     """Return the parameters whose linear ones fit best for given denominators."""
-    theta = np.zeros(problem.size)
+    theta, free = np.zeros(problem.size), np.ones(problem.size, dtype=np.bool_)
     for i, b in enumerate(denominators):
-        at = problem.place(i) + problem.orders.nb[i]
-        theta[at : at + problem.orders.nf[i]] = b[1:]
+        theta[problem.below(i)], free[problem.below(i)] = b[1:], False
     factor, _ = _factor(problem, theta, linear=True)
-    free = np.ones(problem.size, dtype=np.bool_)
-    for i in range(problem.inputs):
-        at = problem.place(i) + problem.orders.nb[i]
-        free[at : at + problem.orders.nf[i]] = False
     step = np.zeros(problem.size)
     step[free] = _decompose(factor[:, np.append(free, True)]).step(0.0)
     return theta + _to_coefficients(problem, theta) @ step
@@ -303,9 +300,7 @@ def _with_best_numerators(problem: _Problem, denominators: Sequence[FloatArray])
 def _stable(problem: _Problem, theta: FloatArray) -> FloatArray:
     moved = theta.copy()
     for i in range(problem.inputs):
-        at = problem.place(i) + problem.orders.nb[i]
-        b = stabilised(problem.denominator(theta, i), problem.slowest)
-        moved[at : at + problem.orders.nf[i]] = b[1:]
+        moved[problem.below(i)] = stabilised(problem.denominator(theta, i), problem.slowest)[1:]
     return moved
 
 
@@ -347,9 +342,7 @@ def _best_fit(
     problem: _Problem, experiments: Sequence[Experiment], steps: int = MOST_ITERATIONS
 ) -> _Iterated:
     """Iterate from the best starts, without colour first, then with it."""
-    white = _Problem(
-        problem.tests, problem.orders, problem.options, 0, problem.slowest, problem.states
-    )
+    white = replace(problem, noise=0)
     starts = denominators_to_start(
         experiments, problem.orders, problem.slowest, steady=problem.options.start is Start.STEADY
     )
@@ -448,7 +441,14 @@ def oe(
     names = names_of_inputs(experiments, input_names)
     sample_time_s = common_sample_time_s(experiments)
     delays = per_input(nk, inputs, "nk")
-    _check_options(chosen)
+    if not 0 <= chosen.noise_order <= HIGHEST_COLOUR or chosen.lead_in_rows < 0:
+        raise ConfigurationError(
+            "oe_options_outside",
+            noise_order=chosen.noise_order,
+            lead_in_rows=chosen.lead_in_rows,
+            most=HIGHEST_COLOUR,
+            place=Place(key="options"),
+        )
     search: tuple[OrderTrial, ...] = ()
     if nf is None and nb is None:
         search, orders = _search(experiments, delays, chosen)
@@ -460,17 +460,6 @@ def oe(
     _check_rows(problem)
     fit = _best_fit(problem, experiments)
     return _result(problem, fit, experiments, names, sample_time_s, search)
-
-
-def _check_options(options: OeOptions) -> None:
-    if options.noise_order < 0 or options.lead_in_rows < 0 or options.noise_order > HIGHEST_COLOUR:
-        raise ConfigurationError(
-            "oe_options_outside",
-            noise_order=options.noise_order,
-            lead_in_rows=options.lead_in_rows,
-            most=HIGHEST_COLOUR,
-            place=Place(key="options"),
-        )
 
 
 def _problem(experiments: Sequence[Experiment], orders: OeOrders, options: OeOptions) -> _Problem:
@@ -548,7 +537,7 @@ def _errors_left_out(
         y[first:last] = np.nan
         tests = list(whole.tests)
         tests[test] = (tests[test][0], y)
-        without = _Problem(tuple(tests), orders, options, 0, whole.slowest, whole.states)
+        without = replace(whole, tests=tuple(tests))
         theta = _iterate(without, fit.theta, FIRST_ITERATIONS).theta
         left = experiment.y[first:last] - _simulated(whole, theta, test)[first:last]
         errors[j] = float(np.nansum(left**2))
@@ -652,25 +641,23 @@ def _result(
     else:
         spread = np.sqrt(variance) * root
     spread = (_to_coefficients(problem, theta) @ spread)[:used]
-    parts = tuple(
-        TransferFunction(_not_empty(problem.numerator(theta, i)), problem.denominator(theta, i))
-        for i in range(problem.inputs)
-    )
+    parts: list[TransferFunction] = []
+    for i in range(problem.inputs):
+        above = problem.numerator(theta, i)
+        below = problem.denominator(theta, i)
+        parts.append(TransferFunction(above if above.size else np.zeros(1), below))
     offset = float(theta[problem.coefficients]) if problem.options.constant else 0.0
-    model = PolynomialModel(names, parts, sample_time_s, offset)
+    model = PolynomialModel(names, tuple(parts), sample_time_s, offset)
     simulated = tuple(frozen_array(_simulated(problem, theta, t)) for t in range(len(experiments)))
-    places = [problem.place(i) for i in range(problem.inputs)]
-    nb, nf = problem.orders.nb, problem.orders.nf
+    places = [(problem.above(i), problem.below(i)) for i in range(problem.inputs)]
     result = PolynomialResult(
         method="oe",
         model=model,
         parameter_names=_names(problem, names),
         parameters=frozen_array(theta[:used]),
         covariance_root=frozen_array(spread),
-        numerator_at=tuple(tuple(range(p, p + b)) for p, b in zip(places, nb, strict=True)),
-        denominator_at=tuple(
-            tuple(range(p + b, p + b + f)) for p, b, f in zip(places, nb, nf, strict=True)
-        ),
+        numerator_at=tuple(tuple(range(a.start, a.stop)) for a, _ in places),
+        denominator_at=tuple(tuple(range(b.start, b.stop)) for _, b in places),
         delays=problem.orders.nk,
         noise_coefficients=frozen_array(problem.phi(theta)),
         noise_variance=variance,
@@ -697,10 +684,6 @@ def _unsupported_gains(result: PolynomialResult) -> list[str]:
         )
         if std > LARGEST_RELATIVE_STD * abs(gain)
     ]
-
-
-def _not_empty(numerator: FloatArray) -> FloatArray:
-    return numerator if numerator.size else np.zeros(1)
 
 
 def _names(problem: _Problem, names: Sequence[str]) -> tuple[str, ...]:

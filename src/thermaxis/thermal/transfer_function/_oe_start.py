@@ -11,8 +11,8 @@ from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.transfer_function._arx import (
     ArxOrders,
-    LeastSquares,
     block_means,
+    parts_of,
     regressors,
     solve_triangle,
     triangle,
@@ -93,18 +93,12 @@ def denominators_to_start(
 
 def _equation_errors(
     experiments: Sequence[Experiment], orders: ArxOrders, slowest: float
-) -> list[list[TransferFunction]]:
+) -> list[tuple[TransferFunction, ...]]:
     """Return ARX and instrumental-variable estimates; none where the rows do not suffice."""
-    width = orders.parameters + 1
-    factor = np.zeros((width, width))
-    tables: list[FloatArray] = []
-    for experiment in experiments:
-        tables.append(regressors(experiment.u, experiment.y, orders, constant=False))
-        factor = triangle([factor, tables[-1]])
-    if sum(t.shape[0] for t in tables) <= width:
+    tables = [regressors(e.u, e.y, orders, constant=False) for e in experiments]
+    if sum(t.shape[0] for t in tables) <= orders.parameters + 1:
         return []
-    solution: LeastSquares = solve_triangle(factor)
-    models = [_parts(solution.parameters, orders, slowest)]
+    models = [_parts(solve_triangle(triangle(tables)).parameters, orders, slowest)]
     for _ in range(_INSTRUMENT_ROUNDS):
         refined = _instrumental_variables(experiments, orders, models[-1])
         if refined is None:
@@ -113,15 +107,11 @@ def _equation_errors(
     return models
 
 
-def _parts(parameters: FloatArray, orders: ArxOrders, slowest: float) -> list[TransferFunction]:
+def _parts(
+    parameters: FloatArray, orders: ArxOrders, slowest: float
+) -> tuple[TransferFunction, ...]:
     below = stabilised(np.concatenate([[1.0], parameters[: orders.na]]), slowest)
-    parts: list[TransferFunction] = []
-    at = orders.na
-    for count, delay in zip(orders.nb, orders.nk, strict=True):
-        above = np.concatenate([np.zeros(delay), parameters[at : at + count]])
-        parts.append(TransferFunction(above if above.size else np.zeros(1), below))
-        at += count
-    return parts
+    return parts_of(parameters, orders, below)
 
 
 def _instrumental_variables(

@@ -10,9 +10,14 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray, require_sample_time, rows_of_inputs
+from thermaxis.thermal._arrays import (
+    FloatArray,
+    frozen_array,
+    require_sample_time,
+    rows_of_inputs,
+)
 from thermaxis.thermal.log import Experiment
-from thermaxis.thermal.transfer_function._cascade import filtered, output_of
+from thermaxis.thermal.transfer_function._cascade import filtered, later, output_of
 from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
 
 MOST_COEFFICIENTS = 64
@@ -28,13 +33,6 @@ class Start(StrEnum):
     """Inputs and displacement were zero: the paper's relative coordinates."""
     FREE = "free"
     """Nothing: the initial state is estimated, or fitted to the measured displacement."""
-
-
-def frozen_array(values: FloatArray | Sequence[float]) -> FloatArray:
-    """Return a copy as float64 that nobody can write to."""
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array
 
 
 @final
@@ -129,7 +127,6 @@ class TransferFunction:
         # |z|^2 = 1 - 2 Re w + |w|^2, which keeps the digits of a slow pole
         with np.errstate(divide="ignore"):
             rate = -0.5 * np.log1p(np.maximum(-2.0 * w.real + np.abs(w) ** 2, -1.0))
-        with np.errstate(divide="ignore"):
             return np.where(rate > 0, sample_time_s / rate, np.inf)
 
 
@@ -350,9 +347,7 @@ def free_responses(parts: Sequence[TransferFunction], rows: int) -> FloatArray:
         impulse = np.zeros(rows)
         impulse[:1] = 1.0
         response = filtered(np.ones(1), np.array(key), impulse, np.zeros(len(key) - 1))
-        columns += [
-            np.concatenate([np.zeros(j), response[: rows - j]]) for j in range(min(order, rows))
-        ]
+        columns += [later(response, j, 0.0) for j in range(min(order, rows))]
     return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
 
 
@@ -452,11 +447,6 @@ class PolynomialResult:
         return self.model.stable
 
     @property
-    def covariance(self) -> FloatArray:
-        """Covariance of the parameters, (d, d). [product of their units]"""
-        return self.covariance_root @ self.covariance_root.T
-
-    @property
     def std(self) -> FloatArray:
         """Standard deviations of the parameters, (d,). [their units]"""
         return np.linalg.norm(self.covariance_root, axis=1)
@@ -496,23 +486,3 @@ class PolynomialResult:
             deviation = float(np.linalg.norm(gradient @ self.covariance_root))
             deviations.append(deviation if below != 0.0 else np.inf)
         return np.array(deviations)
-
-    @property
-    def fpe(self) -> float:
-        """Final prediction error V (1 + d/N) / (1 - d/N). [µm²]"""
-        d, n = self.parameters.size, self.rows
-        return self.mean_square * (1.0 + d / n) / (1.0 - d / n) if n > d else float("inf")
-
-    @property
-    def aic(self) -> float:
-        """Akaike's criterion N ln V + 2 d. [1]"""
-        return self._log_likelihood_term + 2.0 * self.parameters.size
-
-    @property
-    def bic(self) -> float:
-        """Schwarz's criterion N ln V + d ln N. [1]"""
-        return self._log_likelihood_term + self.parameters.size * float(np.log(self.rows))
-
-    @property
-    def _log_likelihood_term(self) -> float:
-        return self.rows * float(np.log(max(self.mean_square, np.finfo(float).tiny)))

@@ -9,13 +9,12 @@ from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray, require_sample_time, rows_of_inputs
-
-
-def _frozen(values: FloatArray) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array
+from thermaxis.thermal._arrays import (
+    FloatArray,
+    frozen_array,
+    require_sample_time,
+    rows_of_inputs,
+)
 
 
 @final
@@ -46,8 +45,8 @@ class ModalPart:
 
     def __post_init__(self) -> None:
         """Check the numbers and freeze the arrays."""
-        object.__setattr__(self, "gains", _frozen(self.gains))
-        object.__setattr__(self, "time_constants_s", _frozen(self.time_constants_s))
+        object.__setattr__(self, "gains", frozen_array(self.gains))
+        object.__setattr__(self, "time_constants_s", frozen_array(self.time_constants_s))
         place = Place(channel=self.input_name)
         if self.gains.ndim != 1 or self.gains.shape != self.time_constants_s.shape:
             raise DataError(

@@ -9,10 +9,9 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray, require_sample_time, rows_of_inputs
+from thermaxis.thermal._arrays import FloatArray, frozen_array, require_sample_time, rows_of_inputs
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.transfer_function import (
-    frozen_array,
     held,
     section_response,
     solve_triangle,

@@ -150,12 +150,7 @@ def simulate_log(
 
 def model_columns(model: CompensationModel, log: ThermalLog) -> list[FloatArray]:
     """Return the channels of the model, temperatures in degC whatever the log's unit."""
-    columns: list[FloatArray] = []
-    for channel in model.channels:
-        known = log.name_of(channel)
-        in_celsius = log.units[known] in {"degC", "K", "degF"}
-        columns.append(log.column(known, unit="degC" if in_celsius else ""))
-    return columns
+    return [log.plain_column(channel) for channel in model.channels]
 
 
 def _outside(
