@@ -15,10 +15,11 @@ ROOT = Path(__file__).resolve().parent.parent
 
 TOGETHER = {
     "linuxcnc": ("test_linuxcnc", "test_linuxcnc_offset", "test_loop_is_killed"),
+    "asyncua": ("test_opcua_session", "test_opcua_security", "test_probes"),
     "node-opcua": ("test_foreign_opcua", "test_foreign_opcua_loop", "test_foreign_status_client"),
 }
-"""Files of tests that would wait for each other: a computer has one LinuxCNC, and the packages of
-the foreign server are installed once."""
+"""Files of tests that would wait for each other, or share what takes long to start: a computer has
+one LinuxCNC, the packages of the foreign server are installed once, and a server is started once."""
 
 
 class ByFile(LoadFileScheduling):

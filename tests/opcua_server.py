@@ -124,6 +124,7 @@ KINDS: Mapping[str, tuple[object, ua.VariantType]] = {
     "ReadOnly": (0.0, ua.VariantType.Double),
     "BeatBool": (False, ua.VariantType.Boolean),
     "BeatByte": (254, ua.VariantType.Byte),
+    "Probe": (0.0125, ua.VariantType.Double),
 }
 
 

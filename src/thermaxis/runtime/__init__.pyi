@@ -37,6 +37,7 @@ from ._sign import (
 )
 from ._virtual_time import (
     START_S as START_S,
+    START_UTC as START_UTC,
     VirtualClock as VirtualClock,
     run_in_virtual_time as run_in_virtual_time,
 )

@@ -8,18 +8,12 @@ import asyncio
 import math
 from collections.abc import Callable, Sequence
 
-from thermaxis.runtime._virtual_time import VirtualTimeLoop
+from tests.unit.runtime.simulated import freeze
 from thermaxis.runtime.sinks._halcmd import HalLostError
 
-PERIOD_S = 0.001
+PERIOD_S = 0.005
+"""Five times that of a machine, so that a minute of it takes no time. [s]"""
 MOTION = ("motion-command-handler", "motion-controller")
-
-
-def freeze(duration_s: float) -> None:
-    """Let time go on while the whole program stands, as SIGSTOP does."""
-    loop = asyncio.get_running_loop()
-    assert isinstance(loop, VirtualTimeLoop)
-    loop._jumping.now_s += duration_s
 
 
 class MemoryHal:

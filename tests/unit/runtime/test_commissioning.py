@@ -21,17 +21,6 @@ from thermaxis.runtime.checks._commissioning import BACK_WITHIN_S, judge_step
 PLAN = CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0))
 
 
-class Refusing(SimulatedSink):
-    """A sink that refuses writes for a while."""
-
-    refuses = False
-
-    async def write(self, correction_um: object, deadline_s: float) -> bool:
-        if self.refuses:
-            return False
-        return await super().write(correction_um, deadline_s)
-
-
 def proven(
     machine: SimulatedMachine, factor: float, plan: CommissioningPlan = PLAN, shift: float = 0.0
 ) -> StepProof:
@@ -62,12 +51,12 @@ def test_the_verdict_names_sign_unit_or_a_dead_offset(
     proof = proven(machine, factor, shift=123.0)
     assert proof.passed is passed
     assert word in proof.verdict
-    assert machine.offset_um["Z_um"] == 0.0
+    assert machine.z_um == 0.0
 
 
 def test_the_offset_goes_out_and_back_at_the_rate_from_where_it_was_found() -> None:
     machine = SimulatedMachine({}, ("Z_um", "X_um"))
-    machine.offset_um = {"Z_um": -7.0, "X_um": 3.5}
+    machine.set_offset(Z_um=-7.0, X_um=3.5)
     assert proven(machine, 1.0).found_um == -7.0
     z = [-7.0, *(w["Z_um"] for w in machine.written)]
     assert max(z) == 3.0
@@ -92,27 +81,27 @@ def test_a_way_back_that_is_not_complete_is_not_proven() -> None:
 
 def test_a_refused_write_on_the_way_back_is_tried_again() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
-    sink = Refusing(machine)
+    sink = SimulatedSink(machine)
 
     async def measure(_: str) -> float:
-        value = machine.offset_um["Z_um"]
+        value = machine.z_um
         if value > 5.0:
-            asyncio.get_running_loop().call_later(1.0, setattr, sink, "refuses", True)
-            asyncio.get_running_loop().call_later(6.0, setattr, sink, "refuses", False)
+            asyncio.get_running_loop().call_later(1.0, setattr, machine, "refuses", True)
+            asyncio.get_running_loop().call_later(6.0, setattr, machine, "refuses", False)
         return value
 
     proof = run_in_virtual_time(prove_step(sink, VirtualClock(), PLAN, measure))
     assert proof.passed
-    assert machine.offset_um["Z_um"] == 0.0
+    assert machine.z_um == 0.0
 
 
 def test_an_offset_that_does_not_come_back_is_said_with_where_it_stands() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
-    sink = Refusing(machine)
+    sink = SimulatedSink(machine)
 
     async def measure(_: str) -> float:
-        sink.refuses = machine.offset_um["Z_um"] > 5.0
-        return machine.offset_um["Z_um"]
+        machine.refuses = machine.z_um > 5.0
+        return machine.z_um
 
     async def play() -> float:
         clock = VirtualClock()
@@ -130,18 +119,18 @@ def test_a_measurement_that_fails_brings_the_offset_back() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
 
     async def measure(_: str) -> float:
-        if machine.offset_um["Z_um"] > 5.0:
+        if machine.z_um > 5.0:
             raise DataError("no_answer_of_the_gauge")
         return 0.0
 
     with pytest.raises(DataError, match="no_answer_of_the_gauge"):
         run_in_virtual_time(prove_step(SimulatedSink(machine), VirtualClock(), PLAN, measure))
-    assert machine.offset_um["Z_um"] == 0.0
+    assert machine.z_um == 0.0
 
 
 def test_a_step_beyond_the_limits_is_refused_before_anything_moves() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
-    machine.offset_um["Z_um"] = 45.0
+    machine.set_offset(Z_um=45.0)
     with pytest.raises(DataError) as caught:
         proven(machine, 1.0)
     assert caught.value.code == "step_outside_limits"
@@ -154,7 +143,7 @@ def test_a_wrong_unit_is_noticed_by_the_probe_at_a_tenth_of_the_step() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
 
     async def measure(_: str) -> float:
-        return 1000.0 * machine.offset_um["Z_um"]
+        return 1000.0 * machine.z_um
 
     with pytest.raises(DataError) as caught:
         run_in_virtual_time(
@@ -162,7 +151,7 @@ def test_a_wrong_unit_is_noticed_by_the_probe_at_a_tenth_of_the_step() -> None:
         )
     assert caught.value.code == "step_moved_otherwise"
     assert max(w["Z_um"] for w in machine.written) <= 1.0
-    assert machine.offset_um["Z_um"] == 0.0
+    assert machine.z_um == 0.0
 
 
 def test_a_machine_that_reports_another_offset_ends_the_step_early() -> None:
@@ -171,14 +160,14 @@ def test_a_machine_that_reports_another_offset_ends_the_step_early() -> None:
     class Clamped(SimulatedSink):
         async def write(self, correction_um: object, deadline_s: float) -> bool:
             taken = await super().write(correction_um, deadline_s)
-            machine.offset_um["Z_um"] = min(machine.offset_um["Z_um"], 2.0)
+            machine.set_offset(Z_um=min(machine.z_um, 2.0))
             return taken
 
     async def measure(_: str) -> float:
-        return machine.offset_um["Z_um"]
+        return machine.z_um
 
     with pytest.raises(DataError) as caught:
         run_in_virtual_time(prove_step(Clamped(machine), VirtualClock(), PLAN, measure))
     assert caught.value.code == "offset_differs"
     assert max(w["Z_um"] for w in machine.written) <= 7.0
-    assert machine.offset_um["Z_um"] == 0.0
+    assert machine.z_um == 0.0

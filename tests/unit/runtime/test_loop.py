@@ -1,248 +1,78 @@
-"""The loop in virtual time: what it writes, what it survives, what it remembers."""
+"""The loop in virtual time: what it writes, survives and remembers, and tells of all that."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
+import math
+import random
+from collections.abc import Mapping
+from dataclasses import replace
 from datetime import timedelta
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.unit.runtime.simulated import (
-    SimulatedHistorian,
+    FLAGS,
+    GOAL_UM,
+    LARGEST,
+    RATE,
+    ROUNDED_UM,
+    SHA,
+    TOLERANCE_UM,
+    WATCHDOG_S,
+    Rig,
     SimulatedMachine,
     SimulatedSink,
     SimulatedSource,
+    alarms_of,
+    ask,
+    enabled_for,
+    freeze,
+    state_of,
 )
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import (
-    Compensation,
-    CompensationModel,
     Limits,
-    Output,
-    Part,
     Reason,
     Request,
     RequestKind,
-    Section,
-    SensorRules,
-    SupervisorRules,
     SupervisorState,
 )
 from thermaxis.runtime import (
+    DIAMETER,
+    OTHER_COMPENSATION,
+    START_UTC,
+    Applied,
     AtStop,
     CompensationLoop,
-    LoopSettings,
-    Ports,
-    StateFile,
+    LoopAnswer,
+    SourceSample,
     VirtualClock,
     run_in_virtual_time,
 )
-from thermaxis.runtime._virtual_time import START_UTC
+from thermaxis.runtime.loop import TESTED_EVERY_S, UNREAD_AFTER_S
 
-RATE = 0.5
-LARGEST = 60.0
-
-
-def compensation(**rules: float) -> Compensation:
-    model = CompensationModel(
-        outputs=(Output("Z_um", (Part("spindle", "s", "c", 2.0, (Section(10.0, 300.0),)),)),),
-        reference="stated",
-        reference_c={"s": 20.0, "c": 20.0},
-    )
-    return Compensation(
-        model=model,
-        sensors={n: SensorRules(lowest_c=1.0, highest_c=90.0) for n in ("s", "c")},
-        limits={"Z_um": Limits(LARGEST, RATE)},
-        supervisor=SupervisorRules(settle_s=5.0, hold_connection_s=20.0, **rules),
-        interlocks=("referenced",),
-    )
+NEAR_GOAL = pytest.approx(GOAL_UM, abs=0.01)
 
 
-class Rig:
-    """A loop beside a simulated machine."""
-
-    def __init__(self, state_file: Path | None = None, **rules: float) -> None:
-        self.machine = SimulatedMachine(
-            {"s": 23.0, "c": 20.0, "interlock.referenced": 1.0}, ("Z_um",)
-        )
-        self.historian = SimulatedHistorian()
-        self.clock = VirtualClock()
-        self.state_file = state_file
-        self.rules = rules
-
-    def loop(self, **settings: Any) -> CompensationLoop:
-        return CompensationLoop(
-            compensation(**self.rules),
-            LoopSettings(machine="lathe", model_file="m.json", model_sha256="0", **settings),
-            Ports(
-                SimulatedSource(self.machine),
-                SimulatedSink(self.machine),
-                self.historian,
-                self.clock,
-            ),
-            state_file=None if self.state_file is None else StateFile(self.state_file),
-        )
-
-    def play(
-        self,
-        script: Callable[["Rig", CompensationLoop], Coroutine[Any, Any, None]],
-        **settings: Any,
-    ) -> CompensationLoop:
-        async def both() -> CompensationLoop:
-            loop, stop = self.loop(**settings), asyncio.Event()
-            async with asyncio.TaskGroup() as group:
-                group.create_task(loop.run(stop))
-                await script(self, loop)
-                stop.set()
-            return loop
-
-        return run_in_virtual_time(both())
-
-    def steps_um(self) -> list[float]:
-        written = [0.0, *(w["Z_um"] for w in self.machine.written)]
-        return [b - a for a, b in pairwise(written)]
-
-
-async def enable(loop: CompensationLoop) -> None:
-    answer = await loop.submit(Request(RequestKind.ENABLE, "Jana"))
-    assert answer.accepted, answer.code
+# ---- out and back -------------------------------------------------------------------------------
 
 
 def test_the_offset_goes_to_minus_the_model_at_the_allowed_rate_and_back_at_the_end() -> None:
     bench = Rig()
 
     async def script(bench: Rig, loop: CompensationLoop) -> None:
-        await enable(loop)
-        await asyncio.sleep(200.0)
+        await enabled_for(loop, 200.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+        assert bench.machine.z_um == GOAL_UM
         assert loop.status is not None
-        assert loop.status.output.state is SupervisorState.ACTIVE
-        assert bench.machine.offset_um["Z_um"] == -36.0
+        assert loop.status.configuration_sha256 == SHA
 
     bench.play(script)
-    assert bench.machine.offset_um["Z_um"] == 0.0
-    assert max(map(abs, bench.steps_um())) <= RATE + 1e-9
-    assert min(bench.steps_um()) == -RATE
+    assert bench.machine.z_um == 0.0
+    bench.assert_law(late_cycles=1.0)
+    assert min(w.after_um - w.before_um for w in bench.machine.writes) == -RATE
     assert bench.historian.closed
-
-
-def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> None:
-    bench = Rig()
-    seen: list[SupervisorState] = []
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
-        loop.listeners.append(lambda status: seen.append(status.output.state))
-        await enable(loop)
-        await asyncio.sleep(100.0)
-        bench.machine.lose()
-        await asyncio.sleep(10.0)
-        assert seen[-1] is SupervisorState.HOLDING
-        await asyncio.sleep(15.0)
-        assert seen[-1] is SupervisorState.FADING
-        bench.machine.come_back(offset_um=0.0)
-        before = len(bench.machine.written)
-        await asyncio.sleep(2.0)
-        assert seen[-1] is SupervisorState.ACTIVE
-        first = bench.machine.written[before]["Z_um"]
-        assert abs(first) <= RATE + 1e-9
-        await asyncio.sleep(100.0)
-        assert bench.machine.offset_um["Z_um"] == -36.0
-
-    bench.play(script)
-
-
-def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged() -> None:
-    bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
-        await enable(loop)
-        await asyncio.sleep(60.0)
-        bench.machine.obeys = False
-        await asyncio.sleep(30.0)
-        assert loop.status is not None
-        assert loop.status.output.state is SupervisorState.FAULT
-        assert loop.status.output.reasons == (Reason.READ_BACK_DIFFERS,)
-        refused = await loop.submit(Request(RequestKind.ACKNOWLEDGE, "Jana"))
-        assert not refused.accepted
-        stuck_um = bench.machine.offset_um["Z_um"]
-        most_um = RATE + SupervisorRules().read_back_tolerance_um
-        assert abs(bench.machine.written[-1]["Z_um"] - stuck_um) <= most_um
-        bench.machine.obeys = True
-        await asyncio.sleep(0.5)
-        assert abs(bench.machine.offset_um["Z_um"] - stuck_um) <= most_um
-        await asyncio.sleep(5.0)
-        answer = await loop.submit(Request(RequestKind.ACKNOWLEDGE, "Jana"))
-        assert answer.accepted
-        await asyncio.sleep(120.0)
-        assert loop.status.output.state is SupervisorState.OFF
-        assert bench.machine.offset_um["Z_um"] == 0.0
-
-    bench.play(script)
-    said = [e for e in bench.historian.events if e.kind == "request" and e.who == "Jana"]
-    assert [e.details["accepted"] for e in said] == [True, False, True]
-
-
-def test_after_a_kill_the_loop_goes_on_from_the_offset_in_the_machine(tmp_path: Path) -> None:
-    bench = Rig(tmp_path / "state.json")
-
-    async def killed() -> None:
-        loop = bench.loop()
-        task = asyncio.ensure_future(loop.run(asyncio.Event()))
-        await enable(loop)
-        await asyncio.sleep(80.0)
-        loop._state_file = None  # a kill saves nothing any more
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
-
-    run_in_virtual_time(killed())
-    before = bench.machine.offset_um["Z_um"]
-    assert before < -30.0
-    bench.machine.come_back()
-    bench.machine.written.clear()
-    bench.clock = VirtualClock(START_UTC + timedelta(seconds=100.0))
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
-        await asyncio.sleep(20.0)
-        assert loop.status is not None
-        assert loop.status.output.state is SupervisorState.ACTIVE
-        assert loop.status.enabled
-
-    bench.play(script, at_stop=AtStop.LEAVE)
-    written = [before, *(w["Z_um"] for w in bench.machine.written)]
-    assert max(abs(b - a) for a, b in pairwise(written)) <= RATE + 1e-9
-
-
-def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
-    bench = Rig()
-    bench.machine.offset_um["Z_um"] = -12.0
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
-        await asyncio.sleep(30.0)
-        assert not bench.machine.written
-        assert loop.status is not None
-        assert loop.status.output.correction_um == (-12.0,)
-        await enable(loop)
-        await asyncio.sleep(100.0)
-
-    bench.play(script)
-    written = [-12.0, *(w["Z_um"] for w in bench.machine.written)]
-    assert max(abs(b - a) for a, b in pairwise(written)) <= RATE + 1e-9
-
-
-def test_an_open_interlock_fades_at_once_and_heals() -> None:
-    bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
-        await enable(loop)
-        await asyncio.sleep(100.0)
-        bench.machine.values["interlock.referenced"] = 0.0
-        await asyncio.sleep(2.5)
-        assert loop.status is not None
-        assert loop.status.output.state is SupervisorState.FADING
-        assert loop.status.output.reasons == (Reason.INTERLOCK_OPEN,)
-        bench.machine.values["interlock.referenced"] = 1.0
-        await asyncio.sleep(3.0)
-        assert loop.status.output.state is SupervisorState.ACTIVE
-
-    bench.play(script)
 
 
 def test_a_loop_that_ends_after_some_cycles_fades_first_and_says_what_it_leaves() -> None:
@@ -251,67 +81,473 @@ def test_a_loop_that_ends_after_some_cycles_fades_first_and_says_what_it_leaves(
     async def play(within_s: float) -> dict[str, float]:
         loop = bench.loop(stop_within_s=within_s)
         running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles=100))
-        await enable(loop)
+        assert await ask(loop, RequestKind.ENABLE)
         return dict(await running)
 
     assert run_in_virtual_time(play(300.0)) == {"Z_um": 0.0}
-    assert bench.machine.offset_um["Z_um"] == 0.0
-    bench.machine.generation += 1
+    assert bench.machine.z_um == 0.0
+    bench.machine.come_back()
     standing = run_in_virtual_time(play(10.0))
-    assert standing["Z_um"] == bench.machine.offset_um["Z_um"] < -20.0
-    assert "left in the machine: Z_um -" in bench.historian.events[-1].text
+    assert standing["Z_um"] == bench.machine.z_um < -20.0
+    last = bench.historian.events[-1]
+    assert (last.code, str(last.values["standing"])[:6]) == ("event-loop_ended_standing", "Z_um -")
 
 
-def test_a_fault_survives_a_clock_that_was_set_back(tmp_path: Path) -> None:
-    bench = Rig(tmp_path / "state.json")
+def test_at_the_end_an_offset_may_be_left_where_it_is() -> None:
+    bench = Rig()
+    bench.play(lambda _, loop: enabled_for(loop, 60.0), at_stop=AtStop.LEAVE)
+    assert bench.machine.writes[-1].after_um < -20.0
+    assert bench.file.saved is not None
+    assert bench.file.saved.enabled
+
+
+def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
+    bench = Rig()
+    bench.machine.set_offset(Z_um=-12.0)
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await asyncio.sleep(30.0)
+        assert not bench.machine.writes
+        assert loop.status is not None
+        assert loop.status.output.correction_um == (-12.0,)
+        await enabled_for(loop, 100.0)
+
+    bench.play(script)
+    bench.assert_law(late_cycles=1.0)
+
+
+@pytest.mark.parametrize("disabled", [False, True])
+def test_after_a_kill_the_loop_goes_on_from_the_offset_in_the_machine(disabled: bool) -> None:
+    bench = Rig()
+
+    async def until_it_is_killed(_: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 80.0)
+        if disabled:
+            assert await ask(loop, RequestKind.DISABLE)
+            await asyncio.sleep(10.0)
+
+    bench.play_and_kill(until_it_is_killed)
+    before_um = bench.machine.z_um
+    assert before_um < -30.0
+    bench.machine.come_back()
+    bench.machine.writes.clear()
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await asyncio.sleep(100.0)
+        assert state_of(loop) is (SupervisorState.OFF if disabled else SupervisorState.ACTIVE)
+        assert loop.status is not None
+        assert loop.status.enabled is not disabled
+
+    bench.play(script, at_stop=AtStop.LEAVE)
+    assert bench.machine.writes[0].before_um == before_um
+    assert bench.machine.z_um == (0.0 if disabled else NEAR_GOAL)
+    bench.assert_law()
+
+
+def test_a_fault_survives_a_clock_that_was_set_back() -> None:
+    bench = Rig()
 
     async def faulty(bench: Rig, loop: CompensationLoop) -> None:
-        await enable(loop)
-        await asyncio.sleep(60.0)
+        await enabled_for(loop, 60.0)
         bench.machine.obeys = False
         await asyncio.sleep(30.0)
 
     bench.play(faulty, at_stop=AtStop.LEAVE)
     bench.machine.obeys = True
-    bench.machine.generation += 1
+    bench.machine.come_back()
     bench.clock = VirtualClock(START_UTC - timedelta(days=1))
 
-    async def again(bench: Rig, loop: CompensationLoop) -> None:
+    async def again(_: Rig, loop: CompensationLoop) -> None:
         await asyncio.sleep(5.0)
-        assert loop.status is not None
-        assert loop.status.output.state is SupervisorState.FAULT
-        refused = await loop.submit(Request(RequestKind.ENABLE, "Jana"))
-        assert not refused.accepted
+        assert state_of(loop) is SupervisorState.FAULT
+        assert not await ask(loop, RequestKind.ENABLE)
 
     bench.play(again)
 
 
-def test_an_offset_in_the_wrong_unit_is_never_written_over() -> None:
+# ---- time ---------------------------------------------------------------------------------------
+
+
+def test_cycles_that_are_missed_are_counted_and_cost_no_step() -> None:
     bench = Rig()
-    bench.machine.offset_um["Z_um"] = 1e7
 
     async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 20.0)
+        freeze(7.3)
         await asyncio.sleep(10.0)
-        assert not bench.machine.written
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    loop = bench.play(script)
+    records = bench.historian.records
+    grid = round(records[-1].monotonic_s - records[0].monotonic_s)
+    assert loop.status is not None
+    assert loop.status.overruns == grid + 1 - len(records) > 4
+    assert max(record.lateness_s for record in records) == pytest.approx(7.3, abs=1.0)
+    begun = [r.monotonic_s for r in records if r.lateness_s == 0.0]
+    assert all(b - a == pytest.approx(round(b - a)) for a, b in pairwise(begun))  # still in step
+    bench.assert_law()
+
+
+@pytest.mark.parametrize(
+    ("frozen_s", "cycle_s"), [(1.6, 1.0), (2.9, 0.1), (5.0, 0.1), (3000.0, 1.0)]
+)
+def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
+    frozen_s: float, cycle_s: float
+) -> None:
+    bench = Rig(cycle_s=cycle_s)
+    bench.machine.watched = True
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 50.0)
+        assert bench.machine.z_um < -20.0
+        bench.machine.freezes_s = frozen_s  # in the midst of a cycle
+        await asyncio.sleep(frozen_s + 8.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+        freeze(frozen_s)  # between two
+        await asyncio.sleep(85.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+        assert bench.machine.z_um == NEAR_GOAL
 
     bench.play(script)
-    assert any("is no offset" in e.text for e in bench.historian.events)
+    bench.assert_law()
+    assert SupervisorState.FAULT not in bench.states()
 
 
-def test_an_equal_model_that_takes_over_changes_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("looks", "watched"), [(2, True), (10, False), (60, True)])
+def test_looks_without_an_answer_after_a_silence_are_repeated_until_there_is_one(
+    looks: int, watched: bool
+) -> None:
+    bench = Rig()
+    bench.machine.watched = watched
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 60.0)
+        freeze(3.0)
+        bench.machine.unanswered = looks
+        told: set[str] = set()
+        while bench.machine.unanswered:
+            await asyncio.sleep(0.5)
+            told |= alarms_of(loop)
+        assert ("offset_unread" in told) is (looks > UNREAD_AFTER_S)
+        await asyncio.sleep(120.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+        assert bench.machine.z_um == NEAR_GOAL
+        assert "offset_unread" not in alarms_of(loop)
+        assert SupervisorState.FAULT not in bench.states()
+        assert (SupervisorState.FADING in bench.states()) is (looks > 20)  # longer than it is held
+
+    bench.play(script)
+    bench.assert_law()
+
+
+def test_what_is_no_offset_is_looked_at_until_somebody_has_mended_it() -> None:
+    bench = Rig()
+    bench.machine.set_offset(Z_um=2e5)  # another unit
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await asyncio.sleep(30.0)
+        assert bench.machine.writes == []
+        assert "offset_unread" in alarms_of(loop)
+        bench.machine.set_offset(Z_um=-3.0)
+        await asyncio.sleep(3.0)
+        assert "offset_unread" not in alarms_of(loop)
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        await enabled_for(loop, 60.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    bench.play(script)
+    bench.assert_law()
+    assert [e.code for e in bench.said("alarm")].count("event-offset_unusable") == 1
+
+
+def test_a_computer_that_slept_is_noticed_by_the_time_of_day() -> None:
+    bench = Rig()
+    bench.machine.watched = True
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 60.0)
+        bench.clock.change_time_of_day(by_s=3600.0)  # while the monotonic clock stood still
+        bench.machine.offset_um["Z_um"] = 0.0
+        await asyncio.sleep(10.0)
+
+    bench.play(script)
+    bench.assert_law()
+
+
+def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
+    class Freezing(SimulatedSink):
+        frozen = 0
+
+        async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
+            found = await super().read_back(deadline_s)
+            if self.machine.freezes_s:
+                self.machine.freezes_s, frozen_s = 0.0, self.machine.freezes_s
+                freeze(frozen_s)
+                self.frozen += 1
+            return found
+
+    class Calm(SimulatedSource):
+        async def read(self, deadline_s: float) -> Mapping[str, SourceSample]:
+            self.machine.freezes_s, frozen_s = 0.0, self.machine.freezes_s
+            found = await super().read(deadline_s)
+            self.machine.freezes_s = frozen_s
+            return found
+
+    bench = Rig(sink=Freezing)
+    bench.machine.watched = True
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 60.0)
+        assert bench.machine.z_um < -20.0
+        bench.machine.freezes_s = 10.0
+        freeze(2.0)  # so that it looks, and what it sees grows old before it writes
+        await asyncio.sleep(30.0)
+        assert isinstance(loop.sink, Freezing)
+        assert loop.sink.frozen == 1
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    bench.play(script, Calm(bench.machine))
+    bench.assert_law()
+
+
+@pytest.mark.parametrize("left_s", [0.05, 0.25, 0.35])
+def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_at_again(
+    left_s: float,
+) -> None:
+    bench = Rig(cycle_s=0.1)
+    bench.machine.watched = True
+
+    async def self_test() -> tuple[Message, ...]:
+        await asyncio.sleep(0.3)
+        return ()
+
+    bench.self_test = self_test
+
+    async def life() -> None:
+        bench.machine.set_offset(Z_um=-20.0)  # left by a loop that was killed
+        bench.machine.heard_s += left_s - WATCHDOG_S
+        loop = bench.loop()
+        running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles=30))
+        await ask(loop, RequestKind.ENABLE)
+        await running
+
+    run_in_virtual_time(life())
+    assert bench.machine.writes
+    bench.assert_law()
+
+
+def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_its_pace() -> None:
+    bench = Rig(hold_input_s=10.0)
+    bench.machine.watched = True
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 60.0)
+        bench.machine.source_late_s = math.inf
+        await asyncio.sleep(8.0)
+        assert state_of(loop) is SupervisorState.HOLDING
+        await asyncio.sleep(10.0)
+        assert state_of(loop) is SupervisorState.FADING
+        assert loop.status is not None
+        assert loop.status.overruns == 0
+        bench.machine.source_late_s = 0.0
+        await asyncio.sleep(5.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    bench.play(script)
+    bench.assert_law()
+    # the heartbeat never rests: a machine with a watchdog keeps its offset meanwhile
+    assert max(b.at_s - a.at_s for a, b in pairwise(bench.machine.writes)) < WATCHDOG_S
+
+
+# ---- the machine --------------------------------------------------------------------------------
+
+
+def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> None:
+    bench = Rig()
+    seen: list[SupervisorState] = []
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        loop.listeners.append(lambda status: seen.append(status.output.state))
+        await enabled_for(loop, 100.0)
+        bench.machine.lose()
+        await asyncio.sleep(10.0)
+        assert seen[-1] is SupervisorState.HOLDING
+        await asyncio.sleep(15.0)
+        assert seen[-1] is SupervisorState.FADING
+        bench.machine.come_back(0.0)
+        before = len(bench.machine.writes)
+        await asyncio.sleep(2.0)
+        assert seen[-1] is SupervisorState.ACTIVE
+        assert abs(bench.machine.writes[before].after_um) <= RATE + ROUNDED_UM
+        await asyncio.sleep(100.0)
+        assert bench.machine.z_um == GOAL_UM
+
+    bench.play(script)
+    bench.assert_law(late_cycles=1.0)
+
+
+@pytest.mark.parametrize(
+    ("faulty", "watched"),
+    [({"refuses": True}, False), ({"refuses": True}, True), ({"obeys": False}, False)],
+)
+def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged_and_costs_no_step(
+    faulty: dict[str, bool], watched: bool
+) -> None:
+    bench = Rig()
+    bench.machine.watched = watched
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 40.0)
+        for name, value in faulty.items():
+            setattr(bench.machine, name, value)
+        await asyncio.sleep(30.0)
+        assert state_of(loop) is SupervisorState.FAULT
+        assert loop.status is not None
+        assert loop.status.output.reasons == (Reason.READ_BACK_DIFFERS,)
+        assert not await ask(loop, RequestKind.ACKNOWLEDGE)
+        stuck_um = bench.machine.z_um
+        most_um = RATE + TOLERANCE_UM
+        assert watched or abs(bench.machine.written[-1]["Z_um"] - stuck_um) <= most_um
+        bench.machine.refuses, bench.machine.obeys = False, True
+        await asyncio.sleep(0.5)
+        assert abs(bench.machine.z_um - stuck_um) <= most_um
+        await asyncio.sleep(4.5)
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        await asyncio.sleep(120.0)
+        assert state_of(loop) is SupervisorState.OFF
+        assert bench.machine.z_um == 0.0
+        await enabled_for(loop, 30.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    bench.play(script)
+    bench.assert_law(tolerance_um=TOLERANCE_UM)
+    asked = [e.details["accepted"] for e in bench.said("request") if e.who == "Jana"]
+    assert asked == [True, False, True, True]
+
+
+def test_a_short_refusal_beside_a_watchdog_costs_no_step() -> None:
+    bench = Rig()
+    bench.machine.watched = True
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 100.0)
+        assert bench.machine.z_um == NEAR_GOAL
+        bench.machine.refuses = True
+        await asyncio.sleep(WATCHDOG_S + 3.0)
+        assert bench.machine.z_um == 0.0
+        bench.machine.refuses = False
+        await asyncio.sleep(20.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    bench.play(script)
+    bench.assert_law(tolerance_um=TOLERANCE_UM)
+
+
+def test_a_machine_that_takes_offsets_over_after_its_answer_is_moved_as_fast_as_allowed() -> None:
+    class Slow(SimulatedMachine):
+        def take(self, correction_um: Mapping[str, float]) -> None:
+            asyncio.get_running_loop().call_later(0.2, super().take, correction_um)
+
+    # more in a cycle than the read-back may differ
+    bench = Rig(machine=Slow({"s": 23.0, "c": 20.0, **FLAGS}), limits=Limits(LARGEST, 2.0))
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 6.0)
+        begun_um = bench.machine.z_um
+        await asyncio.sleep(10.0)
+        assert bench.machine.z_um - begun_um == pytest.approx(-20.0, abs=0.01)
+
+    bench.play(script)
+
+
+@pytest.mark.parametrize("beyond_um", [1e-9, 0.4, 0.6])
+def test_an_offset_found_at_the_limit_is_no_fault_for_a_rounding(beyond_um: float) -> None:
+    bench = Rig()
+    bench.machine.set_offset(Z_um=-LARGEST - beyond_um)
+
+    async def script(_: Rig, loop: CompensationLoop) -> None:
+        await asyncio.sleep(2.0)
+        accepted = await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(8.0)
+        assert accepted is (beyond_um <= TOLERANCE_UM)
+        assert state_of(loop) is (SupervisorState.ACTIVE if accepted else SupervisorState.OFF)
+
+    bench.play(script)
+    assert all(abs(w.after_um - w.before_um) <= RATE + beyond_um for w in bench.machine.writes)
+
+
+def test_the_diameter_that_the_machine_states_is_taken_over_and_recorded() -> None:
     bench = Rig()
 
     async def script(bench: Rig, loop: CompensationLoop) -> None:
-        loop._models = lambda _: (compensation(), "other")
-        await enable(loop)
+        bench.machine.values[DIAMETER] = 1500.0
+        await asyncio.sleep(3.0)
+        assert loop.status is not None
+        assert loop.status.diameter_mm == 1500.0
+        assert await ask(loop, RequestKind.DIAMETER, value=800.0)
+        await asyncio.sleep(3.0)
+        assert loop.status.diameter_mm == 800.0  # a person's word stands until the machine's moves
+        for unusable in (None, -1.0):
+            bench.machine.values[DIAMETER] = unusable
+            await asyncio.sleep(3.0)
+        assert loop.status.diameter_mm == 800.0
+
+    bench.play(script)
+    told = [(e.who, e.details["value"], e.details["accepted"]) for e in bench.said("request")]
+    assert told[:-1] == [
+        ("the machine", 1500.0, True),
+        ("Jana", 800.0, True),
+        ("the machine", -1.0, False),
+    ]
+
+
+# ---- people -------------------------------------------------------------------------------------
+
+
+def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() -> None:
+    bench = Rig()
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 100.0)
+        for name in ("outside.json", "other-output.json"):
+            assert not await ask(loop, RequestKind.MODEL, text=name)
+            assert loop.status is not None
+            assert loop.status.model_file == "m.json"
+        assert state_of(loop) is SupervisorState.ACTIVE
+        before = len(bench.machine.writes)
+        assert await ask(loop, RequestKind.MODEL, text="new.json")
+        await asyncio.sleep(3.0)
+        assert state_of(loop) is SupervisorState.HOLDING
+        assert {w.after_um for w in bench.machine.writes[before:-1]} == {
+            bench.machine.writes[before].after_um
+        }
+        await asyncio.sleep(100.0)
+        assert (loop.status.model_file, loop.status.model_sha256) == ("new.json", "11")
+        assert bench.machine.z_um == pytest.approx(-27.0, abs=0.01)
+
+    bench.play(script)
+    bench.assert_law(late_cycles=1.0)
+    told = [(e.who, e.details["text"], e.details["accepted"]) for e in bench.said("request")]
+    assert told[1:4] == [
+        ("Jana", "outside.json", False),
+        ("Jana", "other-output.json", False),
+        ("Jana", "new.json", True),
+    ]
+    assert "the model gives X; the machine needs Z" in bench.said("request")[2].text
+
+
+def test_an_equal_model_that_takes_over_changes_nothing() -> None:
+    bench = Rig(rise_s=300.0)
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 0.0)
         for k in range(1500):  # the machine warms up all the time
             bench.machine.values["s"] = 20.0 + 0.002 * k
             await asyncio.sleep(1.0)
         assert loop.status is not None
         before = loop.status.output.model_um[0]
         assert before > 15.0
-        answer = await loop.submit(Request(RequestKind.MODEL, "Petr", text="copy.json"))
-        assert answer.accepted
+        assert await ask(loop, RequestKind.MODEL, text="copy.json")
         await asyncio.sleep(1.0)
         assert loop.status.model_file == "copy.json"
         assert abs(loop.status.output.model_um[0] - before) < 1.0  # the steady state is 36 um
@@ -319,29 +555,301 @@ def test_an_equal_model_that_takes_over_changes_nothing(tmp_path: Path) -> None:
     bench.play(script)
 
 
-def test_a_fade_that_was_cut_short_by_a_kill_goes_on(tmp_path: Path) -> None:
-    bench = Rig(tmp_path / "state.json")
-
-    async def killed() -> None:
-        loop = bench.loop()
-        task = asyncio.ensure_future(loop.run(asyncio.Event()))
-        await enable(loop)
-        await asyncio.sleep(80.0)
-        assert (await loop.submit(Request(RequestKind.DISABLE, "Jana"))).accepted
-        await asyncio.sleep(10.0)
-        loop._state_file = None  # a kill saves nothing any more
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
-
-    run_in_virtual_time(killed())
-    assert bench.machine.offset_um["Z_um"] < -20.0
-    bench.machine.come_back()
-    bench.clock = VirtualClock(START_UTC + timedelta(seconds=110.0))
+def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
+    bench = Rig()
 
     async def script(bench: Rig, loop: CompensationLoop) -> None:
-        await asyncio.sleep(100.0)
+        await enabled_for(loop, 100.0)
+        assert not await ask(loop, RequestKind.TRIM, output="Z_um", value=5.1, duration_s=60.0)
+        assert not await ask(loop, RequestKind.TRIM, output="Z_um", value=1.0)
+        assert not await ask(loop, RequestKind.TRIM, output="Q_um", value=1.0, duration_s=60.0)
+        assert await ask(loop, RequestKind.TRIM, output="Z_um", value=4.0, duration_s=60.0)
+        await asyncio.sleep(30.0)
+        assert bench.machine.z_um == pytest.approx(-32.0, abs=0.01)
         assert loop.status is not None
-        assert loop.status.output.state is SupervisorState.OFF
+        assert loop.status.trim_owner == {"Z_um": "Jana"}
+        assert loop.status.trim_left_s["Z_um"] == pytest.approx(30.0, abs=2.0)
+        await asyncio.sleep(45.0)
+        assert bench.machine.z_um == NEAR_GOAL
+        assert loop.status.trim_owner == {"Z_um": ""}
 
-    bench.play(script, at_stop=AtStop.LEAVE)
-    assert bench.machine.offset_um["Z_um"] == 0.0
+    bench.play(script)
+    bench.assert_law(late_cycles=1.0)
+
+
+def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> None:
+    bench = Rig()
+    answers: list[object] = []
+
+    async def life() -> None:
+        loop, stop = bench.loop(), asyncio.Event()
+        running = asyncio.ensure_future(loop.run(stop))
+        await enabled_for(loop, 60.0)
+        stop.set()
+        await asyncio.sleep(3.0)
+        assert state_of(loop) is SupervisorState.FADING
+        for kind in RequestKind:
+            answer = await loop.submit(Request(kind, "Jana", text="new.json"))
+            answers.append(answer.code)
+        await running
+        answers.append((await loop.submit(Request(RequestKind.ENABLE, "Jana"))).code)
+
+    run_in_virtual_time(life())
+    assert set(answers) == {LoopAnswer.ENDING}
+    assert bench.machine.z_um == 0.0
+    bench.assert_law(late_cycles=1.0)
+
+
+def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> None:
+    bench = Rig()
+
+    async def life() -> None:
+        loop, stop = bench.loop(), asyncio.Event()
+        running = asyncio.ensure_future(loop.run(stop, cycles=3))
+        asked = asyncio.ensure_future(
+            loop.submit(Request(RequestKind.MODEL, "Jana", text="new.json"))
+        )
+        loop._ended = True
+        # as it is when the loop ends while a thread reads the file
+        answer = await asked
+        assert not answer.accepted
+        await running
+
+    run_in_virtual_time(life())
+
+
+def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
+    bench = Rig()
+    finding = Message("self_test-output_not_writable", {}, Place(key="output.Z_um"))
+    findings: list[tuple[Message, ...]] = [(finding,), (replace(finding, values={"n": 2}),), ()]
+    tested_s: list[float] = []
+
+    async def self_test() -> tuple[Message, ...]:
+        tested_s.append(asyncio.get_running_loop().time())
+        await asyncio.sleep(0.3)
+        return findings[min(len(tested_s), len(findings)) - 1]
+
+    bench.self_test = self_test
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        assert await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(TESTED_EVERY_S + 3.0)
+        assert state_of(loop) is SupervisorState.WARMING
+        assert {w.after_um for w in bench.machine.writes} <= {0.0}
+        assert loop.status is not None
+        assert "self_test" in [alarm.code for alarm in loop.status.alarms]
+        await asyncio.sleep(TESTED_EVERY_S + 8.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    bench.play(script)
+    assert len(tested_s) == 3
+    assert min(b - a for a, b in pairwise(tested_s)) >= TESTED_EVERY_S
+    alarms = [e.values for e in bench.said("alarm") if e.code == "event-self_test"]
+    assert alarms == [{"finding": finding}]
+    assert "event-self_test_passed" in [e.code for e in bench.said("start")]
+    bench.assert_law()
+
+
+def test_everything_that_happens_is_recorded_with_who_and_when() -> None:
+    bench = Rig()
+
+    async def script(bench: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 30.0)
+        await ask(loop, RequestKind.HOLD)
+        await asyncio.sleep(5.0)
+        await ask(loop, RequestKind.RESUME)
+        await asyncio.sleep(5.0)
+        bench.machine.lose()
+        await asyncio.sleep(5.0)
+        bench.machine.come_back()
+        await asyncio.sleep(10.0)
+        bench.machine.values["interlock.referenced"] = 0.0
+        await asyncio.sleep(10.0)
+        bench.machine.values["interlock.referenced"] = 1.0
+        await asyncio.sleep(10.0)
+        bench.machine.values[OTHER_COMPENSATION] = 1.0
+        await asyncio.sleep(10.0)
+        bench.machine.values[OTHER_COMPENSATION] = 0.0
+        await asyncio.sleep(1.0)
+        await ask(loop, RequestKind.ACKNOWLEDGE)
+        await asyncio.sleep(90.0)
+
+    bench.play(script)
+    events = bench.historian.events
+    states = [(e.values["state"], e.values.get("reasons", ())) for e in bench.said("state")]
+    assert states == [
+        ("Warming", (Reason.SETTLING,)),
+        ("Active", ()),
+        ("Holding", (Reason.OPERATOR_HOLD,)),
+        ("Active", ()),
+        ("Holding", (Reason.CONNECTION_LOST,)),
+        ("Active", ()),
+        ("Fading", (Reason.INTERLOCK_OPEN,)),
+        ("Active", ()),
+        ("Fault", (Reason.DOUBLE_COMPENSATION,)),
+        ("Fading", (Reason.DISABLED,)),
+        ("Off", (Reason.DISABLED,)),
+    ]
+    assert [e.code for e in bench.said("connection")] == [
+        "event-source_lost",
+        "event-sink_lost",
+        "event-source_connected",
+        "event-sink_connected",
+    ]
+    asked = [(e.who, e.details["kind"]) for e in bench.said("request")]
+    assert asked[:4] == [
+        ("Jana", "enable"),
+        ("Jana", "hold"),
+        ("Jana", "resume"),
+        ("Jana", "acknowledge"),
+    ]
+    alarms = [e.text for e in bench.said("alarm")]
+    for words in ("cannot be written to", "cannot be read", "another compensation"):
+        came = [k for k, text in enumerate(alarms) if words in text.lower()]
+        assert came, (words, alarms)
+        gone = [k for k in came if alarms[k].startswith("gone: ")]
+        assert gone, (words, alarms)
+        assert came[0] < gone[-1]
+    assert events[-1].kind == "stop"
+    assert [e.utc for e in events] == sorted(e.utc for e in events)
+    assert all(e.utc.tzinfo is not None for e in events)
+    numbers = [r.number for r in bench.historian.records]
+    assert numbers == list(range(1, len(numbers) + 1))
+
+
+# ---- hours of everything ------------------------------------------------------------------------
+
+
+class Chaos:
+    """Hours in which everything goes wrong, one after the other and at once."""
+
+    def __init__(self, seed: int, *, watched: bool, cycle_s: float) -> None:
+        self.chance = random.Random(seed)  # noqa: S311 - repeatable
+        self.bench = Rig(cycle_s=cycle_s, hold_input_s=30.0, at_limit_s=120.0)
+        self.bench.machine.watched = watched
+        self.loop = self.bench.loop()
+        self.running: asyncio.Future[Any] = asyncio.ensure_future(self.loop.run(asyncio.Event()))
+        self.happened: dict[str, int] = {}
+
+    async def live(self, hours: float) -> None:
+        end_s = asyncio.get_running_loop().time() + 3600.0 * hours
+        names = [name for name in dir(self) if name.startswith("on_")]
+        while asyncio.get_running_loop().time() < end_s:
+            await asyncio.sleep(self.chance.expovariate(1.0 / 15.0))
+            name = self.chance.choice(names)
+            self.happened[name] = self.happened.get(name, 0) + 1
+            await getattr(self, name)()
+            if self.chance.random() < 0.5:
+                self.calm()
+            assert not self.running.done(), self.running
+        self.running.cancel()
+        await asyncio.gather(self.running, return_exceptions=True)
+
+    def calm(self) -> None:
+        machine = self.bench.machine
+        machine.refuses, machine.obeys = False, True
+        machine.source_late_s = machine.write_late_s = 0.0
+        machine.values.update({"s": self.chance.uniform(15.0, 26.0), "c": 20.0, **FLAGS})
+        if not machine.there:
+            machine.come_back(self.chance.choice((None, 0.0, self.chance.uniform(-50.0, 50.0))))
+
+    async def ask(self, kind: RequestKind, **fields: Any) -> None:
+        asked = asyncio.ensure_future(self.loop.submit(Request(kind, "Jana", **fields)))
+        await asyncio.wait({asked}, timeout=10.0)
+        asked.cancel()
+
+    async def on_temperature(self) -> None:
+        self.bench.machine.values["s"] = self.chance.uniform(15.0, 32.0)
+        await self.ask(RequestKind.ACKNOWLEDGE)
+
+    async def on_bad_value(self) -> None:
+        bad = (None, math.nan, math.inf, 0.0, 1e300)
+        self.bench.machine.values[self.chance.choice(("s", "c"))] = self.chance.choice(bad)
+
+    async def on_interlock(self) -> None:
+        self.bench.machine.values["interlock.referenced"] = self.chance.choice((0.0, None))
+
+    async def on_other_compensation(self) -> None:
+        self.bench.machine.values[OTHER_COMPENSATION] = self.chance.choice((1.0, None))
+
+    async def on_lost(self) -> None:
+        self.bench.machine.lose()
+
+    async def on_flicker(self) -> None:
+        for _ in range(5):
+            self.bench.machine.lose()
+            await asyncio.sleep(self.chance.uniform(0.0, 1.0))
+            self.bench.machine.come_back()
+            await asyncio.sleep(self.chance.uniform(0.0, 1.0))
+
+    async def on_refused(self) -> None:
+        self.bench.machine.refuses = True
+
+    async def on_deaf(self) -> None:
+        self.bench.machine.obeys = False
+
+    async def on_late(self) -> None:
+        self.bench.machine.source_late_s = self.chance.choice((0.1, 0.4, math.inf))
+        self.bench.machine.write_late_s = self.chance.choice((0.0, 0.1, 0.4))
+
+    async def on_frozen(self) -> None:
+        freeze(self.chance.choice((0.5, 1.2, 2.0, 5.0, 100.0)))
+
+    async def on_frozen_within(self) -> None:
+        self.bench.machine.freezes_s = self.chance.choice((0.5, 1.2, 2.0, 5.0, 100.0))
+
+    async def on_clock(self) -> None:
+        self.bench.clock.change_time_of_day(by_s=self.chance.uniform(-100.0, 100.0))
+
+    async def on_people(self) -> None:
+        kinds = [kind for kind in RequestKind if kind is not RequestKind.MODEL]
+        await self.ask(
+            self.chance.choice(kinds),
+            output="Z_um",
+            value=self.chance.uniform(-6.0, 6.0),
+            duration_s=self.chance.uniform(0.0, 100.0),
+        )
+
+    async def on_enabled(self) -> None:
+        self.calm()
+        await self.ask(RequestKind.ACKNOWLEDGE)
+        await self.ask(RequestKind.ENABLE)
+        await asyncio.sleep(self.chance.uniform(0.0, 120.0))
+
+    on_enabled_again = on_enabled
+
+    async def on_model(self) -> None:
+        await self.ask(RequestKind.MODEL, text=self.chance.choice(("a", "outside.json")))
+
+    async def on_killed(self) -> None:
+        saved = self.bench.file.saved
+        self.running.cancel()
+        await asyncio.gather(self.running, return_exceptions=True)
+        self.bench.file.saved = saved
+        await asyncio.sleep(self.chance.choice((0.5, 2.0, 10.0)))
+        self.bench.machine.generation += 1
+        self.loop = self.bench.loop()
+        self.running = asyncio.ensure_future(self.loop.run(asyncio.Event()))
+
+
+@pytest.mark.parametrize(
+    ("seed", "watched", "cycle_s"), [(0, False, 1.0), (1, True, 1.0), (5, True, 0.25)]
+)
+def test_hours_of_faults_move_the_tool_never_faster_and_never_further_than_allowed(
+    seed: int, watched: bool, cycle_s: float
+) -> None:
+    async def life() -> Chaos:
+        chaos = Chaos(seed, watched=watched, cycle_s=cycle_s)
+        await chaos.live(hours=1.5 if cycle_s == 1.0 else 0.75)
+        return chaos
+
+    chaos = run_in_virtual_time(life())
+    bench = chaos.bench
+    for write in bench.machine.writes:
+        inward = abs(write.after_um) <= abs(write.before_um)
+        assert inward or abs(write.after_um) <= LARGEST + ROUNDED_UM, write
+    bench.assert_law(tolerance_um=TOLERANCE_UM)
+    assert bench.states() == set(SupervisorState)
+    assert len(chaos.happened) > 14
+    travelled_um = sum(abs(w.after_um - w.before_um) for w in bench.machine.writes)
+    assert travelled_um > 200.0

@@ -4,10 +4,8 @@ import asyncio
 import logging
 import math
 import random
-import re
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -15,8 +13,8 @@ import pytest
 from asyncua import ua
 from asyncua.client.ua_session import UaSession
 
-from tests.opcua_server import KINDS, NAMESPACE, Cable, Machine, start_machine, until
-from thermaxis.errors import ConfigurationError
+from tests.opcua_server import NAMESPACE, Cable, Machine, until
+from tests.refusals import refused
 from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, OpcUaSession, SystemClock
 from thermaxis.runtime.opcua import _session as _opcua_session
 from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
@@ -25,36 +23,7 @@ from thermaxis.runtime.sources import NodeSettings, OpcUaSource
 
 NODE = f"nsu={NAMESPACE};s="
 DEADLINE_S = 5.0
-FLOATS = {**KINDS, "Offset": (0.0, ua.VariantType.Float)}
 STATUS = ua.StatusCodes
-
-
-@pytest.fixture(scope="module")
-def runner() -> Iterator[asyncio.Runner]:
-    with asyncio.Runner() as runner:
-        yield runner
-
-
-@pytest.fixture(scope="module")
-def machines(runner: asyncio.Runner) -> Iterator[tuple[Machine, Machine]]:
-    """A machine, and the same one after a change of its software: other indices, another type."""
-    one = runner.run(start_machine())
-    other = runner.run(start_machine(other_namespaces=3, kinds=FLOATS))
-    yield one, other
-    runner.run(one.stop())
-    runner.run(other.stop())
-
-
-@pytest.fixture
-def machine(machines: tuple[Machine, Machine]) -> Machine:
-    for one in machines:
-        one.reset()
-    return machines[0]
-
-
-@pytest.fixture
-def other(machines: tuple[Machine, Machine]) -> Machine:
-    return machines[1]
 
 
 class Wire:
@@ -122,6 +91,11 @@ def degrees(name: str, **changes) -> NodeSettings:
     return NodeSettings(node=NODE + name, **{"unit": "degC", **changes})
 
 
+def why(failed: OpcUaSink | OpcUaSession) -> str:
+    """Return the code of the last failure; empty where all is well."""
+    return "" if failed.failure is None else failed.failure.code.removeprefix("error-")
+
+
 def flag(name: str) -> NodeSettings:
     return NodeSettings(node=NODE + name, unit="bool")
 
@@ -149,81 +123,61 @@ def requests(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 # ---- reading: the traps -------------------------------------------------------------------------
 
 
-def test_a_value_is_read_with_status_age_and_time_stamp(wired) -> None:
+def test_a_value_is_read_with_status_age_and_time_stamp_and_a_frozen_one_grows_old(wired) -> None:
     async def act(wire: Wire) -> None:
-        wire.machine.put("T1", 31.25, age_s=0.5)
+        wire.machine.put("T1", 31.25, age_s=100.0)
         source = await wire.source(a=degrees("T1"))
         sample = (await source.read(DEADLINE_S))["a"]
-        assert (sample.value, sample.good, sample.status) == (31.25, True, "Good")
-        assert sample.age_s == pytest.approx(0.5, abs=0.5)
+        assert sample[:3] == (31.25, True, "Good")
+        assert sample.age_s == pytest.approx(100.0, abs=0.5)
         assert sample.source_time is not None
         assert sample.source_time.tzinfo is not None
         assert source.connected
         assert not source.ended
-        await source.close()
-
-    wired(act)
-
-
-def test_a_failed_sensor_sends_zero_and_no_value_is_passed_on(wired) -> None:
-    async def act(wire: Wire) -> None:
-        wire.machine.put("T1", 0.0, status=STATUS.BadSensorFailure)
-        source = await wire.source(a=degrees("T1"), b=degrees("T2"))
-        found = await source.read(DEADLINE_S)
-        assert found["a"][:3] == (None, False, "BadSensorFailure")
-        assert found["b"].good
-        await source.close()
-
-    wired(act)
-
-
-def test_an_uncertain_value_is_passed_on_as_not_good(wired) -> None:
-    async def act(wire: Wire) -> None:
-        wire.machine.put("T1", 21.0, status=STATUS.UncertainSensorNotAccurate)
-        source = await wire.source(a=degrees("T1"))
-        found = await source.read(DEADLINE_S)
-        assert found["a"][:3] == (21.0, False, "UncertainSensorNotAccurate")
-        await source.close()
-
-    wired(act)
-
-
-def test_a_value_that_is_not_there_is_none(wired) -> None:
-    async def act(wire: Wire) -> None:
-        null = ua.VariantType.Null
-        wire.machine.put("T1", None, status=STATUS.BadNoCommunication, kind=null)
-        wire.machine.put("T2", None, kind=null)
-        source = await wire.source(a=degrees("T1"), b=degrees("T2"))
-        found = await source.read(DEADLINE_S)
-        assert found["a"][:3] == (None, False, "BadNoCommunication")
-        assert found["b"][:3] == (None, False, "BadTypeMismatch")
-        await source.close()
-
-    wired(act)
-
-
-@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
-def test_what_is_no_finite_number_is_no_value_though_the_status_is_good(
-    wired, number: float
-) -> None:
-    async def act(wire: Wire) -> None:
-        wire.machine.put("T1", number)
-        source = await wire.source(a=degrees("T1"))
-        assert (await source.read(DEADLINE_S))["a"][:3] == (None, True, "Good")
-        await source.close()
-
-    wired(act)
-
-
-def test_a_frozen_value_grows_old(wired) -> None:
-    async def act(wire: Wire) -> None:
-        wire.machine.put("T1", 20.0, age_s=100.0)
-        source = await wire.source(a=degrees("T1"))
-        first = (await source.read(DEADLINE_S))["a"].age_s
         await asyncio.sleep(0.05)
         second = (await source.read(DEADLINE_S))["a"].age_s
-        assert first == pytest.approx(100.0, abs=0.5)
-        assert 0.04 <= second - first <= 2.0
+        assert 0.04 <= second - sample.age_s <= 2.0
+        await source.close()
+
+    wired(act)
+
+
+NULL = {"kind": ua.VariantType.Null}
+READ = {
+    "a failed sensor sends zero": (
+        *("T1", 0.0, {"status": STATUS.BadSensorFailure}),
+        (None, False, "BadSensorFailure"),
+    ),
+    "an uncertain value": (
+        *("T1", 21.0, {"status": STATUS.UncertainSensorNotAccurate}),
+        (21.0, False, "UncertainSensorNotAccurate"),
+    ),
+    "no communication": (
+        *("T1", None, {"status": STATUS.BadNoCommunication, **NULL}),
+        (None, False, "BadNoCommunication"),
+    ),
+    "nothing though it is good": ("T2", None, NULL, (None, False, "BadTypeMismatch")),
+    "no number": ("T1", math.nan, {}, (None, True, "Good")),
+    "infinity": ("T1", -math.inf, {}, (None, True, "Good")),
+    "too large for its unit": ("T1", 1e308, {}, (None, True, "Good")),
+    "a text": ("Text", "on", {}, (None, False, "BadTypeMismatch")),
+    "a row": ("Row", [1.0, 2.0], {}, (None, False, "BadTypeMismatch")),
+    "a truth value as a number": ("Referenced", True, {}, (None, False, "BadTypeMismatch")),
+}
+"""Node, what stands in it, with which status and type, and what is read of it."""
+
+
+def test_whatever_a_server_sends_no_value_is_read_that_is_none(wired) -> None:
+    async def act(wire: Wire) -> None:
+        nodes = {case: degrees(node) for case, (node, *_) in READ.items()}
+        nodes["too large for its unit"] = degrees("T1", scale=1e10)
+        source = await wire.source(good=degrees("T3", scale=0.1), **nodes)
+        for case, (node, value, how, expected) in READ.items():
+            wire.machine.reset()
+            wire.machine.put(node, value, **how)
+            found = await source.read(DEADLINE_S)
+            assert found[case][:3] == expected, case
+            assert found["good"][:3] == (22.5, True, "Good"), case
         await source.close()
 
     wired(act)
@@ -261,26 +215,7 @@ def test_a_missing_or_senseless_time_stamp_is_an_unknown_age_and_never_fresh(wir
     wired(act)
 
 
-def test_what_is_no_number_is_a_wrong_type(wired) -> None:
-    async def act(wire: Wire) -> None:
-        wire.machine.put("On", 2)
-        source = await wire.source(
-            text=degrees("Text"),
-            row=degrees("Row"),
-            truth=degrees("Referenced"),
-            text_flag=flag("Text"),
-            two=flag("On"),
-            number=flag("T1"),
-        )
-        found = await source.read(DEADLINE_S)
-        for name, sample in found.items():
-            assert sample[:3] == (None, False, "BadTypeMismatch"), name
-        await source.close()
-
-    wired(act)
-
-
-def test_truth_values_may_be_booleans_or_zero_and_one(wired) -> None:
+def test_truth_values_are_booleans_or_zero_and_one_and_nothing_else(wired) -> None:
     async def act(wire: Wire) -> None:
         source = await wire.source(a=flag("Referenced"), b=flag("On"))
         assert [s.value for s in (await source.read(DEADLINE_S)).values()] == [1.0, 1.0]
@@ -288,57 +223,43 @@ def test_truth_values_may_be_booleans_or_zero_and_one(wired) -> None:
         wire.machine.put("On", 0)
         assert [s.value for s in (await source.read(DEADLINE_S)).values()] == [0.0, 0.0]
         await source.close()
-
-    wired(act)
-
-
-@pytest.mark.parametrize(
-    ("unit", "scale", "raw", "expected"),
-    [
-        ("degC", 1.0, 20.5, 20.5),
-        ("degC", 0.1, 205.0, 20.5),
-        ("K", 1.0, 293.15, 20.0),
-        ("degF", 1.0, 68.0, 20.0),
-        ("degF", 0.1, -400.0, -40.0),
-        ("mm", 1.0, 1500.0, 1500.0),
-        ("inch", 1.0, 10.0, 254.0),
-        ("1", 2.0, 3.0, 6.0),
-    ],
-)
-def test_units_are_converted(wired, unit: str, scale: float, raw: float, expected: float) -> None:
-    async def act(wire: Wire) -> None:
-        wire.machine.put("T1", raw)
-        source = await wire.source(a=degrees("T1", unit=unit, scale=scale))
-        assert (await source.read(DEADLINE_S))["a"].value == pytest.approx(expected, abs=1e-9)
+        wire.machine.put("On", 2)
+        source = await wire.source(text=flag("Text"), two=flag("On"), number=flag("T1"))
+        for name, sample in (await source.read(DEADLINE_S)).items():
+            assert sample[:3] == (None, False, "BadTypeMismatch"), name
         await source.close()
 
     wired(act)
 
 
-@pytest.mark.parametrize(
-    ("changes", "code"),
-    [
+def test_units_are_converted(wired) -> None:
+    async def act(wire: Wire) -> None:
+        for unit, scale, raw, expected in (
+            ("degC", 0.1, 205.0, 20.5),
+            ("K", 1.0, 293.15, 20.0),
+            ("degF", 0.1, -400.0, -40.0),
+            ("mm", 1.0, 1500.0, 1500.0),
+            ("inch", 1.0, 10.0, 254.0),
+            ("1", 2.0, 3.0, 6.0),
+        ):
+            wire.machine.put("T1", raw)
+            source = await wire.source(a=degrees("T1", unit=unit, scale=scale))
+            found = (await source.read(DEADLINE_S))["a"].value
+            assert found == pytest.approx(expected, abs=1e-9), unit
+            await source.close()
+
+    wired(act)
+
+
+def test_settings_of_a_node_that_cannot_be_are_refused() -> None:
+    for changes, code in (
         ({"unit": "C"}, "unknown_choice"),
-        ({"unit": ""}, "unknown_choice"),
         ({"scale": 0.0}, "scale_unusable"),
         ({"scale": math.nan}, "scale_unusable"),
         ({"node": "T1"}, "no_node_id"),
-    ],
-)
-def test_settings_of_a_node_that_cannot_be_are_refused(changes, code: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        NodeSettings(**{"node": NODE + "T1", "unit": "degC", **changes})
-    assert caught.value.code == code
-
-
-def test_a_number_too_large_for_its_unit_is_no_value(wired) -> None:
-    async def act(wire: Wire) -> None:
-        wire.machine.put("T1", 1e308)
-        source = await wire.source(a=degrees("T1", scale=1e10))
-        assert (await source.read(DEADLINE_S))["a"].value is None
-        await source.close()
-
-    wired(act)
+    ):
+        with refused(code):
+            NodeSettings(**{"node": NODE + "T1", "unit": "degC", **changes})
 
 
 def test_a_cycle_is_one_read_one_write_and_one_read_back(wired, requests: list[str]) -> None:
@@ -362,11 +283,10 @@ def test_a_cycle_is_one_read_one_write_and_one_read_back(wired, requests: list[s
 # ---- two clocks ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("ahead_s", [-3600.0, 3600.0])
-def test_ages_do_not_depend_on_how_the_two_clocks_differ(wired, ahead_s: float) -> None:
+def test_ages_do_not_depend_on_how_the_two_clocks_differ(wired) -> None:
     async def act(wire: Wire) -> None:
         source = await wire.source(a=degrees("T1"))
-        for step_s in (ahead_s, 0.0, -2.0 * ahead_s):  # the machine's clock is set while it runs
+        for step_s in (3600.0, 0.0, -7200.0):  # the machine's clock is set while it runs
             wire.machine.clock_ahead_s = step_s
             wire.machine.put("T1", 20.0, age_s=1.0)
             assert (await source.read(DEADLINE_S))["a"].age_s == pytest.approx(1.0, abs=0.5)
@@ -448,21 +368,18 @@ def test_requested_accepted_and_effective_are_three_numbers(wired) -> None:
     wired(act)
 
 
-@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_is_never_sent_and_nothing_lives_then(
-    wired, requests: list[str], number: float
-) -> None:
+def test_what_is_no_number_is_never_sent_and_nothing_lives_then(wired, requests: list[str]) -> None:
     async def act(wire: Wire) -> None:
         sink = await wire.sink(z=offset(), y=offset("OffsetFloat"))
         await sink.found(DEADLINE_S)
         requests.clear()
-        assert not await sink.write({"z": 1.0, "y": number}, DEADLINE_S)
-        assert await wire.session.write([(NODE + "Offset", number)], DEADLINE_S) == [
-            "BadOutOfRange"
-        ]
+        for number in (math.nan, math.inf, -math.inf):
+            assert not await sink.write({"z": 1.0, "y": number}, DEADLINE_S)
+            codes = await wire.session.write([(NODE + "Offset", number)], DEADLINE_S)
+            assert codes == ["BadOutOfRange"]
         assert "write" not in requests
         assert wire.machine.value("Beat") == 7
-        assert "no finite correction" in sink.last_error
+        assert why(sink) == "no_finite_correction"
         await sink.close()
 
     wired(act)
@@ -493,60 +410,46 @@ def test_a_partly_refused_write_says_which_one_and_what_to_do(wired) -> None:
         assert not await sink.write({"z": 5.0, "y": 6.0}, DEADLINE_S)
         assert set(sink.refused) == {"y"}
         assert sink.refused["y"] in {"BadUserAccessDenied", "BadNotWritable"}
-        assert "y" in sink.last_error
         assert wire.machine.value("Offset") == pytest.approx(0.005)
         applied = await sink.read_back(DEADLINE_S)
         assert (applied["z"].requested_um, applied["y"].requested_um) == (5.0, None)
         assert wire.session.connected  # a refused write is a state to show, no reason to leave
         assert await sink.write({"z": 6.0}, DEADLINE_S)
-        assert (sink.refused, sink.last_error) == ({}, "")
+        assert (sink.refused, why(sink)) == ({}, "")
         await sink.close()
 
     wired(act)
 
 
-@pytest.mark.parametrize(
-    ("node", "beats"),
-    [
-        ("Beat", [8, 9, 10]),
-        ("BeatByte", [255, 0, 1]),
-        ("BeatBool", [True, False, True]),
-        ("T1", [21.0, 22.0, 23.0]),
-    ],
-)
-def test_the_heartbeat_moves_with_every_write_in_its_nodes_type(wired, node, beats) -> None:
+def test_the_heartbeat_moves_with_every_write_in_its_nodes_type(wired) -> None:
     async def act(wire: Wire) -> None:
-        sink = await wire.sink(NODE + node, z=offset())
-        await sink.found(DEADLINE_S)
-        seen = []
-        for _ in beats:
-            assert await sink.write({"z": 1.0}, DEADLINE_S)  # the same offset again
-            seen.append(wire.machine.value(node))
-        assert seen == beats
-        await sink.close()
+        for node, beats in (
+            (None, [7, 7]),  # no heartbeat: offsets alone are written
+            ("Beat", [8, 9]),
+            ("BeatByte", [255, 0]),
+            ("BeatBool", [True, False]),
+            ("T1", [21.0, 22.0]),
+        ):
+            sink = await wire.sink(None if node is None else NODE + node, z=offset())
+            await sink.found(DEADLINE_S)
+            seen = []
+            for _ in beats:
+                assert await sink.write({"z": 1.0}, DEADLINE_S)  # the same offset again
+                seen.append(wire.machine.value(node or "Beat"))
+            assert seen == beats, node
+            await sink.close()
 
     wired(act)
 
 
-def test_a_sink_without_a_heartbeat_writes_offsets_alone(wired) -> None:
+def test_whole_units_coarser_than_a_micrometre_are_refused(wired) -> None:
     async def act(wire: Wire) -> None:
-        sink = await wire.sink(None, z=offset())
-        await sink.found(DEADLINE_S)
-        assert await sink.write({"z": 1.0}, DEADLINE_S)
-        assert wire.machine.value("Beat") == 7
-        await sink.close()
-
-    wired(act)
-
-
-@pytest.mark.parametrize("unit", ["mm", "m", "inch"])
-def test_whole_units_coarser_than_a_micrometre_are_refused(wired, unit: str) -> None:
-    async def act(wire: Wire) -> None:
-        sink = await wire.sink(z=offset("OffsetInt", unit))
-        assert await sink.found(DEADLINE_S) is None
-        assert "coarser than a micrometre" in sink.last_error
-        assert not await sink.write({"z": 1.0}, DEADLINE_S)
-        await sink.close()
+        for unit in ("mm", "inch"):
+            sink = await wire.sink(z=offset("OffsetInt", unit))
+            assert await sink.found(DEADLINE_S) is None
+            assert why(sink) == "unit_too_coarse", unit
+            assert not await sink.write({"z": 1.0}, DEADLINE_S)
+            await sink.close()
 
     wired(act)
 
@@ -558,7 +461,7 @@ def test_an_offset_that_cannot_be_read_is_no_news_and_keeps_everything_unwritten
         for _ in range(3):
             assert await sink.found(DEADLINE_S) is None
             assert not await sink.write({"z": 1.0}, DEADLINE_S)
-        assert "offset of y cannot be read" in sink.last_error
+        assert why(sink) == "offset_of_unreadable"
         wire.machine.put("OffsetFloat", 0.25)
         assert await sink.found(DEADLINE_S) == {"z": 0.0, "y": 250.0}
         assert await sink.write({"z": 1.0}, DEADLINE_S)
@@ -606,14 +509,14 @@ def test_reading_works_again_soon_after_the_servers_return(wired) -> None:
         await wire.cable.cut()
         await until(lambda: not wire.session.connected)
         assert not (await source.read(DEADLINE_S))["a"].good
-        await until(lambda: "Nothing listens on port" in wire.session.last_error)
+        await until(lambda: why(wire.session) == "nothing_listens")
         await wire.cable.mend()
         loop = asyncio.get_running_loop()
         began_s = loop.time()
         while not (await source.read(DEADLINE_S))["a"].good:
             await asyncio.sleep(0.01)
         assert loop.time() - began_s < 1.5  # the second for other work on this computer
-        assert wire.session.last_error == ""
+        assert why(wire.session) == ""
         await source.close()
 
     wired(act, timeout_s=1.0, retry_s=0.5)
@@ -685,7 +588,7 @@ def test_a_server_that_stays_frozen_costs_the_connection_which_heals(wired) -> N
         wire.cable.stop()
         while wire.session.connected:
             assert not (await source.read(0.05))["a"].good
-        assert "no answer within 1 s" in wire.session.last_error
+        assert why(wire.session) == "no_answer_in_time"
         await wire.cable.mend()
         await until(lambda: wire.session.connected)
         assert (await source.read(5.0))["a"].good
@@ -753,23 +656,24 @@ def test_a_server_that_limits_the_nodes_of_a_request_is_not_connected_to_again_a
             patch.setattr(UaSession, "read", refused)
             assert await wire.session.read([NODE + "T1"], DEADLINE_S) is None
         assert wire.session.connected
-        assert "Read fewer nodes" in wire.session.last_error
+        assert why(wire.session) == "too_many_nodes"
 
     wired(act)
 
 
-@pytest.mark.parametrize("answer", [[], [ua.DataValue()] * 5])
 def test_an_answer_of_another_length_costs_the_connection(
-    wired, monkeypatch: pytest.MonkeyPatch, answer: list[ua.DataValue]
+    wired, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def act(wire: Wire) -> None:
-        async def wrong(self, parameters):
-            return list(answer)
+        for number, answer in enumerate(([], [ua.DataValue()] * 5), start=2):
 
-        with monkeypatch.context() as patch:
-            patch.setattr(UaSession, "read", wrong)
-            assert await wire.session.read([NODE + "T1", NODE + "T2"], DEADLINE_S) is None
-        await until(lambda: wire.session.generation == 2 and wire.session.connected)
+            async def wrong(self, parameters, answer=answer):
+                return list(answer)
+
+            with monkeypatch.context() as patch:
+                patch.setattr(UaSession, "read", wrong)
+                assert await wire.session.read([NODE + "T1", NODE + "T2"], DEADLINE_S) is None
+            await until(lambda n=number: wire.session.generation == n and wire.session.connected)
 
     wired(act)
 
@@ -789,22 +693,12 @@ def test_two_who_share_a_connection_close_it_with_the_last_one(wired) -> None:
     wired(act)
 
 
-def test_the_server_gets_its_session_back_at_the_end(runner, machine: Machine) -> None:
-    async def life() -> None:
-        async with Wire(machine):
-            assert machine.sessions == 1
-        await until(lambda: machine.sessions == 0)
-
-    runner.run(life())
-
-
 def test_a_session_that_never_found_its_server_ends_at_once(runner) -> None:
     async def life() -> None:
         settings = ConnectionSettings(name="a", url="opc.tcp://127.0.0.1:1/x", security="none")
         session = OpcUaSession(settings, SystemClock())
         await session.open()
-        await until(lambda: bool(session.last_error))
-        assert "Nothing listens on port 1 of 127.0.0.1" in session.last_error
+        await until(lambda: why(session) == "nothing_listens")
         assert await session.read([NODE + "T1"], 1.0) is None
         assert await session.write([(NODE + "T1", 1.0)], 1.0) is None
         assert await session.describe(NODE + "T1", 1.0) is None
@@ -815,20 +709,18 @@ def test_a_session_that_never_found_its_server_ends_at_once(runner) -> None:
     runner.run(life())
 
 
-@pytest.mark.parametrize(
-    "answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"ACKF\xff\xff\xff\xff", b"\x00" * 64]
-)
 def test_what_listens_and_is_no_opcua_server_is_said_so_and_tried_again(
-    runner, answer: bytes, caplog: pytest.LogCaptureFixture
+    runner, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.CRITICAL)
+    answers = [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"ACKF\xff\xff\xff\xff", b"\x00" * 64] * 2
     visits = 0
 
     async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         nonlocal visits
-        visits += 1
         await reader.read(10)
-        writer.write(answer)
+        writer.write(answers[visits % len(answers)])
+        visits += 1
         writer.close()
         await writer.wait_closed()
 
@@ -840,20 +732,20 @@ def test_what_listens_and_is_no_opcua_server_is_said_so_and_tried_again(
             url=f"opc.tcp://127.0.0.1:{port}",
             security="none",
             timeout_s=0.1,
-            retry_s=0.01,
+            retry_s=0.05,
         )
         session = OpcUaSession(settings, SystemClock())
         async with server:
             await session.open()
-            await until(lambda: visits >= 3)
-            assert session.last_error.startswith("a: ")
+            await until(lambda: visits >= len(answers))
+            assert why(session)
             assert not session.connected
             await session.close()
 
     runner.run(life())
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [1, 2])
 def test_answers_with_wrong_bytes_cost_a_connection_at_most(
     wired, seed: int, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -944,11 +836,3 @@ def test_types_are_read_once_per_connection(wired, requests: list[str]) -> None:
         assert requests == []
 
     wired(act)
-
-
-def test_no_source_of_the_runtime_reads_values_without_their_status(root: Path) -> None:
-    forbidden = re.compile(r"\.(read_values?|get_values?|write_values?|create_subscription)\(")
-    for path in sorted((root / "src/thermaxis/runtime").rglob("*.py")):
-        if "status" in path.parts:  # the server's side
-            continue
-        assert not forbidden.search(path.read_text(encoding="utf-8")), path

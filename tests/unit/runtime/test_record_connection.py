@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from thermaxis.codes import Message
+from tests.refusals import refused
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.config import ConnectionSection, explain, read_tables, refuse
-from thermaxis.runtime.config._connection import read_secret
 
 OPEN = {"url": "opc.tcp://127.0.0.1:4840", "security": "none"}
 CLOSED = OPEN | {
@@ -77,38 +77,36 @@ def test_a_password_may_come_from_the_environment(
     assert section.settings("control", pki).password.reveal() == SECRET
 
 
-@pytest.mark.parametrize(
-    ("change", "code", "key"),
-    [
-        ({"security": "Basic256"}, "value_unknown", "security"),
-        ({"securty": "none"}, "unknown_key_near", "securty"),
-        ({"url": "http://h:1"}, "no_opcua_address", ""),
-        ({"url": "opc.tcp://:1"}, "no_opcua_address", ""),
-        ({"url": "opc.tcp://h:99999"}, "no_opcua_address", ""),
-        ({"url": f"opc.tcp://u:{SECRET}@h:1"}, "user_in_address", ""),
-        ({"password": SECRET}, "secret_in_file", "password"),
-        ({"user": "u", "password_file": "password"}, "user_unencrypted", ""),
-        ({"user": "u"}, "user_needs_password", "user"),
-        ({"password_file": "password"}, "password_without_user", ""),
-        (
-            {"user": "u", "password_file": "p", "password_environment": "P"},
-            "stated_twice",
-            "password_environment",
-        ),
-        ({"certificate": "own.der"}, "certificate_unused", "certificate"),
-        ({"security": "Basic256Sha256"}, "certificate_missing", ""),
-        ({"timeout_s": 0}, "below_bound", "timeout_s"),
-        ({"timeout_s": 61}, "above_bound", "timeout_s"),
-        ({"retry_s": "1"}, "no_number", "retry_s"),
-        ({"url": 3}, "not_a_text", "url"),
-    ],
+WRONG: tuple[tuple[dict[str, object], str, str], ...] = (
+    ({"security": "Basic256"}, "value_unknown", "security"),
+    ({"securty": "none"}, "unknown_key_near", "securty"),
+    ({"url": "http://h:1"}, "no_opcua_address", ""),
+    ({"url": "opc.tcp://:1"}, "no_opcua_address", ""),
+    ({"url": "opc.tcp://h:99999"}, "no_opcua_address", ""),
+    ({"url": f"opc.tcp://u:{SECRET}@h:1"}, "user_in_address", ""),
+    ({"password": SECRET}, "secret_in_file", "password"),
+    ({"user": "u", "password_file": "password"}, "user_unencrypted", ""),
+    ({"user": "u"}, "user_needs_password", "user"),
+    ({"password_file": "password"}, "password_without_user", ""),
+    (
+        {"user": "u", "password_file": "p", "password_environment": "P"},
+        "stated_twice",
+        "password_environment",
+    ),
+    ({"certificate": "own.der"}, "certificate_unused", "certificate"),
+    ({"security": "Basic256Sha256"}, "certificate_missing", ""),
+    ({"timeout_s": 0}, "below_bound", "timeout_s"),
+    ({"timeout_s": 61}, "above_bound", "timeout_s"),
+    ({"retry_s": "1"}, "no_number", "retry_s"),
+    ({"url": 3}, "not_a_text", "url"),
 )
-def test_a_mistake_is_said_in_words_and_no_secret_with_it(
-    pki: Path, change: dict[str, object], code: str, key: str
-) -> None:
-    error = refusal(OPEN | change, pki)
-    assert (error.code, error.place.key) == (code, f"connection.control.{key}".rstrip("."))
-    assert SECRET not in str(error)
+
+
+def test_a_mistake_is_said_in_words_and_no_secret_with_it(pki: Path) -> None:
+    for change, code, key in WRONG:
+        error = refusal(OPEN | change, pki)
+        assert (error.code, error.place.key) == (code, f"connection.control.{key}".rstrip("."))
+        assert SECRET not in str(error)
 
 
 def test_a_missing_key_is_said_after_the_one_that_is_misspelt() -> None:
@@ -120,55 +118,40 @@ def test_a_missing_key_is_said_after_the_one_that_is_misspelt() -> None:
     assert "security" in str(error)
 
 
-def test_a_secret_that_others_can_read_is_refused(pki: Path) -> None:
+def test_a_secret_that_others_can_read_or_a_file_that_is_missing_is_refused(pki: Path) -> None:
     section = ConnectionSection.model_validate(CLOSED | {"user": "u", "password_file": "password"})
     for name in ("password", "own.pem"):
-        for mode in (0o640, 0o604, 0o620):
-            (pki / name).chmod(mode)
-            with pytest.raises(ConfigurationError) as caught:
-                section.settings("control", pki)
-            assert caught.value.code == "file_open_to_others"
-            assert caught.value.place.file == str(pki / name)
+        (pki / name).chmod(0o640)
+        with refused("file_open_to_others") as caught:
+            section.settings("control", pki)
+        assert caught.value.place.file == str(pki / name)
         (pki / name).chmod(0o600)
+    for name in ("server.der", "own.pem", "own.der"):
+        (pki / name).unlink()
+        with pytest.raises(ConfigurationError, match=name):
+            section.settings("control", pki)
 
 
-@pytest.mark.parametrize("content", [b"", b"\nsecond\n", b"\xff\xfe", b"a\x00b", b"x" * 5000])
-def test_a_file_without_a_secret_is_refused_and_not_shown(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "password").write_bytes(content)
-    (tmp_path / "password").chmod(0o600)
-    with pytest.raises(ConfigurationError) as caught:
-        read_secret("password", "", folder=tmp_path, table="connection.control")
-    assert caught.value.code == "no_secret_in_file"
-    assert caught.value.place.key == "connection.control.password_file"
+def test_a_file_without_a_secret_is_refused_and_not_shown(pki: Path) -> None:
+    section = ConnectionSection.model_validate(CLOSED | {"user": "u", "password_file": "password"})
+    for content in (b"", b"\nsecond\n", b"\xff\xfe", b"a\x00b", b"x" * 5000):
+        (pki / "password").write_bytes(content)
+        with refused("no_secret_in_file") as caught:
+            section.settings("control", pki)
+        assert caught.value.place.key == "connection.control.password_file"
 
 
-@pytest.mark.parametrize("missing", ["own.der", "own.pem", "server.der"])
-def test_a_missing_file_is_named(pki: Path, missing: str) -> None:
-    (pki / missing).unlink()
-    with pytest.raises(ConfigurationError, match=missing):
-        ConnectionSection.model_validate(CLOSED).settings("control", pki)
-
-
-@pytest.mark.parametrize(
-    ("content", "code"),
-    [
-        (b"[connection\n", "not_toml"),
-        (b"\xff\xfe\x00", "not_utf8"),
-        (None, "file_unreadable"),
-        (b"#" * 1_000_001, "file_too_long"),
-    ],
-)
-def test_what_is_no_toml_is_said(tmp_path: Path, content: bytes | None, code: str) -> None:
+def test_what_is_no_toml_is_said_and_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
     path = tmp_path / "x.toml"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(ConfigurationError) as caught:
+    with refused("file_unreadable", Place(str(path))):
         read_tables(path)
-    assert (caught.value.code, caught.value.place.file) == (code, str(path))
+    for content, code in (
+        *((b"[connection\n", "not_toml"), (b"\xff\xfe\x00", "not_utf8")),
+        (b"#" * 1_000_001, "file_too_long"),
+    ):
+        path.write_bytes(content)
+        with refused(code, Place(str(path))):
+            read_tables(path)
     assert refusal(3).code == "not_a_table"
-
-
-def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
-    path = tmp_path / "x.toml"
     path.write_bytes(b"\xef\xbb\xbfa = 1\r\n")
     assert read_tables(path) == {"a": 1}

@@ -11,7 +11,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings as settings_of, strategies as st
 
 from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of, rows_of, settings
 from thermaxis.errors import ConfigurationError
@@ -171,17 +171,7 @@ def test_a_file_that_was_moved_away_while_it_is_written_is_begun_anew(tmp_path: 
     assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(1)]
 
 
-@pytest.mark.parametrize(
-    "torn",
-    [
-        b"2026-11-21T12:0",
-        b"2026-11-21T12:00:03.000Z,1",
-        b"\x00" * 4096,
-        b"x\n",
-        b"1,2,3\n",
-        b"\n\n",
-    ],
-)
+@pytest.mark.parametrize("torn", [b"2026-11-21T12:00:03.000Z,1", b"\x00" * 4096, b"1,2,3\n"])
 def test_a_torn_end_is_cut_off_and_said(tmp_path: Path, torn: bytes) -> None:
     recording(tmp_path).store([row(k) for k in range(3)])
     with (tmp_path / NAME).open("ab") as stream:
@@ -198,6 +188,7 @@ def test_a_torn_end_is_cut_off_and_said(tmp_path: Path, torn: bytes) -> None:
     assert rows_of(tmp_path / "sources" / NAME)[-1] == [at(3), "Good", at(3), ""]
 
 
+@settings_of(max_examples=40)
 @given(keep=st.integers(0, 400))
 def test_wherever_a_log_is_torn_rows_that_were_whole_stay_and_all_lines_are_whole(
     tmp_path_factory: pytest.TempPathFactory, keep: int
@@ -285,6 +276,7 @@ class Disk:
         return count
 
 
+@settings_of(max_examples=40)
 @given(room=st.lists(st.integers(0, 700), min_size=1, max_size=12))
 def test_whatever_room_a_disk_has_every_line_is_whole_and_every_row_is_there_once(
     tmp_path_factory: pytest.TempPathFactory, room: list[int]

@@ -9,7 +9,9 @@ import pytest
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
+from tests.refusals import refused
 from tests.unit.runtime.status_server_parts import Pair
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import server_context
 from thermaxis.runtime.host._tls import LARGEST_FILE_BYTES
@@ -66,54 +68,36 @@ def test_old_versions_of_tls_are_not_spoken(pair: Pair) -> None:
     assert context.minimum_version >= ssl.TLSVersion.TLSv1_2
 
 
-def locked(path: Path, *, password: bytes = b"secret") -> Path:
-    path.touch(mode=0o600)
-    path.write_bytes(
-        ec.generate_private_key(ec.SECP256R1()).private_bytes(
-            serialization.Encoding.PEM,
-            serialization.PrivateFormat.PKCS8,
-            serialization.BestAvailableEncryption(password),
-        )
+def key_file(path: Path, password: bytes = b"", mode: int = 0o600) -> Path:
+    """Write the key of another certificate, locked by a password where there is one."""
+    locked = serialization.BestAvailableEncryption(password) if password else None
+    content = ec.generate_private_key(ec.SECP256R1()).private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        locked or serialization.NoEncryption(),
     )
+    path.write_bytes(content)
+    path.chmod(mode)
     return path
 
 
-def foreign(path: Path) -> Path:
-    path.touch(mode=0o600)
-    path.write_bytes(
-        ec.generate_private_key(ec.SECP256R1()).private_bytes(
-            serialization.Encoding.PEM,
-            serialization.PrivateFormat.PKCS8,
-            serialization.NoEncryption(),
-        )
-    )
-    return path
-
-
-def readable_by_others(path: Path) -> Path:
-    foreign(path).chmod(0o644)
-    return path
-
-
-def noise(path: Path) -> Path:
-    path.touch(mode=0o600)
-    path.write_bytes(b"\x30\x82" + bytes(range(200)))
-    return path
-
-
-@pytest.mark.parametrize("made", [locked, foreign, readable_by_others, noise])
-def test_a_key_that_cannot_be_used_is_said_in_words(
-    made: object, pair: Pair, tmp_path: Path
-) -> None:
-    key = made(tmp_path / "key.pem")
-    with pytest.raises(ConfigurationError) as told:
-        server_context(pair.certificate, key)
-    assert str(key) in str(told.value)
+def test_a_key_that_cannot_be_used_is_said_in_words(pair: Pair, tmp_path: Path) -> None:
+    noise = key_file(tmp_path / "noise.pem")
+    noise.write_bytes(b"\x30\x82" + bytes(range(200)))
+    for key, code in (
+        (key_file(tmp_path / "locked.pem", b"secret"), "pair_unusable"),
+        (key_file(tmp_path / "foreign.pem"), "pair_unusable"),
+        (key_file(tmp_path / "open.pem", mode=0o644), "file_open_to_others"),
+        (noise, "pair_unusable"),
+    ):
+        with refused(code) as caught:
+            server_context(pair.certificate, key)
+        assert str(key) in str(caught.value)
 
 
 def test_a_locked_key_is_never_asked_for_its_password(pair: Pair, tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="locked by a password"):
-        server_context(pair.pem, locked(tmp_path / "key.pem"))
+        server_context(pair.pem, key_file(tmp_path / "key.pem", b"secret"))
 
 
 def test_a_key_in_pem_is_written_nowhere(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,28 +110,20 @@ def test_a_key_in_pem_is_written_nowhere(pair: Pair, monkeypatch: pytest.MonkeyP
         server_context(pair.certificate, pair.key)
 
 
-@pytest.mark.parametrize("which", ["certificate", "key"])
-def test_what_is_larger_than_any_certificate_or_key_is_refused(
-    which: str, pair: Pair, tmp_path: Path
-) -> None:
-    source = pair.pem if which == "certificate" else pair.key
-    large = tmp_path / "large.pem"
-    large.touch(mode=0o600)
-    large.write_bytes(source.read_bytes() + b"\n" * LARGEST_FILE_BYTES)
-    given = (large, pair.key) if which == "certificate" else (pair.pem, large)
-    with pytest.raises(ConfigurationError) as caught:
-        server_context(*given)
-    assert (caught.value.code, caught.value.place.file) == ("file_too_long", str(large))
+def test_what_is_larger_than_any_certificate_or_key_is_refused(pair: Pair, tmp_path: Path) -> None:
+    for source in (pair.pem, pair.key):
+        large = tmp_path / f"large-{source.name}"
+        large.touch(mode=0o600)
+        large.write_bytes(source.read_bytes() + b"\n" * LARGEST_FILE_BYTES)
+        with refused("file_too_long", Place(str(large))):
+            server_context(*((large, pair.key) if source == pair.pem else (pair.pem, large)))
 
 
-@pytest.mark.parametrize("content", [b"", b"no certificate", b"\x30" * 50])
-def test_a_certificate_that_is_none_is_said_in_words(
-    content: bytes, pair: Pair, tmp_path: Path
-) -> None:
+def test_a_certificate_that_is_none_is_said_in_words(pair: Pair, tmp_path: Path) -> None:
     certificate = tmp_path / "page.crt"
-    certificate.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=r"page\.crt"):
+    with refused("file_unreadable"):
         server_context(certificate, pair.key)
-    with pytest.raises(ConfigurationError) as caught:
-        server_context(tmp_path / "none.crt", pair.key)
-    assert caught.value.code == "file_unreadable"
+    for content in (b"", b"no certificate", b"\x30" * 50):
+        certificate.write_bytes(content)
+        with refused("pair_unusable", Place(str(certificate))):
+            server_context(certificate, pair.key)

@@ -1,6 +1,8 @@
 from ._loop import (
     SELF_TEST as SELF_TEST,
     SHORTEST_WAIT_S as SHORTEST_WAIT_S,
+    TESTED_EVERY_S as TESTED_EVERY_S,
+    UNREAD_AFTER_S as UNREAD_AFTER_S,
     AtStop as AtStop,
     CompensationLoop as CompensationLoop,
     LoopSettings as LoopSettings,

@@ -1,0 +1,40 @@
+"""OPC UA servers that all tests of a worker share: they are put back before each of them."""
+
+import asyncio
+from collections.abc import Iterator
+
+import pytest
+from asyncua import ua
+
+from tests.opcua_server import KINDS, Machine, start_machine
+
+FLOATS = {**KINDS, "Offset": (0.0, ua.VariantType.Float)}
+
+
+@pytest.fixture(scope="session")
+def runner() -> Iterator[asyncio.Runner]:
+    """Return the event loop in which the servers live."""
+    with asyncio.Runner() as runner:
+        yield runner
+
+
+@pytest.fixture(scope="session")
+def started(runner: asyncio.Runner) -> Iterator[Machine]:
+    machine = runner.run(start_machine())
+    yield machine
+    runner.run(machine.stop())
+
+
+@pytest.fixture
+def machine(started: Machine) -> Machine:
+    """Return a machine as it was at its start."""
+    started.reset()
+    return started
+
+
+@pytest.fixture
+def other(runner: asyncio.Runner) -> Iterator[Machine]:
+    """Return the same machine after a change of its software: other indices, another type."""
+    machine = runner.run(start_machine(other_namespaces=3, kinds=FLOATS))
+    yield machine
+    runner.run(machine.stop())
