@@ -50,30 +50,16 @@ def test_equations_4_and_6_transcribed(x: np.ndarray) -> None:
 @settings(derandomize=True, max_examples=50, deadline=None)
 @given(runs(), st.data())
 def test_the_chart_telescopes_to_the_classical_means(x: np.ndarray, data: st.DataObject) -> None:
-    cycle = data.draw(st.integers(1, x.shape[1]))
-    result = evaluate_adjacent_difference(run(x), reference_cycle=cycle)
+    p, cycle = data.draw(st.integers(1, x.shape[0])), data.draw(st.integers(1, x.shape[1]))
+    result = evaluate_adjacent_difference(run(x), reference_cycle=cycle, reference_position=p)
     mean = x.mean(axis=1)
     for d, approach in enumerate(result.approaches):
         assert approach is not None
         assert approach.chart - approach.chart[0] == pytest.approx(
             mean[:, d] - mean[0, d], abs=1e-8
         )
-        assert approach.chart[0] == x[0, cycle - 1, d]
+        assert approach.chart[p - 1] == x[p - 1, cycle - 1, d]
         assert np.diff(approach.chart) == pytest.approx(-approach.mean_difference, abs=1e-8)
-
-
-@settings(derandomize=True, max_examples=40, deadline=None)
-@given(runs(), st.data())
-def test_the_reference_position_shifts_the_chart_and_keeps_its_shape(
-    x: np.ndarray, data: st.DataObject
-) -> None:
-    position = data.draw(st.integers(1, x.shape[0]))
-    first = evaluate_adjacent_difference(run(x)).forward
-    other = evaluate_adjacent_difference(run(x), reference_position=position).forward
-    assert first is not None
-    assert other is not None
-    assert other.chart[position - 1] == x[position - 1, 0, 0]
-    assert np.diff(other.chart) == pytest.approx(np.diff(first.chart), abs=1e-8)
 
 
 def test_a_drift_common_to_neighbours_leaves_the_spread_alone() -> None:
@@ -100,19 +86,13 @@ def test_drift_inside_a_pass_stays_with_opposite_sign_in_both_approaches() -> No
     assert both == pytest.approx(np.full(6, both[0]), abs=1e-12)
 
 
-def test_bounds_take_the_pair_before_and_position_1_that_of_position_2() -> None:
+def test_bounds_take_the_pair_before_and_the_ratio_the_later_position_of_a_pair() -> None:
     x = RNG.normal(size=(5, 40, 2)) * np.array([1, 2, 3, 4, 5])[:, None, None]
     forward = evaluate_adjacent_difference(run(x)).forward
     assert forward is not None
     assert forward.bound[1:] == pytest.approx(2 * forward.standard_uncertainty)
     assert forward.bound[0] == forward.bound[1]
-
-
-def test_the_ratio_belongs_to_the_later_position_of_a_pair() -> None:
-    x = RNG.normal(size=(5, 40, 2)) * np.array([1, 2, 3, 4, 5])[:, None, None]
-    forward = evaluate_adjacent_difference(run(x)).forward
     s = evaluate_iso230_2(run(x)).s
-    assert forward is not None
     assert forward.s_ratio == pytest.approx(s[1:, 0] / forward.standard_deviation)
 
 
@@ -122,9 +102,6 @@ def test_students_factor_has_the_tabled_values() -> None:
         *((15, 2.195), (20, 2.140), (25, 2.110)),
     ):
         assert student_factor(n) == pytest.approx(t, abs=6e-4)  # the table is cut, not rounded
-
-
-def test_students_factor_is_two_from_thirty_cycles_on_and_absent_for_one() -> None:
     assert student_factor(29) == pytest.approx(2.09, abs=0.01)
     assert student_factor(30) == student_factor(1000) == 2.0
     assert student_factor(1) is None
@@ -135,6 +112,10 @@ def test_few_cycles_are_said_in_words() -> None:
     assert few.student_factor == pytest.approx(2.869, abs=5e-4)
     assert "5 cycles are fewer than 30" in few.warnings[0]
     assert evaluate_adjacent_difference(run(RNG.normal(size=(5, 30, 2)))).warnings == ()
+    x = RNG.normal(size=(5, 60, 2))
+    x[3, 4:, 1] = np.nan
+    text = " | ".join(evaluate_adjacent_difference(run(x)).warnings)
+    assert "4 cycles complete at positions 3 and 4 backward are fewer than 30" in text
 
 
 def test_the_default_reference_is_the_first_cycle_after_two_hours() -> None:
@@ -145,11 +126,7 @@ def test_the_default_reference_is_the_first_cycle_after_two_hours() -> None:
     assert evaluate_adjacent_difference(run(x)).reference_cycle == 1
     at = evaluate_adjacent_difference(run(x, time_s=time_s), reference_time_s=2401.0)
     assert at.reference_cycle == 3
-
-
-def test_the_default_reference_skips_a_cycle_without_its_reading() -> None:
-    x = RNG.normal(size=(4, 10, 2))
-    x[0, 0, 1] = np.nan
+    x[0, 0, 1] = np.nan  # a cycle without its reading is skipped
     assert evaluate_adjacent_difference(run(x)).reference_cycle == 2
 
 
@@ -171,6 +148,9 @@ def test_a_reference_that_does_not_exist_is_an_error() -> None:
         evaluate_adjacent_difference(run(x), reference_position=5)
     with refused("too_few_targets"):
         evaluate_adjacent_difference(run(x[:1]))
+    x[1, :5, 0] = x[2, 5:, 0] = np.nan
+    with refused("no_pair", position=2, next=3):
+        evaluate_adjacent_difference(run(x))
 
 
 def test_a_cycle_counts_for_a_pair_when_both_readings_exist() -> None:
@@ -184,14 +164,6 @@ def test_a_cycle_counts_for_a_pair_when_both_readings_exist() -> None:
         np.mean(x[0, kept, 0] - x[1, kept, 0])
     )
     assert result.student_factor == pytest.approx(student_factor(5))
-
-
-def test_a_pair_without_a_complete_cycle_is_an_error_that_names_it() -> None:
-    x = RNG.normal(size=(4, 4, 2))
-    x[1, :2, 0] = np.nan
-    x[2, 2:, 0] = np.nan
-    with refused("no_pair", position=2, next=3):
-        evaluate_adjacent_difference(run(x))
 
 
 def test_one_approach_and_one_cycle() -> None:
@@ -218,32 +190,14 @@ def test_a_pair_with_one_complete_cycle_is_named_and_the_others_keep_their_bound
     assert any("positions 1 and 2 forward" in text for text in result.warnings)
 
 
-def test_results_cannot_be_changed() -> None:
-    result = evaluate_adjacent_difference(run(RNG.normal(size=(4, 4, 2))))
-    assert result.forward is not None
-    with pytest.raises(ValueError, match="read-only"):
-        result.forward.chart[0] = 1.0
-
-
-def test_many_cycles_are_evaluated_at_two_hundred_numbers_of_cycles() -> None:
-    against = evaluate_against_cycles(run(RNG.normal(size=(5, 1000, 2))))
-    assert against.cycles.size == 200
-    assert (against.cycles[0], against.cycles[-1]) == (2, 1000)
-
-
 def test_figures_against_cycles_are_those_of_the_first_cycles() -> None:
+    many = evaluate_against_cycles(run(RNG.normal(size=(5, 1000, 2)))).cycles
+    assert (many.size, many[0], many[-1]) == (200, 2, 1000)
     x = RNG.normal(size=(5, 7, 2))
     against = evaluate_against_cycles(run(x))
     assert against.cycles.tolist() == [2, 3, 4, 5, 6, 7]
     for k, a in zip(against.cycles, against.figures["A"], strict=True):
         assert a == evaluate_iso230_2(run(x[:, : int(k)])).A
-
-
-def test_the_warning_of_few_cycles_names_the_pair_that_has_them() -> None:
-    x = RNG.normal(size=(5, 60, 2))
-    x[3, 4:, 1] = np.nan
-    text = " | ".join(evaluate_adjacent_difference(run(x)).warnings)
-    assert "4 cycles complete at positions 3 and 4 backward are fewer than 30" in text
 
 
 def test_an_anchor_that_is_an_outlier_is_named() -> None:

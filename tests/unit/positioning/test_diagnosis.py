@@ -92,10 +92,6 @@ def step_of_backlash(test: PositioningTest, first: int, size: float = 3.0) -> Po
     return replace(test, deviation=deviation)
 
 
-def equidistant(test: PositioningTest, interval: float = 20.0) -> PositioningTest:
-    return replace(test, target=interval * np.arange(test.target.size))
-
-
 # ---- planted faults -----------------------------------------------------------------------------
 
 
@@ -106,14 +102,14 @@ def test_a_healthy_axis_that_warms_up_is_not_accused() -> None:
 
 def test_a_scale_error_is_named_first() -> None:
     axis = with_geometry(HEALTHY, straight_line_um_per_m=-20.0)
-    for seed in range(4):
+    for seed in range(2):
         found = with_drift_model(measured(axis, seed))
         assert keys(found)[0] == "scale_error"
         assert found[0].value == pytest.approx(-20.0, abs=5.0)
 
 
 def test_a_periodic_error_is_named_first_with_its_period() -> None:
-    for seed, pitch in enumerate(COMMON_PITCHES_MM):
+    for seed, pitch in enumerate(COMMON_PITCHES_MM[::4]):
         axis = with_geometry(HEALTHY, periodic_error=2.0, period=pitch)
         found = with_drift_model(measured(axis, seed))
         assert keys(found)[0] == "periodic_error"
@@ -121,8 +117,8 @@ def test_a_periodic_error_is_named_first_with_its_period() -> None:
 
 
 def test_a_step_of_the_backlash_is_named_first_with_its_place() -> None:
-    for seed in range(4):
-        first = 2 + seed % 13
+    for seed in range(2):
+        first = 2 + 11 * seed
         test = step_of_backlash(measured(HEALTHY, seed), first)
         found = with_drift_model(test)
         assert keys(found)[0] == "backlash_step"
@@ -131,7 +127,7 @@ def test_a_step_of_the_backlash_is_named_first_with_its_place() -> None:
 
 
 def test_a_doubled_spread_is_named_first_from_twenty_cycles_on() -> None:
-    for seed in range(4):
+    for seed in range(2):
         local = (LocalSpread(1 + seed, NOISE * np.sqrt(3.0)),)
         axis = replace(HEALTHY, scatter=replace(HEALTHY.scatter, local=local))
         found = with_drift_model(measured(axis, seed, cycles=20))
@@ -202,12 +198,6 @@ def test_the_amplitude_agrees_with_the_periodogram_of_another_program() -> None:
     assert found.value == pytest.approx(float(np.abs(power).item()), rel=0.05)
 
 
-def test_the_mean_reversal_value_is_that_of_the_standard() -> None:
-    test = measured(with_geometry(COLD, reversal=-4.0), 6)
-    expected = float(np.mean(test.deviation[..., 0] - test.deviation[..., 1]))
-    assert only(without_drift_model(test), "backlash").value == pytest.approx(expected)
-
-
 def test_the_probability_of_a_spread_is_that_of_the_f_distribution() -> None:
     random = np.random.default_rng(3)
     deviation = random.normal(size=(8, 6, 2))
@@ -253,30 +243,19 @@ def test_what_is_named_first_has_the_largest_effect_and_is_ordered_so() -> None:
     assert sizes == sorted(sizes, reverse=True)
 
 
-def test_a_constant_added_to_all_readings_changes_nothing() -> None:
+def test_a_constant_changes_nothing_and_signs_and_approaches_change_as_the_readings_do() -> None:
     test = faulty()
-    moved = replace(test, deviation=test.deviation + 250.0)
-    for before, after in zip(without_drift_model(test), without_drift_model(moved), strict=True):
-        assert before.text == after.text
-
-
-def test_negated_readings_give_negated_findings() -> None:
-    test = faulty()
-    negated = replace(test, deviation=-test.deviation)
-    for before, after in zip(without_drift_model(test), without_drift_model(negated), strict=True):
-        sign = 1.0 if before.finding in {"periodic_error", "backlash_variation"} else -1.0
-        assert after.finding == before.finding
-        assert after.value == pytest.approx(sign * before.value, rel=1e-6)
-
-
-def test_exchanged_approaches_change_the_sign_of_the_backlash_only() -> None:
-    test = faulty()
-    exchanged = replace(test, deviation=test.deviation[..., ::-1])
-    for before, after in zip(
-        without_drift_model(test), without_drift_model(exchanged), strict=True
+    deviation = test.deviation
+    for other, sign_of in (
+        (deviation + 250.0, dict[str, float]()),
+        (-deviation, dict.fromkeys(("scale_error", "backlash", "backlash_step"), -1.0)),
+        (deviation[..., ::-1], dict.fromkeys(("backlash", "backlash_step"), -1.0)),
     ):
-        sign = -1.0 if before.finding.startswith("backlash") else 1.0
-        assert after.value == pytest.approx(sign * before.value, rel=1e-6)
+        found = without_drift_model(replace(test, deviation=other))
+        for before, after in zip(without_drift_model(test), found, strict=True):
+            assert after.finding == before.finding
+            sign = sign_of.get(before.finding, 1.0)
+            assert after.value == pytest.approx(sign * before.value, rel=1e-6)
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
@@ -315,11 +294,8 @@ def test_what_nobody_would_repair_is_no_finding_however_sure_it_is() -> None:
     )
     axis = replace(COLD, geometry=below, scatter=ReadingScatter(noise=0.02))
     assert without_drift_model(measured(axis, 1, cycles=30)) == ()
-
-
-def test_a_fault_just_above_its_threshold_is_named_when_it_is_sure() -> None:
     above = AxisGeometry(straight_line_um_per_m=1.3 * LEAST_SCALE_UM_PER_M, reversal=-1.3)
-    axis = replace(COLD, geometry=above, scatter=ReadingScatter(noise=0.02))
+    axis = replace(axis, geometry=above)
     assert set(keys(without_drift_model(measured(axis, 1)))) == {"scale_error", "backlash"}
 
 
@@ -327,33 +303,22 @@ def test_a_fault_just_above_its_threshold_is_named_when_it_is_sure() -> None:
 
 
 def test_equidistant_targets_hide_the_pitches_of_which_they_are_multiples() -> None:
-    test = equidistant(measured(COLD, 2))
+    test = measured(COLD, 2)
+    assert without_drift_model(test) == ()  # their random part hides no common pitch
+    assert without_drift_model(replace(test, header={"pitch_mm": "10 mm"})) == ()
+    test = replace(test, target=20.0 * np.arange(test.target.size))
     hidden = only(without_drift_model(test), "hidden_period")
     assert "2, 2.5, 4, 5, 10, 20 mm" in hidden.text
     assert hidden.p_value is None
     assert keys(without_drift_model(test))[-1] == "hidden_period"
-
-
-def test_a_stated_pitch_that_the_targets_hide_is_warned_of_alone() -> None:
-    test = equidistant(measured(COLD, 2))
     hidden = only(without_drift_model(replace(test, header={"pitch_mm": "10"})), "hidden_period")
     assert hidden.value == 10.0
     assert "multiples of 10 mm (stated in the file)" in hidden.text
 
 
-def test_a_stated_pitch_that_the_targets_show_is_not_warned_of() -> None:
-    test = replace(measured(COLD, 2), header={"pitch_mm": "10 mm"})
-    assert without_drift_model(test) == ()
-
-
-def test_a_random_part_of_the_targets_hides_no_common_pitch() -> None:
-    assert all(
-        "hidden_period" not in keys(without_drift_model(measured(COLD, s))) for s in range(8)
-    )
-
-
 def test_periods_that_equidistant_targets_cannot_tell_apart_are_all_named() -> None:
-    test = equidistant(measured(replace(COLD, geometry=AxisGeometry()), 2))
+    test = measured(replace(COLD, geometry=AxisGeometry()), 2)
+    test = replace(test, target=20.0 * np.arange(test.target.size))
     wave = 2.0 * np.sin(2.0 * np.pi * test.target / 8.0 + 0.8)
     deviation = test.deviation + wave[:, None, None]
     found = only(without_drift_model(replace(test, deviation=deviation)), "periodic_error")
@@ -418,11 +383,19 @@ def test_few_targets_are_asked_for_the_line_and_the_mean_backlash_only() -> None
     test = step_of_backlash(measured(axis, 4), 2)
     assert set(keys(without_drift_model(test))) <= {"scale_error", "backlash"}
     assert "scale_error" in keys(without_drift_model(test))
-
-
-def test_two_targets_give_nothing() -> None:
-    random = np.random.default_rng(1)
-    assert without_drift_model(run(random.normal(size=(2, 5, 2)))) == ()
+    assert (
+        without_drift_model(
+            replace(
+                test,
+                target=test.target[:2],
+                deviation=test.deviation[:2],
+                time_source=TimeSource.NONE,
+                time_s=None,
+                order=None,
+            )
+        )
+        == ()
+    )
 
 
 def test_one_cycle_is_judged_by_how_smoothly_the_axis_runs() -> None:
@@ -439,7 +412,7 @@ def test_readings_without_scatter_are_diagnosed_all_the_same() -> None:
     target = np.arange(12.0) * 23.0
     deviation = np.repeat((0.03 * target)[:, None, None], 5, axis=1) + np.array([-2.0, 2.0])
     found = without_drift_model(run(deviation, target))
-    assert keys(found) == ["scale_error", "backlash"]
+    assert keys(found) == ["scale_error", "backlash"]  # the line of least squares, and the mean
     assert found[0].value == pytest.approx(30.0)
     assert found[1].value == pytest.approx(-4.0)
 
@@ -451,12 +424,7 @@ def test_a_drift_that_turns_back_is_told_after_the_faults_of_the_axis() -> None:
     found = with_drift_model(paper_x_axis().test)
     assert keys(found)[-1] == "drift_reversal"
     assert "reverses its direction" in found[-1].text
-
-
-def test_a_drift_in_one_direction_is_not_said_to_turn_back() -> None:
-    for seed in range(2):
-        found = with_drift_model(measured(HEALTHY, seed, cycles=30))
-        assert "drift_reversal" not in keys(found)
+    assert "drift_reversal" not in keys(with_drift_model(measured(HEALTHY, 0, cycles=30)))
 
 
 def screw_temperature(test: PositioningTest, lead_s: float) -> np.ndarray:
@@ -478,6 +446,8 @@ def test_a_temperature_that_runs_like_the_drift_is_named_with_its_gain() -> None
     assert found.unit == "µm/K"
     assert found.value == pytest.approx(4.5, rel=0.1)
     assert "'nut_temp'" in found.text
+    order_alone = replace(test, time_source=TimeSource.ORDER, time_s=None)
+    assert " min" not in only(with_drift_model(order_alone), "temperature_channel").text
 
 
 def test_a_temperature_ahead_of_the_drift_is_named_with_its_lag() -> None:
@@ -507,16 +477,3 @@ def test_temperatures_of_another_course_and_other_channels_are_not_named() -> No
         "humidity_percent": warm,
     }
     assert "temperature_channel" not in keys(with_drift_model(replace(test, channels=channels)))
-
-
-def test_a_run_with_order_alone_is_told_in_readings() -> None:
-    test = measured(STRUCTURE_ONLY, 3, cycles=25)
-    test = replace(
-        test,
-        time_source=TimeSource.ORDER,
-        time_s=None,
-        channels={"nut_temp": screw_temperature(test, 0.0)},
-    )
-    found = with_drift_model(test)
-    assert "temperature_channel" in keys(found)
-    assert " min" not in only(found, "temperature_channel").text

@@ -21,8 +21,8 @@ from thermaxis.quantities import AxisKind
 RNG = np.random.default_rng(20)
 
 
-@pytest.mark.parametrize(("g", "b", "k"), [(1.5, 2.0, 0.7), (0.1, 5.0, 0.01), (3.0, 0.5, 4.0)])
-def test_made_data_with_closed_form_answers(g: float, b: float, k: float) -> None:
+def test_made_data_with_closed_form_answers() -> None:
+    g, b, k = 1.5, 2.0, 0.7
     result = evaluate_iso230_2(run(closed_form(6, g, b, k)))
     s = k * math.sqrt(2.5)
     expected = {
@@ -40,13 +40,7 @@ def test_made_data_with_closed_form_answers(g: float, b: float, k: float) -> Non
         "A": 5 * g + 4 * s + 2 * b,
     }
     assert {key: getattr(result, key) for key in FIGURE_KEYS} == pytest.approx(expected, abs=1e-12)
-
-
-def test_the_worked_closed_form_example() -> None:
-    result = evaluate_iso230_2(run(closed_form(6, 1.5, 2.0, 0.7)))
-    assert result.E == pytest.approx(11.5, abs=1e-12)
     assert result.R == pytest.approx(8.427188724, abs=5e-10)
-    assert result.A == pytest.approx(15.927188724, abs=5e-10)
 
 
 def test_unequal_scatter_of_the_approaches_enters_each_band_alone() -> None:
@@ -124,14 +118,14 @@ def test_nanometre_noise_on_a_large_offset_is_not_cancelled() -> None:
     assert result.R_forward == pytest.approx(4 * 1e-6 * math.sqrt(2.5), rel=1e-4)
 
 
-@pytest.mark.parametrize(("way", "word"), [(0, "forward"), (1, "backward")])
-def test_a_unidirectional_run_has_its_own_figures_only(way: int, word: str) -> None:
-    x = closed_form(6, 1.5, 2.0, 0.7)
-    x[:, :, 1 - way] = np.nan
-    result = evaluate_iso230_2(run(x))
-    present = {key for key in FIGURE_KEYS if not np.isnan(getattr(result, key))}
-    assert present == {f"{letter}_{word}" for letter in "ERA"}
-    assert getattr(result, f"A_{word}") == pytest.approx(7.5 + 4 * 0.7 * math.sqrt(2.5))
+def test_a_unidirectional_run_has_its_own_figures_only() -> None:
+    for way, word in enumerate(("forward", "backward")):
+        x = closed_form(6, 1.5, 2.0, 0.7)
+        x[:, :, 1 - way] = np.nan
+        result = evaluate_iso230_2(run(x))
+        present = {key for key in FIGURE_KEYS if not np.isnan(getattr(result, key))}
+        assert present == {f"{letter}_{word}" for letter in "ERA"}
+        assert getattr(result, f"A_{word}") == pytest.approx(7.5 + 4 * 0.7 * math.sqrt(2.5))
 
 
 def test_over_two_metres_spread_is_absent_and_full_brings_it_back() -> None:
@@ -144,25 +138,12 @@ def test_over_two_metres_spread_is_absent_and_full_brings_it_back() -> None:
     full = evaluate_iso230_2(run(x, target), full=True)
     assert np.isfinite(full.R)
     assert (short.E, short.M, short.B, short.B_mean) == (full.E, full.M, full.B, full.B_mean)
-
-
-def test_one_run_is_the_rule_over_two_metres_and_nothing_divides_by_zero() -> None:
-    target = np.linspace(0.0, 2500.0, 11)
-    x = RNG.normal(size=(11, 1, 2))
-    result = evaluate_iso230_2(run(x, target))
-    assert result.E == pytest.approx(np.ptp(x))
-    assert np.isnan(result.R)
-    assert result.s.shape == (11, 2)
-
-
-def test_exactly_two_metres_still_asks_for_repeatability() -> None:
-    x = RNG.normal(size=(11, 5, 2))
+    one_run = evaluate_iso230_2(run(x[:, :1], target))
+    assert one_run.E == pytest.approx(np.ptp(x[:, :1]))
+    assert np.isnan(one_run.R)
+    assert one_run.s.shape == (11, 2)
     assert np.isfinite(evaluate_iso230_2(run(x, np.linspace(0.0, 2000.0, 11))).R)
-
-
-def test_a_rotary_axis_never_counts_as_long() -> None:
-    x = RNG.normal(size=(8, 5, 2))
-    rotary = run(x, np.linspace(0.0, 3600.0, 8), kind=AxisKind.ROTARY)
+    rotary = run(x, np.linspace(0.0, 3600.0, 11), kind=AxisKind.ROTARY)
     assert np.isfinite(evaluate_iso230_2(rotary).R)
 
 

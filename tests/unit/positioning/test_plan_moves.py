@@ -73,30 +73,24 @@ def plans(draw: st.DrawFn) -> TestPlan:
 
 
 @settings(max_examples=50)
-@given(p=plans(), start=st.floats(-1e4, 1e4))
+@given(p=plans(), start=st.floats(-1e4, 1e4), warm_up=st.integers(0, 3))
 def test_every_stop_comes_in_the_plans_order_and_from_its_side_wherever_the_axis_stood(
-    p: TestPlan, start: float
+    p: TestPlan, start: float, warm_up: int
 ) -> None:
-    stops, _, sides = driven(moves_of_plan(p), start)
+    blocks = moves_of_plan(p, warm_up=warm_up)
+    stops, places, sides = driven(blocks, start)
     visits = order_of_visits(p)
     assert stops == list(zip(visits.target.tolist(), visits.approach.tolist(), strict=True))
     assert sides == visits.approach.tolist()
-
-
-@settings(max_examples=50)
-@given(p=plans(), warm_up=st.integers(0, 3))
-def test_the_axis_never_leaves_the_range_that_the_plan_states(p: TestPlan, warm_up: int) -> None:
-    _, places, _ = driven(moves_of_plan(p, warm_up=warm_up), p.target[0])
+    # the axis never leaves the range that the plan states
     assert min(places) >= p.lowest - 1e-6
     assert max(places) <= p.highest + 1e-6
-
-
-@settings(max_examples=50)
-@given(p=plans())
-def test_a_turn_passes_the_target_by_the_overrun_and_no_move_is_without_purpose(
-    p: TestPlan,
-) -> None:
-    for block in moves_of_plan(p):
+    # the duration is that of driving it move by move
+    expected = 60.0 * float(np.sum(np.abs(np.diff(places)))) / p.feed
+    expected += len(stops) * (p.dwell_s + p.recording_s)
+    assert motion_duration_s(p, blocks) == pytest.approx(expected, rel=1e-9)
+    # a turn passes the target by the overrun, and no move is without purpose
+    for block in blocks[min(warm_up, 1) :]:
         for turn, stop in zip(block.moves, block.moves[1:], strict=False):
             assert turn.position != stop.position
             if not turn.is_stop:
@@ -133,12 +127,9 @@ def test_the_warm_up_goes_from_end_to_end_before_the_first_stop_and_stops_nowher
     assert [m.position for m in blocks[0].moves] == [-5.0, 15.0]
     assert not any(m.is_stop for m in blocks[0].moves)
     assert blocks[1:] == moves_of_plan(plan([0.0, 10.0]))
-
-
-@pytest.mark.parametrize("warm_up", [-1, 1_000_001])
-def test_a_number_of_warm_up_travels_that_cannot_be_is_refused(warm_up: int) -> None:
-    with refused("outside_range", Place(key="warm_up")):
-        moves_of_plan(plan([0.0, 10.0]), warm_up=warm_up)
+    for warm_up in (-1, 1_000_001):
+        with refused("outside_range", Place(key="warm_up")):
+            moves_of_plan(plan([0.0, 10.0]), warm_up=warm_up)
 
 
 def test_a_program_that_would_fill_the_memory_of_a_control_is_refused() -> None:
@@ -146,15 +137,3 @@ def test_a_program_that_would_fill_the_memory_of_a_control_is_refused() -> None:
     with refused("too_many_moves", Place(key="cycles")):
         moves_of_plan(long)
     assert len(moves_of_plan(plan(list(np.arange(10.0)), cycles=20_000))) == 1
-
-
-@settings(max_examples=50)
-@given(plan=plans(), warm_up=st.integers(0, 4))
-def test_the_duration_of_the_motion_is_that_of_driving_it_move_by_move(
-    plan: TestPlan, warm_up: int
-) -> None:
-    blocks = moves_of_plan(plan, warm_up=warm_up)
-    stops, places, _ = driven(blocks, 0.0)
-    expected = 60.0 * float(np.sum(np.abs(np.diff(places)))) / plan.feed
-    expected += len(stops) * (plan.dwell_s + plan.recording_s)
-    assert motion_duration_s(plan, blocks) == pytest.approx(expected, rel=1e-9)

@@ -48,10 +48,3 @@ def test_a_run_cannot_be_changed_from_outside() -> None:
         test.deviation[0, 0, 0] = 1.0
     with pytest.raises(TypeError):
         test.header["axis"] = "Y"
-
-
-def test_units_follow_from_the_kind() -> None:
-    assert make().kind.units.deviation == "µm"
-    rotary = make(kind=AxisKind.ROTARY).kind.units
-    assert (rotary.position_suffix, rotary.deviation_suffix) == ("deg", "arcsec")
-    assert rotary.deviations_per_position == 3600.0

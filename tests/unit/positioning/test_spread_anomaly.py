@@ -22,7 +22,7 @@ def drift(m: int, n: int, position: np.ndarray) -> np.ndarray:
     return 6.0 * np.exp(-t) + 0.03 * position[:, None] * (1.0 - np.exp(-2.0 * t))
 
 
-@pytest.mark.parametrize(("m", "n"), [(5, 5), (11, 3), (16, 10), (16, 50)])
+@pytest.mark.parametrize(("m", "n"), [(5, 5), (16, 10)])
 def test_at_most_five_percent_of_healthy_runs_get_an_anomaly(m: int, n: int) -> None:
     rng = np.random.default_rng(m * 1000 + n)
     repetitions = 200
@@ -33,8 +33,7 @@ def test_at_most_five_percent_of_healthy_runs_get_an_anomaly(m: int, n: int) -> 
         named += any(find_spread_anomalies(position, way, level=0.025) for way in x)
     highest = stats.binom.ppf(0.999, repetitions, 0.05)
     assert named <= highest
-    if n <= 10:  # with more cycles the smallest ratio that is named decides
-        assert named >= stats.binom.ppf(0.001, repetitions, 0.02)  # nor is the test asleep
+    assert named >= stats.binom.ppf(0.001, repetitions, 0.02)  # nor is the test asleep
 
 
 @pytest.mark.parametrize("wrong", [1, 9])
@@ -50,20 +49,15 @@ def test_a_position_that_scatters_is_named_first(wrong: int) -> None:
     assert found >= 57
 
 
-def test_two_positions_are_both_named() -> None:
+def test_two_positions_are_both_named_and_so_is_one_that_drifts_by_itself() -> None:
     rng = np.random.default_rng(8)
     position = targets(16, rng)
     x = rng.normal(size=(16, 100))
     x[3] *= 4.0
     x[11] *= 3.0
     assert {a.position for a in find_spread_anomalies(position, x, level=0.025)} == {4, 12}
-
-
-def test_a_target_that_drifts_by_itself_is_named() -> None:
-    rng = np.random.default_rng(9)
-    position = targets(16, rng)
     x = 0.4 * rng.normal(size=(16, 50)) + drift(16, 50, position)
-    x[6] -= np.linspace(0.0, 3.0, 50)
+    x[6] -= np.linspace(0.0, 3.0, 50)  # a target that drifts by itself
     assert find_spread_anomalies(position, x, level=0.025)[0].position == 7
 
 
@@ -95,19 +89,11 @@ def test_cycles_with_a_missing_reading_are_left_out() -> None:
 
 def test_the_distribution_of_a_weighted_sum_is_that_of_f() -> None:
     """A difference of two chi-squared variables is positive as often as F exceeds a quotient."""
+    assert probability_positive(np.zeros(3), 4) == 0.0
     for a, b, nu in [(1.0, -3.0, 4), (1.0, -0.5, 9), (2.0, -7.0, 99), (1.0, -20.0, 2)]:
         exact = stats.f.sf(-b / a, nu, nu)
         weight = np.array([a, b])
         assert probability_positive(weight, nu) == pytest.approx(exact, abs=1e-7)
-
-
-def test_the_distribution_of_a_weighted_sum_by_simulation() -> None:
-    rng = np.random.default_rng(13)
-    weight = np.array([1.0, 0.3, -0.2, -0.5, -0.9])
-    sample = rng.chisquare(4, size=(200_000, 5)) @ weight
-    assert probability_positive(weight, 4) == pytest.approx(np.mean(sample > 0), abs=3e-3)
-    assert probability_positive(-weight, 4) == pytest.approx(1 - np.mean(sample > 0), abs=3e-3)
-    assert probability_positive(np.zeros(3), 4) == 0.0
 
 
 def test_an_axis_with_very_many_positions_is_left_untested_and_says_so() -> None:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from tests.unit.positioning.builders import run, stop_times
 from thermaxis.positioning import Cycle, TimeSource, check_test_conditions
@@ -17,23 +16,17 @@ def warnings_of(m: int, n: int, target: np.ndarray | None = None, **more: object
     return " | ".join(check_test_conditions(run(RNG.normal(size=(m, n, 2)), target, **more)))
 
 
-def test_a_run_as_the_standard_asks_gets_no_warning() -> None:
-    assert warnings_of(6, 5, RANDOM_TARGETS) == ""
-
-
-@pytest.mark.parametrize(
-    ("target", "n", "words"),
-    [
+def test_each_condition_is_named_in_words() -> None:
+    for target, n, words in (
         (RANDOM_TARGETS[:4], 5, "4 targets are fewer than the 5"),
         (RANDOM_TARGETS, 3, "3 cycles, 3 readings of every target, are fewer than the 5"),
         (RANDOM_TARGETS, 50, "50 cycles are more than the 5"),
         (np.arange(6) * 300.0 + RANDOM_TARGETS / 50, 5, "6 targets are fewer than the 8"),
         (np.arange(6) * 50.0, 5, "equidistant (50 mm)"),
         (np.array([0.0, 10.0, 21.0, 33.0, 41.0, 160.0]), 5, "after target 5"),
-    ],
-)
-def test_each_condition_is_named_in_words(target: np.ndarray, n: int, words: str) -> None:
-    assert words in warnings_of(target.size, n, target)
+    ):
+        assert words in warnings_of(target.size, n, target)
+    assert warnings_of(6, 5, RANDOM_TARGETS) == ""
 
 
 def test_over_two_metres_the_interval_counts_and_one_run_is_enough() -> None:
@@ -72,6 +65,9 @@ def test_travel_against_the_named_direction_is_reported() -> None:
     text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS, time_s=wrong)))
     assert "forward readings of cycle 1, 2, 3, 4, 5" in text
     assert "backward readings" in text
+    order = np.arange(60.0).reshape(6, 5, 2)  # cycles that interleave
+    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS, time_s=order)))
+    assert "as in a step cycle" in text
 
 
 def test_a_deduced_order_is_dropped_for_another_kind_of_cycle() -> None:
@@ -96,11 +92,3 @@ def test_a_target_with_few_readings_is_named_however_many_cycles_there_are() -> 
     assert "2 readings of every target, are fewer" in " | ".join(
         check_test_conditions(run(gaps, RANDOM_TARGETS))
     )
-
-
-def test_cycles_that_interleave_are_noticed_as_a_step_cycle() -> None:
-    m, n = 6, 5
-    order = np.arange(m * n * 2).reshape(m, n, 2).astype(float)
-    x = RNG.normal(size=(m, n, 2))
-    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS, time_s=order)))
-    assert "as in a step cycle" in text

@@ -12,6 +12,7 @@ import numpy as np
 import pypdfium2
 import pytest
 
+from tests.refusals import refused
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS
@@ -28,16 +29,10 @@ MakeReport = Callable[..., PositioningReport]
 DrawnOnce = Callable[[], AbstractContextManager[None]]
 
 HOSTILE = (
-    "<script>alert(1)</script>",
-    '"><img src=x onerror=alert(1)>',
-    '#import "x"',
-    "#panic() $\\frac{$ *_`@label<label>",
-    "]]> --> <!-- &amp; &#60;b&#62;",
-    "=cmd|' /C calc'!A0",
-    "\u202egnp.exe\u2066 \u0000\u001b]0;owned\u0007",
-    "😀 主轴 العربية עברית",
-    "javascript:alert(1) {{7*7}} ${7*7} %s %n",
-    "x" * 5000,
+    '<script>alert(1)</script>"><img src=x onerror=alert(1)>]]> --> <!-- &amp; &#60;b&#62;',
+    "#panic() $\\frac{$ *_`@label<label> =cmd|' /C calc'!A0",
+    '#import "x" javascript:alert(1) {{7*7}} ${7*7} %s %n',
+    "\u202egnp.exe\u2066 \u0000\u001b]0;owned\u0007 😀 主轴 العربية עברית" + "x" * 5000,
 )
 LIMITS = FigureLimits({"B": 4.0}, DecisionRule.SIMPLE, {}, "limits.toml")
 
@@ -219,7 +214,7 @@ def test_hostile_text_is_shown_and_not_obeyed(
 def test_a_hostile_title_stays_text_in_the_charts_too(
     make_run: MakeRun, make_report: MakeReport
 ) -> None:
-    text = "".join(HOSTILE[:5])
+    text = "".join(HOSTILE[:3])
     header = {"title": text, "axis": text}
     report = make_report(
         make_run(3, 1, length=2750.0), header=header, source_name=text, adjacent_difference=None
@@ -242,10 +237,7 @@ def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_pag
         if field.only is not AxisKind.ROTARY:
             assert field.label in reader.text
     assert small.source_sha256 in reader.text
-
-
-def test_the_page_holds_every_figure(small: PositioningReport, small_page: str) -> None:
-    text = squeezed(PageReader(small_page).text)
+    text = squeezed(reader.text)
     for symbol, name, value in printed_figures(small):
         assert squeezed(symbol + name + value) in text
 
@@ -254,9 +246,8 @@ def test_the_page_holds_every_figure(small: PositioningReport, small_page: str) 
 @pytest.mark.parametrize(
     ("targets", "cycles", "options"),
     [
-        (5, 3, {"approaches": "backward"}),
+        (8, 3, {"approaches": "backward", "kind": AxisKind.ROTARY, "length": 360.0}),
         (12, 1, {"length": 2750.0}),
-        (8, 5, {"kind": AxisKind.ROTARY, "length": 360.0}),
         (5, 2, {"times": False, "decimals": 6}),
     ],
 )
@@ -273,51 +264,22 @@ def test_every_kind_of_run_has_a_certificate(
 
 
 @pytest.mark.usefixtures("no_charts")
-@pytest.mark.parametrize(
-    ("name", "start"),
-    [("a.pdf", b"%PDF-"), ("a.PDF", b"%PDF-"), ("a.html", b"<!DOCTYPE"), ("a.htm", b"<!DOCTYPE")],
-)
-def test_the_suffix_chooses_the_format(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path, name: str, start: bytes
-) -> None:
-    write_report(
-        make_report(make_run(3, 1, length=2750.0), adjacent_difference=None), tmp_path / name
-    )
-    assert (tmp_path / name).read_bytes().startswith(start)
-
-
-@pytest.mark.parametrize("name", ["certificate", "certificate.docx"])
-def test_another_suffix_is_an_error_in_words(
-    small: PositioningReport, tmp_path: Path, name: str
-) -> None:
-    with pytest.raises(ConfigurationError, match=r"\.pdf or \.html"):
-        write_report(small, tmp_path / name)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.usefixtures("no_charts")
-def test_a_place_that_cannot_be_written_is_an_error_in_words(
+def test_the_suffix_chooses_the_format_and_progress_ends_at_its_total(
     make_run: MakeRun, make_report: MakeReport, tmp_path: Path
 ) -> None:
-    report = make_report(make_run(3, 1, length=2750.0), adjacent_difference=None)
-    with pytest.raises(ConfigurationError) as caught:
-        write_report(report, tmp_path / "no" / "such" / "folder.html")
-    assert caught.value.code == "file_unwritable"
-
-
-@pytest.mark.usefixtures("no_charts")
-@pytest.mark.parametrize("name", ["a.pdf", "a.html"])
-def test_progress_ends_at_its_total(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path, name: str
-) -> None:
+    report = make_report(make_run(3, 2), against_cycles=None)
     told: list[tuple[int, int]] = []
-    write_report(
-        make_report(make_run(3, 2), against_cycles=None),
-        tmp_path / name,
-        progress=lambda _, done, total: told.append((done, total)),
-    )
-    total = told[0][1]
-    assert told == [(done, total) for done in range(total + 1)]
+    for name, start in (("a.PDF", b"%PDF-"), ("a.html", b"<!DOCTYPE"), ("a.htm", b"<!DOCTYPE")):
+        told.clear()
+        write_report(report, tmp_path / name, progress=lambda _, *counts: told.append(counts))
+        assert (tmp_path / name).read_bytes().startswith(start)
+        assert told == [(done, told[0][1]) for done in range(told[0][1] + 1)]
+    with refused("file_unwritable"):
+        write_report(report, tmp_path / "no" / "such" / "folder.html")
+    for name in ("certificate", "certificate.docx"):
+        with pytest.raises(ConfigurationError, match=r"\.pdf or \.html"):
+            write_report(report, tmp_path / name)
+        assert not (tmp_path / name).exists()
 
 
 def test_importing_the_package_brings_no_chart_library_and_no_typesetter() -> None:

@@ -31,13 +31,9 @@ ALL_NAMES = (
     "against_cycles",
 )
 HOSTILE = (
-    r"$\frac{$",
-    "$\\undefined$",
-    "<script>alert(1)</script>",
-    "--> ]]> <!--",
-    "=cmd|' /C calc'!A0",
-    "\u202efdp\u0000\u001b[31m",
-    "主轴 😀",
+    r"$\frac{$ $\undefined$",
+    "<script>alert(1)</script> --> ]]> <!--",
+    "\u202efdp\u0000\u001b[31m 主轴 😀",
     "x" * 5000,
 )
 
@@ -163,22 +159,15 @@ def test_the_numbers_behind_the_charts_of_cycles_are_the_readings(written: Writt
     assert against["cycles"] == ["2", "3", "4", "5"]
 
 
-def test_the_widest_position_is_the_one_with_the_largest_range(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    test = make_run()
-    deviation = test.deviation.copy()
-    deviation[6, 3, 1] += 50.0
-    assert widest_position(make_report(replace(test, deviation=deviation))) == 6
-
-
 def test_a_missing_reading_is_an_empty_cell_and_a_gap(
     make_run: MakeRun, make_report: MakeReport, tmp_path: Path
 ) -> None:
     test = make_run()
     deviation = test.deviation.copy()
     deviation[4, 2, 0] = np.nan
+    deviation[6, 3, 1] += 50.0
     report = make_report(replace(test, deviation=deviation))
+    assert widest_position(report) == 6  # the one with the largest range
     table = table_of(report, "figure_06_all_cycles", tmp_path)
     assert table["deviation_um"].count("") == 1
     with drawing("test"):
@@ -224,42 +213,26 @@ def test_a_single_run_has_no_bands_and_says_so(make_run: MakeRun, make_report: M
     assert not any("2s" in label for label in labels)
     assert "single run, no repeatability" in heading
     assert brackets == ["M", "E"]
-
-
-def test_a_single_run_in_one_direction_names_each_curve_once(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    report = make_report(make_run(12, 1, length=2750.0, approaches="forward"))
-    chart = next(c for c in charts_of(report) if c.name == "figure_12_deviation_chart")
+    several = make_report(make_run(12, 3, length=2750.0))
+    assert "means of all runs, no repeatability" in heading_of(several)
+    one_way = make_report(make_run(12, 1, length=2750.0, approaches="forward"))
+    chart = next(c for c in charts_of(one_way) if c.name == "figure_12_deviation_chart")
     with drawing(chart.name):
-        labels = [text.get_text() for text in chart.draw(report).legends[0].get_texts()]
+        labels = [text.get_text() for text in chart.draw(one_way).legends[0].get_texts()]
     assert labels == ["deviation forward ↑", "reference: position 1 in cycle 1"]
 
 
-@pytest.mark.parametrize("targets", [1, 3])
-def test_readings_without_any_spread_are_drawn(make_report: MakeReport, targets: int) -> None:
-    test = PositioningTest(
-        kind=AxisKind.LINEAR,
-        target=np.arange(float(targets)),
-        deviation=np.full((targets, 2, 2), 7.5),
-    )
-    report = make_report(test)
-    for chart in charts_of(report):
-        assert chart.svg(report).startswith(b"<?xml")
+def test_readings_without_any_spread_are_drawn(make_report: MakeReport) -> None:
+    for targets in (1, 3):
+        deviation = np.full((targets, 2, 2), 7.5)
+        target = np.arange(float(targets))
+        report = make_report(PositioningTest(AxisKind.LINEAR, target, deviation))
+        for chart in charts_of(report):
+            assert chart.svg(report).startswith(b"<?xml")
 
 
-def test_several_runs_of_a_long_axis_have_no_bands_either(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    report = make_report(make_run(12, 3, length=2750.0))
-    with drawing("test"):
-        assert "means of all runs, no repeatability" in draw_iso230_2(report).get_suptitle()
-
-
-def test_the_figures_stand_on_the_chart_with_their_extents(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    report = make_report(make_run())
+def test_the_figures_stand_on_the_chart_with_their_extents(written: Written) -> None:
+    report, *_ = written
     result = report.iso230_2
     with drawing("test"):
         figure = draw_iso230_2(report)
@@ -281,14 +254,7 @@ def test_the_figures_stand_on_the_chart_with_their_extents(
     words = " ".join(text.get_text() for text in axes.texts)
     assert f"B {result.B:.2f} µm" in words
     assert f"R {result.R:.2f} µm" in words
-
-
-def test_targets_stand_at_their_true_places(make_run: MakeRun, make_report: MakeReport) -> None:
-    report = make_report(make_run())
-    with drawing("test"):
-        axes = draw_iso230_2(report).axes[0]
-        mean = axes.get_lines()[0]
-    np.testing.assert_array_equal(mean.get_xdata(), report.test.target)
+    np.testing.assert_array_equal(axes.get_lines()[0].get_xdata(), report.test.target)
     np.testing.assert_array_equal(axes.get_xticks(minor=True), report.test.target)
 
 
@@ -306,24 +272,21 @@ def test_a_rotary_axis_is_drawn_in_degrees_and_arcseconds(
     assert axes.get_ylabel() == "deviation [arcsec]"
 
 
-@pytest.mark.parametrize("text", HOSTILE)
-def test_hostile_text_is_drawn_as_text(
-    make_run: MakeRun, make_report: MakeReport, text: str
-) -> None:
-    header = {"title": text, "axis": text}
-    report = make_report(make_run(5, 3), header=header, source_name=text)
-    chart = charts_of(report)[0]
-    svg = chart.svg(report).decode("utf-8")
-    assert "script" not in svg
-    with drawing(chart.name):
-        figure = chart.draw(report)
-        heading = figure.get_suptitle()
-        width = figure._suptitle.get_window_extent().width
-    assert width <= figure.get_figwidth() * figure.dpi
-    assert "\x1b" not in heading
-    assert "\u202e" not in heading
-    if text.startswith("$"):
-        assert text in heading
+def test_hostile_text_is_drawn_as_text(make_run: MakeRun, make_report: MakeReport) -> None:
+    for text in HOSTILE:
+        header = {"title": text, "axis": text}
+        report = make_report(make_run(5, 3), header=header, source_name=text)
+        chart = charts_of(report)[0]
+        assert "script" not in chart.svg(report).decode("utf-8")
+        with drawing(chart.name):
+            figure = chart.draw(report)
+            heading = figure.get_suptitle()
+            width = figure._suptitle.get_window_extent().width
+        assert width <= figure.get_figwidth() * figure.dpi
+        assert "\x1b" not in heading
+        assert "\u202e" not in heading
+        if text.startswith("$"):
+            assert text in heading
 
 
 def heading_of(report: PositioningReport) -> str:
@@ -342,6 +305,10 @@ def test_a_title_stands_whole_above_a_chart_or_not_at_all(
         assert title in heading.replace("\n", " ")
         assert heading.count("\n") + 1 == lines
         assert "…" not in heading
+    deviation = test.deviation.copy()
+    deviation[:, 2] = np.nan  # a cycle without readings does not count
+    holed = make_report(replace(test, deviation=deviation), against_cycles=None)
+    assert "5 targets, 2 cycles" in heading_of(holed)
     for title in ("too long to show " * 20, "x" * 180):
         heading = heading_of(make_report(test, header={"title": title}))
         assert title[:10] not in heading
@@ -368,16 +335,6 @@ def test_the_time_scale_stays_where_a_reading_is_missing(
             time_of = scale._functions[0]
         places.append(float(time_of(np.array([7.0]))[0]))
     assert places[1] == pytest.approx(places[0], rel=1e-9)
-
-
-def test_a_heading_counts_only_cycles_that_hold_readings(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    test = make_run(5, 4, times=False)
-    deviation = test.deviation.copy()
-    deviation[:, 2] = np.nan
-    heading = heading_of(make_report(replace(test, deviation=deviation), against_cycles=None))
-    assert "5 targets, 3 cycles" in heading
 
 
 def test_numbers_have_no_round_off_behind_their_last_digit() -> None:
