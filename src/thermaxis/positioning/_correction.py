@@ -12,11 +12,13 @@ import numpy as np
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError, require_count, require_positive
 from thermaxis.positioning.run import (
+    APPROACHES,
     BACKWARD,
     FORWARD,
     FloatArray,
     PositioningTest,
     freeze_arrays,
+    require_shape,
 )
 from thermaxis.positioning.standard import Iso230_2Figures, iso230_2_figures, mean_and_s
 from thermaxis.quantities import AxisKind
@@ -63,28 +65,12 @@ class CompensationTable:
         """Check shapes and freeze the arrays."""
         position = np.array(self.position, dtype=np.float64)
         deviation = np.array(self.deviation, dtype=np.float64)
-        if position.ndim != 1 or position.size < 1:
-            raise DataError(
-                "wrong_shape",
-                shape=str(position.shape),
-                expected="(k,)",
-                place=Place(key="position"),
-            )
-        if position.size > MOST_POINTS:
-            raise DataError(
-                "outside_count",
-                count=position.size,
-                least=1,
-                most=MOST_POINTS,
-                place=Place(key="position"),
-            )
-        if deviation.shape != (position.size, 2):
-            raise DataError(
-                "wrong_shape",
-                shape=str(deviation.shape),
-                expected=f"({position.size}, 2)",
-                place=Place(key="deviation"),
-            )
+        place, k = Place(key="position"), position.size
+        require_shape(position, "(k,)", place, fits=position.ndim == 1 and k > 0)
+        if k > MOST_POINTS:
+            raise DataError("outside_count", count=k, least=1, most=MOST_POINTS, place=place)
+        place = Place(key="deviation")
+        require_shape(deviation, f"({k}, 2)", place, fits=deviation.shape == (k, 2))
         if not bool(np.all(np.isfinite(position))) or bool(np.any(np.diff(position) <= 0)):
             raise DataError("not_rising", place=Place(key="position"))
         finite = self.backlash is None or bool(np.isfinite(self.backlash))
@@ -194,8 +180,9 @@ def axis_levels(target: FloatArray, level: FloatArray) -> AxisLevels:
     else:
         side = FORWARD if bool(measured[FORWARD]) else BACKWARD
         filled, keep = np.stack((level[:, side],) * 2, axis=1), known[:, side]
-        name = ("forward", "backward")[side]
-        remarks.append(f"only {name} approaches were measured: they stand for both directions")
+        remarks.append(
+            f"only {APPROACHES[side]} approaches were measured: they stand for both directions"
+        )
     if not bool(np.all(keep)):
         numbers = ", ".join(str(i + 1) for i in np.flatnonzero(~keep).tolist())
         remarks.append(f"targets without readings were left out: {numbers}")
@@ -565,13 +552,8 @@ def evaluate_correction(test: PositioningTest, correction: FloatArray) -> Correc
     ----------
     ISO 230-2:2014, clause 3, for the figures.
     """
-    if correction.shape != (test.target.size, 2):
-        raise DataError(
-            "wrong_shape",
-            shape=str(correction.shape),
-            expected=f"({test.target.size}, 2)",
-            place=Place(key="correction"),
-        )
+    shape = (test.target.size, 2)
+    require_shape(correction, str(shape), Place(key="correction"), fits=correction.shape == shape)
     corrected = test.deviation + correction[:, np.newaxis, :]
     before = mean_and_s(test.deviation)[0]
     return CorrectionEffect(

@@ -68,6 +68,15 @@ _SETTINGS: dict[Any, Any] = {
 _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 
+def style_of(approach: int) -> dict[str, Any]:
+    """Return colour and marker of an approach."""
+    return {
+        "color": COLOURS[approach],
+        "marker": MARKERS[approach],
+        "markerfacecolor": FACES[approach],
+    }
+
+
 @contextmanager
 def drawing(name: str) -> Generator[None]:
     """Set the style for the charts drawn and saved inside, whatever the machine's own settings."""

@@ -11,6 +11,7 @@ from scipy.stats import f as f_distribution, kstest
 from tests.refusals import refused
 from thermaxis.files import read_positioning
 from thermaxis.positioning import (
+    FIGURE_KEYS,
     DriftModel,
     DriftResult,
     FloatArray,
@@ -19,11 +20,11 @@ from thermaxis.positioning import (
     evaluate_drift,
     evaluate_drift_at,
     evaluate_iso230_2,
+    figures_by_key,
 )
 from thermaxis.positioning.drift import Readings
-from thermaxis.positioning.drift._drift_tests import DriftTests, polynomials
+from thermaxis.positioning.drift._drift_tests import DriftTests
 from thermaxis.positioning.drift._unequal_noise import moderated_variances, weights_of_levels
-from thermaxis.quantities import AxisKind
 
 from .builders import run, stop_times
 
@@ -54,15 +55,6 @@ def step_cycle(rng: np.random.Generator) -> FloatArray:
     j = np.arange(CYCLES)[None, :, None]
     a = np.arange(2)[None, None, :]
     return STEP_S * (2.0 * CYCLES * i + 2.0 * j + a)
-
-
-def pilgrim(rng: np.random.Generator) -> FloatArray:
-    """Return a run that goes two targets forward and both back before the next two."""
-    i = np.arange(TARGETS)
-    forward = 4 * (i // 2) + i % 2
-    backward = 4 * (i // 2) + 3 - i % 2
-    one = np.stack((forward, backward), axis=1)[:, None, :]
-    return STEP_S * (one + 2.0 * TARGETS * np.arange(CYCLES)[None, :, None])
 
 
 def warming(rng: np.random.Generator, duration_s: float, *, size: float = 4.0) -> Truth:
@@ -121,10 +113,6 @@ def coverage(
     return np.asarray(np.mean(hits, axis=0))
 
 
-def as_rotary(test: PositioningTest) -> PositioningTest:
-    return replace(test, kind=AxisKind.ROTARY, target=45.0 * np.arange(TARGETS))
-
-
 def without_some(test: PositioningTest, rng: np.random.Generator) -> PositioningTest:
     deviation = test.deviation.copy()
     deviation[rng.uniform(size=deviation.shape) < 0.1] = np.nan
@@ -132,7 +120,7 @@ def without_some(test: PositioningTest, rng: np.random.Generator) -> Positioning
     return replace(test, deviation=deviation)
 
 
-def forward_only(test: PositioningTest, rng: np.random.Generator) -> PositioningTest:
+def forward_only(test: PositioningTest) -> PositioningTest:
     deviation = test.deviation.copy()
     deviation[..., 1] = np.nan
     return replace(test, deviation=deviation)
@@ -181,9 +169,7 @@ def test_a_run_without_drift_is_left_as_it_was() -> None:
     np.testing.assert_array_equal(result.deviation, test.deviation)
     assert not np.any(result.drift)
     assert result.total == 0.0
-    figures = evaluate_iso230_2(test)
-    for key in ("B", "E", "M", "R", "A"):
-        assert float(getattr(result.figures, key)) == pytest.approx(getattr(figures, key))
+    assert figures_by_key(result.figures) == pytest.approx(figures_by_key(evaluate_iso230_2(test)))
     assert result.effective_parameters == 2 * TARGETS
     assert result.degrees_of_freedom == 2 * TARGETS * (CYCLES - 1)
 
@@ -226,12 +212,6 @@ def test_all_results_scale_with_the_readings() -> None:
     assert second.p_no_drift == pytest.approx(first.p_no_drift)
 
 
-def test_levels_are_the_means_of_the_readings_without_drift() -> None:
-    result = evaluate_drift(made(8)[0])
-    np.testing.assert_allclose(result.level, np.mean(result.deviation, axis=1), atol=1e-12)
-    np.testing.assert_allclose(result.figures.mean, result.level)
-
-
 def test_the_reference_time_shifts_levels_by_the_drift_between_the_times() -> None:
     test, _ = made(9)
     assert test.time_s is not None
@@ -252,14 +232,22 @@ def test_the_reference_time_shifts_levels_by_the_drift_between_the_times() -> No
     np.testing.assert_array_equal(again.level_covariance, last.level_covariance)
 
 
-def test_the_covariance_is_that_of_the_levels_in_order() -> None:
-    test = forward_only(made(10)[0], np.random.default_rng(0))
-    for result in (evaluate_drift(made(10)[0]), evaluate_drift(test)):
+def test_levels_are_the_means_without_drift_and_their_covariance_is_in_their_order() -> None:
+    one_way = forward_only(made(10)[0])
+    results = evaluate_drift(made(10)[0]), evaluate_drift(one_way)
+    for result in results:
+        np.testing.assert_allclose(result.level, np.mean(result.deviation, axis=1), atol=1e-12)
+        np.testing.assert_allclose(result.figures.mean, result.level)
         measured = ~np.isnan(result.level)
         assert result.level_covariance.shape == 2 * (int(np.sum(measured)),)
         std = np.sqrt(np.diag(result.level_covariance))
         np.testing.assert_allclose(std, result.level_std.T[measured.T])
         assert np.min(np.linalg.eigvalsh(result.level_covariance)) > 0.0
+    np.testing.assert_array_equal(np.isnan(results[1].level), [[False, True]] * TARGETS)
+    np.testing.assert_array_equal(np.isnan(results[1].noise_std), [False, True])
+    absent = [key for key, value in figures_by_key(results[1].figures).items() if value is None]
+    assert not {"E_forward", "R_forward", "A_forward"} & set(absent)
+    assert len(absent) == len(FIGURE_KEYS) - 3
 
 
 def test_the_order_serves_as_time_and_gives_the_same_levels_as_even_times() -> None:
@@ -285,11 +273,7 @@ def test_a_run_that_tells_no_drift_is_refused_with_its_reason() -> None:
     long_s = 2.0 * TARGETS * CYCLES * STEP_S
     for words, own, reference_time_s in (
         ("no_order", run(np.zeros((5, 5, 2))), None),
-        (
-            "single_reading",
-            run(np.zeros((5, 1, 2)), time_s=stop_times(5, 1)),
-            None,
-        ),
+        ("too_few_at_target", run(np.zeros((5, 1, 2)), time_s=stop_times(5, 1)), None),
         ("too_few_readings", run(np.zeros((1, 5, 2)), time_s=stop_times(1, 5)), None),
         ("too_few_readings", run(one_way, time_s=stop_times(3, 2)), None),
         ("one_time", run(np.zeros((5, 5, 2)), time_s=np.zeros((5, 5, 2))), None),
@@ -355,12 +339,6 @@ def test_the_tests_are_those_of_dense_regressions() -> None:
     assert (smallest * TARGETS < 0.01) == bool(named)
 
 
-def test_legendre_polynomials_are_those_of_numpy() -> None:
-    time = np.linspace(0.0, 1.0, 50)
-    expected = np.polynomial.legendre.legvander(2.0 * time - 1.0, 5)[:, 1:].T
-    np.testing.assert_allclose(polynomials(time, 5), expected, atol=1e-14)
-
-
 def test_without_drift_the_tests_find_something_as_often_as_they_promise() -> None:
     drift, bow, named = [], [], 0
     for seed in range(200):
@@ -371,17 +349,6 @@ def test_without_drift_the_tests_find_something_as_often_as_they_promise() -> No
     assert kstest(drift, "uniform").pvalue > 0.01
     assert kstest(bow, "uniform").pvalue > 0.01
     assert named <= 7  # 1 % of 200 is 2; more than 7 has a probability of a thousandth
-
-
-def test_a_straight_drift_of_one_and_a_half_times_the_noise_is_found() -> None:
-    found = 0
-    for seed in range(60):
-        rng = np.random.default_rng(seed)
-        time = stop_times(16, 5, 8.0)
-        deviation = 0.6 * time / np.max(time) + NOISE * rng.normal(size=time.shape)
-        readings = as_readings(run(deviation, time_s=time))
-        found += DriftTests(readings, 16, 5.0).drift().found
-    assert found >= 57
 
 
 def bent(seed: int, bow: float, alone: float) -> PositioningTest:
@@ -395,7 +362,7 @@ def bent(seed: int, bow: float, alone: float) -> PositioningTest:
 
 
 def test_a_bow_is_found_and_becomes_part_of_the_drift() -> None:
-    for seed in range(5):
+    for seed in range(3):
         result = evaluate_drift(bent(seed, 3.0, 0.0))
         assert result.bow is not None
         assert float(result.bow[-1] - result.bow[0]) == pytest.approx(3.0, abs=1.5)
@@ -404,7 +371,7 @@ def test_a_bow_is_found_and_becomes_part_of_the_drift() -> None:
 
 
 def test_a_target_that_drifts_by_itself_is_named() -> None:
-    for seed in range(5):
+    for seed in range(3):
         result = evaluate_drift(bent(seed, 0.0, -4.0))
         assert 4 in result.suspects
         assert any("target 4" in warning for warning in result.warnings)
@@ -420,19 +387,13 @@ def test_a_step_cycle_is_said_to_hide_drift_and_has_wider_bands() -> None:
     assert np.mean(stepped.level_std) > 2.0 * np.mean(steady.level_std)
 
 
-@pytest.mark.parametrize("times", [standard, with_pauses, pilgrim, step_cycle])
+@pytest.mark.parametrize("times", [with_pauses, step_cycle])
 def test_bands_cover_the_truth_in_every_kind_of_run(times: Times) -> None:
     assert np.all(coverage(times) > 0.8)
 
 
-@pytest.mark.parametrize("change", [without_some, forward_only, lambda t, _: as_rotary(t)])
-def test_bands_cover_the_truth_with_other_readings(
-    change: Callable[[PositioningTest, np.random.Generator], PositioningTest],
-) -> None:
-    assert np.all(coverage(change=change) > 0.8)
-
-
-def test_bands_cover_the_truth_where_the_noise_differs_from_target_to_target() -> None:
+def test_bands_cover_the_truth_with_other_readings() -> None:
+    assert np.all(coverage(change=lambda t, rng: forward_only(without_some(t, rng))) > 0.8)
     noise = np.ones((TARGETS, 1, 2)) * 0.3
     noise[2], noise[6] = 1.5, 0.9
     assert np.all(coverage(noise=noise) > 0.8)
@@ -500,24 +461,6 @@ def test_the_robust_fit_rarely_leaves_out_a_reading_of_a_sound_run() -> None:
     assert wrong <= 1
 
 
-def test_an_approach_that_was_not_measured_has_no_figures() -> None:
-    result = evaluate_drift(forward_only(made(17)[0], np.random.default_rng(0)))
-    assert np.all(np.isnan(result.level[:, 1]))
-    assert not np.any(np.isnan(result.level[:, 0]))
-    assert np.isnan(result.noise_std[1])
-    for key in ("B", "E", "M", "R", "A"):
-        assert np.isnan(getattr(result.figures, key))
-    assert not np.isnan(result.figures.E_unidirectional[0])
-    assert not np.isnan(result.figures.A_unidirectional[0])
-
-
-def test_results_are_reproducible() -> None:
-    first, second = evaluate_drift(made(18)[0]), evaluate_drift(made(18)[0])
-    np.testing.assert_array_equal(first.level, second.level)
-    np.testing.assert_array_equal(first.level_covariance, second.level_covariance)
-    np.testing.assert_array_equal(first.common_std, second.common_std)
-
-
 # ---- unequal noise ------------------------------------------------------------------------------
 
 
@@ -569,29 +512,6 @@ def test_the_drift_of_a_real_warming_axis(real_data: Path) -> None:
     assert result.bow is not None
     assert float(result.bow[-1] - result.bow[0]) == pytest.approx(-11.26, abs=0.01)
     assert result.suspects == (4,)
-
-
-@pytest.mark.real_data
-def test_straight_lines_through_a_real_run_show_its_bow(real_data: Path) -> None:
-    path = real_data / "positioning" / "ess_target_b02_x" / "x_positioning_with_times.csv"
-    test = read_positioning(path)
-    readings = as_readings(test)
-    tests = DriftTests(readings, 9, 5.0)
+    tests = DriftTests(as_readings(test), 9, 5.0)
     assert tests.bow().ratio == pytest.approx(18.46, abs=0.01)
     assert tests.bow().probability == pytest.approx(4.5e-7, rel=0.01)
-    levels, t = np.eye(18)[readings.level], readings.time
-    x = (test.target / 20.0)[readings.level % 9]
-    columns = [levels, t[:, None], (t * x)[:, None], (t * x**2)[:, None]]
-    for number, residual_std in ((1, 3.165), (2, 2.240), (3, 2.233), (4, 1.806)):
-        square, rank = squares(np.column_stack(columns[:number]), readings.value)
-        assert np.sqrt(square / (90 - rank)) == pytest.approx(residual_std, abs=0.001)
-    slopes = [
-        np.linalg.lstsq(
-            np.column_stack((levels, t))[readings.level % 9 == i],
-            readings.value[readings.level % 9 == i],
-            rcond=None,
-        )[0][-1]
-        for i in range(9)
-    ]
-    expected = [-2.4, -9.5, -7.9, -3.9, -16.7, -9.5, -14.5, -1.2, 1.9]
-    np.testing.assert_allclose(slopes, expected, atol=0.06)

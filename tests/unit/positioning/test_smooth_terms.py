@@ -9,14 +9,16 @@ from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
 from thermaxis.positioning import FloatArray
-from thermaxis.positioning.drift import Fit, Readings, fit, levels_at, penalty_of, rows_at, sums_of
+from thermaxis.positioning.drift import Readings, fit, levels_at, penalty_of, rows_at, sums_of
 from thermaxis.positioning.drift._smooth_terms import (
+    Fit,
     curvature_energy,
     drift_of,
     functions_at,
     leverages_of,
     slowest_rate,
     spline_values,
+    variances_at,
     warped,
 )
 from thermaxis.positioning.drift._smoothness import (
@@ -172,8 +174,8 @@ def test_the_curvature_energy_is_the_integral_of_the_squared_second_derivative()
     )
 
 
-@pytest.mark.parametrize("intervals", [12, 40])
-def test_a_unit_random_function_departs_by_one_from_its_straight_line(intervals: int) -> None:
+def test_a_unit_random_function_departs_by_one_from_its_straight_line() -> None:
+    intervals = 12
     value, vector = eigh(full(curvature_energy(intervals)))
     rng = np.random.default_rng(5)
     draws = (vector[:, 2:] / np.sqrt(value[2:])) @ rng.normal(size=(intervals + 1, 5000))
@@ -195,8 +197,8 @@ def test_a_time_of_warming_runs_from_start_to_end_and_never_back() -> None:
         assert np.all(np.diff(rate) < 1e-9)
 
 
-@pytest.mark.parametrize("shapes", [2, 3])
-def test_sums_are_the_products_of_the_dense_design(shapes: int) -> None:
+def test_sums_are_the_products_of_the_dense_design() -> None:
+    shapes = 3
     readings = made_readings(1, shapes, weighted=True)
     sums = sums_of(readings, INTERVALS, 20.0)
     rows = dense_rows(warped(readings.time, 20.0), INTERVALS)
@@ -213,9 +215,7 @@ def test_sums_are_the_products_of_the_dense_design(shapes: int) -> None:
     np.testing.assert_allclose(sums.cross, of_level.T @ weighted, atol=1e-13)
 
 
-@pytest.mark.parametrize("warm_up", [0.0, 20.0])
-@pytest.mark.parametrize("shapes", [2, 3])
-@pytest.mark.parametrize("which", [0, 1, 2])
+@pytest.mark.parametrize(("which", "shapes", "warm_up"), [(0, 3, 20.0), (1, 2, 0.0), (2, 3, 0.0)])
 def test_levels_and_their_covariance_are_those_of_dense_algebra(
     which: int, shapes: int, warm_up: float
 ) -> None:
@@ -240,32 +240,30 @@ def test_levels_and_their_covariance_are_those_of_dense_algebra(
         np.testing.assert_allclose(covariance, expected_covariance, rtol=1e-9, atol=1e-9 * scale)
 
 
-@pytest.mark.parametrize("warm_up", [0.0, 20.0])
-@pytest.mark.parametrize("shapes", [2, 3])
+@pytest.mark.parametrize(("shapes", "warm_up"), [(2, 0.0), (3, 20.0)])
 def test_functions_and_their_variances_are_those_of_dense_algebra(
     shapes: int, warm_up: float
 ) -> None:
     fitted, dense, prior = both(3, shapes, 0, warm_up)
     readings = dense.readings
-    for count in (3, 40):  # few times and many times take different ways
-        time = np.linspace(0.0, 1.0, count)
-        value, variance = functions_at(fitted, rows_at(fitted.sums, time, 0.3))
-        own_time = warped(time, warm_up)
-        start = warped(np.array([0.3]), warm_up)
-        rows = dense_rows(own_time, INTERVALS) - dense_rows(start, INTERVALS)
-        for c in range(shapes):
-            fixed = np.zeros((count, dense.fixed.shape[1]))
-            fixed[:, readings.levels + c] = own_time - start
-            of_shape = dense.spline * readings.shape[c][:, None]
-            random = rows @ prior[c] @ of_shape.T
-            expected, covariance = dense.predict(fixed, random, rows @ prior[c] @ rows.T)
-            np.testing.assert_allclose(value[c], expected, rtol=1e-9, atol=1e-9)
-            np.testing.assert_allclose(variance[c], np.diag(covariance), rtol=1e-9, atol=1e-9)
+    time = np.linspace(0.0, 1.0, 40)
+    own_rows = rows_at(fitted.sums, time, 0.3)
+    value, variance = functions_at(fitted, own_rows), variances_at(fitted, own_rows)
+    own_time = warped(time, warm_up)
+    start = warped(np.array([0.3]), warm_up)
+    rows = dense_rows(own_time, INTERVALS) - dense_rows(start, INTERVALS)
+    for c in range(shapes):
+        fixed = np.zeros((time.size, dense.fixed.shape[1]))
+        fixed[:, readings.levels + c] = own_time - start
+        of_shape = dense.spline * readings.shape[c][:, None]
+        random = rows @ prior[c] @ of_shape.T
+        expected, covariance = dense.predict(fixed, random, rows @ prior[c] @ rows.T)
+        np.testing.assert_allclose(value[c], expected, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(variance[c], np.diag(covariance), rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize("shapes", [2, 3])
-def test_the_restricted_likelihood_is_that_of_dense_algebra_up_to_a_constant(shapes: int) -> None:
-    pairs = [both(4, shapes, which, 4.0)[:2] for which in (0, 1, 2)]
+def test_the_restricted_likelihood_is_that_of_dense_algebra_up_to_a_constant() -> None:
+    pairs = [both(4, 3, which, 4.0)[:2] for which in (0, 1, 2)]
     difference = [fitted.criterion - dense.criterion for fitted, dense in pairs]
     scale = max(abs(dense.criterion) for _, dense in pairs)
     np.testing.assert_allclose(difference, difference[0], atol=1e-9 * scale)
@@ -275,7 +273,7 @@ def test_the_restricted_likelihood_is_that_of_dense_algebra_up_to_a_constant(sha
 
 def test_the_drift_of_readings_is_made_of_the_functions() -> None:
     fitted, dense, _ = both(5, 3, 0, 20.0)
-    value, _ = functions_at(fitted, rows_at(fitted.sums, dense.readings.time, 0.6))
+    value = functions_at(fitted, rows_at(fitted.sums, dense.readings.time, 0.6))
     expected = np.sum(dense.readings.shape * value, axis=0)
     np.testing.assert_allclose(drift_of(fitted, dense.readings, 0.6), expected, atol=1e-12)
 

@@ -25,8 +25,6 @@ error-no_pair = No cycle has readings { $approach } at both positions { $positio
 
 ## Drift
 
-error-single_reading = Target { $target } at { $position } { $unit } has { $readings } readings { $approach }: the effect of the target and that of the time cannot be separated.
-    .remedy = Measure at least two cycles.
 error-too_few_readings = { $readings } readings at { $targets } targets are too few to tell drift from noise.
     .remedy = Measure more targets or more cycles.
 error-no_order = The order in which the readings were taken is not known.

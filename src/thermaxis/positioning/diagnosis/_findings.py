@@ -287,7 +287,8 @@ def _drift_reversal_findings(axis: Axis) -> list[_Ranked]:
     return [_Ranked(finding, 1, turn.shorter)]
 
 
-def _is_temperature(name: str) -> bool:
+def is_temperature(name: str) -> bool:
+    """Return whether a channel is a temperature, by its name."""
     lower = name.lower()
     return "temp" in lower or lower.endswith("_c")
 
@@ -299,7 +300,7 @@ def _temperature_findings(axis: Axis) -> list[_Ranked]:
         return []
     if float(np.ptp(drift.common)) < LEAST_EFFECT:
         return []
-    names = [name for name in test.channels if _is_temperature(name)]
+    names = [name for name in test.channels if is_temperature(name)]
     tried: list[Explained] = []
     for name in names:
         channel = channel_on(test, test.channels[name], drift.time_s)

@@ -6,11 +6,11 @@ from ._drift import (
     evaluate_drift_at as evaluate_drift_at,
 )
 from ._smooth_terms import (
-    Fit as Fit,
     Readings as Readings,
     Sums as Sums,
     fit as fit,
     levels_at as levels_at,
+    parameters_of as parameters_of,
     penalty_of as penalty_of,
     rows_at as rows_at,
     sums_of as sums_of,

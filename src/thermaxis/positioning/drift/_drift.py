@@ -42,13 +42,8 @@ from thermaxis.positioning.drift._smoothness import (
     reported,
 )
 from thermaxis.positioning.drift._unequal_noise import weights_of_levels
-from thermaxis.positioning.run import (
-    APPROACHES,
-    FloatArray,
-    PositioningTest,
-    TimeSource,
-)
-from thermaxis.positioning.standard import Iso230_2Figures, figures_of
+from thermaxis.positioning.run import FloatArray, PositioningTest, TimeSource, placed
+from thermaxis.positioning.standard import Iso230_2Figures, figures_of, require_readings
 
 LONGEST_INTERVAL_S = 1800.0
 """Knots of the splines are at most this far apart. [s]"""
@@ -232,28 +227,10 @@ def _bow_height(target: FloatArray, scale: float) -> float:
 
 def _check_readings(test: PositioningTest) -> None:
     """Refuse a run whose readings do not tell its drift from its levels."""
-    readings = test.readings
-    for approach, measured in enumerate(test.measured_approaches):
-        short = np.flatnonzero(readings[:, approach] < 2) if measured else np.zeros(0)
-        if short.size:
-            i = int(short[0])
-            raise DataError(
-                "single_reading",
-                readings=int(readings[i, approach]),
-                approach=APPROACHES[approach],
-                target=i + 1,
-                position=float(test.target[i]),
-                unit=test.kind.units.position,
-                place=Place(key="drift"),
-            )
-    left_over = int(np.sum(readings)) - test.target.size * sum(test.measured_approaches)
-    if test.target.size < 2 or left_over < FEWEST_LEFT_OVER:
-        raise DataError(
-            "too_few_readings",
-            readings=int(np.sum(readings)),
-            targets=test.target.size,
-            place=Place(key="drift"),
-        )
+    place, readings, m = Place(key="drift"), int(np.sum(test.readings)), test.target.size
+    require_readings(test, 2, place)
+    if m < 2 or readings - m * len(test.approaches) < FEWEST_LEFT_OVER:
+        raise DataError("too_few_readings", readings=readings, targets=m, place=place)
 
 
 def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
@@ -261,7 +238,7 @@ def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
     if time is None:
         raise DataError("no_order", place=Place(key="drift"))
     _check_readings(test)
-    approaches = tuple(a for a, measured in enumerate(test.measured_approaches) if measured)
+    approaches = test.approaches
     i, j, a = np.nonzero(~np.isnan(test.deviation))
     m = test.target.size
     levels = m * len(approaches)
@@ -402,14 +379,6 @@ def _level_covariance(
     count = sums_per(run.readings.level, run.readings.weight, level.size)
     still = np.diag(estimate.still / count)
     return (1.0 - estimate.no_drift) * drifting + estimate.no_drift * still
-
-
-def _placed(run: _Run, targets: int, values: FloatArray) -> FloatArray:
-    """Return values per level as (m, 2), NaN where an approach was not measured."""
-    placed = np.full((targets, 2), np.nan)
-    for k, approach in enumerate(run.approaches):
-        placed[:, approach] = values[k * targets : (k + 1) * targets]
-    return placed
 
 
 def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> float:
@@ -622,7 +591,6 @@ def _result(
 ) -> DriftResult:
     run, estimate = fitted.run, fitted.estimate
     fraction = float(np.clip((reference - run.start) / run.duration, 0.0, 1.0))
-    m = test.target.size
     readings = run.readings
     at_reference = estimate.reported.functions(readings.shape.shape[0], np.array([fraction]), 0.0)
     from_reference = estimate.drift - at_reference[:, 0] @ readings.shape
@@ -635,15 +603,15 @@ def _result(
     drift = np.full(test.deviation.shape, np.nan)
     drift[run.index] = from_reference
     deviation = test.deviation - drift
-    mean = _placed(run, m, level + run.offset)
+    mean = placed(level + run.offset, run.approaches)
     residual = estimate.residual
     square = sums_per(readings.level, residual**2, readings.levels)
     count = sums_per(readings.level, np.ones(residual.size), readings.levels)
     taken = 1.0 - drift_parameters / (readings.value.size - readings.levels)
     with np.errstate(divide="ignore", invalid="ignore"):
-        s = _placed(run, m, np.sqrt(square / (count - 1.0) / taken))
+        s = placed(np.sqrt(square / (count - 1.0) / taken), run.approaches)
     suspects = fitted.tests.targets_alone(bow=run.bow)
-    levels_std = np.sqrt(np.diag(covariance))
+
     weight = sums_per(readings.level, readings.weight, readings.levels) / count
     return DriftResult(
         model=estimate.model,
@@ -652,12 +620,12 @@ def _result(
         reference_time_s=None if test.time_s is None else reference,
         level=mean,
         level_covariance=covariance,
-        level_std=_placed(run, m, levels_std),
+        level_std=placed(np.sqrt(np.diag(covariance)), run.approaches),
         noise_std=_noise_std(run, residual, drift_parameters),
         residual_std=float(np.sqrt(np.sum(residual**2) / free)),
         effective_parameters=estimate.effective_parameters,
         drift_parameters=drift_parameters,
-        weight=_placed(run, m, weight),
+        weight=placed(weight, run.approaches),
         time_s=run.start + time * run.duration,
         common=curve[0],
         common_std=curve_std[0],

@@ -366,6 +366,25 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
     )
 
 
+def parameters_of(sums: Sums, penalty: FloatArray, departure: FloatArray) -> float:
+    """Return the effective number of parameters of the functions for a given smoothness.
+
+    Notes
+    -----
+    The trace of the inverse normal equations times the penalty is the derivative of the logarithm
+    of their determinant by that of the penalty's factor; it is taken by central differences.
+    """
+    step = 0.01
+    total = sums.shapes * (sums.intervals + 2.0)
+    for c in range(sums.shapes):
+        change = np.ones(sums.shapes)
+        change[c] = np.exp(-0.5 * step)  # the penalty's factor is departure to the power -2
+        up = fit(sums, penalty, departure * change).log_determinant
+        down = fit(sums, penalty, departure / change).log_determinant
+        total -= (up - down) / (2.0 * step)
+    return total
+
+
 def rows_at(sums: Sums, time: FloatArray, reference: float | None = None) -> FloatArray:
     """Return the values of all splines of one function at each time, (T, K + 3).
 
@@ -405,23 +424,19 @@ def levels_at(
     return level, fitted.variance * (spline.T @ solved + through.T @ back)
 
 
-def functions_at(fitted: Fit, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the functions of time for rows of spline values, and their variances, (C, T)."""
-    sums = fitted.sums
-    value = np.stack([rows @ fitted.spline[c :: sums.shapes] for c in range(sums.shapes)])
-    if sums.right.size <= sums.shapes * rows.shape[0]:
-        variance = _variance_by_coefficients(fitted, rows)
-    else:
-        variance = _variance_by_times(fitted, rows)
-    return value, fitted.variance * np.maximum(variance, 0.0)
+def functions_at(fitted: Fit, rows: FloatArray) -> FloatArray:
+    """Return the functions of time for rows of spline values, (C, T)."""
+    shapes = fitted.sums.shapes
+    return np.stack([rows @ fitted.spline[c::shapes] for c in range(shapes)])
 
 
-def _variance_by_coefficients(fitted: Fit, rows: FloatArray) -> FloatArray:
-    """Return variances of rows of spline values from the covariance of all coefficients.
+def variances_at(fitted: Fit, rows: FloatArray) -> FloatArray:
+    """Return the variances of the functions of time for rows of spline values, (C, T).
 
     Notes
     -----
-    It is B^-1 + W M^-1 W' with W = B^-1 X', without the coefficients that are held at zero.
+    The covariance of the coefficients is the noise's variance times B^-1 + W M^-1 W' with
+    W = B^-1 X', without the coefficients that are held at zero.
     """
     sums = fitted.sums
     free = np.eye(sums.right.size)
@@ -430,21 +445,8 @@ def _variance_by_coefficients(fitted: Fit, rows: FloatArray) -> FloatArray:
     covariance = free @ _banded_solve(fitted.spline_factor, free)
     covariance += taken @ _full_solve(fitted.level_factor, taken.T)
     parts = [covariance[c :: sums.shapes, c :: sums.shapes] for c in range(sums.shapes)]
-    return np.stack([np.sum((rows @ part) * rows, axis=1) for part in parts])
-
-
-def _variance_by_times(fitted: Fit, rows: FloatArray) -> FloatArray:
-    """Return variances of rows of spline values, one solution for each of them."""
-    sums = fitted.sums
-    no_level = np.zeros((sums.levels, rows.shape[0]))
-    variance = np.empty((sums.shapes, rows.shape[0]))
-    for c in range(sums.shapes):
-        spline = np.zeros((sums.right.size, rows.shape[0]))
-        spline[c :: sums.shapes] = rows.T
-        spline[sums.pinned] = 0.0
-        solved, through, back = _solved(fitted, no_level, spline)
-        variance[c] = np.sum(spline * solved, axis=0) + np.sum(through * back, axis=0)
-    return variance
+    variance = np.stack([np.sum((rows @ part) * rows, axis=1) for part in parts])
+    return fitted.variance * np.maximum(variance, 0.0)
 
 
 def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:

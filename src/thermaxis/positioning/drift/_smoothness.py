@@ -22,9 +22,11 @@ from thermaxis.positioning.drift._smooth_terms import (
     fit,
     functions_at,
     levels_at,
+    parameters_of,
     penalty_of,
     rows_at,
     sums_of,
+    variances_at,
 )
 from thermaxis.positioning.run import FloatArray
 
@@ -140,27 +142,12 @@ def average_over_smoothness(
 
 
 def effective_parameters(average: Average) -> float:
-    """Return the effective number of parameters at the likeliest smoothness.
-
-    Notes
-    -----
-    The trace of the inverse normal equations times the penalty is the derivative of the logarithm
-    of their determinant by that of the penalty's factor; it is taken by central differences.
-    """
+    """Return the effective number of parameters, levels too, at the likeliest smoothness."""
     if average.line_is_enough:
         sums = average.line.sums
         return float(sums.levels + sums.shapes)
     sums = average.best.sums
-    penalty = penalty_of(sums.intervals)
-    step = 0.01
-    total = sums.levels + sums.shapes * (sums.intervals + 2.0)
-    for c in range(sums.shapes):
-        change = np.ones(sums.shapes)
-        change[c] = np.exp(-0.5 * step)  # the penalty's factor is departure to the power -2
-        up = fit(sums, penalty, average.best_departure * change).log_determinant
-        down = fit(sums, penalty, average.best_departure / change).log_determinant
-        total -= (up - down) / (2.0 * step)
-    return total
+    return sums.levels + parameters_of(sums, penalty_of(sums.intervals), average.best_departure)
 
 
 @final
@@ -184,7 +171,7 @@ class Reported:
         """Return the functions of time relative to a reference time, (C, T)."""
         value = np.zeros((shapes, time.size))
         for weight, fitted in zip(self.weight, self.fits, strict=True):
-            value += weight * functions_at(fitted, rows_at(fitted.sums, time, reference))[0]
+            value += weight * functions_at(fitted, rows_at(fitted.sums, time, reference))
         return value
 
 
@@ -239,6 +226,5 @@ def function_errors(
     square = np.zeros_like(stated)
     rows = _rows(average, time, reference)
     for w, fitted, own in zip(average.weight, average.fits, rows, strict=True):
-        mean, variance = functions_at(fitted, own)
-        square += w * (variance + (mean - stated) ** 2)
+        square += w * (variances_at(fitted, own) + (functions_at(fitted, own) - stated) ** 2)
     return square

@@ -51,7 +51,6 @@ PAUSE_S = 60.0
 _NAMED = 3  # of the same kind in a sentence
 _DECIMALS = 3
 _LARGEST = 1e6
-_MEASURES = ("feed", "dwell_s", "recording_s", "overrun", "pitch", "interval", "random_part")
 _AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
 
 
@@ -594,12 +593,12 @@ def _other_cycle(test: PositioningTest, plan: TestPlan) -> list[str]:
         said.append(f"the run is of the {test.cycle} cycle; the plan asks for the {plan.cycle} one")
     if test.cycles != plan.cycles:
         said.append(f"{test.cycles} cycles were measured; the plan asks for {plan.cycles}")
-    for approach, measured in enumerate(test.measured_approaches):
-        planned = approach in plan.approaches
+    for approach, name in enumerate(APPROACHES):
+        measured, planned = approach in test.approaches, approach in plan.approaches
         if measured and not planned:
-            said.append(f"{APPROACHES[approach]} approaches were measured without being planned")
+            said.append(f"{name} approaches were measured without being planned")
         elif planned and not measured:
-            said.append(f"the planned {APPROACHES[approach]} approaches were not measured")
+            said.append(f"the planned {name} approaches were not measured")
     return said
 
 
@@ -646,9 +645,7 @@ def _other_readings(test: PositioningTest, plan: TestPlan) -> list[str]:
     """Name planned readings that are missing; whole approaches and cycles are told elsewhere."""
     shared = min(test.cycles, plan.cycles)
     said: list[str] = []
-    for approach in plan.approaches:
-        if not test.measured_approaches[approach]:
-            continue
+    for approach in (a for a in plan.approaches if a in test.approaches):
         missing = np.argwhere(np.isnan(test.deviation[:, :shared, approach]))
         if missing.size:
             named = ", ".join(
@@ -668,12 +665,10 @@ def _other_order(test: PositioningTest, plan: TestPlan) -> list[str]:
     if test.order_deduced:
         return ["the order was deduced from run numbers: order and dwell were not compared"]
     visits = order_of_visits(plan)
-    shared = visits.cycle < test.cycles
-    place = tuple(index[shared] for index in visits.place)
-    number = np.flatnonzero(shared)
-    measured = ~np.isnan(test.deviation[place])
-    place = tuple(index[measured] for index in place)
-    number = number[measured]
+    number = np.flatnonzero(visits.cycle < test.cycles)
+    place = tuple(index[number] for index in visits.place)
+    number = number[~np.isnan(test.deviation[place])]
+    place = tuple(index[number] for index in visits.place)
     order = test.order[place]
     difference = _first_difference(place, order)
     if difference:

@@ -15,23 +15,18 @@ import numpy as np
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.positioning.drift import (
-    Fit,
     Readings,
     Sums,
     evaluate_drift,
     fit,
     levels_at,
+    parameters_of,
     penalty_of,
     rows_at,
     sums_of,
 )
 from thermaxis.positioning.plan._plan import MOST_STOPS, TestPlan, evaluate_duration, planned_test
-from thermaxis.positioning.run import (
-    BACKWARD,
-    FORWARD,
-    FloatArray,
-    PositioningTest,
-)
+from thermaxis.positioning.run import BACKWARD, FORWARD, FloatArray, PositioningTest, placed
 from thermaxis.positioning.standard import FIGURE_KEYS, arrays_by_key, figures_of
 
 MOST_LEVELS = 1000
@@ -166,12 +161,13 @@ def why_nothing_is_expected(plan: TestPlan) -> ConfigurationError | None:
 class _Separation:
     """The drift model at the stops of a plan."""
 
-    fitted: Fit
-    departure: FloatArray
-    penalty: FloatArray
-    level_covariance: FloatArray
-    reference: float
     test: PositioningTest
+    sums: Sums
+    penalty: FloatArray
+    departure: FloatArray
+    level_covariance: FloatArray
+    reference_s: float
+    """Mean time of the readings. [s]"""
 
 
 def _warming(assumptions: RunAssumptions, time_s: FloatArray) -> FloatArray:
@@ -181,33 +177,13 @@ def _warming(assumptions: RunAssumptions, time_s: FloatArray) -> FloatArray:
 
 def _assumed_drift(test: PositioningTest, assumptions: RunAssumptions) -> FloatArray:
     """Return the assumed drift of every stop, (m, n, 2); NaN where nothing is planned."""
-    if test.time_s is None:
-        return np.full(test.deviation.shape, np.nan)
+    assert test.time_s is not None  # noqa: S101 - a plan has times
     return _warming(assumptions, test.time_s) * _along(test.target)[:, None, None]
 
 
 def _along(target: FloatArray) -> FloatArray:
     """Return the assumed drift of each target in units of that at mid-axis, 0.5 ... 1.5."""
     return 1.0 + (target - 0.5 * (target[0] + target[-1])) / (target[-1] - target[0])
-
-
-def _readings(plan: TestPlan, test: PositioningTest) -> tuple[Readings, FloatArray, FloatArray]:
-    """Return the stops as the fit sees them, the shapes at the targets and the times."""
-    time = np.empty(0) if test.time_s is None else test.time_s
-    i, j, a = np.nonzero(~np.isnan(test.deviation))
-    at = time[i, j, a]
-    approaches = np.array(plan.approaches)
-    m = plan.target.size
-    shape = np.stack((np.ones(m), (plan.target - plan.target.mean()) / plan.target.std()))
-    readings = Readings(
-        value=np.zeros(i.size),
-        level=i + m * np.searchsorted(approaches, a),
-        time=at / np.max(at),
-        shape=shape[:, i],
-        weight=np.ones(i.size),
-        levels=m * approaches.size,
-    )
-    return readings, np.tile(shape, approaches.size), at
 
 
 def _departure(assumptions: RunAssumptions, at: FloatArray, shape: FloatArray) -> FloatArray:
@@ -220,43 +196,29 @@ def _departure(assumptions: RunAssumptions, at: FloatArray, shape: FloatArray) -
 
 
 def _separate(plan: TestPlan, assumptions: RunAssumptions) -> _Separation:
-    test = planned_test(plan)
-    readings, shape, at = _readings(plan, test)
+    test, m, approaches = planned_test(plan), plan.target.size, np.array(plan.approaches)
+    assert test.time_s is not None  # noqa: S101 - a plan has times
+    i, j, a = np.nonzero(~np.isnan(test.deviation))
+    at = test.time_s[i, j, a]
+    of_target = np.stack((np.ones(m), (plan.target - plan.target.mean()) / plan.target.std()))
+    shape = np.tile(of_target, approaches.size)
+    readings = Readings(
+        value=np.zeros(i.size),
+        level=i + m * np.searchsorted(approaches, a),
+        time=at / np.max(at),
+        shape=of_target[:, i],
+        weight=np.ones(i.size),
+        levels=m * approaches.size,
+    )
     intervals = int(np.clip(2 * plan.cycles, 6, 60))
-    penalty = penalty_of(intervals)
+    sums, penalty = sums_of(readings, intervals, 0.0), penalty_of(intervals)
     departure = _departure(assumptions, at, shape)
-    fitted = fit(sums_of(readings, intervals, 0.0), penalty, departure)
+    fitted = fit(sums, penalty, departure)
     fitted = replace(fitted, variance=assumptions.noise**2)  # the assumed one: nothing was read
     reference = float(np.mean(readings.time))
-    _, covariance = levels_at(fitted, rows_at(fitted.sums, np.array([reference]))[0], shape)
-    return _Separation(fitted, departure, penalty, covariance, reference, test)
-
-
-def _drift_parameters(separation: _Separation) -> float:
-    """Return the effective number of parameters of the drift.
-
-    Each penalised direction counts by what the penalty leaves of it: the derivative of the
-    logarithm of the determinant of the normal equations by that of the penalty's factor.
-    """
-    sums: Sums = separation.fitted.sums
-    total = sums.shapes * (sums.intervals + 2.0)
-    step = 0.01
-    for c in range(sums.shapes):
-        change = np.ones(sums.shapes)
-        change[c] = np.exp(-0.5 * step)
-        up = fit(sums, separation.penalty, separation.departure * change).log_determinant
-        down = fit(sums, separation.penalty, separation.departure / change).log_determinant
-        total -= (up - down) / (2.0 * step)
-    return total
-
-
-def _placed(plan: TestPlan, values: FloatArray) -> FloatArray:
-    """Return values per level, (..., L), as (..., m, 2), NaN in an approach that is not planned."""
-    m = plan.target.size
-    placed = np.full((*values.shape[:-1], m, 2), np.nan)
-    for k, approach in enumerate(plan.approaches):
-        placed[..., approach] = values[..., k * m : (k + 1) * m]
-    return placed
+    _, covariance = levels_at(fitted, rows_at(sums, np.array([reference]))[0], shape)
+    reference_s = reference * float(np.max(at))
+    return _Separation(test, sums, penalty, departure, covariance, reference_s)
 
 
 def assumed_levels(plan: TestPlan, assumptions: RunAssumptions) -> FloatArray:
@@ -278,17 +240,18 @@ def _expected_figures(
     levels = plan.target.size * len(plan.approaches)
     root = np.linalg.cholesky(separation.level_covariance)
     normal = random.standard_normal((samples, levels))
-    drawn = _placed(plan, np.asarray(normal @ root.T, dtype=np.float64))
-    share = 1.0 - _drift_parameters(separation) / (plan.stops - levels)
+    drawn = placed(np.asarray(normal @ root.T, dtype=np.float64), plan.approaches)
+    parameters = parameters_of(separation.sums, separation.penalty, separation.departure)
+    share = 1.0 - parameters / (plan.stops - levels)
     free = max((plan.cycles - 1.0) * share, 0.5)
     # by the inverse distribution, so that plans that differ little draw numbers that differ little
     rank = random.random((samples, levels))
     variance = np.asarray(gammaincinv(free / 2.0, rank), dtype=np.float64) * (2.0 / free)
     s = np.asarray(assumptions.noise * np.sqrt(variance), dtype=np.float64)
     true = assumed_levels(plan, assumptions)
-    noise = _placed(plan, np.full(levels, assumptions.noise, dtype=np.float64))
+    noise = placed(np.full(levels, assumptions.noise, dtype=np.float64), plan.approaches)
     truth = arrays_by_key(figures_of(true + 0.0 * noise, noise))
-    seen = arrays_by_key(figures_of(true + drawn, _placed(plan, s)))
+    seen = arrays_by_key(figures_of(true + drawn, placed(s, plan.approaches)))
     return MappingProxyType(
         {
             key: ExpectedFigure(float(np.std(values)), float(np.mean(values) - truth[key]))
@@ -340,15 +303,14 @@ def expected_uncertainty(
         samples = max(FEWEST_SAMPLES, min(SAMPLES, 100 * SAMPLES // levels))
     separation = _separate(plan, assumptions)
     drift = _assumed_drift(separation.test, assumptions)
-    time = separation.test.time_s
-    reference_s = separation.reference * (0.0 if time is None else float(np.nanmax(time)))
+    reference_s = separation.reference_s
     at_reference = _warming(assumptions, np.array(reference_s)) * _along(plan.target)
     planned = list(plan.approaches)
     error = np.mean(drift[..., planned], axis=1) - at_reference[:, None]
     return ExpectedUncertainty(
         assumptions=assumptions,
         reference_time_s=reference_s,
-        level_std=_placed(plan, np.sqrt(np.diag(separation.level_covariance))),
+        level_std=placed(np.sqrt(np.diag(separation.level_covariance)), plan.approaches),
         figures=_expected_figures(plan, separation, assumptions, samples, seed),
         mean_std=assumptions.noise / float(np.sqrt(plan.cycles)),
         drift_in_means=float(np.max(np.abs(error))),

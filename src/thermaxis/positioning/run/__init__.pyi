@@ -8,4 +8,6 @@ from ._positioning_test import (
     StartEnd as StartEnd,
     TimeSource as TimeSource,
     freeze_arrays as freeze_arrays,
+    placed as placed,
+    require_shape as require_shape,
 )

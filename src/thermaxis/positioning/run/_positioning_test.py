@@ -74,16 +74,22 @@ def _frozen(values: FloatArray) -> FloatArray:
     return copy
 
 
-def _no_channels() -> Mapping[str, FloatArray]:
-    return MappingProxyType({})
+def require_shape(values: FloatArray, expected: str, place: Place, *, fits: bool) -> None:
+    """Refuse an array that does not have the expected shape."""
+    if not fits:
+        raise DataError("wrong_shape", shape=str(values.shape), expected=expected, place=place)
 
 
-def _no_environment() -> Mapping[str, StartEnd]:
-    return MappingProxyType({})
+def placed(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
+    """Return values per level, (..., L), as (..., m, 2); NaN in an approach that is not there.
 
-
-def _no_header() -> Mapping[str, str]:
-    return MappingProxyType({})
+    Levels are the targets of the first of the approaches, then those of the second.
+    """
+    m = values.shape[-1] // len(approaches)
+    both = np.full((*values.shape[:-1], m, 2), np.nan)
+    for k, approach in enumerate(approaches):
+        both[..., approach] = values[..., k * m : (k + 1) * m]
+    return both
 
 
 @final
@@ -126,11 +132,11 @@ class PositioningTest:
     """Time of day of the last reading; aware if the file states a zone."""
     cycle: Cycle = Cycle.STANDARD
     """Order in which the targets are visited."""
-    channels: Mapping[str, FloatArray] = field(default_factory=_no_channels)
+    channels: Mapping[str, FloatArray] = field(default_factory=dict[str, FloatArray])
     """Further readings taken at each stop, by the name of their column, each (m, n, 2)."""
-    environment: Mapping[str, StartEnd] = field(default_factory=_no_environment)
+    environment: Mapping[str, StartEnd] = field(default_factory=dict[str, StartEnd])
     """Air, material and expansion values; the unit ends the key (`air_temperature_c`)."""
-    header: Mapping[str, str] = field(default_factory=_no_header)
+    header: Mapping[str, str] = field(default_factory=dict[str, str])
     """Texts of the file's head, by field (`machine`, `axis`, `title`, ...)."""
     remarks: tuple[str, ...] = ()
     """What the reader noticed, in words."""
@@ -138,36 +144,23 @@ class PositioningTest:
     def __post_init__(self) -> None:
         """Check shapes and freeze every array."""
         set_field = object.__setattr__
-        set_field(self, "target", _frozen(self.target))
-        set_field(self, "deviation", _frozen(self.deviation))
-        set_field(
-            self, "channels", MappingProxyType({k: _frozen(v) for k, v in self.channels.items()})
-        )
+        for name in ("target", "deviation", "time_s", "order"):
+            values = getattr(self, name)
+            if values is not None:
+                set_field(self, name, _frozen(values))
+        channels = {name: _frozen(values) for name, values in self.channels.items()}
+        set_field(self, "channels", MappingProxyType(channels))
         set_field(self, "environment", MappingProxyType(dict(self.environment)))
         set_field(self, "header", MappingProxyType(dict(self.header)))
-        if self.time_s is not None:
-            set_field(self, "time_s", _frozen(self.time_s))
-        if self.order is not None:
-            set_field(self, "order", _frozen(self.order))
         self._check_readings()
         self._check_times()
 
     def _check_readings(self) -> None:
-        if self.target.ndim != 1 or self.target.size == 0:
-            raise DataError(
-                "wrong_shape",
-                shape=str(self.target.shape),
-                expected="(m,)",
-                place=Place(key="target"),
-            )
+        fits = self.target.ndim == 1 and self.target.size > 0
+        require_shape(self.target, "(m,)", Place(key="target"), fits=fits)
         m = self.target.size
-        if self.deviation.ndim != 3 or self.deviation.shape[0] != m or self.deviation.shape[2] != 2:
-            raise DataError(
-                "wrong_shape",
-                shape=str(self.deviation.shape),
-                expected=f"({m}, n, 2)",
-                place=Place(key="deviation"),
-            )
+        fits = self.deviation.ndim == 3 and self.deviation.shape[::2] == (m, 2)
+        require_shape(self.deviation, f"({m}, n, 2)", Place(key="deviation"), fits=fits)
         if self.deviation.shape[1] == 0 or bool(np.all(np.isnan(self.deviation))):
             raise DataError("no_readings")
         if not bool(np.all(np.isfinite(self.target))) or bool(np.any(np.diff(self.target) <= 0)):
@@ -175,26 +168,18 @@ class PositioningTest:
         if bool(np.any(np.isinf(self.deviation))):
             raise DataError("not_finite", place=Place(key="deviation"))
         for name, values in self.channels.items():
-            if values.shape != self.deviation.shape:
-                raise DataError(
-                    "wrong_shape",
-                    shape=str(values.shape),
-                    expected=str(self.deviation.shape),
-                    place=Place(channel=name),
-                )
+            self._require_readings_shape(values, Place(channel=name))
+
+    def _require_readings_shape(self, values: FloatArray, place: Place) -> None:
+        shape = self.deviation.shape
+        require_shape(values, str(shape), place, fits=values.shape == shape)
 
     def _check_times(self) -> None:
         measured = ~np.isnan(self.deviation)
         for name, values in (("time_s", self.time_s), ("order", self.order)):
             if values is None:
                 continue
-            if values.shape != self.deviation.shape:
-                raise DataError(
-                    "wrong_shape",
-                    shape=str(values.shape),
-                    expected=str(self.deviation.shape),
-                    place=Place(key=name),
-                )
+            self._require_readings_shape(values, Place(key=name))
             if not bool(np.all(np.isfinite(values[measured]))):
                 raise DataError("value_missing_for_reading", place=Place(key=name))
         known = (self.time_s is not None, self.order is not None)
@@ -217,6 +202,11 @@ class PositioningTest:
         """Whether the forward and the backward approach have any reading."""
         missing = np.isnan(self.deviation)
         return not bool(np.all(missing[..., FORWARD])), not bool(np.all(missing[..., BACKWARD]))
+
+    @property
+    def approaches(self) -> tuple[int, ...]:
+        """Approaches that have any reading: 0 forward, 1 backward."""
+        return tuple(a for a, measured in enumerate(self.measured_approaches) if measured)
 
     @property
     def unidirectional(self) -> bool:

@@ -21,6 +21,7 @@ from ._iso230_2 import (
     is_single_run_axis as is_single_run_axis,
     iso230_2_figures as iso230_2_figures,
     mean_and_s as mean_and_s,
+    require_readings as require_readings,
 )
 from ._montecarlo import (
     PAPER_RATIO as PAPER_RATIO,

@@ -10,9 +10,12 @@ from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.run import (
     APPROACHES,
+    BACKWARD,
+    FORWARD,
     FloatArray,
     PositioningTest,
     freeze_arrays,
+    require_shape,
 )
 from thermaxis.positioning.standard._iso230_2 import mean_and_s
 from thermaxis.positioning.standard._spread_anomaly import (
@@ -100,6 +103,11 @@ class AdjacentDifferenceResult:
         """Both approaches, forward first."""
         return self.forward, self.backward
 
+    @property
+    def measured(self) -> list[tuple[int, AdjacentDifferenceApproach]]:
+        """Those that were measured, each with its index."""
+        return [(a, found) for a, found in enumerate(self.approaches) if found is not None]
+
 
 def student_factor(cycles: int) -> float | None:
     """Return the factor from a standard uncertainty to the bounds of the deviation chart.
@@ -155,13 +163,7 @@ def adjacent_differences(deviation: FloatArray) -> tuple[FloatArray, FloatArray,
     ----------
     Stejskal et al. 2017, equations (4) and (6).
     """
-    if deviation.ndim != 2:
-        raise DataError(
-            "wrong_shape",
-            shape=str(deviation.shape),
-            expected="(m, n)",
-            place=Place(key="deviation"),
-        )
+    require_shape(deviation, "(m, n)", Place(key="deviation"), fits=deviation.ndim == 2)
     difference = deviation[:-1] - deviation[1:]
     mean, s = mean_and_s(difference[..., None])
     n = np.asarray(np.sum(~np.isnan(difference), axis=1), dtype=np.float64)
@@ -210,24 +212,11 @@ def _evaluate_approach(
     )
 
 
-def _cycle_start_s(test: PositioningTest) -> FloatArray | None:
-    """Return when each cycle starts, (n,), inf for a cycle without readings. [s]"""
+def _first_cycle_from(test: PositioningTest, time_s: float, usable: BoolArray) -> int | None:
+    """Return the first usable cycle that starts at or after a time."""
     if test.time_s is None:
         return None
-    times = np.where(np.isnan(test.deviation), np.inf, test.time_s)
-    return np.min(times, axis=(0, 2))
-
-
-def _has_reference(test: PositioningTest, position: int) -> BoolArray:
-    """Return for each cycle whether the reference position was read in every approach, (n,)."""
-    approaches = [a for a, measured in enumerate(test.measured_approaches) if measured]
-    return ~np.any(np.isnan(test.deviation[position][:, approaches]), axis=1)
-
-
-def _first_cycle_from(test: PositioningTest, time_s: float, usable: BoolArray) -> int | None:
-    start = _cycle_start_s(test)
-    if start is None:
-        return None
+    start = np.min(np.where(np.isnan(test.deviation), np.inf, test.time_s), axis=(0, 2))
     late = np.flatnonzero((start >= time_s) & np.isfinite(start) & usable)
     return int(late[0]) if late.size else None
 
@@ -235,7 +224,8 @@ def _first_cycle_from(test: PositioningTest, time_s: float, usable: BoolArray) -
 def _choose_reference_cycle(
     test: PositioningTest, position: int, cycle: int | None, time_s: float | None
 ) -> int:
-    usable = _has_reference(test, position)
+    # the reference position must have been read in every approach
+    usable = ~np.any(np.isnan(test.deviation[position][:, test.approaches]), axis=1)
     if cycle is not None:
         if not 1 <= cycle <= test.cycles:
             raise DataError(
@@ -256,16 +246,15 @@ def _choose_reference_cycle(
     if time_s is not None:
         if test.time_s is None:
             raise DataError("readings_without_times", place=Place(key="reference time"))
-        chosen = _first_cycle_from(test, time_s, usable)
-        if chosen is None and time_s <= float(np.nanmax(test.time_s)) and np.any(usable):
+        chosen, end_s = _first_cycle_from(test, time_s, usable), float(np.nanmax(test.time_s))
+        if chosen is None and time_s <= end_s and np.any(usable):
             return int(np.flatnonzero(usable)[-1])
         if chosen is None:
-            duration_h = float(np.nanmax(test.time_s)) / 3600.0
             raise DataError(
                 "no_cycle_after",
                 position=position + 1,
                 time_h=time_s / 3600.0,
-                duration_h=duration_h,
+                duration_h=end_s / 3600.0,
                 place=Place(key="reference time"),
             )
         return chosen
@@ -322,9 +311,7 @@ def _complete_cycles_of_pairs(
     """Return how many cycles have both readings of each pair, and which pairs have one only."""
     counts: list[tuple[int, str]] = []
     single: list[str] = []
-    for approach, measured in enumerate(test.measured_approaches):
-        if not measured:
-            continue
+    for approach in test.approaches:
         read = ~np.isnan(test.deviation[:, :, approach])
         pairs = np.sum(read[:-1] & read[1:], axis=1).astype(np.float64)
         if np.min(pairs) == 0:
@@ -409,25 +396,24 @@ def evaluate_adjacent_difference(
     pairs, single = _complete_cycles_of_pairs(test)
     fewest, where = min((p for p in pairs if p[0] > 1), default=(1, ""))
     factor = student_factor(fewest)
-    level = FALSE_ALARM_LEVEL / sum(test.measured_approaches)
+    level = FALSE_ALARM_LEVEL / len(test.approaches)
     far_out = [
         text
-        for approach, measured in enumerate(test.measured_approaches)
-        if measured
+        for approach in test.approaches
         for text in _warning_of_anchor(test, approach, position, cycle)
     ]
-    forward, backward = (
-        _evaluate_approach(test, approach, reference=(position, cycle), factor=factor, level=level)
-        if measured
-        else None
-        for approach, measured in enumerate(test.measured_approaches)
-    )
+    found = {
+        approach: _evaluate_approach(
+            test, approach, reference=(position, cycle), factor=factor, level=level
+        )
+        for approach in test.approaches
+    }
     return AdjacentDifferenceResult(
         target=test.target,
         reference_cycle=cycle + 1,
         reference_position=reference_position,
         student_factor=factor,
-        forward=forward,
-        backward=backward,
+        forward=found.get(FORWARD),
+        backward=found.get(BACKWARD),
         warnings=(*single, *_warnings(test, fewest, factor, where), *far_out),
     )

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import NOWHERE, Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.run import (
     APPROACHES,
@@ -15,6 +15,7 @@ from thermaxis.positioning.run import (
     FloatArray,
     PositioningTest,
     freeze_arrays,
+    require_shape,
 )
 from thermaxis.quantities import AxisKind
 
@@ -213,13 +214,8 @@ def iso230_2_figures(deviation: FloatArray, *, coverage_factor: float = 2.0) -> 
     ----------
     ISO 230-2:2014, clause 3; the same formulas in the editions 1997 and 2006.
     """
-    if deviation.ndim < 3 or deviation.shape[-1] != 2:
-        raise DataError(
-            "wrong_shape",
-            shape=str(deviation.shape),
-            expected="(..., m, n, 2)",
-            place=Place(key="deviation"),
-        )
+    fits = deviation.ndim >= 3 and deviation.shape[-1] == 2
+    require_shape(deviation, "(..., m, n, 2)", Place(key="deviation"), fits=fits)
     return figures_of(*mean_and_s(deviation), coverage_factor=coverage_factor)
 
 
@@ -277,23 +273,22 @@ def is_single_run_axis(test: PositioningTest) -> bool:
     return test.kind is AxisKind.LINEAR and test.measured_length > LONG_AXIS_MM
 
 
-def _check_enough_readings(test: PositioningTest, *, needed: int) -> None:
-    readings = test.readings
-    for approach, measured in enumerate(test.measured_approaches):
-        if not measured:
-            continue
-        short = np.flatnonzero(readings[:, approach] < needed)
+def require_readings(test: PositioningTest, needed: int, place: Place = NOWHERE) -> None:
+    """Refuse a run with too few readings of a target in a measured approach."""
+    for approach in test.approaches:
+        readings = test.readings[:, approach]
+        short = np.flatnonzero(readings < needed)
         if short.size:
             i = int(short[0])
-            unit = test.kind.units.position
             raise DataError(
                 "too_few_at_target",
-                readings=int(readings[i, approach]),
+                readings=int(readings[i]),
                 approach=APPROACHES[approach],
                 needed=needed,
                 target=i + 1,
                 position=float(test.target[i]),
-                unit=unit,
+                unit=test.kind.units.position,
+                place=place,
             )
 
 
@@ -336,7 +331,7 @@ def evaluate_iso230_2(
     ISO 230-2:2014, clause 3; GOST ISO 230-2-2016, clause 6.2, for axes over 2000 mm.
     """
     single_run_rule = is_single_run_axis(test) and not full
-    _check_enough_readings(test, needed=1 if single_run_rule else 2)
+    require_readings(test, 1 if single_run_rule else 2)
     mean, s = mean_and_s(test.deviation)
     figures = figures_of(mean, np.full_like(s, np.nan) if single_run_rule else s)
     values = {field.name: getattr(figures, field.name) for field in fields(figures)}

@@ -77,13 +77,12 @@ def _number_of_cycles(test: PositioningTest) -> list[str]:
     if is_single_run_axis(test):
         return []
     asked = f"the {RUNS_PER_DIRECTION} that ISO 230-2 asks for"
-    ways = [a for a, measured in enumerate(test.measured_approaches) if measured]
-    readings = test.readings[:, ways]
+    readings = test.readings[:, test.approaches]
     if float(np.ptp(readings)) == 0.0 and float(readings[0, 0]) < RUNS_PER_DIRECTION:
         runs = int(readings[0, 0])
         return [f"{runs} cycles, {runs} readings of every target, are fewer than {asked}"]
     warnings: list[str] = []
-    for approach in ways:
+    for approach in test.approaches:
         count = test.readings[:, approach]
         fewest = int(np.min(count))
         if fewest < RUNS_PER_DIRECTION:
@@ -135,9 +134,7 @@ def _cycle_kind(test: PositioningTest) -> list[str]:
 
 def _missing_readings(test: PositioningTest) -> list[str]:
     warnings: list[str] = []
-    for approach, measured in enumerate(test.measured_approaches):
-        if not measured:
-            continue
+    for approach in test.approaches:
         missing = np.argwhere(np.isnan(test.deviation[:, :, approach]))
         if not missing.size:
             continue

@@ -46,7 +46,7 @@ class Estimate:
     covariance: FloatArray
     """(L, L)."""
     s: FloatArray
-    """(L,)."""
+    """(L,); NaN where nothing tells the noise."""
     free: FloatArray
     """Degrees of freedom of each s, (L,). [1]"""
     readings: FloatArray
@@ -256,8 +256,8 @@ def draw_std(estimate: Estimate, samples: int, rng: np.random.Generator) -> Floa
     """Return where the true standard deviations may lie."""
     variance = estimate.s**2
     mean = float(np.mean(variance))
-    if mean == 0.0:
-        return np.zeros((samples, variance.size))
+    if mean == 0.0 or np.isnan(mean):  # no scatter at all, or one reading that tells nothing of it
+        return np.full((samples, variance.size), mean)
     floored = np.maximum(variance, 1e-3 * mean)  # equal readings are rounded ones
     approaches = len(estimate.approaches)
     return np.sqrt(_draw_variances(floored, estimate.free, approaches, samples, rng))

@@ -27,7 +27,7 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError, require_range
-from thermaxis.positioning.run import FloatArray, PositioningTest
+from thermaxis.positioning.run import FloatArray, PositioningTest, placed
 from thermaxis.positioning.standard import (
     FIGURE_KEYS,
     Iso230_2Figures,
@@ -338,21 +338,8 @@ def _flat(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
     return np.concatenate([values[:, a] for a in approaches])
 
 
-def _placed(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
-    """Return draws per level, (S, L), as (S, m, 2); NaN where an approach was not measured."""
-    targets = values.shape[1] // len(approaches)
-    placed = np.full((values.shape[0], targets, 2), np.nan)
-    for k, approach in enumerate(approaches):
-        placed[:, :, approach] = values[:, k * targets : (k + 1) * targets]
-    return placed
-
-
-def _measured_approaches(test: PositioningTest) -> tuple[int, ...]:
-    return tuple(a for a, measured in enumerate(test.measured_approaches) if measured)
-
-
 def _estimate_with_drift(test: PositioningTest, drift: "DriftResult") -> Estimate:
-    approaches = _measured_approaches(test)
+    approaches = test.approaches
     readings = np.sum(~np.isnan(drift.deviation), axis=1)
     count = _flat(np.asarray(readings, dtype=np.float64), approaches)
     spare = float(np.sum(count) - count.size)
@@ -367,28 +354,24 @@ def _estimate_with_drift(test: PositioningTest, drift: "DriftResult") -> Estimat
     )
 
 
-def _estimate_without_drift(test: PositioningTest) -> Estimate | None:
-    """Return plain means and s; None where one reading tells nothing of the noise."""
-    approaches = _measured_approaches(test)
+def _estimate_without_drift(test: PositioningTest) -> Estimate:
+    """Return plain means and s, NaN where one reading tells nothing of the noise."""
+    approaches, targets = test.approaches, test.target.size
     count = _flat(test.readings, approaches)
+    mean, s = (_flat(values, approaches) for values in mean_and_s(test.deviation))
     if float(np.min(count)) < 2.0:
-        return None
-    mean, s = mean_and_s(test.deviation)
-    free = count - 1.0
-    flat_s = _flat(s, approaches)
-    targets = test.target.size
-    variance = np.concatenate(
-        [
-            np.full(targets, np.sum(free[own] * flat_s[own] ** 2) / np.sum(free[own]))
-            for own in np.split(np.arange(count.size), len(approaches))
-        ]
-    )
+        free, s, variance = np.ones(count.size), np.full(count.size, np.nan), np.zeros(count.size)
+    else:
+        free = count - 1.0
+        parts = np.split(np.arange(count.size), len(approaches))
+        common = [np.sum(free[own] * s[own] ** 2) / np.sum(free[own]) for own in parts]
+        variance = np.repeat(common, targets)
     return Estimate(
         position=test.target,
         approaches=approaches,
-        level=_flat(mean, approaches),
-        covariance=np.diag(variance / count),
-        s=flat_s,
+        level=mean,
+        covariance=np.diag(variance / np.maximum(count, 1.0)),
+        s=s,
         free=free,
         readings=count,
     )
@@ -397,46 +380,17 @@ def _estimate_without_drift(test: PositioningTest) -> Estimate | None:
 # ---- figures ------------------------------------------------------------------------------------
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Draws:
-    """Where levels and standard deviations may lie, before the terms of the budget."""
-
-    estimate: Estimate
-    level: FloatArray
-    """(S, L)."""
-    std: FloatArray
-    """(S, L)."""
-
-
-def _without_noise(test: PositioningTest) -> Estimate:
-    """Return the plain means of a run whose noise is not known."""
-    approaches = _measured_approaches(test)
-    mean, _ = mean_and_s(test.deviation)
-    level = _flat(mean, approaches)
-    nothing = np.full(level.size, np.nan)
-    return Estimate(
-        position=test.target,
-        approaches=approaches,
-        level=level,
-        covariance=np.zeros((level.size, level.size)),
-        s=nothing,
-        free=np.ones(level.size),
-        readings=_flat(test.readings, approaches),
-    )
-
-
 def _with_terms(
-    draws: _Draws,
+    estimate: Estimate,
+    draws: tuple[FloatArray, FloatArray],
     systematic: float,
     environment: float,
     rng: np.random.Generator,
 ) -> dict[str, FloatArray]:
-    """Return the figures of every draw, (S,) each, with the terms of the budget in them."""
-    estimate = draws.estimate
+    """Return the figures of drawn levels and s, (S, L) each, with the terms of the budget."""
     position = estimate.position - np.mean(estimate.position)
     length = float(np.ptp(estimate.position))
-    level, std = draws.level, draws.std
+    level, std = draws
     if systematic > 0.0 and length > 0.0:
         ramp = np.tile(position / length, len(estimate.approaches))
         error = systematic / COVERAGE_FACTOR * rng.standard_normal((level.shape[0], 1))
@@ -446,26 +400,18 @@ def _with_terms(
         level = level + noise / np.sqrt(estimate.readings) * rng.standard_normal(level.shape)
         spare = np.maximum(estimate.readings - 1.0, 1.0)
         std = np.abs(std + noise / np.sqrt(spare) * rng.standard_normal(std.shape))
-    placed = _placed(level, estimate.approaches), _placed(std, estimate.approaches)
-    return arrays_by_key(figures_of(*placed))
+    approaches = estimate.approaches
+    return arrays_by_key(figures_of(placed(level, approaches), placed(std, approaches)))
 
 
 def _joined(parts: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
     return {key: np.concatenate([part[key] for part in parts]) for key in FIGURE_KEYS}
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Truths:
-    """Where the true figures may lie, (S,) each, to be held against those of a run."""
-
-    measured: dict[str, FloatArray]
-    drift_free: dict[str, FloatArray]
-
-
 def _draw_figures(
-    estimate: Estimate, terms: _Terms, samples: int, seed: int, *, noise_known: bool
-) -> _Truths:
+    estimate: Estimate, terms: _Terms, samples: int, seed: int
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Return where the true figures may lie, (S,) each: against the measured, the drift-free."""
     level_rng, std_rng, term_rng = (
         np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)
     )
@@ -475,17 +421,15 @@ def _draw_figures(
     systematic, environment = terms.systematic_expanded, terms.environment_expanded
     for start in range(0, samples, at_once):
         count = min(at_once, samples - start)
-        std = np.full((count, estimate.level.size), np.nan)
-        if noise_known:
-            std = draw_std(estimate, count, std_rng)
-        draws = _Draws(estimate, draw_levels(estimate, count, level_rng), std)
-        drift_free.append(_with_terms(draws, systematic, 0.0, term_rng))
+        std = draw_std(estimate, count, std_rng)
+        draws = draw_levels(estimate, count, level_rng), std
+        drift_free.append(_with_terms(estimate, draws, systematic, 0.0, term_rng))
         if environment > 0.0:
-            moved = _with_terms(draws, 0.0, environment, term_rng)
-            still = _with_terms(draws, 0.0, 0.0, term_rng)
+            moved = _with_terms(estimate, draws, 0.0, environment, term_rng)
+            still = _with_terms(estimate, draws, 0.0, 0.0, term_rng)
             change.append({key: moved[key] - still[key] for key in FIGURE_KEYS})
     free = _joined(drift_free)
-    return _Truths(_widened(free, _joined(change)) if change else free, free)
+    return _widened(free, _joined(change)) if change else free, free
 
 
 def _widened(truths: dict[str, FloatArray], change: dict[str, FloatArray]) -> dict[str, FloatArray]:
@@ -614,9 +558,8 @@ def evaluate_uncertainty(
         raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
     terms = _terms(test, budget or UncertaintyBudget())
     estimate = _estimate_without_drift(test) if drift is None else _estimate_with_drift(test, drift)
-    noise_known = estimate is not None
-    estimate = estimate or _without_noise(test)
-    truths = _draw_figures(estimate, terms, samples, seed, noise_known=noise_known)
+    truths, drift_free_truths = _draw_figures(estimate, terms, samples, seed)
+    noise_known = not np.all(np.isnan(estimate.s))
     noise = (_NOISE,) if noise_known else ()
     no_noise = () if noise_known else (Message("left_out-one_reading"),)
     closed = (float(np.min(estimate.readings)), test.target.size)
@@ -624,7 +567,7 @@ def evaluate_uncertainty(
     environment = () if terms.environment is None else (terms.environment,)
     measured = _figure_uncertainty(
         figures_of(*mean_and_s(test.deviation)),
-        truths.measured,
+        truths,
         (*noise, *(() if drift is None else (_DRIFT_MEASURED,)), *terms.systematic, *environment),
         _closed_form(terms, *closed) if given else {},
         (*no_noise, *_left_out(terms, drift, budget=given, drift_free=False)),
@@ -634,7 +577,7 @@ def evaluate_uncertainty(
     without = _Terms(terms.systematic, None, terms.left_out)
     drift_free = _figure_uncertainty(
         drift.figures,
-        truths.drift_free,
+        drift_free_truths,
         (_NOISE, _DRIFT_FREE, *terms.systematic),
         _closed_form(without, *closed) if given else {},
         _left_out(terms, drift, budget=given, drift_free=True),

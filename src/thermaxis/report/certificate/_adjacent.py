@@ -1,14 +1,17 @@
 """The certificate's section on the adjacent-difference method."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from thermaxis.positioning import APPROACHES, AdjacentDifferenceResult
 from thermaxis.positioning.standard import MOST_POSITIONS, SMALLEST_RATIO
-from thermaxis.report._document import Block, Column, ItemList, Paragraph, Picture, Section, Table
+from thermaxis.report._document import Block, ItemList, Paragraph, Picture, Section, Table
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
-from thermaxis.report._text import fixed, positions
-from thermaxis.report.charts import at_position, bound_words, detail_decimals
+from thermaxis.report._text import positions
+from thermaxis.report.certificate._number_tables import number_table, numbered_positions
+from thermaxis.report.charts import at_position, bound_words, detail_decimals, pair_labels
 
 _HEADING = "Adjacent-difference method (not results of ISO 230-2)"
 _WHAT_IT_IS = (
@@ -76,11 +79,10 @@ def _anomalies(report: PositioningReport, result: AdjacentDifferenceResult) -> s
         f"position {a.position} ({at_position(report, a.target)}) {APPROACHES[approach]}, spread"
         f" {'far above' if not np.isfinite(a.statistic) else f'{a.statistic:.2f} times'} that of"
         " the other positions"
-        for approach, found in enumerate(result.approaches)
-        if found is not None
+        for approach, found in result.measured
         for a in found.anomalies
     ]
-    if not any(found is not None and found.anomalies_tested for found in result.approaches):
+    if not any(found.anomalies_tested for _, found in result.measured):
         return _UNTESTED
     if not named:
         return f"No position stands out by its spread. {_ON_THE_TEST}"
@@ -91,60 +93,42 @@ def _anomalies(report: PositioningReport, result: AdjacentDifferenceResult) -> s
 
 
 def _pair_table(report: PositioningReport, result: AdjacentDifferenceResult) -> Table:
-    unit = report.test.kind.units.deviation
-    where = positions(result.target)
-    decimals = detail_decimals(report)
-    columns = [
-        Column("Pair", "left"),
-        Column(f"Targets [{report.test.kind.units.position}]", "left"),
+    units, decimals = report.test.kind.units, detail_decimals(report)
+    names = (f"{first} – {second}" for first, second in pairwise(positions(result.target)))
+    numbers = [
+        column
+        for a, found in result.measured
+        for column in (
+            (f"*x̄ {ARROWS[a]}", found.mean_difference, decimals),
+            (f"*s {ARROWS[a]}", found.standard_uncertainty, decimals),
+            (f"s(x) {ARROWS[a]}", found.standard_deviation, decimals),
+            (f"ratio {ARROWS[a]}", found.s_ratio, 2),
+        )
     ]
-    for approach, found in enumerate(result.approaches):
-        if found is not None:
-            arrow = ARROWS[approach]
-            columns += [
-                Column(f"*x̄ {arrow}"),
-                Column(f"*s {arrow}"),
-                Column(f"s(x) {arrow}"),
-                Column(f"ratio {arrow}"),
-            ]
-    rows: list[tuple[str, ...]] = []
-    for i in range(result.target.size - 1):
-        row = [f"{i + 1}–{i + 2}", f"{where[i]} – {where[i + 1]}"]
-        for found in result.approaches:
-            if found is not None:
-                row += [
-                    fixed(float(found.mean_difference[i]), decimals),
-                    fixed(float(found.standard_uncertainty[i]), decimals),
-                    fixed(float(found.standard_deviation[i]), decimals),
-                    fixed(float(found.s_ratio[i]), 2),
-                ]
-        rows.append(tuple(row))
     caption = (
-        f"Pairs of adjacent positions, in {unit}. *x̄: mean mutual deviation, equation (4), first"
-        " minus second position; *s: its standard uncertainty, equation (6), divisor n(n - 1);"
-        " s(x): sample standard deviation of the difference, divisor n - 1; ratio: the standard's"
-        " s at the second position over s(x), without unit."
+        f"Pairs of adjacent positions, in {units.deviation}. *x̄: mean mutual deviation, equation"
+        " (4), first minus second position; *s: its standard uncertainty, equation (6), divisor"
+        " n(n - 1); s(x): sample standard deviation of the difference, divisor n - 1; ratio: the"
+        " standard's s at the second position over s(x), without unit."
     )
-    return Table(tuple(columns), tuple(rows), caption)
+    cells = zip(pair_labels(result.target.size), names, strict=True)
+    return number_table(f"<Pair | <Targets [{units.position}]", cells, numbers, caption)
 
 
 def _chart_table(report: PositioningReport, result: AdjacentDifferenceResult) -> Table:
-    decimals = detail_decimals(report)
-    columns = [Column("Position", "left"), Column(f"Target [{report.test.kind.units.position}]")]
-    for approach, found in enumerate(result.approaches):
-        if found is not None:
-            columns += [Column(f"chart {ARROWS[approach]}"), Column(f"bound {ARROWS[approach]}")]
-    rows: list[tuple[str, ...]] = []
-    for i, where in enumerate(positions(result.target)):
-        row = [str(i + 1), where]
-        for found in result.approaches:
-            if found is not None:
-                bound = fixed(float(found.bound[i]), decimals)
-                row += [fixed(float(found.chart[i]), decimals), bound]
-        rows.append(tuple(row))
+    units, decimals = report.test.kind.units, detail_decimals(report)
+    numbers = [
+        column
+        for a, found in result.measured
+        for column in (
+            (f"chart {ARROWS[a]}", found.chart, decimals),
+            (f"bound {ARROWS[a]}", found.bound, decimals),
+        )
+    ]
     caption = (
         "Deviation chart by adjacent differences (not a result of ISO 230-2), in"
-        f" {report.test.kind.units.deviation}; bound: half width,"
-        f" {bound_words(result)}; position 1 has the bound of position 2."
+        f" {units.deviation}; bound: half width, {bound_words(result)}; position 1 has the bound"
+        " of position 2."
     )
-    return Table(tuple(columns), tuple(rows), caption)
+    heads = f"<Position | Target [{units.position}]"
+    return number_table(heads, numbered_positions(result.target), numbers, caption)

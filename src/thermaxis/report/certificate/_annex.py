@@ -10,7 +10,8 @@ from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
 from thermaxis.report._text import MISSING, decimals_of, fixed, plain_text, positions
 from thermaxis.report.certificate._drift import level_tables
-from thermaxis.report.charts import detail_decimals, measured_approaches
+from thermaxis.report.certificate._number_tables import number_table, numbered_positions
+from thermaxis.report.charts import detail_decimals
 
 _MOST_PRINTED = 20_000
 """More readings than these fill a hundred pages that nobody reads. [1]"""
@@ -22,43 +23,40 @@ _MOST_CHANNELS = 30
 def target_section(report: PositioningReport) -> Section:
     """Return the results of each target."""
     result, test = report.iso230_2, report.test
+
+    def of_approaches(symbol: str, values: FloatArray) -> list[tuple[str, FloatArray]]:
+        return [(f"{symbol}{ARROWS[a]}", values[:, a]) for a in test.approaches]
+
+    both, both_r = [("x̄", result.mean_bidirectional), ("B", result.B_i)], [("R", result.R_i)]
+    if test.unidirectional:
+        both, both_r = [], []
+    values = [
+        *of_approaches("x̄", result.mean),
+        *of_approaches("s", result.s),
+        *both,
+        *of_approaches("R", result.R_i_unidirectional),
+        *both_r,
+    ]
     decimals = detail_decimals(report)
-    columns = [Column("i", "left"), Column(f"Target [{test.kind.units.position}]")]
-    values: list[FloatArray] = []
-    approaches = measured_approaches(report)
-
-    def add(label: str, numbers: FloatArray) -> None:
-        columns.append(Column(label))
-        values.append(numbers)
-
-    for symbol, numbers in (("x̄", result.mean), ("s", result.s)):
-        for approach in approaches:
-            add(f"{symbol}{ARROWS[approach]}", numbers[:, approach])
-    if not test.unidirectional:
-        add("x̄", result.mean_bidirectional)
-        add("B", result.B_i)
-    for approach in approaches:
-        add(f"R{ARROWS[approach]}", result.R_i_unidirectional[:, approach])
-    if not test.unidirectional:
-        add("R", result.R_i)
-    rows = tuple(
-        (str(i + 1), where, *(fixed(float(numbers[i]), decimals) for numbers in values))
-        for i, where in enumerate(positions(result.target))
-    )
     caption = (
         f"Results of each target, in {test.kind.units.deviation}: mean unidirectional deviations,"
         " estimated standard deviations (divisor n - 1), mean bidirectional deviation, reversal"
         " and repeatabilities, as far as they exist."
     )
-    tables = (Table(tuple(columns), rows, caption), *level_tables(report))
-    return Section("Annex A: results of each target", tables)
+    table = number_table(
+        f"<i | Target [{test.kind.units.position}]",
+        numbered_positions(result.target),
+        [(label, numbers, decimals) for label, numbers in values],
+        caption,
+    )
+    return Section("Annex A: results of each target", (table, *level_tables(report)))
 
 
 def raw_section(report: PositioningReport) -> Section:
     """Return all readings, so that anybody can recompute the results."""
     test = report.test
     readings = int(np.sum(~np.isnan(test.deviation)))
-    if test.target.size * test.cycles * len(measured_approaches(report)) > _MOST_PRINTED:
+    if test.target.size * test.cycles * len(report.test.approaches) > _MOST_PRINTED:
         heading = f"Annex B: raw data (not printed: more than {_MOST_PRINTED} readings)"
         words = (
             f"The {readings} readings are not printed here. They are in the measurement file whose"
@@ -67,8 +65,7 @@ def raw_section(report: PositioningReport) -> Section:
         return Section(heading, (Paragraph(words), *_channels(report)))
     heading = "Annex B: raw data (all readings)"
     missing = sum(
-        int(np.sum(np.isnan(test.deviation[:, :, approach])))
-        for approach in measured_approaches(report)
+        int(np.sum(np.isnan(test.deviation[:, :, approach]))) for approach in report.test.approaches
     )
     words = (
         f"{readings} readings, {missing or 'none'} missing: deviations, measured minus target, in"
@@ -81,7 +78,7 @@ def raw_section(report: PositioningReport) -> Section:
 def _reading_tables(report: PositioningReport) -> list[Block]:
     test = report.test
     decimals = decimals_of(test.deviation)
-    approaches = measured_approaches(report)
+    approaches = report.test.approaches
     texts = {
         approach: [
             [fixed(value, decimals, absent=MISSING) for value in row]

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle, figures_by_key, is_single_run_axis
+from thermaxis.positioning import (
+    APPROACHES,
+    FIGURE_KEYS,
+    UNVERIFIED,
+    Cycle,
+    figures_by_key,
+    is_single_run_axis,
+)
 from thermaxis.positioning.standard import RUNS_PER_DIRECTION
 from thermaxis.report._document import (
     Block,
@@ -126,13 +133,7 @@ def _verdict(report: PositioningReport) -> list[Block]:
     check = report.limits
     if check is None:
         return []
-    word = {
-        LimitVerdict.PASS: "PASS",
-        LimitVerdict.FAIL: "FAIL",
-        LimitVerdict.NOT_DECIDED: "NOT DECIDED",
-    }[check.verdict]
-    concerned = [FIGURE_SYMBOLS[c.key] for c in check.figures if c.verdict is check.verdict]
-    which = ", ".join(concerned)
+    which = ", ".join(FIGURE_SYMBOLS[c.key] for c in check.figures if c.verdict is check.verdict)
     outcome = {
         LimitVerdict.PASS: f"All limited figures ({which}) pass.",
         LimitVerdict.FAIL: f"{which}: above the limit.",
@@ -142,7 +143,7 @@ def _verdict(report: PositioningReport) -> list[Block]:
     rule = check.limits.decision_rule.in_words.replace("figure - U", "figure\N{NBSP}-\N{NBSP}U")
     source = plain_text(check.limits.source_name, 80)
     sentence = f"{outcome} Decision rule: {rule}. Limits from {source}."
-    return [Verdict(word, sentence, _reservation(report))]
+    return [Verdict(str(check.verdict).upper(), sentence, _reservation(report))]
 
 
 def _reservation(report: PositioningReport) -> str:
@@ -223,7 +224,7 @@ def _notes(report: PositioningReport) -> list[str]:
     number = runs_of_targets(report)
     runs = f"{number} run{'s' * (number != '1')} per direction"
     if test.unidirectional:
-        direction = "forward" if test.measured_approaches[0] else "backward"
+        direction = APPROACHES[test.approaches[0]]
         runs = f"{number} run{'s' * (number != '1')}, {direction} only"
     edition = edition_name(result.edition)
     targets = f"{test.target.size} target{'s' * (test.target.size > 1)}"

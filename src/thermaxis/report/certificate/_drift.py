@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from thermaxis.messages import sentence_of
-from thermaxis.positioning import FIGURE_KEYS, DriftResult, FloatArray, figures_by_key
+from thermaxis.positioning import FIGURE_KEYS, DriftResult, figures_by_key
 from thermaxis.report._document import (
     Block,
     Column,
@@ -20,12 +20,12 @@ from thermaxis.report._document import (
 from thermaxis.report._names import FIGURE_SYMBOLS
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
-from thermaxis.report._text import fixed, plain_text, positions, two_digits
+from thermaxis.report._text import fixed, plain_text, two_digits
+from thermaxis.report.certificate._number_tables import number_table, numbered_positions
 from thermaxis.report.charts import (
     at_position,
     detail_decimals,
     growth_unit,
-    measured_approaches,
     reference_place,
     time_words,
 )
@@ -63,7 +63,7 @@ def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> li
         _noise(report, drift),
         _reversal(report, drift),
         *_outliers(report, drift),
-        *(f"{warning[:1].upper()}{warning[1:]}." for warning in _warnings(drift)),
+        *(_as_sentence(plain_text(warning, 600)) for warning in drift.warnings),
     )
     blocks: tuple[Block, ...] = (
         Paragraph(_WHAT_IT_IS),
@@ -89,22 +89,21 @@ def level_tables(report: PositioningReport) -> tuple[Table, ...]:
     drift = report.drift
     if drift is None:
         return ()
-    decimals = detail_decimals(report)
-    columns = [Column("i", "left"), Column(f"Target [{report.test.kind.units.position}]")]
-    values: list[FloatArray] = []
-    for approach in measured_approaches(report):
-        columns += [Column(f"level {ARROWS[approach]}"), Column(f"u {ARROWS[approach]}")]
-        values += [drift.level[:, approach], drift.level_std[:, approach]]
-    rows = tuple(
-        (str(i + 1), where, *(fixed(float(numbers[i]), decimals) for numbers in values))
-        for i, where in enumerate(positions(report.test.target))
-    )
+    units, decimals = report.test.kind.units, detail_decimals(report)
+    numbers = [
+        column
+        for a in report.test.approaches
+        for column in (
+            (f"level {ARROWS[a]}", drift.level[:, a], decimals),
+            (f"u {ARROWS[a]}", drift.level_std[:, a], decimals),
+        )
+    ]
     caption = (
-        f"Levels without drift at t₀ ({_reference_words(report, drift)}), in"
-        f" {report.test.kind.units.deviation}, with their standard uncertainties u (k = 1); not"
-        " results of ISO 230-2."
+        f"Levels without drift at t₀ ({_reference_words(report, drift)}), in {units.deviation},"
+        " with their standard uncertainties u (k = 1); not results of ISO 230-2."
     )
-    return (Table(tuple(columns), rows, caption),)
+    cells = numbered_positions(report.test.target)
+    return (number_table(f"<i | Target [{units.position}]", cells, numbers, caption),)
 
 
 def evaluated_uncertainty(report: PositioningReport) -> "FigureUncertainty | None":
@@ -171,15 +170,14 @@ def _state(report: PositioningReport, drift: DriftResult) -> str:
     when = _reference_words(report, drift)
     words = f"Levels and figures are those of the thermal state at t₀, {when}."
     time = time_words(report)
-    return f"{words} {time[:1].upper()}{time[1:]}." if time else words
+    return f"{words} {_as_sentence(time)}" if time else words
 
 
 def _noise(report: PositioningReport, drift: DriftResult) -> str:
     unit = report.test.kind.units.deviation
     decimals = detail_decimals(report)
     noise = ", ".join(
-        f"{ARROWS[a]} {fixed(float(drift.noise_std[a]), decimals)}"
-        for a in measured_approaches(report)
+        f"{ARROWS[a]} {fixed(float(drift.noise_std[a]), decimals)}" for a in report.test.approaches
     )
     return (
         f"Standard deviation of the noise per approach: {noise} {unit}; of all residuals:"
@@ -216,8 +214,8 @@ def _outliers(report: PositioningReport, drift: DriftResult) -> list[str]:
     return [f"Outliers, left out of this section only: {'; '.join(named)}."]
 
 
-def _warnings(drift: DriftResult) -> list[str]:
-    return [plain_text(warning, 600) for warning in drift.warnings]
+def _as_sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:]}."
 
 
 def _with_band(value: float, band: float) -> str:

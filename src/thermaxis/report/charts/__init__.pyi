@@ -13,6 +13,6 @@ from ._figures import (
 from ._parts import (
     at_position as at_position,
     detail_decimals as detail_decimals,
-    measured_approaches as measured_approaches,
+    pair_labels as pair_labels,
     runs_of_targets as runs_of_targets,
 )

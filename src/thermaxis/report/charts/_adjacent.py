@@ -10,7 +10,6 @@ from matplotlib.lines import Line2D
 
 from thermaxis.positioning import (
     APPROACHES,
-    AdjacentDifferenceApproach,
     AdjacentDifferenceResult,
     FloatArray,
 )
@@ -19,11 +18,10 @@ from thermaxis.report._style import (
     ARROWS,
     BOUND_STYLES,
     COLOURS,
-    FACES,
-    MARKERS,
     legend_below,
     mark_targets,
     new_figure,
+    style_of,
     zero_line,
 )
 from thermaxis.report.charts._parts import pair_labels, position_label, put_heading
@@ -34,10 +32,6 @@ _MOST_PAIR_LABELS = 15
 def _result(report: PositioningReport) -> AdjacentDifferenceResult:
     assert report.adjacent_difference is not None  # noqa: S101 - charts are drawn only then
     return report.adjacent_difference
-
-
-def _measured(result: AdjacentDifferenceResult) -> list[tuple[int, AdjacentDifferenceApproach]]:
-    return [(a, found) for a, found in enumerate(result.approaches) if found is not None]
 
 
 def bound_words(result: AdjacentDifferenceResult) -> str:
@@ -53,9 +47,7 @@ def _plot(axes: Axes, x: FloatArray, y: FloatArray, approach: int, label: str) -
     axes.plot(
         x,
         y,
-        color=COLOURS[approach],
-        marker=MARKERS[approach],
-        markerfacecolor=FACES[approach],
+        **style_of(approach),
         markersize=4.5,
         label=label,
         zorder=3,
@@ -77,18 +69,16 @@ def draw_standard_deviation(report: PositioningReport) -> Figure:
     figure = new_figure(4.1)
     upper, lower = figure.subplots(2, 1, sharex=True)
     places = _pair_axis(lower, result.target.size)
-    for approach, found in _measured(result):
+    for approach, found in result.measured:
         name = f"{APPROACHES[approach]} {ARROWS[approach]}"
         _plot(upper, places, found.standard_uncertainty, approach, name)
         _plot(lower, places, found.standard_deviation, approach, f"of the difference, {name}")
         lower.plot(
             places,
             report.iso230_2.s[1:, approach],
-            color=COLOURS[approach],
+            **style_of(approach),
             linestyle=":",
             linewidth=1.3,
-            marker=MARKERS[approach],
-            markerfacecolor=FACES[approach],
             markersize=2.5,
             label=f"standard's s at the second position, {name}",
         )
@@ -117,7 +107,7 @@ def _mark_anomalies(axes: Axes, result: AdjacentDifferenceResult) -> list[Line2D
     arrows: dict[int, str] = {}
     tops: dict[int, tuple[int, float]] = {}
     last = result.target.size - 2
-    for approach, found in _measured(result):
+    for approach, found in result.measured:
         for anomaly in found.anomalies:
             position = anomaly.position
             pairs = [p for p in (position - 2, position - 1) if 0 <= p < found.cycles.size]
@@ -138,7 +128,7 @@ def _mark_anomalies(axes: Axes, result: AdjacentDifferenceResult) -> list[Line2D
             pair = pairs[int(np.argmax(values))]
             top = (
                 pair,
-                max(float(other.standard_uncertainty[pair]) for _, other in _measured(result)),
+                max(float(other.standard_uncertainty[pair]) for _, other in result.measured),
             )
             tops[position] = max(top, tops.get(position, top), key=lambda place: place[1])
     for place in sorted(set(tops.values())):
@@ -163,15 +153,13 @@ def draw_mean_mutual_deviation(report: PositioningReport) -> Figure:
     axes = figure.subplots()
     places = _pair_axis(axes, result.target.size)
     factor = result.student_factor
-    for approach, found in _measured(result):
-        offset = (approach - 0.5) * 0.16 if len(_measured(result)) > 1 else 0.0
+    for approach, found in result.measured:
+        offset = (approach - 0.5) * 0.16 if len(result.measured) > 1 else 0.0
         axes.errorbar(
             places + offset,
             found.mean_difference,
             yerr=None if factor is None else factor * found.standard_uncertainty,
-            color=COLOURS[approach],
-            marker=MARKERS[approach],
-            markerfacecolor=FACES[approach],
+            **style_of(approach),
             markersize=4.5,
             linestyle="none",
             capsize=2.5,
@@ -191,7 +179,7 @@ def draw_deviation_chart(report: PositioningReport) -> Figure:
     result = _result(report)
     figure = new_figure(3.3)
     axes = figure.subplots()
-    for approach, found in _measured(result):
+    for approach, found in result.measured:
         name = f"{APPROACHES[approach]} {ARROWS[approach]}"
         _plot(axes, result.target, found.chart, approach, f"deviation {name}")
         if result.student_factor is None:
@@ -206,7 +194,7 @@ def draw_deviation_chart(report: PositioningReport) -> Figure:
                 label=f"{bound_words(result)} {ARROWS[approach]}" if number == 0 else None,
             )
     p, cycle = result.reference_position, result.reference_cycle
-    for number, (_, found) in enumerate(_measured(result)):
+    for number, (_, found) in enumerate(result.measured):
         axes.plot(
             [result.target[p - 1]],
             [found.chart[p - 1]],

@@ -10,8 +10,8 @@ from matplotlib.ticker import MaxNLocator
 from thermaxis.positioning import APPROACHES
 from thermaxis.report._names import FIGURE_SYMBOLS
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._style import ARROWS, COLOURS, FACES, MARKERS, new_figure
-from thermaxis.report.charts._parts import measured_approaches, put_heading
+from thermaxis.report._style import ARROWS, new_figure, style_of
+from thermaxis.report.charts._parts import put_heading
 
 _CURVES = (
     ("A", "-", "s", "black"),
@@ -30,7 +30,7 @@ def draw_against_cycles(report: PositioningReport) -> Figure:
     figure = new_figure(3.7)
     upper, lower = figure.subplots(2, 1, sharex=True)
     every = max(1, against.cycles.size // 12)
-    approaches = measured_approaches(report)
+    approaches = report.test.approaches
     index = f"_{APPROACHES[approaches[0]]}" if len(approaches) == 1 else ""
     for symbol, line, marker, face in _CURVES:
         key = symbol + index if symbol + index in against.figures else symbol
@@ -56,10 +56,8 @@ def draw_against_cycles(report: PositioningReport) -> Figure:
             lower.plot(
                 against.cycles,
                 values[:, approach],
-                color=COLOURS[approach],
+                **style_of(approach),
                 linestyle=line,
-                marker=MARKERS[approach],
-                markerfacecolor=FACES[approach],
                 markersize=4.0,
                 markevery=every,
                 label=f"{name} {ARROWS[approach]}",

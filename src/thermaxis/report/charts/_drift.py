@@ -10,24 +10,22 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from thermaxis.positioning import APPROACHES, FloatArray
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import (
     ARROWS,
-    COLOURS,
-    FACES,
-    MARKERS,
     legend_below,
     mark_targets,
     new_figure,
+    style_of,
     zero_line,
 )
 from thermaxis.report.charts._parts import (
+    add_scale,
     at_position,
     drawn_cycles,
-    measured_approaches,
     position_label,
     put_heading,
 )
@@ -60,7 +58,7 @@ def draw_shifted_to_first_position(report: PositioningReport) -> Figure:
 def _draw_cycles(
     report: PositioningReport, deviation: FloatArray, what: str, quantity: str
 ) -> Figure:
-    approaches = measured_approaches(report)
+    approaches = report.test.approaches
     figure = new_figure(3.2)
     panels: list[Axes] = figure.subplots(
         1, len(approaches), sharex=True, sharey=True, squeeze=False
@@ -131,7 +129,7 @@ def draw_one_position(report: PositioningReport) -> Figure:
     """Draw one position over the cycles; the paper's figure 7."""
     test = report.test
     position = widest_position(report)
-    approaches = measured_approaches(report)
+    approaches = report.test.approaches
     figure = new_figure(2.6)
     panels: list[Axes] = figure.subplots(1, len(approaches), squeeze=False)[0].tolist()
     cycle = np.arange(1, test.cycles + 1)
@@ -139,9 +137,7 @@ def draw_one_position(report: PositioningReport) -> Figure:
         axes.plot(
             cycle,
             test.deviation[position, :, approach],
-            color=COLOURS[approach],
-            marker=MARKERS[approach],
-            markerfacecolor=FACES[approach],
+            **style_of(approach),
             markersize=3.2 if test.cycles > 30 else 4.5,
             markeredgewidth=0.7,
             linewidth=0.7,
@@ -175,22 +171,9 @@ def _add_time(axes: Axes, report: PositioningReport, position: int, approach: in
     if report.test.time_s is None:
         return
     time_s = report.test.time_s[position, :, approach]
-    known = np.flatnonzero(np.isfinite(time_s)) + 1.0
+    known = np.flatnonzero(np.isfinite(time_s)).astype(np.float64) + 1.0
     time_s = time_s[np.isfinite(time_s)]
     if time_s.size < 2 or not bool(np.all(np.diff(time_s) > 0)):
         return
     unit, unit_s = ("h", 3600.0) if float(time_s[-1]) >= 3600.0 else ("min", 60.0)
-    far = 1e6
-    cycle = np.concatenate(([known[0] - far], known, [known[-1] + far]))
-    before = time_s[0] - far * (time_s[1] - time_s[0]) / (known[1] - known[0])
-    after = time_s[-1] + far * (time_s[-1] - time_s[-2]) / (known[-1] - known[-2])
-    time = np.concatenate(([before], time_s, [after])) / unit_s
-
-    def time_of(cycles: ArrayLike) -> FloatArray:
-        return np.interp(np.asarray(cycles, dtype=np.float64), cycle, time)
-
-    def cycle_at(times: ArrayLike) -> FloatArray:
-        return np.interp(np.asarray(times, dtype=np.float64), time, cycle)
-
-    scale = axes.secondary_xaxis("top", functions=(time_of, cycle_at))
-    scale.set_xlabel(f"time since the first reading [{unit}]", fontsize=7.0)
+    add_scale(axes, known, time_s / unit_s, f"time since the first reading [{unit}]")

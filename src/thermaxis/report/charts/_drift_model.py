@@ -15,15 +15,16 @@ from matplotlib.colors import ListedColormap, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from thermaxis.positioning import APPROACHES, DriftResult, FloatArray, TimeSource
+from thermaxis.positioning.diagnosis import is_temperature
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS, DARK, GREY, MARKERS, drawable, new_figure, zero_line
 from thermaxis.report.charts._parts import (
+    add_scale,
     at_position,
-    measured_approaches,
     position_label,
     put_heading,
 )
@@ -86,15 +87,10 @@ def _marked_positions(report: PositioningReport) -> tuple[float, float, float]:
     return first, 0.5 * (first + last), last
 
 
-def _is_temperature(name: str) -> bool:
-    lower = name.lower()
-    return "temp" in lower or lower.endswith("_c")
-
-
 def temperature_channels(report: PositioningReport) -> list[str]:
     """Return the names of the temperatures that were read at the stops, at most six."""
     channels = report.test.channels
-    found = [n for n, v in channels.items() if _is_temperature(n) and np.any(np.isfinite(v))]
+    found = [n for n, v in channels.items() if is_temperature(n) and np.any(np.isfinite(v))]
     return found[:_MOST_CHANNELS]
 
 
@@ -144,7 +140,7 @@ def _drawn(report: PositioningReport) -> NDArray[np.bool_]:
     drawn = ~np.isnan(test.deviation)
     if int(np.sum(drawn)) <= _MOST_DRAWN:
         return drawn
-    per_cycle = test.target.size * len(measured_approaches(report))
+    per_cycle = test.target.size * len(report.test.approaches)
     number = max(1, min(test.cycles, _MOST_DRAWN // per_cycle))
     kept = np.zeros(drawn.shape, dtype=np.bool_)
     cycles = np.unique(np.round(np.linspace(0, test.cycles - 1, number)).astype(np.int64))
@@ -237,7 +233,7 @@ def _draw_readings(
     step = np.minimum((share * _STEPS).astype(np.int64), _STEPS - 1)
     few = int(np.sum(drawn)) <= _FEW
     marks: list[Line2D | Patch] = []
-    for approach in measured_approaches(report):
+    for approach in report.test.approaches:
         for number, colour in enumerate(_COLOURS):
             here = drawn[:, :, approach] & (step == number)[:, None]
             if not np.any(here):
@@ -253,19 +249,11 @@ def _draw_readings(
                 markeredgecolor=colour,
                 markerfacecolor=colour if approach == 0 else "white",
             )
-        marks.append(
-            Line2D(
-                [],
-                [],
-                linestyle="none",
-                marker=MARKERS[approach],
-                markersize=4.0,
-                markeredgewidth=0.7,
-                color=DARK,
-                markerfacecolor=DARK if approach == 0 else "white",
-                label=f"readings {APPROACHES[approach]} {ARROWS[approach]}",
-            )
-        )
+        mark = Line2D([], [], linestyle="none", marker=MARKERS[approach], markersize=4.0)
+        mark.set(markeredgewidth=0.7, color=DARK)
+        mark.set_markerfacecolor(DARK if approach == 0 else "white")
+        mark.set_label(f"readings {APPROACHES[approach]} {ARROWS[approach]}")
+        marks.append(mark)
     zero_line(axes)
     return marks
 
@@ -324,7 +312,10 @@ def _draw_curves(
     unit = report.test.kind.units.deviation
     curves = [
         ("a", drift.common, drift.common_std, f"a(t) - a(t₀)\n[{unit}]"),
-        ("b", 1e3 * drift.slope, 1e3 * drift.slope_std, _growth_label(report)),
+        (
+            *("b", 1e3 * drift.slope, 1e3 * drift.slope_std),
+            f"b(t) - b(t₀)\n[{growth_unit(report)}]",
+        ),
     ]
     for name, values, std, label in curves:
         axes = panels[name]
@@ -340,19 +331,8 @@ def _draw_curves(
         panels["bow"].plot(scale.curve, drift.bow, color="black")
         panels["bow"].set_ylabel(f"bow: middle\nto ends [{unit}]")
         zero_line(panels["bow"])
-    return [
-        Patch(
-            facecolor=_BAND,
-            edgecolor=GREY,
-            linestyle="--",
-            linewidth=0.7,
-            label="±2 standard uncertainties",
-        )
-    ]
-
-
-def _growth_label(report: PositioningReport) -> str:
-    return f"b(t) - b(t₀)\n[{growth_unit(report)}]"
+    label = "±2 standard uncertainties"
+    return [Patch(facecolor=_BAND, edgecolor=GREY, linestyle="--", linewidth=0.7, label=label)]
 
 
 def _draw_channels(
@@ -410,21 +390,8 @@ def _add_order(axes: Axes, report: PositioningReport, scale: _Scale) -> None:
     known = np.isfinite(order) & np.isfinite(time_s)
     place, first = np.unique(scale.at[known], return_index=True)
     number = np.maximum.accumulate(order[known][first])
-    if place.size < 2 or not bool(np.all(np.diff(number) > 0.0)):
-        return
-    far = 1e6
-    slope = (number[-1] - number[0]) / (place[-1] - place[0])
-    place = np.concatenate(([place[0] - far], place, [place[-1] + far]))
-    number = np.concatenate(([number[0] - far * slope], number, [number[-1] + far * slope]))
-
-    def number_at(places: ArrayLike) -> FloatArray:
-        return np.interp(np.asarray(places, dtype=np.float64), place, number)
-
-    def place_of(numbers: ArrayLike) -> FloatArray:
-        return np.interp(np.asarray(numbers, dtype=np.float64), number, place)
-
-    second = axes.secondary_xaxis("top", functions=(number_at, place_of))
-    second.set_xlabel("number of the reading", fontsize=7.0)
+    if place.size >= 2 and bool(np.all(np.diff(number) > 0.0)):
+        add_scale(axes, place, number, "number of the reading")
 
 
 # ---- numbers -------------------------------------------------------------------------------------

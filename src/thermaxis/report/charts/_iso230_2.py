@@ -15,18 +15,16 @@ from thermaxis.report._style import (
     BOUND_STYLES,
     COLOURS,
     DARK,
-    FACES,
     GREY,
-    MARKERS,
     legend_below,
     mark_targets,
     new_figure,
+    style_of,
     zero_line,
 )
 from thermaxis.report.charts._parts import (
     at_position,
     drawn_cycles,
-    measured_approaches,
     position_label,
     put_heading,
     value_label,
@@ -70,13 +68,11 @@ def _bounds(report: PositioningReport) -> tuple[FloatArray, FloatArray]:
 
 def _draw_means(axes: Axes, report: PositioningReport) -> None:
     result = report.iso230_2
-    for approach in measured_approaches(report):
+    for approach in report.test.approaches:
         axes.plot(
             result.target,
             result.mean[:, approach],
-            color=COLOURS[approach],
-            marker=MARKERS[approach],
-            markerfacecolor=FACES[approach],
+            **style_of(approach),
             markersize=4.5,
             zorder=4,
             label=f"mean {APPROACHES[approach]} {ARROWS[approach]}",
@@ -97,7 +93,7 @@ def _draw_bands(axes: Axes, report: PositioningReport) -> None:
     if not bool(np.any(np.isfinite(report.iso230_2.s))):
         return
     low, high = _bounds(report)
-    for approach in measured_approaches(report):
+    for approach in report.test.approaches:
         axes.fill_between(
             report.iso230_2.target,
             low[:, approach],
@@ -124,7 +120,7 @@ def _draw_runs(axes: Axes, report: PositioningReport) -> None:
     few = cycles.size <= 10
     name = "single runs" if cycles.size == report.test.cycles else f"{cycles.size} of the runs"
     first = True
-    for approach in measured_approaches(report):
+    for approach in report.test.approaches:
         lines = axes.plot(
             report.test.target,
             report.test.deviation[:, cycles, approach],
@@ -147,17 +143,16 @@ def _draw_extremes(axes: Axes, report: PositioningReport) -> None:
     span = float(np.ptp(target)) or 1.0
     axes.set_xlim(float(target[0]) - 0.03 * span, float(target[-1]) + 0.03 * span)
     marks: list[tuple[int, str, FloatArray]] = []
-    figures = figures_by_key(result)
-    reversal = figures["B"]
-    if reversal is not None:
-        i = int(np.nanargmax(np.abs(result.B_i)))
-        marks.append((i, f"B {value_label(report, reversal)}", result.mean[i]))
-    for key, spread in (("R", result.R_i), *_unidirectional_spreads(report)):
+    figures, spreads = figures_by_key(result), [("B", np.abs(result.B_i)), ("R", result.R_i)]
+    if report.test.unidirectional:
+        (one,) = report.test.approaches
+        spreads.append((f"R_{APPROACHES[one]}", result.R_i_unidirectional[:, one]))
+    for key, spread in spreads:
         value = figures[key]
         if value is not None:
             i = int(np.nanargmax(spread))
-            bounds = np.concatenate((low[i], high[i]))
-            marks.append((i, f"{FIGURE_SYMBOLS[key]} {value_label(report, value)}", bounds))
+            extent = result.mean[i] if key == "B" else np.concatenate((low[i], high[i]))
+            marks.append((i, f"{FIGURE_SYMBOLS[key]} {value_label(report, value)}", extent))
     words: dict[int, list[str]] = {}
     for i, text, _ in marks:
         words.setdefault(i, []).append(text)
@@ -206,14 +201,6 @@ def _draw_extent(axes: Axes, x: float, values: FloatArray) -> None:
     )
 
 
-def _unidirectional_spreads(report: PositioningReport) -> list[tuple[str, FloatArray]]:
-    """Return the repeatability to mark where only one approach was measured."""
-    if not report.test.unidirectional:
-        return []
-    approach = measured_approaches(report)[0]
-    return [(f"R_{APPROACHES[approach]}", report.iso230_2.R_i_unidirectional[:, approach])]
-
-
 def _limited_extent(report: PositioningReport) -> tuple[str, float, float, float] | None:
     """Return the limited figure to draw: symbol, limit, and the bounds of its extent."""
     if report.limits is None:
@@ -259,7 +246,7 @@ def _draw_brackets(margin: Axes, report: PositioningReport) -> None:
     extents: list[tuple[str, float, FloatArray, FloatArray]] = []
     index = ""
     if report.test.unidirectional:
-        index = "_" + APPROACHES[measured_approaches(report)[0]]
+        index = "_" + APPROACHES[report.test.approaches[0]]
     centre, figures = result.mean_bidirectional, figures_by_key(result)
     for key, lower, upper in (
         ("M", centre, centre),

@@ -15,7 +15,6 @@ from thermaxis.positioning import (
 )
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report.charts._parts import measured_approaches
 
 IntArray: TypeAlias = NDArray[np.int64]
 
@@ -60,7 +59,7 @@ def reading_numbers(report: PositioningReport, deviation: FloatArray, name: str)
         columns.append("time_s")
     rows: list[list[float | int | str]] = []
     for cycle in range(test.cycles):
-        for approach in measured_approaches(report):
+        for approach in report.test.approaches:
             for i, target in enumerate(test.target.tolist()):
                 row: list[float | int | str] = [
                     cycle + 1,

@@ -1,10 +1,14 @@
 """What several charts share."""
 
-import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
+# matplotlib leaves the types of keyword arguments open
+# pyright: reportUnknownMemberType=false
 
-from thermaxis.positioning import BACKWARD, FORWARD
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from thermaxis.positioning import FloatArray
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import drawable, set_heading
 from thermaxis.report._text import FINEST_DECIMALS, fixed, plain_text
@@ -13,11 +17,6 @@ _MOST_DRAWN = 200
 """More runs than these are one grey area, and a file of many megabytes. [1]"""
 _LONGEST_TITLE = 190
 """A longer title does not fit two lines above a chart. [1]"""
-
-
-def measured_approaches(report: PositioningReport) -> list[int]:
-    """Return the indices of the approaches that were measured, forward first."""
-    return [a for a in (FORWARD, BACKWARD) if report.test.measured_approaches[a]]
 
 
 def detail_decimals(report: PositioningReport) -> int:
@@ -59,7 +58,7 @@ def cycles_with_readings(report: PositioningReport) -> int:
 
 def runs_of_targets(report: PositioningReport) -> str:
     """Return how many readings a target has in each direction, as a number or from-to."""
-    readings = report.test.readings[:, measured_approaches(report)]
+    readings = report.test.readings[:, report.test.approaches]
     least, most = int(np.min(readings)), int(np.max(readings))
     return str(most) if least == most else f"{least} to {most}"
 
@@ -78,6 +77,23 @@ def drawn_cycles(cycles: int) -> NDArray[np.int64]:
     return np.unique(
         np.round(np.linspace(0, cycles - 1, min(cycles, _MOST_DRAWN))).astype(np.int64)
     )
+
+
+def add_scale(axes: Axes, place: FloatArray, number: FloatArray, label: str) -> None:
+    """Add a second scale of x above, on which each place has its number; straight beyond them."""
+    far = 1e6
+    slope = np.diff(number)[[0, -1]] / np.diff(place)[[0, -1]]
+    number = np.concatenate(([number[0] - far * slope[0]], number, [number[-1] + far * slope[1]]))
+    place = np.concatenate(([place[0] - far], place, [place[-1] + far]))
+
+    def number_at(places: ArrayLike) -> FloatArray:
+        return np.interp(np.asarray(places, dtype=np.float64), place, number)
+
+    def place_of(numbers: ArrayLike) -> FloatArray:
+        return np.interp(np.asarray(numbers, dtype=np.float64), number, place)
+
+    scale = axes.secondary_xaxis("top", functions=(number_at, place_of))
+    scale.set_xlabel(label, fontsize=7.0)
 
 
 def pair_labels(targets: int) -> list[str]:
