@@ -13,7 +13,7 @@ from starlette.routing import Route as HttpRoute
 from starlette.testclient import TestClient
 
 from tests.system.screen.stand import wait_until
-from tests.unit.screen.stand import KnownFeed, application
+from tests.unit.screen.stand import Feed, application
 from thermaxis.screen import Assets
 from thermaxis.screen.access import ScreenParts, render
 from thermaxis.screen.feed import said_status
@@ -31,7 +31,7 @@ CSP = (
 class Pages:
     """The engineer's pages, answered here; every fault of a script is remembered."""
 
-    def __init__(self, parts: ScreenParts, feed: KnownFeed) -> None:
+    def __init__(self, parts: ScreenParts, feed: Feed) -> None:
         self.feed = feed
         self.faults: list[str] = []
         self.asked: list[tuple[str, Any]] = []
@@ -110,7 +110,7 @@ class Pages:
                 "sent_s": time.monotonic(),
                 "status": said_status(status, self.language),
             }
-            if status is not None and self.feed.live
+            if status is not None and not self.feed.why
             else {"kind": "no_data", "key": "feed-no_connection", "text": "gone", "since": None}
         )
         for socket in self._sockets:

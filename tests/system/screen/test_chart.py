@@ -8,9 +8,9 @@ from playwright.sync_api import Browser, Page, Route
 
 from tests.system.screen.engineer_browser import Pages, opened
 from tests.system.screen.stand import wait_until
-from tests.unit.screen.engineer_bench import CHANNELS, lathe, told_by_a_loop
+from tests.unit.screen.engineer_bench import CHANNELS, told_by_a_loop
 from tests.unit.screen.people import TOKEN
-from tests.unit.screen.stand import KnownFeed, parts
+from tests.unit.screen.stand import NO_DATA, Feed, lathe, parts
 from thermaxis.runtime import Role
 
 MACHINE = lathe()
@@ -33,7 +33,7 @@ DRAW = """async (chart) => {
 
 
 def pages_for(role: Role | None = None) -> Pages:
-    feed = KnownFeed(dict(WARM))
+    feed = Feed(dict(WARM))
     feed.fill(("T_spindle_C", "T_spindle_C.redundant"), 36.0, 0.05, 290)
     feed.fill(("T_column_C",), 21.0, 0.02, 12)
     return Pages(parts(MACHINE, feed, role), feed)
@@ -338,11 +338,11 @@ def test_values_that_are_old_get_a_mark_and_lose_their_weight(browser: Browser) 
     with opened(browser, pages, "/sensors", locale="en-GB") as page:
         page.get_by_text("36.0 °C").wait_for()
         assert page.evaluate(mark) == "none"
-        pages.feed.live = False
+        pages.feed.why = NO_DATA
         pages.tell()
         until(page, "document.body.dataset.live === 'no'")
         assert page.evaluate(mark) != "none"
-        pages.feed.live = True
+        pages.feed.why = ""
         pages.tell()
         until(page, "document.body.dataset.live === 'yes'")
     assert pages.faults == []
@@ -437,7 +437,7 @@ def test_what_changes_with_the_loop_is_marked_as_old_without_it(
             return len(changed) > 8
 
         pages.tell_until(page, other)
-        pages.feed.live = False
+        pages.feed.why = NO_DATA
         pages.tell_until(page, lambda: page.get_attribute("body", "data-live") == "no")
         old = page.evaluate(SEEN)
         assert [old[k][0] for k in sorted(changed) if not old[k][1]] == []

@@ -1,7 +1,7 @@
 """Records of cycles for the tests of the historian: plain, and every oddity that fits the types."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -20,6 +20,14 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.runtime import Applied, CycleRecord, EventRecord, SourceSample
+from thermaxis.runtime.historian import (
+    Backlog,
+    HistorianSettings,
+    RowPacker,
+    Writer,
+    pack_event,
+    parse_url,
+)
 from thermaxis.runtime.historian._rows import FURTHER_WORD
 
 BEGIN = datetime(2026, 11, 3, 6, 0, 0, tzinfo=UTC)
@@ -194,6 +202,26 @@ class CountingClock:
 
     async def sleep_until(self, monotonic_s: float) -> None:
         """Return at once."""
+
+
+def write_history(
+    path: Path,
+    records: Sequence[CycleRecord] = (),
+    events: Sequence[EventRecord] = (),
+    *,
+    outputs: Sequence[str] = OUTPUTS,
+    channels: Sequence[str] = CHANNELS,
+) -> None:
+    """Write records and events as one run of the program leaves them."""
+    packer, backlog = RowPacker(), Backlog(10**9)
+    packer.outputs, packer.channels = tuple(outputs), tuple(channels)
+    for record in records:
+        backlog.add_cycle(packer.pack(record))
+    for event in events:
+        backlog.add_event(pack_event(event))
+    writer = Writer(parse_url(url_of(path)), HistorianSettings(), CountingClock(), backlog, packer)
+    assert writer.attempt()
+    writer.close()
 
 
 Builder = Callable[..., CycleRecord]

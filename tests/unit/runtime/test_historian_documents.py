@@ -4,8 +4,7 @@ import re
 import sqlite3
 from pathlib import Path
 
-from tests.unit.runtime.history_records import cycle_record, url_of
-from tests.unit.runtime.test_historian_reading import write
+from tests.unit.runtime.history_records import cycle_record, url_of, write_history
 from thermaxis.runtime.historian import HistorianSettings, HistoryReader, export_history
 from thermaxis.runtime.historian._store import BLOCK_ROWS
 from thermaxis.runtime.historian._tables import SCHEMA
@@ -17,7 +16,7 @@ def page_of(root: Path) -> str:
 
 def test_the_headings_and_series_of_the_page_are_there(root: Path, tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(k) for k in range(300)])
+    write_history(path, [cycle_record(k) for k in range(300)])
     section = page_of(root).partition("| heading |")[2].partition("\n\n")[0]
     rows = [line.split("|")[1:3] for line in section.splitlines() if line.startswith("| `")]
     assert len(rows) > 5
@@ -31,7 +30,7 @@ def test_the_headings_and_series_of_the_page_are_there(root: Path, tmp_path: Pat
 
 def test_the_statements_of_the_page_run(root: Path, tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(k) for k in range(BLOCK_ROWS)])
+    write_history(path, [cycle_record(k) for k in range(BLOCK_ROWS)])
     block = page_of(root).partition("```sql\n")[2].partition("```")[0]
     statements = [text for text in block.split(";") if text.strip()]
     with sqlite3.connect(path) as connection:

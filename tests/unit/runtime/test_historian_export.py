@@ -20,12 +20,12 @@ from tests.unit.runtime.history_records import (
     cycle_record,
     event_record,
     url_of,
+    write_history,
 )
 from thermaxis.cli import main
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime import CycleRecord, EventRecord
 from thermaxis.runtime.historian import (
     Backlog,
     HistorianSettings,
@@ -42,28 +42,11 @@ from thermaxis.runtime.historian._writer import pack_event
 FORMATS = pytest.mark.parametrize("name", ["log.parquet", "log.csv"])
 
 
-def write(
-    path: Path,
-    records: list[CycleRecord],
-    events: tuple[EventRecord, ...] = (),
-    outputs: tuple[str, ...] = OUTPUTS,
-) -> None:
-    packer, backlog = RowPacker(), Backlog(10**9)
-    packer.outputs, packer.channels = outputs, CHANNELS
-    for record in records:
-        backlog.add_cycle(packer.pack(record))
-    for event in events:
-        backlog.add_event(pack_event(event))
-    writer = Writer(parse_url(url_of(path)), HistorianSettings(), CountingClock(), backlog, packer)
-    assert writer.attempt()
-    writer.close()
-
-
 @pytest.fixture
 def history(tmp_path: Path) -> Path:
     path = tmp_path / "h.db"
     events = (event_record("started", kind="start"), event_record("enabled", kind="request"))
-    write(path, [cycle_record(k, good=k % 50 != 49) for k in range(600)], events)
+    write_history(path, [cycle_record(k, good=k % 50 != 49) for k in range(600)], events)
     return path
 
 
@@ -105,7 +88,7 @@ def test_everything_has_bad_values_status_and_state_as_well(tmp_path: Path, name
     records = [cycle_record(k, good=k % 2 == 1, state=states[k % 2]) for k in range(10)]
     odd = records[3].samples["T_table_C"]._replace(status="=cmd()")
     records[3] = replace(records[3], samples={**records[3].samples, "T_table_C": odd})
-    write(path, records)
+    write_history(path, records)
     with HistoryReader(url_of(path)) as reader:
         export_history(reader, tmp_path / name, everything=True)
     read = pl.read_csv if name.endswith("csv") else pl.read_parquet
@@ -126,7 +109,7 @@ def test_columns_of_two_models_stand_side_by_side_and_are_empty_where_they_were_
     first = [cycle_record(k) for k in range(5)]
     parts = (("spindle", "hall"), ("spindle",))
     second = [replace(cycle_record(k), parts=parts) for k in range(5, 10)]
-    write(path, first + second)
+    write_history(path, first + second)
     with HistoryReader(url_of(path)) as reader:
         export_history(reader, tmp_path / "log.parquet", patterns=["Z_part_*"])
     frame = pl.read_parquet(tmp_path / "log.parquet")
@@ -138,7 +121,7 @@ def test_a_channel_that_is_called_time_is_another_column(tmp_path: Path) -> None
     path = tmp_path / "h.db"
     record = cycle_record(1)
     samples = {"time": record.samples["T_table_C"], **record.samples}
-    write(path, [replace(record, samples=samples)])
+    write_history(path, [replace(record, samples=samples)])
     with HistoryReader(url_of(path)) as reader:
         written = export_history(reader, tmp_path / "log.parquet")
     assert "time'" in written.columns
@@ -152,7 +135,7 @@ def test_a_redundant_sensor_has_its_unit_at_the_end_of_its_heading(tmp_path: Pat
         "T_table_C.redundant": record.samples["T_table_C"],
         "valve.1": record.samples["referenced"],
     }
-    write(path, [replace(record, samples={**record.samples, **redundant})])
+    write_history(path, [replace(record, samples={**record.samples, **redundant})])
     with HistoryReader(url_of(path)) as reader:
         export_history(reader, tmp_path / "log.csv")
     log = read_thermal_log(tmp_path / "log.csv")
@@ -244,7 +227,7 @@ def test_events_with_control_characters_do_not_reach_the_terminal(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "h.db"
-    write(path, [], (event_record("a\x1b[2Jb\nc"),))
+    write_history(path, [], (event_record("a\x1b[2Jb\nc"),))
     _, out, _ = command(capsys, "events", path)
     assert "\x1b" not in out
     assert out.count("\n") == 1
@@ -294,35 +277,24 @@ def test_a_copy_is_whole_while_the_writer_goes_on(
     assert "exists already" in error
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
+def test_what_cannot_be_is_refused_with_a_reason(
+    history: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words, message in (
         (("export", "none.db", "-o", "x.csv"), "no such file"),
-        (("export", "{h}", "-o", "x.txt"), "names no format"),
-        (("export", "{h}", "-o", "x.csv", "--last", "1h", "--to", "2026-11-04"), "exclude each"),
-        (
-            ("events", "{h}", "--from", "2026-11-04", "--to", "2026-11-03"),
-            "ends before it begins",
-        ),
+        (("export", history, "-o", "x.txt"), "names no format"),
+        (("export", history, "-o", "x.csv", "--last", "1h", "--to", "2026-11-04"), "exclude each"),
+        (("events", history, "--from", "2026-11-04", "--to", "2026-11-03"), "before it begins"),
         (("check", "none.toml"), "none.toml"),
         (("copy", "postgresql://user@127.0.0.1/db", "-o", "x.db"), "pg_dump"),
-    ],
-)
-def test_what_cannot_be_is_refused_with_a_reason(
-    history: Path, words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, _, error = command(capsys, *(word.replace("{h}", str(history)) for word in words))
-    assert code == 2
-    assert message in error
-
-
-@pytest.mark.parametrize("words", [("--from", "yesterday"), ("--newest", "0"), ("--last", "x")])
-def test_options_that_mean_nothing_are_refused(
-    history: Path, words: tuple[str, str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit):
-        main(["history", "events", str(history), *words])
-    assert words[1] in capsys.readouterr().err
+    ):
+        code, _, error = command(capsys, *words)
+        assert code == 2
+        assert message in error
+    for option, value in (("--from", "yesterday"), ("--newest", "0"), ("--last", "x")):
+        with pytest.raises(SystemExit):
+            main(["history", "events", str(history), option, value])
+        assert value in capsys.readouterr().err
 
 
 def test_a_history_beside_which_nothing_can_be_written_is_read(history: Path) -> None:

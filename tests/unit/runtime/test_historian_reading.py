@@ -10,12 +10,10 @@ from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.history_records import (
     BEGIN,
-    CHANNELS,
-    OUTPUTS,
-    CountingClock,
     cycle_record,
     event_record,
     url_of,
+    write_history,
 )
 from thermaxis.compensation import Answer, AnswerCode, Request, RequestKind, SupervisorState
 from thermaxis.errors import DataError
@@ -23,11 +21,9 @@ from thermaxis.runtime import CycleRecord
 from thermaxis.runtime.historian import (
     Backlog,
     FileWatch,
-    HistorianSettings,
     HistoryReader,
     RowPacker,
     Trend,
-    Writer,
     open_store,
     parse_url,
 )
@@ -36,19 +32,6 @@ from thermaxis.runtime.historian._writer import pack_event
 
 HOUR = timedelta(hours=1)
 DAY = timedelta(days=1)
-
-
-def write(path: Path, records: Sequence[CycleRecord], *, retention_days: int = 90) -> None:
-    """Write records as one run of the program."""
-    packer = RowPacker()
-    packer.outputs, packer.channels = OUTPUTS, CHANNELS
-    backlog = Backlog(10**9)
-    for record in records:
-        backlog.add_cycle(packer.pack(record))
-    wanted = HistorianSettings(retention_days=retention_days)
-    writer = Writer(parse_url(url_of(path)), wanted, CountingClock(), backlog, packer)
-    assert writer.attempt()
-    writer.close()
 
 
 def plain_trend(
@@ -87,7 +70,7 @@ def check_trend(path: Path, records: Sequence[CycleRecord], span: timedelta, poi
 def test_a_trend_of_an_hour_is_made_from_the_cycles(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     records = [cycle_record(k, good=k % 100 != 7) for k in range(3600)]
-    write(path, records)
+    write_history(path, records)
     trend = check_trend(path, records, HOUR, 100)
     assert trend.step_us == 36_000_000
     assert trend.unit == ""
@@ -98,7 +81,7 @@ def test_a_trend_of_days_is_made_from_the_minutes_and_what_is_in_no_block_yet(
 ) -> None:
     path = tmp_path / "h.db"
     records = [cycle_record(k, cycle_s=60.0, good=k % 100 != 7) for k in range(4 * 1440)]
-    write(path, records)
+    write_history(path, records)
     with sqlite3.connect(path) as other:
         (open_rows,) = other.execute("SELECT count(*) FROM thermaxis_cycle").fetchone()
     other.close()
@@ -112,7 +95,7 @@ def test_the_same_minutes_from_two_runs_are_added_up(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     records = [cycle_record(k, cycle_s=7.0) for k in range(900)]
     for first in range(0, 900, 150):  # restarts within a minute
-        write(path, records[first : first + 150])
+        write_history(path, records[first : first + 150])
     check_trend(path, records, 2 * HOUR, 120)
     with HistoryReader(url_of(path)) as reader:
         assert list(reader.cycles()) == records
@@ -137,7 +120,7 @@ def test_spans_and_trends_hold_every_cycle_once_whatever_the_clock_did(
     for number in range(20 * len(steps)):
         seconds += steps[number // 20] if number % 20 == 0 else 1
         records.append(cycle_record(number, utc=BEGIN + timedelta(seconds=seconds)))
-    write(path, records)
+    write_history(path, records)
     begin, end = BEGIN + timedelta(seconds=first), BEGIN + timedelta(seconds=first + length)
     inside = [record for record in records if begin <= record.utc < end]
     with HistoryReader(url_of(path)) as reader:
@@ -152,7 +135,7 @@ def test_spans_and_trends_hold_every_cycle_once_whatever_the_clock_did(
 def test_active_is_the_share_of_the_time_that_was_compensated(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     states = [SupervisorState.WARMING] * 15 + [SupervisorState.ACTIVE] * 45
-    write(path, [cycle_record(k, state=state) for k, state in enumerate(states)])
+    write_history(path, [cycle_record(k, state=state) for k, state in enumerate(states)])
     with HistoryReader(url_of(path)) as reader:
         trend = reader.trend(["active"], BEGIN, BEGIN + timedelta(minutes=1), points=1)["active"]
     assert (trend.lowest, trend.mean, trend.highest) == ((0.0,), (0.75,), (1.0,))
@@ -160,7 +143,7 @@ def test_active_is_the_share_of_the_time_that_was_compensated(tmp_path: Path) ->
 
 def test_a_series_that_is_not_there_is_named_with_the_nearest_one(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(0)])
+    write_history(path, [cycle_record(0)])
     with HistoryReader(url_of(path)) as reader:
         with pytest.raises(DataError, match=r"no 'T_spindel_C'.*T_spindle_C"):
             reader.trend(["T_spindel_C"], BEGIN, BEGIN + HOUR)
@@ -180,7 +163,7 @@ def test_answers_stay_with_the_cycle_that_gave_them(tmp_path: Path) -> None:
     records[9] = CycleRecord(
         9, records[9].utc, 1009.0, records[9].samples, answered, {}, 0.0, (), (), None
     )
-    write(path, records)
+    write_history(path, records)
     with HistoryReader(url_of(path)) as reader:
         assert list(reader.cycles()) == records
 
@@ -216,7 +199,7 @@ def write_days(path: Path, days: Sequence[int], *, retention_days: int) -> list[
     for day in days:
         begin = BEGIN.replace(hour=0) + day * DAY
         records = [cycle_record(k, cycle_s=300.0, begin=begin) for k in range(288)]
-        write(path, records)
+        write_history(path, records)
         written += records
     store = open_store(parse_url(url_of(path)), "tidy", check_s=1.0, utc=BEGIN, watch=FileWatch())
     while store.close_block():

@@ -98,21 +98,16 @@ def test_microseconds_are_exact_over_all_years(moment: datetime) -> None:
     assert from_us(to_us(moment)) == moment
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        replace(cycle_record(1), utc=datetime(2026, 11, 3)),  # noqa: DTZ001 - no zone is the point
-        replace(cycle_record(1), number=2**63),
-        replace(cycle_record(1), monotonic_s="late"),
-        replace(cycle_record(1), samples={"T": None}),
-        replace(cycle_record(1), output=None),
-    ],
-)
-def test_a_record_that_breaks_its_promises_is_named_by_an_error_that_the_historian_knows(
-    wrong: CycleRecord,
-) -> None:
-    with pytest.raises(UNPACKABLE):
-        packer().pack(wrong)
+def test_a_record_that_breaks_its_promises_is_named_by_an_error_that_the_historian_knows() -> None:
+    for wrong in (
+        {"utc": datetime(2026, 11, 3)},  # noqa: DTZ001 - no zone is the point
+        {"number": 2**63},
+        {"monotonic_s": "late"},
+        {"samples": {"T": None}},
+        {"output": None},
+    ):
+        with pytest.raises(UNPACKABLE):
+            packer().pack(replace(cycle_record(1), **wrong))
 
 
 def test_a_source_that_invents_words_without_end_fills_no_memory() -> None:

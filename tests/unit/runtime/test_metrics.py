@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
+from tests.scenes import scene
 from tests.unit.runtime.status_server_parts import (
     FAULTY,
     NOW,
@@ -20,7 +21,6 @@ from tests.unit.runtime.status_server_parts import (
     Pair,
     alarm,
     output,
-    run,
     status,
 )
 from thermaxis.codes import Message
@@ -85,11 +85,11 @@ def test_the_page_says_what_the_status_says() -> None:
     assert found[about] == 1.0
 
 
-@pytest.mark.parametrize("state", list(SupervisorState))
-def test_one_state_is_one_and_the_others_are_zero(state: SupervisorState) -> None:
-    found = figures(status(output=output(state=state)))
-    states = {s: found[at("state", state=s.value)] for s in SupervisorState}
-    assert states == {s: float(s is state) for s in SupervisorState}
+def test_one_state_is_one_and_the_others_are_zero() -> None:
+    for state in SupervisorState:
+        found = figures(status(output=output(state=state)))
+        states = {s: found[at("state", state=s.value)] for s in SupervisorState}
+        assert states == {s: float(s is state) for s in SupervisorState}
 
 
 def test_figures_and_json_agree_on_every_number_that_both_have() -> None:
@@ -180,220 +180,180 @@ def get(path: str = "/metrics", *lines: str, method: str = "GET", host: str = "l
     return "\r\n".join([f"{method} {path} HTTP/1.1", f"Host: {host}", *lines, "", ""]).encode()
 
 
-def test_the_page_is_served_over_http() -> None:
-    async def scene() -> None:
-        async with serving() as server:
-            first, header, body = await exchange(server, get())
-            assert first == "HTTP/1.1 200 OK"
-            assert header["Content-Type"] == "text/plain; version=0.0.4; charset=utf-8"
-            assert int(header["Content-Length"]) == len(body.encode())
-            assert body == format_metrics(status(), 2.5)
-            first, header, body = await exchange(server, get("/metrics?x=1", method="HEAD"))
-            assert (first, body) == ("HTTP/1.1 200 OK", "")
-
-    run(scene)
+@scene
+async def test_the_page_is_served_over_http() -> None:
+    async with serving() as server:
+        first, header, body = await exchange(server, get())
+        assert first == "HTTP/1.1 200 OK"
+        assert header["Content-Type"] == "text/plain; version=0.0.4; charset=utf-8"
+        assert int(header["Content-Length"]) == len(body.encode())
+        assert body == format_metrics(status(), 2.5)
+        first, header, body = await exchange(server, get("/metrics?x=1", method="HEAD"))
+        assert (first, body) == ("HTTP/1.1 200 OK", "")
 
 
-@pytest.mark.parametrize(
-    ("request_bytes", "answer"),
-    [
-        (get("/"), "404"),
-        (get("/metrics/../secrets"), "404"),
-        (get(method="POST"), "405"),
-        (get(method="DELETE"), "405"),
-        (b"\r\n\r\n", "400"),
-        (b"GET /metrics\r\n\r\n", "400"),
-        (b"GET /metrics SPDY/3\r\n\r\n", "400"),
-        (b"\xff\xfe\x00 \x80 HTTP/1.1\r\nHost: localhost\r\n\r\n", "404"),
-        (get("/metrics", f"X: {'a' * 9000}"), "431"),
-        (b"GET /metrics HTTP/1.0\r\n\r\n", "421"),
-        (get(host="evil.example"), "421"),
-        (get(host="127.0.0.1.evil.example:80"), "421"),
-        (get(host="[::1"), "421"),
-        (get(host="127.0.0.1:9180"), "200"),
-        (get(host="[::1]:9180"), "200"),
-        (get(host="[::1]"), "200"),
-    ],
+ASKED = (
+    (get("/"), "404"),
+    (get("/metrics/../secrets"), "404"),
+    (get(method="POST"), "405"),
+    (b"\r\n\r\n", "400"),
+    (b"GET /metrics SPDY/3\r\n\r\n", "400"),
+    (b"\xff\xfe\x00 \x80 HTTP/1.1\r\nHost: localhost\r\n\r\n", "404"),
+    (get("/metrics", f"X: {'a' * 9000}"), "431"),
+    (b"GET /metrics HTTP/1.0\r\n\r\n", "421"),
+    (get(host="evil.example"), "421"),
+    (get(host="127.0.0.1.evil.example:80"), "421"),
+    (get(host="[::1"), "421"),
+    (get(host="127.0.0.1:9180"), "200"),
+    (get(host="[::1]:9180"), "200"),
 )
-def test_anything_else_is_refused(request_bytes: bytes, answer: str) -> None:
-    async def scene() -> None:
-        async with serving() as server:
-            first, _, body = await exchange(server, request_bytes)
-            assert first.startswith(f"HTTP/1.1 {answer} ")
+
+
+@scene
+async def test_anything_else_is_refused() -> None:
+    async with serving() as server:
+        for sent, answer in ASKED:
+            first, _, body = await exchange(server, sent)
+            assert first.startswith(f"HTTP/1.1 {answer} "), sent
             assert answer == "200" or "thermaxis_" not in body
 
-    run(scene)
+
+@scene
+async def test_a_token_is_asked_for_where_one_is_set() -> None:
+    async with serving(settings(token=Secret(TOKEN))) as server:
+        for line in (
+            "X: y",
+            "Authorization: Bearer ",
+            f"Authorization: Bearer {TOKEN[:-1]}",
+            f"Authorization: Bearer {TOKEN}x",
+            f"Authorization: Basic {TOKEN}",
+            "Authorization: Bearer \xff\xff",
+        ):
+            first, header, body = await exchange(server, get("/metrics", line))
+            assert first == "HTTP/1.1 401 Unauthorized"
+            assert header["WWW-Authenticate"] == "Bearer"
+            assert "thermaxis_" not in body
+            assert TOKEN not in body
+        right = get("/metrics", f"authorization: Bearer {TOKEN}")
+        first, _, body = await exchange(server, right)
+        assert first == "HTTP/1.1 200 OK"
+        assert "thermaxis_up 1.0" in body
 
 
-def test_a_token_is_asked_for_where_one_is_set() -> None:
-    async def scene() -> None:
-        async with serving(settings(token=Secret(TOKEN))) as server:
-            for line in (
-                "X: y",
-                "Authorization: Bearer ",
-                f"Authorization: Bearer {TOKEN[:-1]}",
-                f"Authorization: Bearer {TOKEN}x",
-                f"Authorization: Basic {TOKEN}",
-                "Authorization: Bearer \xff\xff",
-            ):
-                first, header, body = await exchange(server, get("/metrics", line))
-                assert first == "HTTP/1.1 401 Unauthorized"
-                assert header["WWW-Authenticate"] == "Bearer"
-                assert "thermaxis_" not in body
-                assert TOKEN not in body
-            right = get("/metrics", f"authorization: Bearer {TOKEN}")
-            first, _, body = await exchange(server, right)
-            assert first == "HTTP/1.1 200 OK"
-            assert "thermaxis_up 1.0" in body
-
-    run(scene)
+@scene
+async def test_the_page_is_served_over_tls_and_not_without_it(pair: Pair) -> None:
+    of = settings(token=Secret(TOKEN), certificate=pair.pem, private_key=pair.key)
+    context = ssl.create_default_context(cafile=str(pair.pem))
+    async with serving(of) as server:
+        right = get("/metrics", f"Authorization: Bearer {TOKEN}")
+        first, _, body = await exchange(server, right, context)
+        assert first == "HTTP/1.1 200 OK"
+        assert "thermaxis_up 1.0" in body
+        plain = ""
+        with contextlib.suppress(ConnectionError):
+            plain, _, _ = await exchange(server, right)
+        assert plain == ""
 
 
-def test_the_page_is_served_over_tls_and_not_without_it(pair: Pair) -> None:
-    async def scene() -> None:
-        of = settings(token=Secret(TOKEN), certificate=pair.pem, private_key=pair.key)
-        context = ssl.create_default_context(cafile=str(pair.pem))
-        async with serving(of) as server:
-            right = get("/metrics", f"Authorization: Bearer {TOKEN}")
-            first, _, body = await exchange(server, right, context)
-            assert first == "HTTP/1.1 200 OK"
-            assert "thermaxis_up 1.0" in body
-            plain = ""
-            with contextlib.suppress(ConnectionError):
-                plain, _, _ = await exchange(server, right)
-            assert plain == ""
-
-    run(scene)
-
-
-def test_a_client_that_is_slow_or_silent_is_left_after_a_while(
+@scene
+async def test_a_client_that_is_slow_or_silent_is_left_after_a_while(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(_metrics, "REQUEST_S", 0.05)
 
-    async def scene() -> None:
-        async with serving() as server:
-            for begin in (b"", b"GET /metrics HTTP/1.1\r\nHost: local"):
-                reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-                writer.write(begin)
-                with contextlib.suppress(ConnectionError):
-                    assert await reader.read() == b""
-                writer.close()
-            assert (await exchange(server, get()))[0] == "HTTP/1.1 200 OK"
-
-    run(scene)
-
-
-def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
-    async def scene() -> None:
-        async with serving() as server:
-            held = [
-                await asyncio.open_connection("127.0.0.1", server.port)
-                for _ in range(_metrics.MOST_CONNECTIONS)
-            ]
-            async with asyncio.timeout(10.0):
-                while len(server._serving) < len(held):
-                    await asyncio.sleep(0)
+    async with serving() as server:
+        for begin in (b"", b"GET /metrics HTTP/1.1\r\nHost: local"):
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            async with asyncio.timeout(_metrics.REQUEST_S / 2.0):
-                assert await reader.read() == b""  # at once, not for want of a request
+            writer.write(begin)
+            with contextlib.suppress(ConnectionError):
+                assert await reader.read() == b""
             writer.close()
-            for _, one in held:
-                one.close()
-            async with asyncio.timeout(10.0):
-                while server._serving:
-                    await asyncio.sleep(0.001)
-            assert (await exchange(server, get()))[0] == "HTTP/1.1 200 OK"
-
-    run(scene)
+        assert (await exchange(server, get()))[0] == "HTTP/1.1 200 OK"
 
 
-def test_the_end_does_not_wait_for_somebody_who_keeps_silent() -> None:
-    async def scene() -> None:
-        async with serving() as server:
-            _, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            async with asyncio.timeout(10.0):
-                while not server._serving:
-                    await asyncio.sleep(0)
-            async with asyncio.timeout(_metrics.REQUEST_S / 2.0):
-                await server.close()
-            assert server.port == 0
-            writer.close()
+@scene
+async def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
+    async with serving() as server:
+        held = [
+            await asyncio.open_connection("127.0.0.1", server.port)
+            for _ in range(_metrics.MOST_CONNECTIONS)
+        ]
+        async with asyncio.timeout(10.0):
+            while len(server._serving) < len(held):
+                await asyncio.sleep(0)
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        async with asyncio.timeout(_metrics.REQUEST_S / 2.0):
+            assert await reader.read() == b""  # at once, not for want of a request
+        writer.close()
+        for _, one in held:
+            one.close()
+        async with asyncio.timeout(10.0):
+            while server._serving:
+                await asyncio.sleep(0.001)
+        assert (await exchange(server, get()))[0] == "HTTP/1.1 200 OK"
 
-    run(scene)
+
+@scene
+async def test_the_end_does_not_wait_for_somebody_who_keeps_silent() -> None:
+    async with serving() as server:
+        _, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        async with asyncio.timeout(10.0):
+            while not server._serving:
+                await asyncio.sleep(0)
+        async with asyncio.timeout(_metrics.REQUEST_S / 2.0):
+            await server.close()
+        assert server.port == 0
+        writer.close()
 
 
-@pytest.mark.parametrize(
-    ("changes", "code"),
-    [
+def test_settings_that_would_show_the_figures_to_everybody_are_refused() -> None:
+    token, outside = {"token": Secret(TOKEN)}, {"address": "10.0.0.1"}
+    pair_of_files = {"certificate": Path("a"), "private_key": Path("b")}
+    for changes, code in (
         ({"address": "0.0.0.0"}, "token_needed"),  # noqa: S104 - named, not bound
-        ({"address": "10.0.0.1", "token": Secret(TOKEN)}, "token_needed"),
-        (
-            {"address": "10.0.0.1", "certificate": Path("a"), "private_key": Path("b")},
-            "token_needed",
-        ),
+        ({**outside, **token}, "token_needed"),
+        ({**outside, **pair_of_files}, "token_needed"),
         ({"certificate": Path("a")}, "pair_incomplete"),
         ({"private_key": Path("b")}, "pair_incomplete"),
         ({"token": Secret("short")}, "token_unusable"),
         ({"token": Secret("a token with a line\nend")}, "token_unusable"),
         ({"token": Secret("ž" * 20)}, "token_unusable"),
-        ({"token": Secret(TOKEN)}, ""),
-        ({}, ""),
-        (
-            {
-                "address": "10.0.0.1",
-                "token": Secret(TOKEN),
-                "certificate": Path("a"),
-                "private_key": Path("b"),
-            },
-            "",
-        ),
-    ],
-)
-def test_settings_that_would_show_the_figures_to_everybody_are_refused(
-    changes: dict[str, Any], code: str
-) -> None:
-    if not code:
-        settings(**changes)
-        return
-    with pytest.raises(ConfigurationError) as caught:
-        settings(**changes)
-    assert caught.value.code == code
-    token = changes.get("token")
-    assert not token or token.reveal() not in str(caught.value)
-
-
-def test_a_key_that_others_can_read_is_not_served_with(pair: Pair, tmp_path: Path) -> None:
-    async def scene() -> None:
-        key = tmp_path / "open.pem"
-        key.write_bytes(pair.key.read_bytes())
-        for mode in (0o640, 0o604, 0o620):
-            key.chmod(mode)
-            server = MetricsServer(settings(certificate=pair.pem, private_key=key), HandClock())
-            with pytest.raises(ConfigurationError) as caught:
-                await server.open()
-            assert caught.value.code == "file_open_to_others"
-            assert server.port == 0
-        key.chmod(0o600)
-        await server.open()
-        assert server.port > 0
-        await server.close()
-
-    run(scene)
-
-
-def test_a_port_or_a_certificate_that_cannot_be_used_is_said_in_words(pair: Pair) -> None:
-    async def scene() -> None:
-        async with serving() as server:
-            taken = MetricsServer(settings(port=server.port), HandClock())
-            with pytest.raises(ConfigurationError) as caught:
-                await taken.open()
-            assert caught.value.code == "cannot_listen"
-            await taken.close()
-        swapped = MetricsServer(settings(certificate=pair.key, private_key=pair.key), HandClock())
+    ):
         with pytest.raises(ConfigurationError) as caught:
-            await swapped.open()
-        assert caught.value.code == "pair_unusable"
-        await swapped.close()
+            settings(**changes)
+        assert caught.value.code == code
+        assert "token" not in changes or changes["token"].reveal() not in str(caught.value)
+    for changes in (token, {}, {**outside, **token, **pair_of_files}):
+        settings(**changes)
 
-    run(scene)
+
+@scene
+async def test_a_key_that_others_can_read_is_not_served_with(pair: Pair, tmp_path: Path) -> None:
+    key = tmp_path / "open.pem"
+    key.write_bytes(pair.key.read_bytes())
+    for mode in (0o640, 0o604, 0o620):
+        key.chmod(mode)
+        server = MetricsServer(settings(certificate=pair.pem, private_key=key), HandClock())
+        with pytest.raises(ConfigurationError) as caught:
+            await server.open()
+        assert caught.value.code == "file_open_to_others"
+        assert server.port == 0
+    key.chmod(0o600)
+    await server.open()
+    assert server.port > 0
+    await server.close()
+
+
+@scene
+async def test_a_port_or_a_certificate_that_cannot_be_used_is_said_in_words(pair: Pair) -> None:
+    async with serving() as server:
+        taken = MetricsServer(settings(port=server.port), HandClock())
+        with pytest.raises(ConfigurationError) as caught:
+            await taken.open()
+        assert caught.value.code == "cannot_listen"
+        await taken.close()
+    swapped = MetricsServer(settings(certificate=pair.key, private_key=pair.key), HandClock())
+    with pytest.raises(ConfigurationError) as caught:
+        await swapped.open()
+    assert caught.value.code == "pair_unusable"
+    await swapped.close()

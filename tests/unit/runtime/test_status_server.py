@@ -1,21 +1,24 @@
 """The status server, as a client sees it: values with quality and time, methods by role."""
 
 import asyncio
+import contextlib
 import json
+import math
+from collections.abc import AsyncIterator
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
-from asyncua import ua
+from asyncua import Client, ua
 from asyncua.crypto.security_policies import (
-    SecurityPolicy,
     SecurityPolicyAes128Sha256RsaOaep,
     SecurityPolicyAes256Sha256RsaPss,
     SecurityPolicyBasic256Sha256,
 )
 
+from tests.scenes import scene
 from tests.unit.runtime.status_server_parts import (
     FAULTY,
     NOW,
@@ -43,7 +46,6 @@ from thermaxis.runtime import (
     EventRecord,
     RequestOutcome,
     Role,
-    ServerSettings,
     StatusServer,
     User,
     read_users,
@@ -72,111 +74,102 @@ def text(value: str) -> ua.Variant:
     return ua.Variant(value, ua.VariantType.String)
 
 
+@contextlib.asynccontextmanager
+async def watched() -> AsyncIterator[tuple[StatusServer, Client, HandClock]]:
+    """Serve a status to everybody of this computer, with a client that has connected."""
+    clock = HandClock()
+    async with served(viewers(), clock=clock) as server, client(server) as one:
+        server.publish(status())
+        await clock.move(0.2)
+        yield server, one, clock
+
+
 # ---- values -----------------------------------------------------------------------------------
 
 
-def test_a_client_reads_the_values_of_the_last_cycle_with_its_time() -> None:
-    async def scene() -> None:
-        async with served(viewers()) as server, client(server) as one:
-            server.publish(status())
-            server.publish(status(number=28_801, utc=NOW + timedelta(seconds=1)))
-            state = await read(one, "Status/State")
-            beat = await read(one, "Status/Heartbeat")
-            assert state.Value.Value == "Active"
-            assert state.StatusCode.is_good()
-            assert state.SourceTimestamp == NOW + timedelta(seconds=1)
-            assert (beat.Value.Value, beat.Value.VariantType) == (28_801, ua.VariantType.UInt32)
-
-    run(scene)
+@scene
+async def test_a_client_reads_the_values_of_the_last_cycle_with_its_time() -> None:
+    async with served(viewers()) as server, client(server) as one:
+        server.publish(status())
+        server.publish(status(number=28_801, utc=NOW + timedelta(seconds=1)))
+        state = await read(one, "Status/State")
+        beat = await read(one, "Status/Heartbeat")
+        assert state.Value.Value == "Active"
+        assert state.StatusCode.is_good()
+        assert state.SourceTimestamp == NOW + timedelta(seconds=1)
+        assert (beat.Value.Value, beat.Value.VariantType) == (28_801, ua.VariantType.UInt32)
 
 
-def test_every_value_can_be_read_browsed_to_and_has_the_type_that_is_promised() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
-            await clock.move(0.2)
-            leaves = leaves_of(Shape(("Z_um",), ("T_spindle_C", "T_column_C"), ()))
-            root = one.get_node(await node_id(one, "Thermaxis"))
-            for leaf in leaves:
-                # by names, as a person finds it, and by id, as a configuration does
-                names = [f"{root.nodeid.NamespaceIndex}:{part}" for part in leaf.path.split("/")]
-                node = await root.get_child(names)
-                assert node.nodeid == await node_id(one, leaf.path)
-                value = await node.read_data_value(raise_on_bad_status=False)
-                assert not value.StatusCode.is_bad(), leaf.path
-                promised = await node.read_data_type_as_variant_type()
-                if value.Value.Value is not None:
-                    assert value.Value.VariantType == promised, leaf.path
-                    assert value.Value.is_array == leaf.kind.value.endswith("[]"), leaf.path
-                assert (await node.read_description()).Text == leaf.text
-                assert value.ServerTimestamp is not None
-
-    run(scene)
+@scene
+async def test_every_value_can_be_read_browsed_to_and_has_the_type_that_is_promised() -> None:
+    async with watched() as (_, one, _):
+        leaves = leaves_of(Shape(("Z_um",), ("T_spindle_C", "T_column_C"), ()))
+        root = one.get_node(await node_id(one, "Thermaxis"))
+        for leaf in leaves:
+            # by names, as a person finds it, and by id, as a configuration does
+            names = [f"{root.nodeid.NamespaceIndex}:{part}" for part in leaf.path.split("/")]
+            node = await root.get_child(names)
+            assert node.nodeid == await node_id(one, leaf.path)
+            value = await node.read_data_value(raise_on_bad_status=False)
+            assert not value.StatusCode.is_bad(), leaf.path
+            promised = await node.read_data_type_as_variant_type()
+            if value.Value.Value is not None:
+                assert value.Value.VariantType == promised, leaf.path
+                assert value.Value.is_array == leaf.kind.value.endswith("[]"), leaf.path
+            assert (await node.read_description()).Text == leaf.text
+            assert value.ServerTimestamp is not None
 
 
-def test_an_output_shows_what_is_wanted_accepted_and_effective_apart() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
-            await clock.move(0.2)
-            shown = {
-                short: (await read(one, f"Outputs/Z_um/{short}")).Value.Value
-                for short in ("Correction", "Wanted", "Requested", "Accepted", "Effective", "Rate")
-            }
-            assert shown == {
-                "Correction": -12.5,
-                "Wanted": -13.0,
-                "Requested": -12.5,
-                "Accepted": -12.4,
-                "Effective": -12.0,
-                "Rate": -0.5,
-            }
-            assert (await read(one, "Outputs/Z_um/Limit")).Value.Value == 50.0
-            assert (await read(one, "Outputs/Z_um/SoftLimit")).Value.Value == 40.0
-            assert (await read(one, "Outputs/Z_um/Parts")).Value.Value == [11.0, 2.0]
-            assert (await read(one, "Outputs/Z_um/PartNames")).Value.Value == ["spindle", "column"]
-            server.publish(status(applied={"Z_um": Applied(-12.5, None, None)}))
-            accepted = await read(one, "Outputs/Z_um/Accepted")
-            assert accepted.StatusCode.name == "BadNoCommunication"
-            effective = await read(one, "Outputs/Z_um/Effective")
-            assert effective.StatusCode.name == "GoodNoData"
-            assert effective.Value.Value is None
-
-    run(scene)
+@scene
+async def test_an_output_shows_what_is_wanted_accepted_and_effective_apart() -> None:
+    async with watched() as (server, one, _):
+        shown = {
+            short: (await read(one, f"Outputs/Z_um/{short}")).Value.Value
+            for short in ("Correction", "Wanted", "Requested", "Accepted", "Effective", "Rate")
+        }
+        assert shown == {
+            "Correction": -12.5,
+            "Wanted": -13.0,
+            "Requested": -12.5,
+            "Accepted": -12.4,
+            "Effective": -12.0,
+            "Rate": -0.5,
+        }
+        assert (await read(one, "Outputs/Z_um/Limit")).Value.Value == 50.0
+        assert (await read(one, "Outputs/Z_um/SoftLimit")).Value.Value == 40.0
+        assert (await read(one, "Outputs/Z_um/Parts")).Value.Value == [11.0, 2.0]
+        assert (await read(one, "Outputs/Z_um/PartNames")).Value.Value == ["spindle", "column"]
+        server.publish(status(applied={"Z_um": Applied(-12.5, None, None)}))
+        accepted = await read(one, "Outputs/Z_um/Accepted")
+        assert accepted.StatusCode.name == "BadNoCommunication"
+        effective = await read(one, "Outputs/Z_um/Effective")
+        assert effective.StatusCode.name == "GoodNoData"
+        assert effective.Value.Value is None
 
 
-def test_a_bad_input_has_a_bad_status_and_no_value_and_a_redundant_is_uncertain() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
-            await clock.move(0.2)
-            good = await read(one, "Inputs/T_spindle_C/Value")
-            assert (good.Value.Value, good.StatusCode.name) == (31.5, "Good")
-            assert good.SourceTimestamp == NOW - timedelta(milliseconds=250)
-            server.publish(status(**FAULTY))
-            bad = await read(one, "Inputs/T_spindle_C/Value")
-            assert (bad.Value.Value, bad.StatusCode.name) == (None, "BadSensorFailure")
-            redundant = await read(one, "Inputs/T_column_C/Value")
-            assert redundant.Value.Value == 22.0
-            assert redundant.StatusCode.name == "UncertainSubNormal"
-            quality = await read(one, "Inputs/T_spindle_C/Quality")
-            assert quality.Value.Value == "status_bad"
-            reasons = (await read(one, "Status/Reasons")).Value.Value
-            assert reasons == [r.value for r in FAULTY["output"].reasons]
-
-    run(scene)
+@scene
+async def test_a_bad_input_has_a_bad_status_and_no_value_and_a_redundant_is_uncertain() -> None:
+    async with watched() as (server, one, _):
+        good = await read(one, "Inputs/T_spindle_C/Value")
+        assert (good.Value.Value, good.StatusCode.name) == (31.5, "Good")
+        assert good.SourceTimestamp == NOW - timedelta(milliseconds=250)
+        server.publish(status(**FAULTY))
+        bad = await read(one, "Inputs/T_spindle_C/Value")
+        assert (bad.Value.Value, bad.StatusCode.name) == (None, "BadSensorFailure")
+        redundant = await read(one, "Inputs/T_column_C/Value")
+        assert redundant.Value.Value == 22.0
+        assert redundant.StatusCode.name == "UncertainSubNormal"
+        quality = await read(one, "Inputs/T_spindle_C/Quality")
+        assert quality.Value.Value == "status_bad"
+        reasons = (await read(one, "Status/Reasons")).Value.Value
+        assert reasons == [r.value for r in FAULTY["output"].reasons]
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
-def test_a_number_that_is_none_is_never_shown_as_good(value: float) -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
+@scene
+async def test_a_number_that_is_none_is_never_shown_as_good() -> None:
+    async with watched() as (server, one, _):
+        for value in (math.nan, -math.inf):
             server.publish(status(output=output(correction_um=(value,), values=(value, 22.0))))
-            await clock.move(0.2)
             for path in ("Outputs/Z_um/Correction", "Inputs/T_spindle_C/Value"):
                 shown = await read(one, path)
                 assert shown.StatusCode.is_bad()
@@ -184,80 +177,67 @@ def test_a_number_that_is_none_is_never_shown_as_good(value: float) -> None:
             whole = json.loads((await read(one, "Status/Everything")).Value.Value)
             assert whole["outputs"]["Z_um"]["correction_um"] is None
 
-    run(scene)
+
+@scene
+async def test_everything_in_one_text_says_the_same_as_the_single_values() -> None:
+    clock = HandClock()
+    async with served(viewers(), clock=clock) as server, client(server) as one:
+        server.publish(status(alarms=(alarm(),), trim_owner={"Z_um": "novak"}))
+        await clock.move(0.2)
+        whole = json.loads((await read(one, "Status/Everything")).Value.Value)
+        assert whole["format"] == "thermaxis-status"
+        assert whole["state"] == (await read(one, "Status/State")).Value.Value
+        for short, key in (
+            ("Correction", "correction_um"),
+            ("Accepted", "accepted_um"),
+            ("Weight", "weight"),
+            ("TrimOwner", "trim_owner"),
+        ):
+            shown = (await read(one, f"Outputs/Z_um/{short}")).Value.Value
+            assert whole["outputs"]["Z_um"][key] == shown
+        assert whole["outputs"]["Z_um"]["parts_um"] == {"spindle": 11.0, "column": 2.0}
+        assert whole["outputs"]["Z_um"]["limits"]["largest_um"] == 50.0
+        assert whole["inputs"]["T_spindle_C"]["value_c"] == 31.5
+        assert whole["signals"]["interlock.referenced"]["read"] == 1.0
+        assert whole["alarms"][0]["remedy"] == "Watch it."
+        assert whole["utc"] == "2030-05-01T06:00:00.000+00:00"
+        lines = (await read(one, "Alarms/Texts")).Value.Value
+        assert lines[0].startswith("medium: The correction of Z_um is beyond its soft limit.")
 
 
-def test_everything_in_one_text_says_the_same_as_the_single_values() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status(alarms=(alarm(),), trim_owner={"Z_um": "novak"}))
-            await clock.move(0.2)
-            whole = json.loads((await read(one, "Status/Everything")).Value.Value)
-            assert whole["format"] == "thermaxis-status"
-            assert whole["state"] == (await read(one, "Status/State")).Value.Value
-            for short, key in (
-                ("Correction", "correction_um"),
-                ("Accepted", "accepted_um"),
-                ("Weight", "weight"),
-                ("TrimOwner", "trim_owner"),
-            ):
-                shown = (await read(one, f"Outputs/Z_um/{short}")).Value.Value
-                assert whole["outputs"]["Z_um"][key] == shown
-            assert whole["outputs"]["Z_um"]["parts_um"] == {"spindle": 11.0, "column": 2.0}
-            assert whole["outputs"]["Z_um"]["limits"]["largest_um"] == 50.0
-            assert whole["inputs"]["T_spindle_C"]["value_c"] == 31.5
-            assert whole["signals"]["interlock.referenced"]["read"] == 1.0
-            assert whole["alarms"][0]["remedy"] == "Watch it."
-            assert whole["utc"] == "2030-05-01T06:00:00.000+00:00"
-            lines = (await read(one, "Alarms/Texts")).Value.Value
-            assert lines[0].startswith("medium: The correction of Z_um is beyond its soft limit.")
-
-    run(scene)
+@scene
+async def test_before_the_first_cycle_nothing_is_claimed() -> None:
+    async with served(viewers()) as server, client(server) as one:
+        state = await read(one, "Status/State")
+        assert state.StatusCode.name == "BadWaitingForInitialData"
+        assert state.Value.Value is None
 
 
-def test_before_the_first_cycle_nothing_is_claimed() -> None:
-    async def scene() -> None:
-        async with served(viewers()) as server, client(server) as one:
-            state = await read(one, "Status/State")
-            assert state.StatusCode.name == "BadWaitingForInitialData"
-            assert state.Value.Value is None
-
-    run(scene)
-
-
-def test_a_loop_that_stands_still_makes_every_value_uncertain_until_it_goes_on() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
-            clock.now_s += 3.0
-            assert (await read(one, "Status/State")).StatusCode.name == "Good"
-            clock.now_s += 0.001
-            state = await read(one, "Status/State")
-            assert state.StatusCode.name == "UncertainLastUsableValue"
-            assert state.Value.Value == "Active"
-            server.publish(status())
-            assert (await read(one, "Status/State")).StatusCode.name == "Good"
-
-    run(scene)
+@scene
+async def test_a_loop_that_stands_still_makes_every_value_uncertain_until_it_goes_on() -> None:
+    clock = HandClock()
+    async with served(viewers(), clock=clock) as server, client(server) as one:
+        server.publish(status())
+        clock.now_s += 3.0
+        assert (await read(one, "Status/State")).StatusCode.name == "Good"
+        clock.now_s += 0.001
+        state = await read(one, "Status/State")
+        assert state.StatusCode.name == "UncertainLastUsableValue"
+        assert state.Value.Value == "Active"
+        server.publish(status())
+        assert (await read(one, "Status/State")).StatusCode.name == "Good"
 
 
-def test_another_model_brings_its_channels_and_the_old_ones_have_no_value() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
-            await clock.move(0.2)
-            server.publish(status(channels=("T_spindle_C", "T_bed_C")))
-            await clock.move(0.2)
-            assert (await read(one, "Inputs/T_bed_C/Value")).Value.Value == 22.0
-            old = await read(one, "Inputs/T_column_C/Value")
-            assert (old.Value.Value, old.StatusCode.name) == (None, "BadNoData")
-            moved = await read(one, "Signals/T_column_C/Read")
-            assert moved.Value.Value == 22.0
-
-    run(scene)
+@scene
+async def test_another_model_brings_its_channels_and_the_old_ones_have_no_value() -> None:
+    async with watched() as (server, one, clock):
+        server.publish(status(channels=("T_spindle_C", "T_bed_C")))
+        await clock.move(0.2)
+        assert (await read(one, "Inputs/T_bed_C/Value")).Value.Value == 22.0
+        old = await read(one, "Inputs/T_column_C/Value")
+        assert (old.Value.Value, old.StatusCode.name) == (None, "BadNoData")
+        moved = await read(one, "Signals/T_column_C/Read")
+        assert moved.Value.Value == 22.0
 
 
 HOSTILE = (
@@ -273,48 +253,44 @@ HOSTILE = (
 )
 
 
-def test_hostile_names_and_texts_are_values_and_nothing_more() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            said = status(
-                *HOSTILE,
-                machine=HOSTILE[1],
-                text=HOSTILE[5],
-                model_file=HOSTILE[0],
-                alarms=(alarm(key=HOSTILE[3], text=HOSTILE[1], cause=HOSTILE[5]),),
-                trim_owner=dict.fromkeys(HOSTILE, HOSTILE[6]),
-            )
-            server.publish(said)
-            await clock.move(0.2)
-            folder = one.get_node(await node_id(one, "Outputs"))
-            names = {(await n.read_browse_name()).Name for n in await folder.get_children()}
-            assert names == {n.replace("%", "%25").replace("/", "%2F") for n in HOSTILE}
-            whole = json.loads((await read(one, "Status/Everything")).Value.Value)
-            assert set(whole["outputs"]) == set(HOSTILE)
-            assert whole["machine"] == HOSTILE[1]
-            assert (await read(one, "Status/Text")).Value.Value == HOSTILE[5]
-
-    run(scene)
+@scene
+async def test_hostile_names_and_texts_are_values_and_nothing_more() -> None:
+    clock = HandClock()
+    async with served(viewers(), clock=clock) as server, client(server) as one:
+        said = status(
+            *HOSTILE,
+            machine=HOSTILE[1],
+            text=HOSTILE[5],
+            model_file=HOSTILE[0],
+            alarms=(alarm(key=HOSTILE[3], text=HOSTILE[1], cause=HOSTILE[5]),),
+            trim_owner=dict.fromkeys(HOSTILE, HOSTILE[6]),
+        )
+        server.publish(said)
+        await clock.move(0.2)
+        folder = one.get_node(await node_id(one, "Outputs"))
+        names = {(await n.read_browse_name()).Name for n in await folder.get_children()}
+        assert names == {n.replace("%", "%25").replace("/", "%2F") for n in HOSTILE}
+        whole = json.loads((await read(one, "Status/Everything")).Value.Value)
+        assert set(whole["outputs"]) == set(HOSTILE)
+        assert whole["machine"] == HOSTILE[1]
+        assert (await read(one, "Status/Text")).Value.Value == HOSTILE[5]
 
 
-def test_no_value_can_be_written_and_no_node_made_or_deleted(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
-            server.publish(status())
-            async with pairs.user(server, "engineer") as one:
-                node = one.get_node(await node_id(one, "Status/State"))
-                with pytest.raises(ua.UaStatusCodeError) as caught:
-                    await node.write_value("Off")
-                assert caught.value.code == ua.StatusCodes.BadServiceUnsupported
-                objects = one.nodes.objects
-                with pytest.raises(ua.UaStatusCodeError):
-                    await objects.add_folder(node.nodeid.NamespaceIndex, "mine")
-                with pytest.raises(ua.UaStatusCodeError):
-                    await one.delete_nodes([node])
-                assert (await read(one, "Status/State")).Value.Value == "Active"
-
-    run(scene)
+@scene
+async def test_no_value_can_be_written_and_no_node_made_or_deleted(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server:
+        server.publish(status())
+        async with pairs.user(server, "engineer") as one:
+            node = one.get_node(await node_id(one, "Status/State"))
+            with pytest.raises(ua.UaStatusCodeError) as caught:
+                await node.write_value("Off")
+            assert caught.value.code == ua.StatusCodes.BadServiceUnsupported
+            objects = one.nodes.objects
+            with pytest.raises(ua.UaStatusCodeError):
+                await objects.add_folder(node.nodeid.NamespaceIndex, "mine")
+            with pytest.raises(ua.UaStatusCodeError):
+                await one.delete_nodes([node])
+            assert (await read(one, "Status/State")).Value.Value == "Active"
 
 
 # ---- subscriptions ----------------------------------------------------------------------------
@@ -338,41 +314,37 @@ class Listener:
             await self._more.wait()
 
 
-def test_a_subscriber_is_told_of_a_state_at_once_and_of_numbers_within_a_second() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
+@scene
+async def test_a_subscriber_is_told_of_a_state_at_once_and_of_numbers_within_a_second() -> None:
+    async with watched() as (server, one, clock):
+        listener = Listener()
+        subscription = await one.create_subscription(100, listener)
+        await subscription.subscribe_data_change(
+            [
+                one.get_node(await node_id(one, path))
+                for path in ("Status/State", "Outputs/Z_um/Correction")
+            ]
+        )
+        await listener.until("Status/State", "Active")
+        await listener.until("Outputs/Z_um/Correction", -12.5)
+        changed = output(state=SupervisorState.HOLDING, correction_um=(-12.0,))
+        server.publish(status(output=changed))
+        await clock.move(0.2)
+        await listener.until("Status/State", "Holding")
+        assert ("Outputs/Z_um/Correction", -12.0, "Good") not in listener.told
+        for _ in range(4):
             await clock.move(0.2)
-            listener = Listener()
-            subscription = await one.create_subscription(100, listener)
-            await subscription.subscribe_data_change(
-                [
-                    one.get_node(await node_id(one, path))
-                    for path in ("Status/State", "Outputs/Z_um/Correction")
-                ]
-            )
-            await listener.until("Status/State", "Active")
-            await listener.until("Outputs/Z_um/Correction", -12.5)
-            changed = output(state=SupervisorState.HOLDING, correction_um=(-12.0,))
             server.publish(status(output=changed))
+        await listener.until("Outputs/Z_um/Correction", -12.0)
+        # a loop that stands still is told as well
+        for _ in range(20):
             await clock.move(0.2)
-            await listener.until("Status/State", "Holding")
-            assert ("Outputs/Z_um/Correction", -12.0, "Good") not in listener.told
-            for _ in range(4):
-                await clock.move(0.2)
-                server.publish(status(output=changed))
-            await listener.until("Outputs/Z_um/Correction", -12.0)
-            # a loop that stands still is told as well
-            for _ in range(20):
-                await clock.move(0.2)
-            await listener.until("Status/State", "Holding", "UncertainLastUsableValue")
-            await subscription.delete()
-
-    run(scene)
+        await listener.until("Status/State", "Holding", "UncertainLastUsableValue")
+        await subscription.delete()
 
 
-def test_a_failure_to_tell_is_audited_and_subscribers_are_told_again(
+@scene
+async def test_a_failure_to_tell_is_audited_and_subscribers_are_told_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told = StatusServer._tell_changes
@@ -385,131 +357,113 @@ def test_a_failure_to_tell_is_audited_and_subscribers_are_told_again(
 
     monkeypatch.setattr(StatusServer, "_tell_changes", tell_changes)
 
-    async def scene() -> None:
-        nonlocal fail
-        clock, events = HandClock(), list[EventRecord]()
-        async with (
-            served(viewers(), clock=clock, audit=events) as server,
-            client(server) as one,
-        ):
-            server.publish(status())
+    clock, events = HandClock(), list[EventRecord]()
+    async with (
+        served(viewers(), clock=clock, audit=events) as server,
+        client(server) as one,
+    ):
+        server.publish(status())
+        await clock.move(0.2)
+        listener = Listener()
+        subscription = await one.create_subscription(100, listener)
+        nodes = [one.get_node(await node_id(one, "Status/State"))]
+        await subscription.subscribe_data_change(nodes)
+        await listener.until("Status/State", "Active")
+        for state in (SupervisorState.HOLDING, SupervisorState.FADING, SupervisorState.OFF):
+            server.publish(status(output=output(state=state)))
+            fail = True
             await clock.move(0.2)
-            listener = Listener()
-            subscription = await one.create_subscription(100, listener)
-            nodes = [one.get_node(await node_id(one, "Status/State"))]
-            await subscription.subscribe_data_change(nodes)
-            await listener.until("Status/State", "Active")
-            for state in (SupervisorState.HOLDING, SupervisorState.FADING, SupervisorState.OFF):
-                server.publish(status(output=output(state=state)))
-                fail = True
-                await clock.move(0.2)
-                assert server.port > 0
-                fail = False
-                await clock.move(0.2)
-                await listener.until("Status/State", state.value)
-                await clock.move(FAILURES_WITHIN_S)  # seldom enough to go on for ever
-            alarms = [event.text for event in events if event.kind == "alarm"]
-            assert len(alarms) == 3
-            assert all("is broken" in text and "begins anew" in text for text in alarms)
-            await subscription.delete()
-
-    run(scene)
+            assert server.port > 0
+            fail = False
+            await clock.move(0.2)
+            await listener.until("Status/State", state.value)
+            await clock.move(FAILURES_WITHIN_S)  # seldom enough to go on for ever
+        alarms = [event.text for event in events if event.kind == "alarm"]
+        assert len(alarms) == 3
+        assert all("is broken" in text and "begins anew" in text for text in alarms)
+        await subscription.delete()
 
 
-def test_a_server_that_cannot_tell_ends_with_its_connections_instead_of_deceiving(
+@scene
+async def test_a_server_that_cannot_tell_ends_with_its_connections_instead_of_deceiving(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async def fail(*_: object, **__: object) -> None:
         raise RuntimeError("a subscription that is broken")
 
-    async def scene() -> None:
-        clock, events = HandClock(), list[EventRecord]()
-        async with served(viewers(), clock=clock, audit=events) as server:
-            server.publish(status())
+    clock, events = HandClock(), list[EventRecord]()
+    async with served(viewers(), clock=clock, audit=events) as server:
+        server.publish(status())
+        await clock.move(0.2)
+        monkeypatch.setattr(StatusServer, "_tell_changes", fail)
+        host, port = "127.0.0.1", server.port
+        reader, writer = await asyncio.open_connection(host, port)
+        for _ in range(MOST_FAILURES):
             await clock.move(0.2)
-            monkeypatch.setattr(StatusServer, "_tell_changes", fail)
-            host, port = "127.0.0.1", server.port
-            reader, writer = await asyncio.open_connection(host, port)
-            for _ in range(MOST_FAILURES):
-                await clock.move(0.2)
-            async with asyncio.timeout(30.0):
-                assert await reader.read() == b""
-            writer.close()
-            assert server.port == 0
-            with pytest.raises(ConnectionRefusedError):
-                await asyncio.open_connection(host, port)
-            alarms = [event.text for event in events if event.kind == "alarm"]
-            assert len(alarms) == MOST_FAILURES
-            assert "is ended" in alarms[-1]
-            server.publish(status())  # the loop goes on as if nobody looked
-
-    run(scene)
+        async with asyncio.timeout(30.0):
+            assert await reader.read() == b""
+        writer.close()
+        assert server.port == 0
+        with pytest.raises(ConnectionRefusedError):
+            await asyncio.open_connection(host, port)
+        alarms = [event.text for event in events if event.kind == "alarm"]
+        assert len(alarms) == MOST_FAILURES
+        assert "is ended" in alarms[-1]
+        server.publish(status())  # the loop goes on as if nobody looked
 
 
-def test_nobody_is_told_the_same_value_again() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
+@scene
+async def test_nobody_is_told_the_same_value_again() -> None:
+    async with watched() as (server, one, clock):
+        listener = Listener()
+        subscription = await one.create_subscription(100, listener)
+        nodes = [one.get_node(await node_id(one, "Status/State"))]
+        await subscription.subscribe_data_change(nodes)
+        await listener.until("Status/State", "Active")
+        for i in range(20):
+            server.publish(status(number=i, utc=NOW + timedelta(seconds=i)))
             await clock.move(0.2)
-            listener = Listener()
-            subscription = await one.create_subscription(100, listener)
-            nodes = [one.get_node(await node_id(one, "Status/State"))]
-            await subscription.subscribe_data_change(nodes)
-            await listener.until("Status/State", "Active")
-            for i in range(20):
-                server.publish(status(number=i, utc=NOW + timedelta(seconds=i)))
-                await clock.move(0.2)
-            server.publish(status(output=output(state=SupervisorState.OFF)))
+        server.publish(status(output=output(state=SupervisorState.OFF)))
+        await clock.move(0.2)
+        await listener.until("Status/State", "Off")
+        assert [value for _, value, _ in listener.told] == ["Active", "Off"]
+        await subscription.delete()
+
+
+@scene
+async def test_the_servers_own_time_runs_and_is_told() -> None:
+    clock = HandClock()
+    async with served(viewers(), clock=clock) as server, client(server) as one:
+        current, whole = one.get_node(ua.NodeId(2258)), one.get_node(ua.NodeId(2256))
+        assert await current.read_value() == NOW
+        listener = Listener()
+        subscription = await one.create_subscription(100, listener)
+        await subscription.subscribe_data_change([current])
+        await listener.until(2258, NOW)
+        for _ in range(6):
             await clock.move(0.2)
-            await listener.until("Status/State", "Off")
-            assert [value for _, value, _ in listener.told] == ["Active", "Off"]
-            await subscription.delete()
-
-    run(scene)
-
-
-def test_the_servers_own_time_runs_and_is_told() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            current, whole = one.get_node(ua.NodeId(2258)), one.get_node(ua.NodeId(2256))
-            assert await current.read_value() == NOW
-            listener = Listener()
-            subscription = await one.create_subscription(100, listener)
-            await subscription.subscribe_data_change([current])
-            await listener.until(2258, NOW)
-            for _ in range(6):
-                await clock.move(0.2)
-            await listener.until(2258, NOW + timedelta(seconds=1))
-            status_now = await whole.read_value()
-            assert status_now.CurrentTime == await current.read_value()
-            assert status_now.State == ua.ServerState.Running
-            await subscription.delete()
-
-    run(scene)
+        await listener.until(2258, NOW + timedelta(seconds=1))
+        status_now = await whole.read_value()
+        assert status_now.CurrentTime == await current.read_value()
+        assert status_now.State == ua.ServerState.Running
+        await subscription.delete()
 
 
-def test_a_filter_that_does_not_fit_harms_nobody_else() -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(viewers(), clock=clock) as server, client(server) as one:
-            server.publish(status())
-            await clock.move(0.2)
-            odd, plain = Listener(), Listener()
-            state = one.get_node(await node_id(one, "Status/State"))
-            with_deadband = await one.create_subscription(100, odd)
-            await with_deadband.deadband_monitor(state, 1.0)
-            without = await one.create_subscription(100, plain)
-            await without.subscribe_data_change([state])
-            await plain.until("Status/State", "Active")
-            server.publish(status(output=output(state=SupervisorState.OFF)))
-            await clock.move(0.2)
-            await plain.until("Status/State", "Off")
-            await with_deadband.delete()
-            await without.delete()
-
-    run(scene)
+@scene
+async def test_a_filter_that_does_not_fit_harms_nobody_else() -> None:
+    async with watched() as (server, one, clock):
+        odd, plain = Listener(), Listener()
+        state = one.get_node(await node_id(one, "Status/State"))
+        with_deadband = await one.create_subscription(100, odd)
+        await with_deadband.deadband_monitor(state, 1.0)
+        without = await one.create_subscription(100, plain)
+        await without.subscribe_data_change([state])
+        await plain.until("Status/State", "Active")
+        server.publish(status(output=output(state=SupervisorState.OFF)))
+        await clock.move(0.2)
+        await plain.until("Status/State", "Off")
+        await with_deadband.delete()
+        await without.delete()
 
 
 # ---- requests and roles -----------------------------------------------------------------------
@@ -534,67 +488,61 @@ ASKED = (
 )
 
 
-def test_every_request_of_an_operator_reaches_the_loop_with_the_operators_name(
+@scene
+async def test_every_request_of_an_operator_reaches_the_loop_with_the_operators_name(
     pairs: Pairs,
 ) -> None:
-    async def scene() -> None:
-        box = Box()
-        async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
-            for method, arguments, _ in ASKED:
-                assert await call(one, method, *arguments) == HELD
-        assert box.requests == [request for _, _, request in ASKED]
-
-    run(scene)
+    box = Box()
+    async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
+        for method, arguments, _ in ASKED:
+            assert await call(one, method, *arguments) == HELD
+    assert box.requests == [request for _, _, request in ASKED]
 
 
-def test_the_loops_refusal_comes_back_with_its_reason_and_code(pairs: Pairs) -> None:
-    async def scene() -> None:
-        box = Box()
-        box.outcome = RequestOutcome(accepted=False, code=AnswerCode.IN_FAULT)
-        async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
-            answer = await call(one, "Trim", text("Z_um"), number(7.0), number(60.0))
-            assert answer == [False, "it is in the state Fault", "in_fault", "{}"]
-
-    run(scene)
+@scene
+async def test_the_loops_refusal_comes_back_with_its_reason_and_code(pairs: Pairs) -> None:
+    box = Box()
+    box.outcome = RequestOutcome(accepted=False, code=AnswerCode.IN_FAULT)
+    async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
+        answer = await call(one, "Trim", text("Z_um"), number(7.0), number(60.0))
+        assert answer == [False, "it is in the state Fault", "in_fault", "{}"]
 
 
-def test_a_viewer_may_ask_for_nothing_and_an_operator_for_no_other_model(pairs: Pairs) -> None:
-    async def scene() -> None:
-        box, events = Box(), list[EventRecord]()
-        async with served(pairs.settings(), box, audit=events) as server:
-            async with pairs.user(server, "viewer") as one:
-                for method, arguments, _ in ASKED:
-                    with pytest.raises(ua.UaStatusCodeError) as caught:
-                        await call(one, method, *arguments)
-                    assert caught.value.code == ua.StatusCodes.BadUserAccessDenied
-                assert await call(one, "WhoAmI") == ["viewer", "viewer"]
-            async with pairs.user(server, "operator") as one:
-                with pytest.raises(ua.UaStatusCodeError) as caught:
-                    await call(one, "ChooseModel", text("other.json"))
-                assert caught.value.code == ua.StatusCodes.BadUserAccessDenied
-            assert box.requests == []
-            async with pairs.user(server, "engineer") as one:
-                assert (await call(one, "ChooseModel", text("other.json")))[0] is True
-        assert box.requests == [Request(RequestKind.MODEL, "engineer", text="other.json")]
-        refused = [e for e in events if e.kind == "request"]
-        assert [e.who for e in refused] == ["viewer"] * len(ASKED) + ["operator"]
-        assert refused[-1].text == "ChooseModel refused: operator may not, it needs engineer"
-
-    run(scene)
-
-
-def test_somebody_without_a_name_may_look_where_that_is_configured_and_nothing_else() -> None:
-    async def scene() -> None:
-        box = Box()
-        async with served(viewers(), box) as server, client(server) as one:
-            assert await call(one, "WhoAmI") == ["", "viewer"]
+@scene
+async def test_a_viewer_may_ask_for_nothing_and_an_operator_for_no_other_model(
+    pairs: Pairs,
+) -> None:
+    box, events = Box(), list[EventRecord]()
+    async with served(pairs.settings(), box, audit=events) as server:
+        async with pairs.user(server, "viewer") as one:
             for method, arguments, _ in ASKED:
                 with pytest.raises(ua.UaStatusCodeError) as caught:
                     await call(one, method, *arguments)
                 assert caught.value.code == ua.StatusCodes.BadUserAccessDenied
+            assert await call(one, "WhoAmI") == ["viewer", "viewer"]
+        async with pairs.user(server, "operator") as one:
+            with pytest.raises(ua.UaStatusCodeError) as caught:
+                await call(one, "ChooseModel", text("other.json"))
+            assert caught.value.code == ua.StatusCodes.BadUserAccessDenied
         assert box.requests == []
+        async with pairs.user(server, "engineer") as one:
+            assert (await call(one, "ChooseModel", text("other.json")))[0] is True
+    assert box.requests == [Request(RequestKind.MODEL, "engineer", text="other.json")]
+    refused = [e for e in events if e.kind == "request"]
+    assert [e.who for e in refused] == ["viewer"] * len(ASKED) + ["operator"]
+    assert refused[-1].text == "ChooseModel refused: operator may not, it needs engineer"
 
-    run(scene)
+
+@scene
+async def test_somebody_without_a_name_may_look_where_that_is_configured_and_nothing_else() -> None:
+    box = Box()
+    async with served(viewers(), box) as server, client(server) as one:
+        assert await call(one, "WhoAmI") == ["", "viewer"]
+        for method, arguments, _ in ASKED:
+            with pytest.raises(ua.UaStatusCodeError) as caught:
+                await call(one, method, *arguments)
+            assert caught.value.code == ua.StatusCodes.BadUserAccessDenied
+    assert box.requests == []
 
 
 UNFIT: tuple[tuple[str, tuple[ua.Variant, ...], str], ...] = (
@@ -621,118 +569,103 @@ NOT_MEANT = (
 )
 
 
-def test_arguments_that_do_not_fit_or_cannot_be_meant_do_not_reach_the_loop(
+@scene
+async def test_arguments_that_do_not_fit_or_cannot_be_meant_do_not_reach_the_loop(
     pairs: Pairs,
 ) -> None:
-    async def scene() -> None:
-        box = Box()
-        async with served(pairs.settings(), box) as server, pairs.user(server, "engineer") as one:
-            for method, arguments, code in UNFIT:
-                with pytest.raises(ua.UaStatusCodeError) as caught:
-                    await call(one, method, *arguments)
-                assert ua.StatusCode(caught.value.code).name == code
-            for method, arguments, said in NOT_MEANT:
-                accepted, reason, _, _ = await call(one, method, *arguments)
-                assert accepted is False
-                assert said in str(reason)
-        assert box.requests == []
-
-    run(scene)
+    box = Box()
+    async with served(pairs.settings(), box) as server, pairs.user(server, "engineer") as one:
+        for method, arguments, code in UNFIT:
+            with pytest.raises(ua.UaStatusCodeError) as caught:
+                await call(one, method, *arguments)
+            assert ua.StatusCode(caught.value.code).name == code
+        for method, arguments, said in NOT_MEANT:
+            accepted, reason, _, _ = await call(one, method, *arguments)
+            assert accepted is False
+            assert said in str(reason)
+    assert box.requests == []
 
 
-def test_two_callers_at_the_same_time_keep_their_own_names(pairs: Pairs) -> None:
-    async def scene() -> None:
-        box = Box()
-        box.gate = asyncio.Event()
-        async with (
-            served(pairs.settings(), box) as server,
-            pairs.user(server, "operator") as one,
-            pairs.user(server, "engineer") as other,
-        ):
-            calls = [
-                asyncio.create_task(call(who, method))
-                for who, method in ((one, "Hold"), (other, "Resume"))
-            ]
-            while len(box.requests) < 2:
-                await asyncio.sleep(0)
-            box.gate.set()
-            await asyncio.gather(*calls)
-        assert sorted((r.kind, r.who) for r in box.requests) == [
-            (RequestKind.HOLD, "operator"),
-            (RequestKind.RESUME, "engineer"),
+@scene
+async def test_two_callers_at_the_same_time_keep_their_own_names(pairs: Pairs) -> None:
+    box = Box()
+    box.gate = asyncio.Event()
+    async with (
+        served(pairs.settings(), box) as server,
+        pairs.user(server, "operator") as one,
+        pairs.user(server, "engineer") as other,
+    ):
+        calls = [
+            asyncio.create_task(call(who, method))
+            for who, method in ((one, "Hold"), (other, "Resume"))
         ]
+        while len(box.requests) < 2:
+            await asyncio.sleep(0)
+        box.gate.set()
+        await asyncio.gather(*calls)
+    assert sorted((r.kind, r.who) for r in box.requests) == [
+        (RequestKind.HOLD, "operator"),
+        (RequestKind.RESUME, "engineer"),
+    ]
 
-    run(scene)
 
-
-def test_a_loop_that_does_not_answer_is_said_and_does_not_hold_the_caller_for_ever(
+@scene
+async def test_a_loop_that_does_not_answer_is_said_and_does_not_hold_the_caller_for_ever(
     pairs: Pairs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("thermaxis.runtime.status._server._ANSWER_S", 0.05)
 
-    async def scene() -> None:
-        box = Box()
-        box.gate = asyncio.Event()
-        async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
-            accepted, reason, code, _ = await call(one, "Hold")
-            assert (accepted, code) == (False, "no_answer")
-            assert "may still take effect" in str(reason)
-
-    run(scene)
+    box = Box()
+    box.gate = asyncio.Event()
+    async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
+        accepted, reason, code, _ = await call(one, "Hold")
+        assert (accepted, code) == (False, "no_answer")
+        assert "may still take effect" in str(reason)
 
 
-def test_a_role_that_is_taken_away_ends_what_a_running_session_may_do(
+@scene
+async def test_a_role_that_is_taken_away_ends_what_a_running_session_may_do(
     pairs: Pairs, tmp_path: Path
 ) -> None:
-    async def scene() -> None:
-        path = users_file(tmp_path)
-        box, events = Box(), list[EventRecord]()
-        async with (
-            served(pairs.settings(path), box, audit=events) as server,
-            pairs.user(server, "operator") as one,
-        ):
-            assert (await call(one, "Hold"))[0] is True
-            known = read_users(path)
-            write_users([User(u.name, Role.VIEWER, u.hash) for u in known], path)
-            with pytest.raises(ua.UaStatusCodeError):
-                await call(one, "Resume")
-            assert await call(one, "WhoAmI") == ["operator", "viewer"]
-            path.chmod(0o644)
-            assert await call(one, "WhoAmI") == ["operator", "none"]
-            assert await call(one, "WhoAmI") == ["operator", "none"]
-            path.chmod(0o600)
-            assert await call(one, "WhoAmI") == ["operator", "viewer"]
-        told = [e.text for e in events if e.kind == "alarm"]
-        assert len(told) == 2
-        assert told[0].startswith("nobody is known: ")
-        assert "by others than its owner" in told[0]
-        assert told[1] == "the file of users is read again"
-        assert [r.kind for r in box.requests] == [RequestKind.HOLD]
-
-    run(scene)
+    path = users_file(tmp_path)
+    box, events = Box(), list[EventRecord]()
+    async with (
+        served(pairs.settings(path), box, audit=events) as server,
+        pairs.user(server, "operator") as one,
+    ):
+        assert (await call(one, "Hold"))[0] is True
+        known = read_users(path)
+        write_users([User(u.name, Role.VIEWER, u.hash) for u in known], path)
+        with pytest.raises(ua.UaStatusCodeError):
+            await call(one, "Resume")
+        assert await call(one, "WhoAmI") == ["operator", "viewer"]
+        path.chmod(0o644)
+        assert await call(one, "WhoAmI") == ["operator", "none"]
+        assert await call(one, "WhoAmI") == ["operator", "none"]
+        path.chmod(0o600)
+        assert await call(one, "WhoAmI") == ["operator", "viewer"]
+    told = [e.text for e in events if e.kind == "alarm"]
+    assert len(told) == 2
+    assert told[0].startswith("nobody is known: ")
+    assert "by others than its owner" in told[0]
+    assert told[1] == "the file of users is read again"
+    assert [r.kind for r in box.requests] == [RequestKind.HOLD]
 
 
 # ---- ways in ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "policy",
-    [
-        SecurityPolicyBasic256Sha256,
-        SecurityPolicyAes128Sha256RsaOaep,
-        SecurityPolicyAes256Sha256RsaPss,
-    ],
-)
-def test_every_policy_that_is_offered_lets_a_user_in(
-    pairs: Pairs, policy: type[SecurityPolicy]
-) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
+@scene
+async def test_every_policy_that_is_offered_lets_a_user_in(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server:
+        for policy in (
+            SecurityPolicyBasic256Sha256,
+            SecurityPolicyAes128Sha256RsaOaep,
+            SecurityPolicyAes256Sha256RsaPss,
+        ):
             one = await pairs.log_in(server, "operator", policy=policy)
             assert await call(one, "WhoAmI") == ["operator", "operator"]
             await one.disconnect()
-
-    run(scene)
 
 
 WRONG = (
@@ -774,117 +707,88 @@ def test_a_wrong_name_or_password_is_refused_and_told_to_nobody_but_the_audit(
         assert password not in own
 
 
-def test_without_a_name_nobody_comes_in_unless_that_is_configured(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
-            with pytest.raises(ua.UaStatusCodeError):
-                await pairs.log_in(server, "")
-            with pytest.raises(ua.UaStatusCodeError):
-                async with client(server):
-                    pass
-
-    run(scene)
+@scene
+async def test_without_a_name_nobody_comes_in_unless_that_is_configured(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server:
+        with pytest.raises(ua.UaStatusCodeError):
+            await pairs.log_in(server, "")
+        with pytest.raises(ua.UaStatusCodeError):
+            async with client(server):
+                pass
 
 
-def test_an_anonymous_viewer_and_users_live_side_by_side(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings(anonymous="viewer")) as server:
-            async with client(server) as plain, pairs.user(server, "operator") as named:
-                assert await call(plain, "WhoAmI") == ["", "viewer"]
-                assert await call(named, "WhoAmI") == ["operator", "operator"]
-            hidden = await pairs.log_in(server, "")
-            assert await call(hidden, "WhoAmI") == ["", "viewer"]
-            await hidden.disconnect()
-
-    run(scene)
+@scene
+async def test_an_anonymous_viewer_and_users_live_side_by_side(pairs: Pairs) -> None:
+    async with served(pairs.settings(anonymous="viewer")) as server:
+        async with client(server) as plain, pairs.user(server, "operator") as named:
+            assert await call(plain, "WhoAmI") == ["", "viewer"]
+            assert await call(named, "WhoAmI") == ["operator", "operator"]
+        hidden = await pairs.log_in(server, "")
+        assert await call(hidden, "WhoAmI") == ["", "viewer"]
+        await hidden.disconnect()
 
 
-def test_the_server_takes_the_name_in_its_certificate_as_its_own(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server, pairs.user(server, "viewer") as one:
-            (own,) = {e.Server.ApplicationUri for e in await one.get_endpoints()}
-            assert own == pairs.server.uri
-            assert NAMESPACE in await one.get_namespace_array()
-            modes = {e.SecurityMode for e in await one.get_endpoints()}
-            assert modes == {ua.MessageSecurityMode.SignAndEncrypt}
-
-    run(scene)
+@scene
+async def test_the_server_takes_the_name_in_its_certificate_as_its_own(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server, pairs.user(server, "viewer") as one:
+        (own,) = {e.Server.ApplicationUri for e in await one.get_endpoints()}
+        assert own == pairs.server.uri
+        assert NAMESPACE in await one.get_namespace_array()
+        modes = {e.SecurityMode for e in await one.get_endpoints()}
+        assert modes == {ua.MessageSecurityMode.SignAndEncrypt}
 
 
-def test_a_pem_certificate_will_do(pairs: Pairs) -> None:
-    async def scene() -> None:
-        settings = replace(pairs.settings(), certificate=pairs.server.pem)
-        async with served(settings) as server, pairs.user(server, "viewer") as one:
-            assert await call(one, "WhoAmI") == ["viewer", "viewer"]
-
-    run(scene)
+@scene
+async def test_a_pem_certificate_will_do(pairs: Pairs) -> None:
+    settings = replace(pairs.settings(), certificate=pairs.server.pem)
+    async with served(settings) as server, pairs.user(server, "viewer") as one:
+        assert await call(one, "WhoAmI") == ["viewer", "viewer"]
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"address": "0.0.0.0", "anonymous_role": "none"}, ""),  # noqa: S104 - named, not bound
-        ({"address": "0.0.0.0"}, "anonymous_from_outside"),  # noqa: S104 - as above
-        ({"address": "192.168.1.7", "users": None}, "users_needed"),
-        (
-            {"address": "::", "users": None, "certificate": None, "private_key": None},
-            "users_needed",
-        ),
-        ({"address": "plant.example", "users": None}, "users_needed"),
-        ({"certificate": None, "private_key": None}, "certificate_for_users_missing"),
-        ({"private_key": None}, "pair_incomplete"),
-        ({"certificate": None}, "pair_incomplete"),
-        ({"users": None, "anonymous_role": "none"}, "nobody_can_connect"),
-        ({"users": None, "certificate": None, "private_key": None}, ""),
-        ({"anonymous_role": "none"}, ""),
-        ({"address": "::1"}, ""),
-        ({"address": "localhost"}, ""),
-    ],
-)
-def test_settings_that_would_let_the_wrong_ones_in_are_refused(
-    pairs: Pairs, changes: dict[str, Any], said: str
-) -> None:
+def test_settings_that_would_let_the_wrong_ones_in_are_refused(pairs: Pairs) -> None:
     right = pairs.settings(anonymous="viewer")
-    if not said:
+    unencrypted: dict[str, Any] = {"certificate": None, "private_key": None}
+    for changes, said in (
+        ({"address": "0.0.0.0"}, "anonymous_from_outside"),  # noqa: S104 - named, not bound
+        ({"address": "192.168.1.7", "users": None}, "users_needed"),
+        ({"address": "::", "users": None, **unencrypted}, "users_needed"),
+        ({"address": "plant.example", "users": None}, "users_needed"),
+        (unencrypted, "certificate_for_users_missing"),
+        ({"private_key": None}, "pair_incomplete"),
+        ({"users": None, "anonymous_role": "none"}, "nobody_can_connect"),
+    ):
+        with pytest.raises(ConfigurationError) as caught:
+            replace(right, **changes)
+        assert caught.value.code == said
+    for changes in (
+        {"address": "0.0.0.0", "anonymous_role": "none"},  # noqa: S104 - as above
+        {"users": None, **unencrypted},
+        {"anonymous_role": "none"},
+        {"address": "::1"},
+        {"address": "localhost"},
+    ):
         replace(right, **changes)
-        return
-    with pytest.raises(ConfigurationError) as caught:
-        replace(right, **changes)
-    assert caught.value.code == said
 
 
-@pytest.mark.parametrize(
-    ("address", "own"),
-    [
-        ("127.0.0.1", True),
-        ("127.8.8.8", True),
-        ("::1", True),
-        ("localhost", True),
-        ("0.0.0.0", False),  # noqa: S104 - named, not bound
-        ("::", False),
-        ("10.0.0.1", False),
-        ("localhost.example", False),
-        ("127.0.0.1.example", False),
-        ("", False),
-    ],
-)
-def test_only_an_address_of_this_computer_itself_is_its_own(address: str, own: bool) -> None:
-    assert is_loopback(address) is own
+def test_only_an_address_of_this_computer_itself_is_its_own() -> None:
+    for address in ("127.0.0.1", "127.8.8.8", "::1", "localhost"):
+        assert is_loopback(address)
+    for address in ("0.0.0.0", "::", "10.0.0.1", "localhost.example", "127.0.0.1.example", ""):  # noqa: S104 - named
+        assert not is_loopback(address), address
 
 
-def test_a_port_that_is_taken_is_said_in_words_and_leaves_nothing_running() -> None:
-    async def scene() -> None:
-        async with served(viewers()) as server:
-            second = StatusServer(replace(viewers(), port=server.port), Box(), HandClock())
-            with pytest.raises(ConfigurationError) as caught:
-                await second.open()
-            assert caught.value.code == "cannot_listen"
-            await second.close()
-
-    run(scene)
+@scene
+async def test_a_port_that_is_taken_is_said_in_words_and_leaves_nothing_running() -> None:
+    async with served(viewers()) as server:
+        second = StatusServer(replace(viewers(), port=server.port), Box(), HandClock())
+        with pytest.raises(ConfigurationError) as caught:
+            await second.open()
+        assert caught.value.code == "cannot_listen"
+        await second.close()
 
 
-def test_a_certificate_or_key_that_cannot_be_used_is_said_in_words(
+@scene
+async def test_a_certificate_or_key_that_cannot_be_used_is_said_in_words(
     pairs: Pairs, tmp_path: Path
 ) -> None:
     broken, shared = tmp_path / "broken.der", tmp_path / "shared.pem"
@@ -893,54 +797,44 @@ def test_a_certificate_or_key_that_cannot_be_used_is_said_in_words(
     shared.write_bytes(pairs.server.key.read_bytes())
     shared.chmod(0o640)
 
-    async def scene() -> None:
-        for changes, said in (
-            ({"certificate": broken}, "no_certificate"),
-            ({"private_key": broken}, "no_rsa_key"),
-            ({"private_key": tmp_path / "none.pem"}, "file_unreadable"),
-            ({"private_key": shared}, "file_open_to_others"),
-            ({"private_key": pairs.client.key}, "pair_differs"),
-        ):
-            server = StatusServer(replace(pairs.settings(), **changes), Box(), HandClock())
-            with pytest.raises(ConfigurationError) as caught:
-                await server.open()
-            assert caught.value.code == said
-            await server.close()
-
-    run(scene)
+    for changes, said in (
+        ({"certificate": broken}, "no_certificate"),
+        ({"private_key": broken}, "no_rsa_key"),
+        ({"private_key": tmp_path / "none.pem"}, "file_unreadable"),
+        ({"private_key": shared}, "file_open_to_others"),
+        ({"private_key": pairs.client.key}, "pair_differs"),
+    ):
+        server = StatusServer(replace(pairs.settings(), **changes), Box(), HandClock())
+        with pytest.raises(ConfigurationError) as caught:
+            await server.open()
+        assert caught.value.code == said
+        await server.close()
 
 
-def test_a_certificate_that_will_soon_expire_is_told_at_the_start(pairs: Pairs) -> None:
+@scene
+async def test_a_certificate_that_will_soon_expire_is_told_at_the_start(pairs: Pairs) -> None:
     events: list[EventRecord] = []
 
-    async def scene() -> None:
-        clock = HandClock()
-        async with served(pairs.settings(), clock=clock, audit=events):
-            pass
-        assert events == []
-        clock.now_s += 30.0 * 365.0 * 86_400.0
-        async with served(pairs.settings(), clock=clock, audit=events):
-            pass
+    clock = HandClock()
+    async with served(pairs.settings(), clock=clock, audit=events):
+        pass
+    assert events == []
+    clock.now_s += 30.0 * 365.0 * 86_400.0
+    async with served(pairs.settings(), clock=clock, audit=events):
+        pass
 
-    run(scene)
     (event,) = events
     assert event.kind == "alarm"
     assert "the certificate server.der expired on" in event.text
 
 
-def test_a_server_that_was_closed_can_be_opened_again() -> None:
-    async def scene() -> None:
-        server = StatusServer(viewers(), Box(), HandClock(), compensation=compensation)
-        for _ in range(2):
-            await server.open()
-            server.publish(status())
-            async with client(server) as one:
-                assert (await read(one, "Status/State")).Value.Value == "Active"
-            await server.close()
+@scene
+async def test_a_server_that_was_closed_can_be_opened_again() -> None:
+    server = StatusServer(viewers(), Box(), HandClock(), compensation=compensation)
+    for _ in range(2):
+        await server.open()
+        server.publish(status())
+        async with client(server) as one:
+            assert (await read(one, "Status/State")).Value.Value == "Active"
         await server.close()
-
-    run(scene)
-
-
-def test_settings_are_those_that_a_configuration_gives() -> None:
-    assert isinstance(viewers(), ServerSettings)
+    await server.close()

@@ -14,6 +14,7 @@ from asyncua.crypto.permission_rules import User, UserRole
 from asyncua.server.internal_server import InternalServer
 from asyncua.server.user_managers import UserManager
 
+from tests.scenes import scene
 from tests.unit.runtime.status_server_parts import (
     ANSWER_S,
     PASSWORD,
@@ -24,7 +25,6 @@ from tests.unit.runtime.status_server_parts import (
     client,
     node_id,
     read,
-    run,
     served,
     status,
     viewers,
@@ -125,33 +125,31 @@ class Quick(InternalServer):
         fill_address_space(self.node_mgt_service)
 
 
-def test_the_library_alone_lets_a_stranger_take_over_a_session(pairs: Pairs) -> None:
+@scene
+async def test_the_library_alone_lets_a_stranger_take_over_a_session(pairs: Pairs) -> None:
     """Why the guard exists. When this fails the library has closed the door itself."""
 
-    async def scene() -> None:
-        plain = Server(Quick(user_manager=Strict()))
-        await plain.init()
-        plain.set_endpoint("opc.tcp://127.0.0.1:0/")
-        await plain.load_certificate(pairs.server.certificate)
-        await plain.load_private_key(pairs.server.key)
-        plain.set_security_policy([ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt])
-        await plain.start()
-        assert plain.bserver is not None
-        url = f"opc.tcp://127.0.0.1:{plain.bserver.port}/"
-        victim = await channel(url, pairs)
-        await victim.create_session()
-        await victim.activate_session(username="operator", password=PASSWORD)
-        thief = await channel(url)  # no security, though none is offered
-        token = token_of(plain)
-        hijack(thief, token)
-        assert await code_of(activate(thief, "operator", "wrong password"))
-        stolen = thief.get_node(ua.NodeId(2258))  # read with the victim's session
-        assert (await stolen.read_value()) is not None
-        for one in (thief, victim):
-            one.disconnect_socket()
-        await plain.stop()
-
-    run(scene)
+    plain = Server(Quick(user_manager=Strict()))
+    await plain.init()
+    plain.set_endpoint("opc.tcp://127.0.0.1:0/")
+    await plain.load_certificate(pairs.server.certificate)
+    await plain.load_private_key(pairs.server.key)
+    plain.set_security_policy([ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt])
+    await plain.start()
+    assert plain.bserver is not None
+    url = f"opc.tcp://127.0.0.1:{plain.bserver.port}/"
+    victim = await channel(url, pairs)
+    await victim.create_session()
+    await victim.activate_session(username="operator", password=PASSWORD)
+    thief = await channel(url)  # no security, though none is offered
+    token = token_of(plain)
+    hijack(thief, token)
+    assert await code_of(activate(thief, "operator", "wrong password"))
+    stolen = thief.get_node(ua.NodeId(2258))  # read with the victim's session
+    assert (await stolen.read_value()) is not None
+    for one in (thief, victim):
+        one.disconnect_socket()
+    await plain.stop()
 
 
 async def activate(one: Client, name: str, password: str) -> None:
@@ -165,158 +163,142 @@ async def activate(one: Client, name: str, password: str) -> None:
 # ---- channels and sessions --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("encrypted", [False, True])
 @pytest.mark.parametrize("anonymous", ["none", "viewer"])
-def test_nobody_takes_over_a_session_by_its_token(
-    pairs: Pairs, encrypted: bool, anonymous: Any
-) -> None:
-    async def scene() -> None:
-        box = Box()
-        async with (
-            served(pairs.settings(anonymous=anonymous), box) as server,
-            pairs.user(server, "engineer") as victim,
-        ):
-            thief = await channel(server.url, pairs if encrypted else None)
+@scene
+async def test_nobody_takes_over_a_session_by_its_token(pairs: Pairs, anonymous: Any) -> None:
+    box = Box()
+    async with (
+        served(pairs.settings(anonymous=anonymous), box) as server,
+        pairs.user(server, "engineer") as victim,
+    ):
+        for own in (pairs, None):
+            thief = await channel(server.url, own)
             hijack(thief, token_of(server._server))
             wrong = await code_of(activate(thief, "engineer", "wrong password"))
             assert wrong in {"BadSessionIdInvalid", "BadSecurityModeInsufficient"}
             assert await code_of(read(thief, "Status/State"))
             assert await code_of(call(thief, "Enable"))
             thief.disconnect_socket()
-            assert await call(victim, "WhoAmI") == ["engineer", "engineer"]
-        assert box.requests == []
-
-    run(scene)
+        assert await call(victim, "WhoAmI") == ["engineer", "engineer"]
+    assert box.requests == []
 
 
-def test_an_unencrypted_channel_shows_the_ways_in_and_nothing_else(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
-            one = await channel(server.url)
-            endpoints = await one.get_endpoints()
-            assert {e.SecurityMode for e in endpoints} == {ua.MessageSecurityMode.SignAndEncrypt}
-            assert await code_of(one.create_session()) == "BadSecurityModeInsufficient"
-            assert await code_of(activate(one, "operator", PASSWORD))
-            one.disconnect_socket()
-
-    run(scene)
+@scene
+async def test_an_unencrypted_channel_shows_the_ways_in_and_nothing_else(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server:
+        one = await channel(server.url)
+        endpoints = await one.get_endpoints()
+        assert {e.SecurityMode for e in endpoints} == {ua.MessageSecurityMode.SignAndEncrypt}
+        assert await code_of(one.create_session()) == "BadSecurityModeInsufficient"
+        assert await code_of(activate(one, "operator", PASSWORD))
+        one.disconnect_socket()
 
 
-def test_a_password_is_never_taken_over_an_unencrypted_channel(pairs: Pairs) -> None:
+@scene
+async def test_a_password_is_never_taken_over_an_unencrypted_channel(pairs: Pairs) -> None:
     events: list[EventRecord] = []
 
-    async def scene() -> None:
-        async with served(pairs.settings(anonymous="viewer"), audit=events) as server:
-            one = await channel(server.url)
-            await one.create_session()
-            code = await code_of(activate(one, "operator", PASSWORD))
-            assert code == "BadSecurityModeInsufficient"
-            one.disconnect_socket()
+    async with served(pairs.settings(anonymous="viewer"), audit=events) as server:
+        one = await channel(server.url)
+        await one.create_session()
+        code = await code_of(activate(one, "operator", PASSWORD))
+        assert code == "BadSecurityModeInsufficient"
+        one.disconnect_socket()
 
-    run(scene)
     assert events == []
 
 
-def test_a_log_in_without_name_or_password_is_refused_without_a_look(pairs: Pairs) -> None:
+@scene
+async def test_a_log_in_without_name_or_password_is_refused_without_a_look(pairs: Pairs) -> None:
     events: list[EventRecord] = []
 
-    async def scene() -> None:
-        async with served(pairs.settings(), audit=events) as server:
-            one = await channel(server.url, pairs)
-            await one.create_session()
-            for name, password in ((None, None), ("operator", None), (None, PASSWORD), ("", "")):
-                code = await code_of(one.activate_session(username=name, password=password))
-                assert code in {"BadUserAccessDenied", "BadIdentityTokenRejected"}
-            one.disconnect_socket()
+    async with served(pairs.settings(), audit=events) as server:
+        one = await channel(server.url, pairs)
+        await one.create_session()
+        for name, password in ((None, None), ("operator", None), (None, PASSWORD), ("", "")):
+            code = await code_of(one.activate_session(username=name, password=password))
+            assert code in {"BadUserAccessDenied", "BadIdentityTokenRejected"}
+        one.disconnect_socket()
 
-    run(scene)
     assert events == []
 
 
-def test_a_connection_that_does_not_log_in_is_ended(
+@scene
+async def test_a_connection_that_does_not_log_in_is_ended(
     pairs: Pairs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("thermaxis.runtime.status._sessions.LOG_IN_S", 0.05)
 
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
-            host, _, port = server.url.removeprefix("opc.tcp://").partition("/")[0].partition(":")
-            reader, writer = await asyncio.open_connection(host, int(port))
-            assert await reader.read(1) == b""
-            writer.close()
-
-    run(scene)
+    async with served(pairs.settings()) as server:
+        host, _, port = server.url.removeprefix("opc.tcp://").partition("/")[0].partition(":")
+        reader, writer = await asyncio.open_connection(host, int(port))
+        assert await reader.read(1) == b""
+        writer.close()
 
 
-def test_signing_alone_is_not_offered(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
-            with pytest.raises((ua.UaError, TimeoutError, ConnectionError)):
-                async with asyncio.timeout(0.5):
-                    await pairs.log_in(server, "operator", mode=ua.MessageSecurityMode.Sign)
-
-    run(scene)
+@scene
+async def test_signing_alone_is_not_offered(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server:
+        with pytest.raises((ua.UaError, TimeoutError, ConnectionError)):
+            async with asyncio.timeout(0.5):
+                await pairs.log_in(server, "operator", mode=ua.MessageSecurityMode.Sign)
 
 
-def test_nothing_is_answered_before_the_log_in_and_one_session_is_enough(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
-            one = await channel(server.url, pairs)
-            assert await code_of(read(one, "Status/State")) == "BadSessionIdInvalid"
-            assert await code_of(activate(one, "operator", PASSWORD)) == "BadSessionIdInvalid"
-            await one.create_session()
-            assert await code_of(one.nodes.objects.get_children())
-            assert await code_of(one.create_session()) == "BadTooManySessions"
-            await one.activate_session(username="operator", password=PASSWORD)
-            assert await call(one, "WhoAmI") == ["operator", "operator"]
-            # a log-in that fails leaves what was there, one that succeeds takes its place
-            assert await code_of(one.activate_session(username="engineer", password="wrong"))  # noqa: S106 - a wrong one
-            assert await call(one, "WhoAmI") == ["operator", "operator"]
-            await one.uaclient.close_session(True)
-            assert await code_of(read(one, "Status/State")) == "BadSessionIdInvalid"
-            await one.create_session()
-            await one.activate_session(username="viewer", password=PASSWORD)
-            assert await call(one, "WhoAmI") == ["viewer", "viewer"]
-            one.disconnect_socket()
-
-    run(scene)
-
-
-def test_nobody_registers_another_server_or_reads_a_history(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server, pairs.user(server, "engineer") as one:
-            params = ua.RegisteredServer()
-            params.ServerUri = "urn:somewhere:else"
-            params.ServerNames = [ua.LocalizedText("else")]
-            code = await code_of(one.uaclient.register_server(params))
-            assert code == "BadServiceUnsupported"
-            assert len(await one.find_servers()) == 1
-            node = one.get_node(await node_id(one, "Status/State"))
-            assert await code_of(node.read_raw_history()) == "BadServiceUnsupported"
-
-    run(scene)
+@scene
+async def test_nothing_is_answered_before_the_log_in_and_one_session_is_enough(
+    pairs: Pairs,
+) -> None:
+    async with served(pairs.settings()) as server:
+        one = await channel(server.url, pairs)
+        assert await code_of(read(one, "Status/State")) == "BadSessionIdInvalid"
+        assert await code_of(activate(one, "operator", PASSWORD)) == "BadSessionIdInvalid"
+        await one.create_session()
+        assert await code_of(one.nodes.objects.get_children())
+        assert await code_of(one.create_session()) == "BadTooManySessions"
+        await one.activate_session(username="operator", password=PASSWORD)
+        assert await call(one, "WhoAmI") == ["operator", "operator"]
+        # a log-in that fails leaves what was there, one that succeeds takes its place
+        assert await code_of(one.activate_session(username="engineer", password="wrong"))  # noqa: S106 - a wrong one
+        assert await call(one, "WhoAmI") == ["operator", "operator"]
+        await one.uaclient.close_session(True)
+        assert await code_of(read(one, "Status/State")) == "BadSessionIdInvalid"
+        await one.create_session()
+        await one.activate_session(username="viewer", password=PASSWORD)
+        assert await call(one, "WhoAmI") == ["viewer", "viewer"]
+        one.disconnect_socket()
 
 
-def test_a_lost_connection_ends_its_session_at_once(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server:
-            one = await pairs.log_in(server, "operator")
-            subscription = await one.create_subscription(100, Deaf())
-            await subscription.subscribe_data_change(one.get_node(ua.NodeId(2258)))
-            inner: Any = server._server
-            assert len(inner.iserver._external_sessions) == 1
-            one.disconnect_socket()
-            async with asyncio.timeout(10.0):
-                while inner.iserver._external_sessions:
-                    await asyncio.sleep(0.005)
-            assert (
-                not inner.iserver.aspace[ua.NodeId(2258)]
-                .attributes[ua.AttributeIds.Value]
-                .datachange_callbacks
-            )
-            await one.disconnect()
+@scene
+async def test_nobody_registers_another_server_or_reads_a_history(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server, pairs.user(server, "engineer") as one:
+        params = ua.RegisteredServer()
+        params.ServerUri = "urn:somewhere:else"
+        params.ServerNames = [ua.LocalizedText("else")]
+        code = await code_of(one.uaclient.register_server(params))
+        assert code == "BadServiceUnsupported"
+        assert len(await one.find_servers()) == 1
+        node = one.get_node(await node_id(one, "Status/State"))
+        assert await code_of(node.read_raw_history()) == "BadServiceUnsupported"
 
-    run(scene)
+
+@scene
+async def test_a_lost_connection_ends_its_session_at_once(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server:
+        one = await pairs.log_in(server, "operator")
+        subscription = await one.create_subscription(100, Deaf())
+        await subscription.subscribe_data_change(one.get_node(ua.NodeId(2258)))
+        inner: Any = server._server
+        assert len(inner.iserver._external_sessions) == 1
+        one.disconnect_socket()
+        async with asyncio.timeout(10.0):
+            while inner.iserver._external_sessions:
+                await asyncio.sleep(0.005)
+        assert (
+            not inner.iserver.aspace[ua.NodeId(2258)]
+            .attributes[ua.AttributeIds.Value]
+            .datachange_callbacks
+        )
+        await one.disconnect()
 
 
 class Deaf:
@@ -326,50 +308,46 @@ class Deaf:
 # ---- bounds -----------------------------------------------------------------------------------
 
 
-def test_requests_are_bounded_in_what_they_ask_at_once(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server, pairs.user(server, "operator") as one:
-            server.publish(status())
-            node = await node_id(one, "Status/State")
-            many = [one.get_node(node)] * (MOST_NODES + 1)
-            assert await code_of(one.read_attributes(many)) == "BadTooManyOperations"
-            assert len(await one.read_attributes(many[1:])) == MOST_NODES
-            asked = ua.CallMethodRequest()
-            asked.ObjectId = await node_id(one, "Requests")
-            asked.MethodId = await node_id(one, "Requests/WhoAmI")
-            calls = [asked] * (MOST_CALLS + 1)
-            assert await code_of(one.uaclient.call(calls)) == "BadTooManyOperations"
-            assert len(await one.uaclient.call(calls[1:])) == MOST_CALLS
-
-    run(scene)
+@scene
+async def test_requests_are_bounded_in_what_they_ask_at_once(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server, pairs.user(server, "operator") as one:
+        server.publish(status())
+        node = await node_id(one, "Status/State")
+        many = [one.get_node(node)] * (MOST_NODES + 1)
+        assert await code_of(one.read_attributes(many)) == "BadTooManyOperations"
+        assert len(await one.read_attributes(many[1:])) == MOST_NODES
+        asked = ua.CallMethodRequest()
+        asked.ObjectId = await node_id(one, "Requests")
+        asked.MethodId = await node_id(one, "Requests/WhoAmI")
+        calls = [asked] * (MOST_CALLS + 1)
+        assert await code_of(one.uaclient.call(calls)) == "BadTooManyOperations"
+        assert len(await one.uaclient.call(calls[1:])) == MOST_CALLS
 
 
-def test_subscriptions_are_bounded_in_number_size_and_speed(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with served(pairs.settings()) as server, pairs.user(server, "viewer") as one:
-            made = []
-            for period_ms in (1.0, 0.0, -5.0, float("nan"), 1000.0)[:MOST_SUBSCRIPTIONS]:
-                params = ua.CreateSubscriptionParameters()
-                params.RequestedPublishingInterval = period_ms
-                params.RequestedLifetimeCount = 2**31
-                params.RequestedMaxKeepAliveCount = 2**31
-                params.PublishingEnabled = True
-                made.append(await one.uaclient.create_subscription(params, lambda _: None))
-            granted = [result.RevisedPublishingInterval for result in made]
-            assert granted == [SHORTEST_PUBLISHING_MS] * 4 + [1000.0]
-            assert all(result.RevisedLifetimeCount <= 3000 for result in made)
-            code = await code_of(one.uaclient.create_subscription(params, lambda _: None))
-            assert code == "BadTooManySubscriptions"
-            items = monitored(await node_id(one, "Status/State"), MOST_MONITORED)
-            items.SubscriptionId = made[0].SubscriptionId
-            results = await one.uaclient.create_monitored_items(items)
-            assert all(r.StatusCode.is_good() and r.RevisedQueueSize <= 100 for r in results)
-            one_more = monitored(await node_id(one, "Status/State"), 1)
-            one_more.SubscriptionId = made[1].SubscriptionId
-            code = await code_of(one.uaclient.create_monitored_items(one_more))
-            assert code == "BadTooManyMonitoredItems"
-
-    run(scene)
+@scene
+async def test_subscriptions_are_bounded_in_number_size_and_speed(pairs: Pairs) -> None:
+    async with served(pairs.settings()) as server, pairs.user(server, "viewer") as one:
+        made = []
+        for period_ms in (1.0, 0.0, -5.0, float("nan"), 1000.0)[:MOST_SUBSCRIPTIONS]:
+            params = ua.CreateSubscriptionParameters()
+            params.RequestedPublishingInterval = period_ms
+            params.RequestedLifetimeCount = 2**31
+            params.RequestedMaxKeepAliveCount = 2**31
+            params.PublishingEnabled = True
+            made.append(await one.uaclient.create_subscription(params, lambda _: None))
+        granted = [result.RevisedPublishingInterval for result in made]
+        assert granted == [SHORTEST_PUBLISHING_MS] * 4 + [1000.0]
+        assert all(result.RevisedLifetimeCount <= 3000 for result in made)
+        code = await code_of(one.uaclient.create_subscription(params, lambda _: None))
+        assert code == "BadTooManySubscriptions"
+        items = monitored(await node_id(one, "Status/State"), MOST_MONITORED)
+        items.SubscriptionId = made[0].SubscriptionId
+        results = await one.uaclient.create_monitored_items(items)
+        assert all(r.StatusCode.is_good() and r.RevisedQueueSize <= 100 for r in results)
+        one_more = monitored(await node_id(one, "Status/State"), 1)
+        one_more.SubscriptionId = made[1].SubscriptionId
+        code = await code_of(one.uaclient.create_monitored_items(one_more))
+        assert code == "BadTooManyMonitoredItems"
 
 
 def monitored(node: ua.NodeId, count: int) -> ua.CreateMonitoredItemsParameters:
@@ -386,30 +364,28 @@ def monitored(node: ua.NodeId, count: int) -> ua.CreateMonitoredItemsParameters:
     return params
 
 
-def test_nobody_touches_the_subscriptions_of_others(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with (
-            served(pairs.settings()) as server,
-            pairs.user(server, "operator") as one,
-            pairs.user(server, "viewer") as other,
-        ):
-            mine = await one.create_subscription(100, Deaf())
-            number = mine.subscription_id
-            assert number is not None
-            (code,) = await other.uaclient.delete_subscriptions([number])
-            assert code.name == "BadSubscriptionIdInvalid"
-            items = monitored(await node_id(other, "Status/State"), 1)
-            items.SubscriptionId = number
-            assert await code_of(other.uaclient.create_monitored_items(items))
-            params = ua.TransferSubscriptionsParameters()
-            params.SubscriptionIds = [number]
-            request = ua.TransferSubscriptionsRequest()
-            request.Parameters = params
-            assert await code_of(other.uaclient._send_request(request)) == "BadServiceUnsupported"
-            await mine.subscribe_data_change(one.get_node(await node_id(one, "Status/State")))
-            await mine.delete()
-
-    run(scene)
+@scene
+async def test_nobody_touches_the_subscriptions_of_others(pairs: Pairs) -> None:
+    async with (
+        served(pairs.settings()) as server,
+        pairs.user(server, "operator") as one,
+        pairs.user(server, "viewer") as other,
+    ):
+        mine = await one.create_subscription(100, Deaf())
+        number = mine.subscription_id
+        assert number is not None
+        (code,) = await other.uaclient.delete_subscriptions([number])
+        assert code.name == "BadSubscriptionIdInvalid"
+        items = monitored(await node_id(other, "Status/State"), 1)
+        items.SubscriptionId = number
+        assert await code_of(other.uaclient.create_monitored_items(items))
+        params = ua.TransferSubscriptionsParameters()
+        params.SubscriptionIds = [number]
+        request = ua.TransferSubscriptionsRequest()
+        request.Parameters = params
+        assert await code_of(other.uaclient._send_request(request)) == "BadServiceUnsupported"
+        await mine.subscribe_data_change(one.get_node(await node_id(one, "Status/State")))
+        await mine.delete()
 
 
 async def raw(url: str, sent: bytes, silent_s: float = 0.2) -> bytes:
@@ -432,89 +408,79 @@ async def raw(url: str, sent: bytes, silent_s: float = 0.2) -> bytes:
     return came
 
 
-def test_a_message_that_announces_gigabytes_is_not_waited_for() -> None:
-    async def scene() -> None:
-        async with served(viewers()) as server:
-            announced = b"MSGF" + struct.pack("<II", 2**32 - 1, 0)
-            assert b"<open>" in await raw(server.url, announced + bytes(60_000))
-            assert b"<open>" not in await raw(
-                server.url, announced + bytes(200_000), LOG_IN_S / 2.0
-            )
-
-    run(scene)
+@scene
+async def test_a_message_that_announces_gigabytes_is_not_waited_for() -> None:
+    async with served(viewers()) as server:
+        announced = b"MSGF" + struct.pack("<II", 2**32 - 1, 0)
+        assert b"<open>" in await raw(server.url, announced + bytes(60_000))
+        assert b"<open>" not in await raw(server.url, announced + bytes(200_000), LOG_IN_S / 2.0)
 
 
-def test_any_bytes_leave_the_server_alive() -> None:
+@scene
+async def test_any_bytes_leave_the_server_alive() -> None:
     seed = random.Random(6)  # noqa: S311 - bytes for a test
 
-    async def scene() -> None:
-        async with served(viewers()) as server:
-            server.publish(status())
-            hello = b"HELF" + struct.pack("<I", 32) + struct.pack("<5I", 0, 65535, 65535, 0, 0)
-            hello += struct.pack("<i", -1)
-            messages: Sequence[bytes] = [
-                b"",
-                b"GET / HTTP/1.1\r\n\r\n",
-                b"HELF" + struct.pack("<I", 8),
-                b"HELF" + struct.pack("<I", 0),
-                b"XXXF" + struct.pack("<I", 12) + b"\x00" * 4,
-                hello,
-                *(hello + b"OPNF" + struct.pack("<I", 60) + seed.randbytes(52) for _ in range(6)),
-                *(hello + b"MSGF" + struct.pack("<I", 60) + seed.randbytes(52) for _ in range(6)),
-                *(seed.randbytes(seed.randrange(1, 500)) for _ in range(6)),
-            ]
-            await asyncio.gather(*(raw(server.url, message) for message in messages[:12]))
-            await asyncio.gather(*(raw(server.url, message) for message in messages[12:]))
-            async with client(server) as one:
-                assert (await read(one, "Status/State")).Value.Value == "Active"
-
-    run(scene)
+    async with served(viewers()) as server:
+        server.publish(status())
+        hello = b"HELF" + struct.pack("<I", 32) + struct.pack("<5I", 0, 65535, 65535, 0, 0)
+        hello += struct.pack("<i", -1)
+        messages: Sequence[bytes] = [
+            b"",
+            b"GET / HTTP/1.1\r\n\r\n",
+            b"HELF" + struct.pack("<I", 8),
+            b"HELF" + struct.pack("<I", 0),
+            b"XXXF" + struct.pack("<I", 12) + b"\x00" * 4,
+            hello,
+            *(hello + b"OPNF" + struct.pack("<I", 60) + seed.randbytes(52) for _ in range(6)),
+            *(hello + b"MSGF" + struct.pack("<I", 60) + seed.randbytes(52) for _ in range(6)),
+            *(seed.randbytes(seed.randrange(1, 500)) for _ in range(6)),
+        ]
+        await asyncio.gather(*(raw(server.url, message) for message in messages[:12]))
+        await asyncio.gather(*(raw(server.url, message) for message in messages[12:]))
+        async with client(server) as one:
+            assert (await read(one, "Status/State")).Value.Value == "Active"
 
 
-def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
-    async def scene() -> None:
-        async with served(viewers()) as server:
-            host, _, port = server.url.removeprefix("opc.tcp://").partition("/")[0].partition(":")
-            held = [await asyncio.open_connection(host, int(port)) for _ in range(MOST_CONNECTIONS)]
-            reader, writer = await asyncio.open_connection(host, int(port))
-            async with asyncio.timeout(LOG_IN_S / 2.0):
-                assert await reader.read(1) == b""  # closed at once, not for want of a log-in
-            writer.close()
-            for _, one in held:
-                one.close()
-            inner: Any = server._server
-            async with asyncio.timeout(10.0):
-                while inner.bserver.clients:
-                    await asyncio.sleep(0.005)
-            async with client(server) as one:
-                await one.nodes.objects.get_children()
-
-    run(scene)
+@scene
+async def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
+    async with served(viewers()) as server:
+        host, _, port = server.url.removeprefix("opc.tcp://").partition("/")[0].partition(":")
+        held = [await asyncio.open_connection(host, int(port)) for _ in range(MOST_CONNECTIONS)]
+        reader, writer = await asyncio.open_connection(host, int(port))
+        async with asyncio.timeout(LOG_IN_S / 2.0):
+            assert await reader.read(1) == b""  # closed at once, not for want of a log-in
+        writer.close()
+        for _, one in held:
+            one.close()
+        inner: Any = server._server
+        async with asyncio.timeout(10.0):
+            while inner.bserver.clients:
+                await asyncio.sleep(0.005)
+        async with client(server) as one:
+            await one.nodes.objects.get_children()
 
 
 # ---- guesses ----------------------------------------------------------------------------------
 
 
-def test_a_guesser_is_refused_and_the_right_password_counts_again_after_a_minute(
+@scene
+async def test_a_guesser_is_refused_and_the_right_password_counts_again_after_a_minute(
     pairs: Pairs,
 ) -> None:
-    async def scene() -> None:
-        clock = HandClock()
-        async with (
-            served(pairs.settings(), clock=clock) as server,
-            pairs.user(server, "operator") as inside,
-        ):
-            for i in range(FAILURES_BY_NAME):
-                assert await refused(pairs, server, "operator", f"guess {i}")
-            assert await refused(pairs, server, "operator", PASSWORD)
-            assert await call(inside, "WhoAmI") == ["operator", "operator"]
-            async with pairs.user(server, "engineer") as other:
-                assert await call(other, "WhoAmI") == ["engineer", "engineer"]
-            clock.now_s += REFUSED_S
-            async with pairs.user(server, "operator") as again:
-                assert await call(again, "WhoAmI") == ["operator", "operator"]
-
-    run(scene)
+    clock = HandClock()
+    async with (
+        served(pairs.settings(), clock=clock) as server,
+        pairs.user(server, "operator") as inside,
+    ):
+        for i in range(FAILURES_BY_NAME):
+            assert await refused(pairs, server, "operator", f"guess {i}")
+        assert await refused(pairs, server, "operator", PASSWORD)
+        assert await call(inside, "WhoAmI") == ["operator", "operator"]
+        async with pairs.user(server, "engineer") as other:
+            assert await call(other, "WhoAmI") == ["engineer", "engineer"]
+        clock.now_s += REFUSED_S
+        async with pairs.user(server, "operator") as again:
+            assert await call(again, "WhoAmI") == ["operator", "operator"]
 
 
 async def refused(pairs: Pairs, server: StatusServer, name: str, password: str) -> bool:
@@ -526,7 +492,8 @@ async def refused(pairs: Pairs, server: StatusServer, name: str, password: str) 
     return False
 
 
-def test_the_loop_goes_on_after_each_look_at_the_passwords_of_twenty_failed_log_ins(
+@scene
+async def test_the_loop_goes_on_after_each_look_at_the_passwords_of_twenty_failed_log_ins(
     pairs: Pairs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each password takes 25 ms of a core; checked in the loop they would stop it for 0.5 s.
@@ -553,30 +520,30 @@ def test_the_loop_goes_on_after_each_look_at_the_passwords_of_twenty_failed_log_
             turned.set()
             await asyncio.sleep(0.001)
 
-    async def scene() -> None:
-        events: list[EventRecord] = []
-        async with served(pairs.settings(), audit=events) as server:
-            ones = [await channel(server.url, pairs) for _ in range(MOST_CONNECTIONS - 1)]
-            for one in ones:
-                await one.create_session()
-            turning = asyncio.create_task(turn())
-            codes = await asyncio.gather(
-                *(
-                    code_of(one.activate_session(username=f"name {i % 7}", password="wrong one"))  # noqa: S106 - a wrong one
-                    for i, one in enumerate(ones)
-                )
+    events: list[EventRecord] = []
+    async with served(pairs.settings(), audit=events) as server:
+        ones = [await channel(server.url, pairs) for _ in range(MOST_CONNECTIONS - 1)]
+        for one in ones:
+            await one.create_session()
+        turning = asyncio.create_task(turn())
+        codes = await asyncio.gather(
+            *(
+                code_of(one.activate_session(username=f"name {i % 7}", password="wrong one"))  # noqa: S106 - a wrong one
+                for i, one in enumerate(ones)
             )
-            turning.cancel()
-            for one in ones:
-                one.disconnect_socket()
-            assert set(codes) == {"BadUserAccessDenied"}
-            assert len(events) == len(ones)  # every password was looked at
-            assert went_on == [True] * len(ones)
+        )
+        turning.cancel()
+        for one in ones:
+            one.disconnect_socket()
+        assert set(codes) == {"BadUserAccessDenied"}
+        assert len(events) == len(ones)  # every password was looked at
+        assert went_on == [True] * len(ones)
 
-    run(scene)
 
-
-def test_clients_that_come_back_at_once_do_not_keep_the_server_from_its_end(pairs: Pairs) -> None:
+@scene
+async def test_clients_that_come_back_at_once_do_not_keep_the_server_from_its_end(
+    pairs: Pairs,
+) -> None:
     async def come_back(port: int, held: list[asyncio.StreamWriter]) -> None:
         while True:
             try:
@@ -585,18 +552,15 @@ def test_clients_that_come_back_at_once_do_not_keep_the_server_from_its_end(pair
                 return
             held.append(writer)
 
-    async def scene() -> None:
-        server = StatusServer(viewers(), Box(), HandClock())
-        await server.open()
-        held: list[asyncio.StreamWriter] = []
-        async with asyncio.TaskGroup() as group:
-            group.create_task(come_back(server.port, held))
-            while len(held) < 3:
-                await asyncio.sleep(0)
-            async with asyncio.timeout(4.0):  # less than the bound: nobody is waited for
-                await server.close()
-        for writer in held:
-            writer.close()
-            await asyncio.gather(writer.wait_closed(), return_exceptions=True)
-
-    asyncio.run(scene())
+    server = StatusServer(viewers(), Box(), HandClock())
+    await server.open()
+    held: list[asyncio.StreamWriter] = []
+    async with asyncio.TaskGroup() as group:
+        group.create_task(come_back(server.port, held))
+        while len(held) < 3:
+            await asyncio.sleep(0)
+        async with asyncio.timeout(4.0):  # less than the bound: nobody is waited for
+            await server.close()
+    for writer in held:
+        writer.close()
+        await asyncio.gather(writer.wait_closed(), return_exceptions=True)

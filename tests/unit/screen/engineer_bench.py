@@ -3,7 +3,6 @@
 import asyncio
 import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, cast
 
 from tests.unit.runtime.simulated import (
@@ -20,18 +19,12 @@ from thermaxis.runtime import (
     Ports,
     VirtualClock,
     interlock_name,
-    read_machine,
     redundant_name,
     run_in_virtual_time,
 )
 from thermaxis.runtime.status import Snapshot, as_json, facts_of
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 CHANNELS = ("T_spindle_C", "T_table_C", "T_column_C")
-
-
-def lathe() -> MachineConfiguration:
-    return read_machine(EXAMPLE)
 
 
 def told_by_a_loop(

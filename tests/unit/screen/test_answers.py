@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import logging
+from itertools import product
 from typing import TYPE_CHECKING, cast
 
 import pytest
@@ -57,23 +58,18 @@ def browser(base_url: str = HERE) -> TestClient:
 # ---- nothing to show ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_an_unknown_page_is_a_page_with_the_way_to_every_other(language: str) -> None:
-    answer = browser().get("/nowhere", headers={**PAGE, "Accept-Language": language})
-    assert answer.status_code == 404
-    assert sentence("common-no_page", language=language) in answer.text
-    assert f'<html lang="{language}' in answer.text
-    for page in ("/model", "/sensors", "/history", "/probe", "/positioning"):
-        assert f'href="{page}"' in answer.text
-
-
-def test_an_unknown_page_is_json_for_a_script() -> None:
-    answer = browser().get("/nowhere", headers={**SCRIPT, "Accept-Language": "de"})
-    assert answer.status_code == 404
-    assert answer.json() == {
-        "error": "common-no_page",
-        "text": sentence("common-no_page", language="de"),
-    }
+def test_an_unknown_page_is_a_page_with_the_way_to_every_other_and_json_for_a_script() -> None:
+    for language in LANGUAGES:
+        answer = browser().get("/nowhere", headers={**PAGE, "Accept-Language": language})
+        text = sentence("common-no_page", language=language)
+        assert answer.status_code == 404
+        assert text in answer.text
+        assert f'<html lang="{language}' in answer.text
+        for page in ("/model", "/sensors", "/history", "/probe", "/positioning"):
+            assert f'href="{page}"' in answer.text
+        answer = browser().get("/nowhere", headers={**SCRIPT, "Accept-Language": language})
+        assert answer.status_code == 404
+        assert answer.json() == {"error": "common-no_page", "text": text}
 
 
 def test_a_method_that_a_route_does_not_take_is_refused_in_words() -> None:
@@ -82,28 +78,25 @@ def test_a_method_that_a_route_does_not_take_is_refused_in_words() -> None:
     assert "POST" in answer.headers["allow"]
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-@pytest.mark.parametrize(
-    ("address", "path", "status", "key"),
-    [
-        ("http://evil.example", "/", 421, "login-host"),
-        (HERE, "/static/%2e%2e/x", 404, "common-no_page"),
-        (HERE, "/?" + "x" * 5000, 414, "common-refused_long"),
-    ],
+REFUSED = (
+    ("http://evil.example", "/", 421, "login-host"),
+    (HERE, "/static/%2e%2e/x", 404, "common-no_page"),
+    (HERE, "/?" + "x" * 5000, 414, "common-refused_long"),
 )
-def test_a_refusal_before_any_page_speaks_the_language_of_the_browser(
-    language: str, address: str, path: str, status: int, key: str
-) -> None:
-    page = browser(address).get(path, headers={**PAGE, "Accept-Language": language})
-    assert page.status_code == status
-    assert page.headers["content-type"] == "text/html; charset=utf-8"
-    assert f'<html lang="{language}">' in page.text
-    assert sentence(key, language=language) in page.text
-    assert 'href="/"' in page.text or status == 421
-    assert "<script" not in page.text
-    said = browser(address).get(path, headers={**SCRIPT, "Accept-Language": language})
-    assert said.status_code == status
-    assert said.json()["text"] == sentence(key, language=language)
+
+
+def test_a_refusal_before_any_page_speaks_the_language_of_the_browser() -> None:
+    for language, (address, path, status, key) in product(LANGUAGES, REFUSED):
+        page = browser(address).get(path, headers={**PAGE, "Accept-Language": language})
+        assert page.status_code == status
+        assert page.headers["content-type"] == "text/html; charset=utf-8"
+        assert f'<html lang="{language}">' in page.text
+        assert sentence(key, language=language) in page.text
+        assert 'href="/"' in page.text or status == 421
+        assert "<script" not in page.text
+        said = browser(address).get(path, headers={**SCRIPT, "Accept-Language": language})
+        assert said.status_code == status
+        assert said.json()["text"] == sentence(key, language=language)
 
 
 def test_a_chosen_language_counts_more_than_that_of_the_browser() -> None:
@@ -113,47 +106,30 @@ def test_a_chosen_language_counts_more_than_that_of_the_browser() -> None:
     assert sentence("common-refused_long", language="cs") in answer.text
 
 
-@pytest.mark.parametrize("path", ["/ask", "/login"])
-@pytest.mark.parametrize(
-    ("kind", "through"),
-    [
-        ("application/json", True),
-        ("application/json; charset=utf-8", True),
-        ("Application/JSON", True),
-        ("text/plain", False),
-        ("application/x-www-form-urlencoded", False),
-        ("multipart/form-data; boundary=x", False),
-        ("application/json5", False),
-        ("", False),
-    ],
-)
-def test_what_is_sent_to_ask_or_to_log_in_calls_itself_json(
-    path: str, kind: str, *, through: bool
-) -> None:
-    headers = {"Origin": HERE, "Content-Type": kind} if kind else {"Origin": HERE}
-    answer = browser().post(path, content=b"{}", headers=headers)
-    assert (answer.status_code != 415) is through
-    if not through:
-        assert answer.json() == {"error": "kind", "text": sentence("common-refused_kind")}
+def test_what_is_sent_to_ask_or_to_log_in_calls_itself_json() -> None:
+    for path, (kind, through) in product(
+        ("/ask", "/login"),
+        (
+            ("application/json", True),
+            ("Application/JSON; charset=utf-8", True),
+            ("text/plain", False),
+            ("multipart/form-data; boundary=x", False),
+            ("application/json5", False),
+            ("", False),
+        ),
+    ):
+        headers = {"Origin": HERE, "Content-Type": kind} if kind else {"Origin": HERE}
+        answer = browser().post(path, content=b"{}", headers=headers)
+        assert (answer.status_code != 415) is through, kind
+        if not through:
+            assert answer.json() == {"error": "kind", "text": sentence("common-refused_kind")}
 
 
-@pytest.mark.parametrize(
-    ("accept", "page"),
-    [
-        ("text/html", True),
-        ("text/html,application/xml;q=0.9,*/*;q=0.8", True),
-        ("application/xml, TEXT/HTML;q=0.1", True),
-        ("*/*", False),
-        ("application/json", False),
-        ("text/htmlx", False),
-        ("", False),
-        (None, False),
-    ],
-)
-def test_a_browser_that_shows_the_answer_is_told_from_a_script(
-    accept: str | None, *, page: bool
-) -> None:
-    assert wants_page(accept) is page
+def test_a_browser_that_shows_the_answer_is_told_from_a_script() -> None:
+    for accept in ("text/html", "application/xml, TEXT/HTML;q=0.1", PAGE["Accept"]):
+        assert wants_page(accept)
+    for accept in ("*/*", "text/htmlx", "", None):
+        assert not wants_page(accept)
 
 
 def test_what_a_plain_page_says_is_text() -> None:
@@ -171,18 +147,16 @@ def mistake() -> KeyError:
     return caught.value
 
 
-@pytest.mark.parametrize("headers", [PAGE, SCRIPT])
-def test_a_mistake_in_the_program_is_answered_in_words_with_a_reference(
-    headers: dict[str, str],
-) -> None:
-    answer = browser().get("/broken", headers={**headers, "Accept-Language": "de"})
-    assert answer.status_code == 500
-    again = browser().get("/broken", headers={**headers, "Accept-Language": "de"})
-    assert answer.text == again.text, "the same mistake has another reference"
-    assert "Kennung" in answer.text
-    for secret in ("secret", "somebody", "Traceback", "KeyError", "test_answers"):
-        assert secret not in answer.text
-    assert answer.headers["content-security-policy"]
+def test_a_mistake_in_the_program_is_answered_in_words_with_a_reference() -> None:
+    for headers in (PAGE, SCRIPT):
+        answer = browser().get("/broken", headers={**headers, "Accept-Language": "de"})
+        assert answer.status_code == 500
+        again = browser().get("/broken", headers={**headers, "Accept-Language": "de"})
+        assert answer.text == again.text, "the same mistake has another reference"
+        assert "Kennung" in answer.text
+        for secret in ("secret", "somebody", "Traceback", "KeyError", "test_answers"):
+            assert secret not in answer.text
+        assert answer.headers["content-security-policy"]
 
 
 def test_another_mistake_has_another_reference() -> None:
@@ -292,24 +266,20 @@ def head_of(port: int, path: str, *, length: int, cookie: bool) -> str:
     )
 
 
-@pytest.mark.parametrize(
-    ("path", "cookie"),
-    [
-        ("/login", False),
-        ("/login", True),
-        ("/ask", True),
-        ("/language", False),
-        ("/positioning/upload?name=run.csv", True),
-    ],
-)
 def test_a_body_that_is_cut_off_is_answered_nothing_and_told_to_nobody(
-    caplog: pytest.LogCaptureFixture, path: str, *, cookie: bool
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     async def scene() -> None:
         async with served(with_mistakes_at) as (port, state):
-            head = head_of(port, path, length=500, cookie=cookie)
-            assert await send(port, head, b'{"na', cut_off=state) == b""
-            await until(lambda: not state.connections and not state.tasks, 20.0)
+            for path, cookie in (
+                ("/login", False),
+                ("/ask", True),
+                ("/language", False),
+                ("/positioning/upload?name=run.csv", True),
+            ):
+                head = head_of(port, path, length=500, cookie=cookie)
+                assert await send(port, head, b'{"na', cut_off=state) == b""
+                await until(lambda: not state.connections and not state.tasks, 20.0)
             whole = await send(port, f"GET /alive HTTP/1.0\nHost: 127.0.0.1:{port}\n", b"")
             assert b" 200 " in whole
 

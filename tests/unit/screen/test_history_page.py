@@ -20,16 +20,16 @@ from tests.unit.runtime.history_records import (
     OUTPUTS,
     CountingClock,
     url_of,
+    write_history,
 )
-from tests.unit.screen.history_parts import write_history
 from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.stand import application, parts
 from tests.unit.screen.test_probe_page import measured
 from thermaxis.codes import Message
-from thermaxis.messages import LANGUAGES, isolated, sentence
+from thermaxis.messages import isolated, sentence
 from thermaxis.runtime import EventRecord, Role, Secret
 from thermaxis.screen.pages import probe_page as _probe_page
-from thermaxis.screen.pages.history import close_history, history_of, page as _history_page, to_ms
+from thermaxis.screen.pages.history import close_history, page as _history_page, to_ms
 from thermaxis.screen.work import Work
 
 NOW = BEGIN + timedelta(hours=1)
@@ -145,19 +145,6 @@ def client(path: Path) -> Iterator[Client]:
         yield client
 
 
-PATHS = ["/history/series", "/history/trend", "/history/events", "/trend8", "/probe/values"]
-
-
-@pytest.mark.parametrize("address", PATHS)
-def test_nobody_without_a_log_in_is_told_anything(path: Path, address: str) -> None:
-    with Stage(path, Role.NONE) as nobody:
-        answer = nobody.get(address, params=SPAN)
-        assert answer.status_code == 401
-        assert answer.json()["error"] == "login-needed"
-        assert nobody.get("/history").headers["location"] == "/login?next=/history"
-        assert nobody.get("/probe").headers["location"] == "/login?next=/probe"
-
-
 def test_who_may_look_without_a_log_in_may_not_export(path: Path) -> None:
     with Stage(path, Role.NONE, looked_at=True) as nobody:
         assert nobody.get("/history/series").status_code == 200
@@ -182,9 +169,8 @@ def test_a_trend_has_the_mean_of_what_was_recorded(client: Client) -> None:
     assert line["step_s"] == 60.0
 
 
-@pytest.mark.parametrize(
-    ("asked", "key"),
-    [
+def test_what_cannot_be_answered_is_refused_in_words(client: Client) -> None:
+    for asked, key in (
         ({"names": "Z_um.model"}, "history-no_span"),
         ({**SPAN, "last": SPAN["first"], "names": "Z_um.model"}, "history-no_span"),
         ({**SPAN, "first": "yesterday", "names": "Z_um.model"}, "history-no_span"),
@@ -192,23 +178,23 @@ def test_a_trend_has_the_mean_of_what_was_recorded(client: Client) -> None:
         (SPAN, "history-no_series"),
         ({**SPAN, "names": [str(k) for k in range(9)]}, "history-too_many"),
         ({**SPAN, "names": "Z_um.modell"}, "history-unknown_series"),
-    ],
-)
-def test_what_cannot_be_answered_is_refused_in_words(
-    client: Client, asked: dict[str, Any], key: str
-) -> None:
-    answer = client.get("/history/trend", params=asked, headers={"accept-language": "de"})
-    assert (answer.status_code, answer.json()["error"]) == (400, key)
-    assert answer.json()["text"].endswith(".")
-    assert "{" not in answer.json()["text"]
+    ):
+        answer = client.get("/history/trend", params=asked, headers={"accept-language": "de"})
+        assert (answer.status_code, answer.json()["error"]) == (400, key), asked
+        assert answer.json()["text"].endswith(".")
+        assert "{" not in answer.json()["text"]
+    answer = client.get("/probe/values", params={**SPAN, "name": "../X_um"})
+    assert (answer.status_code, answer.json()["error"]) == (404, "probe-unknown")
+    answer = client.get("/probe/values", params={"name": "Z_um"})
+    assert (answer.status_code, answer.json()["error"]) == (400, "history-no_span")
 
 
-@pytest.mark.parametrize("points", ["", "-5", "1e9", "9" * 30, "0", "99999"])
-def test_no_number_of_points_breaks_a_question(client: Client, points: str) -> None:
-    asked = {**SPAN, "names": "Z_um.model", "points": points}
-    found = client.get("/history/trend", params=asked)
-    assert found.status_code == 200
-    assert 1 <= len(found.json()["series"]["Z_um.model"]["t"]) <= 4000
+def test_no_number_of_points_breaks_a_question(client: Client) -> None:
+    for points in ("", "-5", "1e9", "9" * 30, "0", "99999"):
+        asked = {**SPAN, "names": "Z_um.model", "points": points}
+        found = client.get("/history/trend", params=asked)
+        assert found.status_code == 200
+        assert 1 <= len(found.json()["series"]["Z_um.model"]["t"]) <= 4000
 
 
 def test_events_are_said_in_the_visitors_language(
@@ -267,16 +253,6 @@ def test_without_a_history_every_page_says_why(tmp_path: Path) -> None:
             assert (answer.status_code, answer.json()["error"]) == (503, "history-unreadable")
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_the_pages_stand_in_every_language(path: Path, language: str) -> None:
-    with Stage(path, probes=("Z_um",)) as client:
-        for address in ("/history", "/probe"):
-            answer = client.get(address, headers={"accept-language": language})
-            assert answer.status_code == 200
-            assert f'<html lang="{language}' in answer.text
-            assert 'id="chart"' in answer.text
-
-
 def test_without_a_probe_the_page_says_how_to_configure_one(path: Path) -> None:
     with Stage(path) as client:
         text = client.get("/probe").text
@@ -291,13 +267,6 @@ def test_the_probe_is_compared_over_the_address(client: Client) -> None:
     assert found["figures"]["compensated_um"] == 1.0
     assert found["figures"]["uncompensated_um"] == 4.0  # 1 - 0 and 2 - (-3)
     assert found["figures"]["ratio"] == 0.25
-
-
-def test_a_probe_that_is_not_configured_is_not_there(client: Client) -> None:
-    answer = client.get("/probe/values", params={**SPAN, "name": "../X_um"})
-    assert (answer.status_code, answer.json()["error"]) == (404, "probe-unknown")
-    answer = client.get("/probe/values", params={"name": "Z_um"})
-    assert (answer.status_code, answer.json()["error"]) == (400, "history-no_span")
 
 
 # ---- export -------------------------------------------------------------------------------------
@@ -378,20 +347,10 @@ def test_the_databases_password_goes_to_the_command_in_a_private_file(path: Path
     assert not any("sesame" in text for text in [*words, *variables.values()])
 
 
-def test_all_pages_share_one_history(path: Path) -> None:
-    stage = Stage(path)
-    with stage:
-        request = cast("Any", SimpleNamespace(app=stage.application))
-        assert history_of(request) is history_of(request)
-
-
-@pytest.mark.parametrize("method", ["GET", "HEAD"])
-def test_an_address_alone_exports_nothing(client: Client, method: str) -> None:
-    asked = client.http.request(method, "/history/export", params={**SPAN, "format": "csv"})
-    assert client.runner.run(asked).status_code == 405
-
-
-def test_an_export_without_the_token_of_the_page_is_refused(client: Client) -> None:
+def test_an_address_alone_or_without_the_token_of_the_page_exports_nothing(client: Client) -> None:
+    for method in ("GET", "HEAD"):
+        asked = client.http.request(method, "/history/export", params={**SPAN, "format": "csv"})
+        assert client.runner.run(asked).status_code == 405
     answer = client.runner.run(client.http.post("/history/export", params=SPAN))
     assert (answer.status_code, answer.json()["error"]) == (403, "login-token")
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, strategies as st
 
-from tests.unit.screen.engineer_bench import lathe, told_by_a_loop
+from tests.unit.screen.engineer_bench import told_by_a_loop
+from tests.unit.screen.stand import lathe
 from thermaxis.compensation import (
     STATED,
     CompensationModel,

@@ -111,7 +111,7 @@ def test_a_wrong_name_or_password_comes_to_nothing(play) -> None:
     play(scene)
 
 
-def test_whoever_has_lost_the_session_stays_to_look_on_and_asks_for_nothing(play) -> None:
+def test_whoever_has_lost_the_session_looks_on_and_asks_for_nothing_nor_after_the_end(play) -> None:
     async def scene(persons: UserSessions, password: str, lose: MethodType) -> None:
         cookie, person = await logged_in(persons, "engineer", password)
         await lose(person)
@@ -120,12 +120,6 @@ def test_whoever_has_lost_the_session_stays_to_look_on_and_asks_for_nothing(play
         assert (person.role, person.granted) == (Role.VIEWER, Role.ENGINEER)
         outcome = await persons.ask(person, asks("Hold"))
         assert outcome == (Answer.REFUSED, Message("login-loop_gone"))
-
-    play(scene)
-
-
-def test_what_is_asked_is_looked_at_in_the_same_order(play) -> None:
-    async def scene(persons: UserSessions, password: str, _: MethodType) -> None:
         cookie, person = await logged_in(persons, "engineer", password)
         trim = asks("Trim", "Z_um", -5, 3600)
         assert (await persons.ask(person, trim)).answer is Answer.ACCEPTED

@@ -9,13 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from starlette.testclient import TestClient
 
-from tests.unit.runtime.history_records import BEGIN, cycle_record, url_of
+from tests.unit.runtime.history_records import BEGIN, cycle_record, url_of, write_history
 from tests.unit.runtime.simulated import SimulatedHistorian
-from tests.unit.screen.engineer_bench import lathe as lathe_configuration
-from tests.unit.screen.history_parts import write_history
-from tests.unit.screen.stand import KnownFeed, application, parts
+from tests.unit.screen.stand import client, lathe, parts
 from thermaxis.compensation import (
     Compensation,
     Limits,
@@ -64,7 +61,7 @@ class Morning(NamedTuple):
 def morning(tmp_path_factory: pytest.TempPathFactory) -> Morning:
     model = read_model(MODEL)
     slow = LatheSettings(offset=OffsetRules(watchdog_s=60.0))
-    lathe = VirtualLathe("verification", seed=11, settings=slow)
+    virtual = VirtualLathe("verification", seed=11, settings=slow)
     compensation = Compensation(
         model=model,
         sensors={
@@ -88,11 +85,14 @@ def morning(tmp_path_factory: pytest.TempPathFactory) -> Morning:
                 machine="lathe", model_file="lathe.json", model_sha256="", at_stop=AtStop.LEAVE
             ),
             Ports(
-                LatheSource(lathe, clock, names=names), LatheSink(lathe, clock), historian, clock
+                LatheSource(virtual, clock, names=names),
+                LatheSink(virtual, clock),
+                historian,
+                clock,
             ),
         )
         loop.listeners.append(
-            lambda _: truth.append((float(lathe.uncorrected_um[0]), float(lathe.true_um[0])))
+            lambda _: truth.append((float(virtual.uncorrected_um[0]), float(virtual.true_um[0])))
         )
         running = asyncio.ensure_future(
             loop.run(asyncio.Event(), cycles=int(HOURS * 3600 / CYCLE_S))
@@ -127,14 +127,6 @@ def test_the_uncompensated_displacement_is_the_truth_within_the_probes_noise(
     assert np.abs(error_um).max() < 6.0 * noise_um
     measured_error_um = (found.compensated_um - morning.true_um)[there]
     assert np.abs(measured_error_um).max() < 6.0 * noise_um
-
-
-def test_the_other_sign_would_miss_the_truth_by_far(morning: Morning) -> None:
-    with HistoryReader(morning.url) as reader:
-        found = by_cycle(reader, "Z_um", morning.span)
-    wrong = 2.0 * found.compensated_um - found.uncompensated_um  # probe + offset
-    there = np.isfinite(wrong)
-    assert np.abs((wrong - morning.uncorrected_um)[there]).max() > 40.0
 
 
 def test_the_figures_are_those_of_the_truth_and_say_of_how_many_values(morning: Morning) -> None:
@@ -256,6 +248,5 @@ def test_a_compensation_without_any_drift_has_no_ratio(tmp_path: Path) -> None:
 
 
 def test_the_probes_of_a_page_are_named_as_everywhere_and_asked_for_by_their_own_name() -> None:
-    given = parts(lathe_configuration(), KnownFeed(None))
-    page = TestClient(application(given, _probe_page.routes(given))).get("/probe").text
+    page = client(parts(lathe()), _probe_page.routes).get("/probe").text
     assert '<option value="Z_um">Z</option>' in page

@@ -12,15 +12,16 @@ import re
 import signal
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.codes import Value, printable, values_of_json
-from thermaxis.messages import sentence
+from thermaxis.codes import Message, Value, printable, value_of_json, values_of_json
+from thermaxis.messages import sentence, text_of
 from thermaxis.runtime import Role
 from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render, spoken, visitor_of
 from thermaxis.screen.pages.positioning._results import (
@@ -53,13 +54,13 @@ UPLOAD_S: Final = 60.0
 LONGEST_NAME: Final = 120
 """Characters of a file's name that are shown. [1]"""
 _LARGEST_JSON_BYTES = 8_000_000
+"""Largest result, which the command prints. [byte]"""
 _EXTENSIONS = (".rtl", ".csv", ".dat", ".xlsx", ".txt")
-_JSON, _HTML, _PDF = "result.json", "report.html", "certificate.pdf"
+_HTML, _PDF = "report.html", "certificate.pdf"
 _HEAD, _LIMITS = "head.toml", "limits.toml"
 _CYCLES = ("standard", "pilgrim", "step")
 _EDITIONS = ("2014", "2006", "1997", "1988", "vdi3441")
 _LACKS_MEMORY = re.compile(r"\bMemoryError\b|\bmemory allocation\b|\bbad_alloc\b")
-_SAYS = re.compile(r"^thermaxis: error: ", re.MULTILINE)
 _UNAUTHORIZED = 401
 _BAD_REQUEST, _NOT_FOUND, _TOO_SLOW, _TOO_LARGE = 400, 404, 408, 413
 _NOT_EVALUATED, _BUSY, _NO_ROOM = 422, 429, 507
@@ -301,12 +302,12 @@ async def _evaluated(request: Request, work: Work, asked: _Asked, person: "UserS
         today = parts.clock.utc().astimezone().date().isoformat()
         outcome = await work.run_command(
             [
-                *("evaluate", asked.stored, f"--json={_JSON}", f"--report={_HTML}"),
+                *("evaluate", asked.stored, "--json=-", f"--report={_HTML}"),
                 *(f"--report={_PDF}", f"--date={today}", f"--source-name={asked.name}"),
                 *asked.words,
             ],
-            limits=Limits(parts.settings.evaluation_s),
-            outputs=(_JSON, _HTML, _PDF),
+            limits=Limits(parts.settings.evaluation_s, said_bytes=_LARGEST_JSON_BYTES),
+            outputs=(_HTML, _PDF),
             folder=folder,
         )
         found = await asyncio.to_thread(_judged, outcome, asked, parts.settings.evaluation_s)
@@ -355,22 +356,45 @@ def _judged(outcome: Outcome, asked: _Asked, longest_s: float) -> Json:
         raise RefusedError(_NOT_EVALUATED, "positioning-too_long", limit=longest_s)
     if outcome.ending is Ending.TOO_MUCH:
         raise RefusedError(_NOT_EVALUATED, "positioning-too_much")
-    if outcome.code == _REFUSED and _SAYS.search(outcome.said):
-        said = without_paths(_SAYS.split(outcome.said)[-1].strip(), outcome.folder, asked)
+    printed = _printed(outcome.printed)
+    if outcome.code == _REFUSED and "error" in printed:
+        said = text_of(_message_of(without_paths(printed["error"], outcome.folder, asked)))
         raise RefusedError(_NOT_EVALUATED, "positioning-refused", said=said)
     if outcome.code == -signal.SIGKILL or _LACKS_MEMORY.search(outcome.said):
         raise RefusedError(_NOT_EVALUATED, "positioning-too_hungry")
-    if outcome.code == 0 and set(outcome.files) == {_JSON, _HTML, _PDF}:
-        if outcome.files[_JSON].stat().st_size > _LARGEST_JSON_BYTES:
-            raise RefusedError(_NOT_EVALUATED, "positioning-too_much")
-        return shown_of(cast("dict[str, Any]", json.loads(outcome.files[_JSON].read_bytes())))
+    if outcome.code == 0 and printed and set(outcome.files) == {_HTML, _PDF}:
+        return shown_of(printed)
     said = printable(outcome.said.strip()[-2000:], 2000)
     _log.warning("the evaluation failed with code %s: %s", outcome.code, said)
     raise RefusedError(_NOT_EVALUATED, "positioning-crashed")
 
 
-def without_paths(said: str, folder: WorkFolder, asked: _Asked) -> str:
+def _printed(text: str) -> Json:
+    """Return the result or the error that the command has printed; nothing where it is neither."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return cast("Json", found) if isinstance(found, dict) else {}
+
+
+def _message_of(error: object) -> Message:
+    """Return the error of a command."""
+    found = value_of_json(error)
+    if not isinstance(found, Message):
+        return Message("ask-told", {"said": str(found)})
+    return replace(found, code=f"error-{found.code}")
+
+
+def without_paths(said: object, folder: WorkFolder, asked: _Asked) -> object:
     """Return what the command says with the file's own name, and no place of this computer."""
+    if isinstance(said, dict):
+        table = cast("dict[str, object]", said)
+        return {name: without_paths(one, folder, asked) for name, one in table.items()}
+    if isinstance(said, list):
+        return [without_paths(one, folder, asked) for one in cast("list[object]", said)]
+    if not isinstance(said, str):
+        return said
     places = {
         str(folder.path.resolve()),
         str(folder.path),
