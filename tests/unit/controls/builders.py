@@ -16,7 +16,7 @@ from thermaxis.controls import (
 )
 from thermaxis.files import plan_sha256
 from thermaxis.messages import text_of
-from thermaxis.positioning import BACKWARD, FORWARD, TestPlan, moves_of_plan, order_of_visits
+from thermaxis.positioning import BACKWARD, FORWARD, TestPlan, moves_of_plan
 from thermaxis.quantities import AxisKind
 
 
@@ -40,15 +40,6 @@ def in_every_direction(plan: TestPlan) -> Iterator[TestPlan]:
         yield replace(plan, approaches=approaches)
 
 
-HOSTILE = (
-    *("x) G0 Z-100", "*)", "(MSG, hello", "MSG, hello", 'MSG("hello")', "DEBUG,#1", "PRINT,#2"),
-    *("%", "%_N_X_MPF", "$MA_X=1", "µ ü €", "µ ~ ", "; M30", "o100 endrepeat", "O1234 M99"),
-    *("THX_LIMIT:", "ENDFOR", "(LOGOPEN,/etc/passwd)", "?x=1&y", "=1", '"A" % \\ {}'),
-    *("L X+900 FMAX", "a" * 200, "é" * 200),
-)
-"""Titles of plans that would do something outside a comment."""
-
-
 def program_of(
     control: Control, plan: TestPlan, *sets: str, warm_up: int = 0, **changes: object
 ) -> str:
@@ -60,13 +51,6 @@ def program_of(
         "options": check_options(control, sets, purpose="program"),
     }
     return control.format_program(ProgramRequest(**{**fields, **changes}))
-
-
-def planned_stops(plan: TestPlan) -> list[tuple[float, float]]:
-    """Return position and direction of every stop in its order."""
-    visits = order_of_visits(plan)
-    side = np.where(visits.approach == FORWARD, 1.0, -1.0)
-    return list(zip(plan.target[visits.target].tolist(), side.tolist(), strict=True))
 
 
 def found(read: ReadTable) -> list[str]:

@@ -1,197 +1,50 @@
 """LinuxCNC: its programs by a small interpreter of our own, its tables by a reader of our own."""
 
 import re
-from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from tests.unit.controls.builders import (
-    HOSTILE,
-    advised,
-    found,
-    in_every_direction,
-    planned_stops,
-    program_of,
-)
+from tests.unit.controls.builders import advised, found, plan_of, program_of
+from tests.unit.controls.interpreters import drive_linuxcnc
 from thermaxis.codes import Place
 from thermaxis.controls import ReadTable, TableRequest, check_options
 from thermaxis.controls.linuxcnc import CONTROL
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files import plan_sha256
 from thermaxis.positioning import (
-    BACKWARD,
-    FORWARD,
     AxisLevels,
     CompensationTable,
-    Cycle,
-    TestPlan,
     compensation_table,
     evaluate_duration,
 )
 from thermaxis.quantities import AxisKind
-
-PLAN = TestPlan(
-    kind=AxisKind.LINEAR,
-    axis="X",
-    target=np.array([-2.0, 10.123, 20.0, 33.3]),
-    cycles=3,
-    feed=600.0,
-    dwell_s=2.0,
-    recording_s=0.25,
-    overrun=4.5,
-)
 
 
 def table_options(*stated: str) -> dict[str, str]:
     return dict(check_options(CONTROL, stated, purpose="table"))
 
 
-# ---- an interpreter of the few words that the programs use --------------------------------------
-
-
-@dataclass
-class Driven:
-    """What the axis did."""
-
-    stops: list[tuple[float, float]]
-    """Position and direction of the last move of each stop."""
-    places: list[float]
-    dwell_s: list[float]
-    way: float
-
-
-def drive(program: str, letter: str = "X", start: float = 1000.0) -> Driven:
-    lines = [re.sub(r"\([^()]*\)", "", line).strip() for line in program.splitlines()]
-    assert all("(" not in line and ")" not in line for line in lines)
-    done = Driven([], [], [], 0.0)
-    place, direction, k = start, 0.0, 0
-    loops: dict[str, tuple[int, int]] = {}
-    ended = False
-    while k < len(lines):
-        line = lines[k]
-        assert not ended or not line
-        if found := re.fullmatch(r"(o\d+) repeat \[(\d+)\]", line):
-            loops[found[1]] = (k, int(found[2]))
-        elif found := re.fullmatch(r"(o\d+) endrepeat", line):
-            at, left = loops[found[1]]
-            loops[found[1]] = (at, left - 1)
-            k = at if left > 1 else k
-        elif found := re.fullmatch(rf"(?:G53 )?G1 {letter}(-?\d+\.\d+)", line):
-            to = float(found[1])
-            done.way += abs(to - place) if done.places else 0.0
-            direction, place = np.sign(to - place), to
-            done.places.append(to)
-        elif found := re.fullmatch(r"G4 P(\d+\.\d+)", line):
-            done.stops.append((place, direction))
-            done.dwell_s.append(float(found[1]))
-        elif line == "M2":
-            ended = True
-        else:
-            assert line in {"", "G21 G90 G94 G40 G49 G80", "G61.1"} or line.startswith("F"), line
-        k += 1
-    assert ended
-    return done
-
-
-@pytest.mark.parametrize("cycle", list(Cycle))
-def test_the_program_visits_every_target_in_order_from_its_side(cycle: Cycle) -> None:
-    for warm_up, coordinates in ((0, "machine"), (4, "work"), (1, "machine")):
-        for plan in in_every_direction(replace(PLAN, cycle=cycle)):
-            program = program_of(CONTROL, plan, f"coordinates={coordinates}", warm_up=warm_up)
-            for start in (-1000.0, 10.123, 1000.0):
-                done = drive(program, start=start)
-                assert done.stops == planned_stops(plan)
-                assert set(done.dwell_s) == {2.25}
-                assert min(done.places) >= plan.lowest
-                assert max(done.places) <= plan.highest
-            assert ("G53" in program) == (coordinates == "machine")
-
-
 def test_the_head_states_the_duration_that_the_motion_takes() -> None:
-    program = program_of(CONTROL, PLAN)
-    done = drive(program)
-    seconds = 60.0 * done.way / PLAN.feed + sum(done.dwell_s)
-    assert f"duration about {seconds / 60:.1f} min" in program
-    assert seconds == pytest.approx(evaluate_duration(PLAN).total_s, abs=2.0)
-    warmed = program_of(CONTROL, PLAN, warm_up=500)
-    done = drive(warmed)
-    minutes = done.way / PLAN.feed + sum(done.dwell_s) / 60
-    assert f"duration about {minutes:.1f} min" in warmed
+    plan = plan_of()
+    for warm_up in (0, 500):
+        program = program_of(CONTROL, plan, warm_up=warm_up)
+        done = drive_linuxcnc(program)
+        seconds = 60.0 * done.way / plan.feed + sum(done.dwell_s)
+        assert f"duration about {seconds / 60:.1f} min" in program
+        if not warm_up:
+            assert seconds == pytest.approx(evaluate_duration(plan).total_s, abs=2.0)
 
 
-@given(
-    st.lists(st.integers(-200_000, 200_000), min_size=2, max_size=12, unique=True),
-    st.sampled_from(list(Cycle)),
-    st.sampled_from([(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)]),
-    st.integers(1, 4),
-    st.floats(0.001, 50.0),
-)
-@settings(max_examples=30, deadline=None)
-def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
-    thousandths: list[int],
-    cycle: Cycle,
-    approaches: tuple[int, ...],
-    cycles: int,
-    overrun: float,
-) -> None:
-    target = np.array(sorted(thousandths)) / 1000.0
-    plan = replace(
-        PLAN, target=target, cycle=cycle, approaches=approaches, cycles=cycles, overrun=overrun
-    )
-    done = drive(program_of(CONTROL, plan))
-    assert done.stops == planned_stops(plan)
-    assert min(done.places) >= plan.lowest - 1e-6
-    assert max(done.places) <= plan.highest + 1e-6
-
-
-def test_text_of_a_plan_stays_a_comment_without_any_power() -> None:
-    plain = program_of(CONTROL, PLAN)
-    for title in HOSTILE:
-        plan = replace(PLAN, title=title)
-        program = program_of(CONTROL, plan)
-        assert drive(program) == drive(plain)
-        body = [line for line in program.splitlines() if not line.startswith("(title")]
-        wanted = [line.replace(plan_sha256(PLAN), plan_sha256(plan)) for line in plain.splitlines()]
-        assert body == wanted
-        assert program.isascii()
-        assert "," not in program
-        assert "%" not in program
-        assert max(map(len, program.splitlines())) < 255
-
-
-def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
-    plan = replace(PLAN, title="Spindle side, run 2")
-    head = [line for line in program_of(CONTROL, plan).splitlines() if line.startswith("(")]
-    text = "\n".join(head)
-    assert f"(plan sha256 {plan_sha256(plan)})" in head
-    assert "(title Spindle side run 2)" in head
-    assert "lowest -6.500 highest 37.800 mm" in text
-    assert "feed 600 mm per min" in text
-    assert "Prove with reduced feed" in text
-    assert "WARNING travel of the axis was not stated" in text
-    stated = program_of(CONTROL, plan, travel=(-10.0, 50.0))
-    assert "travel -10.000 to 50.000 mm was checked" in stated
-    assert "WARNING" not in stated
-    assert "WARNING the check holds" in program_of(
-        CONTROL, plan, "coordinates=work", travel=(-10.0, 50.0)
-    )
-
-
-@pytest.mark.parametrize(
-    ("kind", "good", "bad"), [("linear", "xZW", "CIF"), ("rotary", "Ab", "XE")]
-)
-def test_an_axis_has_one_letter_that_fits_its_kind(kind: str, good: str, bad: str) -> None:
-    plan = replace(PLAN, kind=AxisKind(kind))
-    for letter in good:
-        assert drive(program_of(CONTROL, plan, axis=letter), letter.upper()).stops == planned_stops(
-            plan
-        )
-    for name in (*bad, "X1", "XY", "X G0"):
-        with refused("unknown_axis"):
-            program_of(CONTROL, plan, axis=name)
+def test_an_axis_has_one_letter_that_fits_its_kind() -> None:
+    for kind, good, bad in (("linear", "xZW", "CIF"), ("rotary", "Ab", "XE")):
+        plan = plan_of(kind=AxisKind(kind))
+        for letter in good:
+            assert drive_linuxcnc(program_of(CONTROL, plan, axis=letter), letter.upper()).stops
+        for name in (*bad, "X1", "XY", "X G0"):
+            with refused("unknown_axis"):
+                program_of(CONTROL, plan, axis=name)
 
 
 # ---- tables -------------------------------------------------------------------------------------
@@ -465,18 +318,6 @@ def test_numbers_are_taken_as_the_control_takes_them() -> None:
         read("1.5 2\n")
 
 
-def test_a_small_feed_is_written() -> None:
-    assert "F0.0005" in program_of(CONTROL, replace(PLAN, feed=0.0005))
-
-
-def test_the_longest_program_is_written_in_a_moment_and_its_lines_are_short() -> None:
-    target = np.arange(1000) * 1.0
-    plan = replace(PLAN, target=target, cycle=Cycle.PILGRIM, cycles=20)
-    program = program_of(CONTROL, plan)
-    assert max(map(len, program.splitlines())) < 120
-    assert len(drive(program).stops) == plan.stops
-
-
 def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
     long = "".join(f"{i} {i} {i}\n" for i in range(200_000))
     with refused("too_many_rows"):
@@ -484,8 +325,3 @@ def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
     for text in ("1" * 4_000_000, "0 0 0\n" + "1" * 4_000_000, " " * 4_000_000):
         with refused("table_line_too_long"):
             read(text)
-
-
-def test_an_overrun_of_two_digits_is_driven() -> None:
-    plan = replace(PLAN, overrun=2e-6)
-    assert drive(program_of(CONTROL, plan)).stops == planned_stops(plan)

@@ -1,21 +1,14 @@
 """SINUMERIK: its programs by a small interpreter of our own, its tables by a reader of our own."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from tests.unit.controls.builders import (
-    HOSTILE,
-    advised,
-    found,
-    in_every_direction,
-    planned_stops,
-    program_of,
-)
+from tests.unit.controls.builders import advised, found, plan_of, program_of
+from tests.unit.controls.interpreters import Driven, drive_sinumerik
 from thermaxis.codes import Place
 from thermaxis.controls import (
     TableRequest,
@@ -24,166 +17,35 @@ from thermaxis.controls import (
 )
 from thermaxis.controls.sinumerik import ALARM, CONTROL
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files import plan_sha256
 from thermaxis.positioning import (
     AxisLevels,
     CompensationTable,
-    Cycle,
     TestPlan,
     compensation_table,
 )
 from thermaxis.quantities import AxisKind
 
-PLAN = TestPlan(
-    kind=AxisKind.LINEAR,
-    axis="X1",
-    target=np.array([-2.0, 10.123, 20.0, 33.3]),
-    cycles=3,
-    feed=600.0,
-    dwell_s=2.0,
-    recording_s=0.25,
-    overrun=4.5,
-)
-MODES = ("G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601", "DEF INT THX_CYCLE")
+PLAN = plan_of(axis="X1")
 
 
 def table_options(*stated: str) -> dict[str, str]:
     return dict(check_options(CONTROL, stated, purpose="table"))
 
 
-# ---- an interpreter of the few words that the programs use --------------------------------------
-
-
-@dataclass
-class Driven:
-    """What the axis did."""
-
-    stops: list[tuple[float, float]]
-    """Position and direction of the last move of each stop."""
-    places: list[float]
-    dwell_s: list[float]
-    alarms: list[int]
-
-
-def drive(
-    program: str,
-    axis: str = "X1",
-    start: float = 1000.0,
-    software_limits: tuple[float, float] = (-1e6, 1e6),
-    machine_axis: str | None = None,
-) -> Driven:
-    assert program.endswith("\r\n")
-    lines = [line.partition(";")[0].strip() for line in program.split("\r\n")]
-    limit = dict(zip(("MINUS", "PLUS"), software_limits, strict=True))
-    done = Driven([], [], [], [])
-    place, direction, k, left = start, 0.0, 0, 0
-    loop = -1
-    while lines[k] != "M30":
-        line = lines[k]
-        if found := re.fullmatch(r"FOR THX_CYCLE=1 TO (\d+)", line):
-            assert "DEF INT THX_CYCLE" in lines[:k]
-            loop, left = k, int(found[1])
-        elif line == "ENDFOR":
-            left -= 1
-            k = loop if left else k
-        elif found := re.fullmatch(rf"(?:SUPA )?G1 {axis}=(-?\d+\.\d+)", line):
-            to = float(found[1])
-            direction, place = np.sign(to - place), to
-            done.places.append(to)
-        elif found := re.fullmatch(r"G4 F(\d+\.\d+)", line):
-            done.stops.append((place, direction))
-            done.dwell_s.append(float(found[1]))
-        elif found := re.fullmatch(
-            rf"IF \((\S+?)([<>])\$MA_POS_LIMIT_(MINUS|PLUS)\[{machine_axis or axis}\]\)"
-            r" GOTOF (\w+)",
-            line,
-        ):
-            a, b = float(found[1]), limit[found[3]]
-            if a < b if found[2] == "<" else a > b:
-                k = lines.index(found[4] + ":")
-        elif found := re.fullmatch(r"SETAL\((\d+)\)", line):
-            done.alarms.append(int(found[1]))
-        else:
-            assert line in {"", *MODES} or re.fullmatch(r"F\d+(\.\d+)?", line), line
-        k += 1
-    return done
-
-
-@pytest.mark.parametrize("cycle", list(Cycle))
-def test_the_program_visits_every_target_in_order_from_its_side(cycle: Cycle) -> None:
-    for warm_up, coordinates in ((0, "machine"), (4, "work"), (1, "machine")):
-        for plan in in_every_direction(replace(PLAN, cycle=cycle)):
-            program = program_of(CONTROL, plan, f"coordinates={coordinates}", warm_up=warm_up)
-            for start in (-1000.0, 10.123, 1000.0):
-                done = drive(program, start=start)
-                assert done.stops == planned_stops(plan)
-                assert set(done.dwell_s) == {2.25}
-                assert min(done.places) >= plan.lowest
-                assert max(done.places) <= plan.highest
-                assert done.alarms == []
-            moves = [line.strip() for line in program.split("\r\n") if "G1 " in line]
-            supa = coordinates == "machine"
-            assert all(line.startswith("SUPA") for line in moves) == supa
-
-
-@given(
-    st.lists(st.integers(-200_000, 200_000), min_size=2, max_size=12, unique=True),
-    st.sampled_from(list(Cycle)),
-    st.integers(1, 4),
-    st.floats(0.001, 50.0),
-)
-@settings(max_examples=30, deadline=None)
-def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
-    thousandths: list[int], cycle: Cycle, cycles: int, overrun: float
-) -> None:
-    target = np.array(sorted(thousandths)) / 1000.0
-    plan = replace(PLAN, target=target, cycle=cycle, cycles=cycles, overrun=overrun)
-    done = drive(program_of(CONTROL, plan))
-    assert done.stops == planned_stops(plan)
-    assert min(done.places) >= plan.lowest - 1e-6
-    assert max(done.places) <= plan.highest + 1e-6
+def drive(plan: TestPlan, *stated: str, **more: object) -> Driven:
+    return drive_sinumerik(program_of(CONTROL, plan, *stated), plan.axis.upper(), **more)
 
 
 def test_software_limits_that_are_too_near_lead_past_all_motion_to_an_alarm() -> None:
-    for limits in ((-6.4, 100.0), (-100.0, 37.7)):
-        done = drive(program_of(CONTROL, PLAN), software_limits=limits)
-        assert done.places == []
-        assert done.alarms == [ALARM]
-    assert drive(program_of(CONTROL, PLAN), software_limits=(-6.5, 37.8)).alarms == []
-
-
-def test_text_of_a_plan_stays_a_comment_without_any_power() -> None:
-    plain = program_of(CONTROL, PLAN)
-    for title in HOSTILE:
-        plan = replace(PLAN, title=title)
-        program = program_of(CONTROL, plan)
-        assert drive(program) == drive(plain)
-        body = [line for line in program.split("\r\n") if not line.startswith("; title")]
-        hashes = plan_sha256(PLAN), plan_sha256(plan)
-        assert body == [line.replace(*hashes) for line in plain.split("\r\n")]
-        assert program.isascii()
-        assert '"' not in program
-        assert program.count("\n") == program.count("\r\n")
-
-
-def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
-    plan = replace(PLAN, title="Spindle side, run 2")
-    program = program_of(CONTROL, plan)
-    assert f"; plan sha256 {plan_sha256(plan)}\r\n" in program
-    assert "; title Spindle side run 2\r\n" in program
-    assert "lowest -6.500 highest 37.800 mm" in program
-    assert "Prove with reduced feed" in program
-    assert "WARNING travel of the axis was not stated" in program
-    assert "WARNING" not in program_of(CONTROL, plan, travel=(-10.0, 50.0))
-    rotary = program_of(CONTROL, replace(plan, kind=AxisKind.ROTARY, axis="C"))
-    assert "feed 600 deg per min" in rotary
-    assert "WARNING on a modulo axis" in rotary
+    for limits in ((-4.9, 200.0), (-100.0, 103.9)):
+        done = drive(PLAN, software_limits=limits)
+        assert (done.places, done.alarms) == ([], [ALARM])
+    assert drive(PLAN, software_limits=(-5.0, 104.0)).alarms == []
 
 
 def test_an_axis_may_have_a_number() -> None:
     for axis in ("X", "y", "Z2", "AX1", "MX12"):
-        plan = replace(PLAN, axis=axis)
-        assert drive(program_of(CONTROL, plan), axis.upper()).stops == planned_stops(plan)
+        assert drive(replace(PLAN, axis=axis)).stops
 
 
 def test_a_word_of_the_language_is_no_axis() -> None:
@@ -296,9 +158,8 @@ def test_the_limits_are_those_of_the_machine_axis_and_moves_are_of_the_channel_a
     program = program_of(CONTROL, PLAN, "machine_axis=ax1")
     assert "$MA_POS_LIMIT_MINUS[AX1]" in program
     assert "[X1]" not in program
-    done = drive(program, machine_axis="AX1")
-    assert done.stops == planned_stops(PLAN)
-    near = drive(program, machine_axis="AX1", software_limits=(0.0, 1e6))
+    assert drive_sinumerik(program, "X1", machine_axis="AX1").stops
+    near = drive_sinumerik(program, "X1", machine_axis="AX1", software_limits=(0.0, 1e6))
     assert (near.places, len(near.alarms)) == ([], 1)
     assert program_of(CONTROL, PLAN) == program_of(CONTROL, PLAN, "machine_axis=axis")
     for name in ("AX1]", "1X", "a" * 40, "AX 1"):
@@ -525,8 +386,3 @@ def test_text_of_any_length_is_cut_in_the_head_of_a_table() -> None:
     ).text
     assert len(text) < 3000
     assert statements(text) == statements(written(TABLE).text)
-
-
-def test_an_overrun_of_two_digits_is_driven() -> None:
-    plan = replace(PLAN, overrun=2e-6)
-    assert drive(program_of(CONTROL, plan)).stops == planned_stops(plan)
