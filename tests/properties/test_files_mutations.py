@@ -3,17 +3,15 @@
 import io
 import random
 import re
-import tempfile
 import time
 import zipfile
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-import openpyxl
 import pytest
 
+from tests.unit.files.builders import MADE
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import (
     format_tidy_csv,
@@ -23,10 +21,8 @@ from thermaxis.files import (
     read_tidy_csv,
     read_wide_csv,
     read_xlsx,
-    write_rtl,
 )
-from thermaxis.positioning import PositioningTest, StartEnd, TimeSource
-from thermaxis.quantities import AxisKind
+from thermaxis.positioning import PositioningTest
 
 TOKENS = (
     *("nan", "NaN", "inf", "-inf", "1e400", "-1e308", "1e-400", "99999999999999999999", "1_000"),
@@ -46,114 +42,20 @@ TOKENS = (
         "measured_mm",
         "time_s",
     ),
-    *("0001-01-01T00:00:00+23:59", "2022-02-30", "2022-04-06T12:48:40Z", "TRUE", "#DIV/0!"),
-    *("]", "[1,1]", "TGT_DATA[1000000000]", "CYCLES=1000000000", "Run-count:1000000000", "-0"),
+    *(
+        "#DIV/0!",
+        "]",
+        "[1,1]",
+        "TGT_DATA[1000000000]",
+        "CYCLES=1000000000",
+        "Run-count:1000000000",
+        "-0",
+    ),
 )
 WORDS = re.compile(r"[^\s,;:=\[\]<>\"/]+")
 
 Mutation = Callable[[bytes, random.Random], bytes]
 Reader = Callable[[Path], PositioningTest]
-
-
-def example(kind: AxisKind = AxisKind.LINEAR) -> PositioningTest:
-    """A small run with everything that a file can say."""
-    targets, cycles = 6, 3
-    random_part = np.random.default_rng(11).normal(0.0, 1.5, (targets, cycles, 2))
-    deviation = np.round(random_part + np.linspace(-4, 9, targets)[:, None, None], 3)
-    place = np.stack((np.arange(targets), 2 * targets - 1 - np.arange(targets)), axis=-1)
-    order = place[:, None, :] + 2 * targets * np.arange(cycles)[None, :, None] + 1.0
-    return PositioningTest(
-        kind=kind,
-        target=np.array([-40.0, -10.5, 0.0, 31.25, 60.0, 95.0]),
-        deviation=deviation,
-        time_source=TimeSource.FILE,
-        time_s=(order - 1) * 7.5,
-        order=order,
-        start=datetime(2026, 3, 2, 8, 0),  # noqa: DTZ001  files state local time
-        end=datetime(2026, 3, 2, 8, 5),  # noqa: DTZ001  files state local time
-        channels={"motor temperature": np.round(20 + order / 50, 2)},
-        environment={"air_temperature_c": StartEnd(20.3, 20.6)},
-        header={"machine": "Čapek & söhne", "axis": "X", "title": '=1+2, "quoted"'},
-    )
-
-
-def tidy() -> bytes:
-    return format_tidy_csv(example()).encode()
-
-
-def foreign_tidy() -> bytes:
-    """As another program might write it: semicolons, decimal commas, units in brackets."""
-    test = example()
-    lines = [
-        "Machine: MCV 750",
-        "Serial No;12-345",
-        "",
-        "Run;Target (mm);Error (µm);Measured [mm];Time",
-    ]
-    for run in range(1, 7):
-        for k in range(6):
-            i = k if run % 2 else 5 - k
-            target, deviation = test.target[i], test.deviation[i, (run - 1) // 2, (run + 1) % 2]
-            numbers = f"{target:.2f};{deviation:.3f};{target + deviation / 1000:.6f}"
-            moment = f"2026-03-02 08:{run:02}:{6 * k:02}"
-            lines.append(f"{run};{numbers.replace('.', ',')};{moment}")
-    return "\r\n".join(lines).encode("cp1250")
-
-
-def wide() -> bytes:
-    test = example(AxisKind.ROTARY)
-    lines = ["# unit: arcsec", "# header title: wide", "target_deg,1,2,3,4,5,6,note"]
-    for target, row in zip(test.target, test.deviation.reshape(6, 6), strict=True):
-        lines.append(f"{target}," + ",".join(map(str, row)) + ",")
-    return "\n".join(lines).encode()
-
-
-def dat() -> bytes:
-    test = example()
-    lines = ["TEST_DATA=# made for a test", "UNIT=mm", "CYCLES=3", "POSITIONS=6", "DEC=5"]
-    lines += [f"TGT_DATA[{i + 1}]={target}" for i, target in enumerate(test.target)]
-    for name, approach in (("FWD", 0), ("BWD", 1)):
-        for (i, j), value in np.ndenumerate(test.deviation[:, :, approach]):
-            lines.append(f"REF_DATA_{name}[{i + 1},{j + 1}]={test.target[i] + value / 1000:.9f}")
-    return "\n".join(lines).encode()
-
-
-def rtl() -> bytes:
-    path = Path(tempfile.mkdtemp()) / "run.rtl"
-    write_rtl(example(), path)
-    content = path.read_bytes()
-    path.unlink()
-    path.parent.rmdir()
-    return content
-
-
-def workbook(rows: list[list[object]], *, formula: bool = False) -> bytes:
-    book = openpyxl.Workbook()
-    sheet = book.active
-    for row in rows:
-        sheet.append(row)
-    if formula:
-        sheet["J2"] = "=SUM(A2:A9)"
-    stream = io.BytesIO()
-    book.save(stream)
-    return stream.getvalue()
-
-
-def tidy_workbook() -> bytes:
-    test = example()
-    rows: list[list[object]] = [["cycle", "direction", "target_mm", "deviation_um", "time"]]
-    for i, j, a in np.ndindex(6, 3, 2):
-        moment = datetime(2026, 3, 2, 8, j, 6 * (i if a == 0 else 5 - i), 500_000 * a)  # noqa: DTZ001  files state local time
-        rows.append([j + 1, ("+", "-")[a], test.target[i], test.deviation[i, j, a], moment])
-    return workbook(rows, formula=True)
-
-
-def wide_workbook() -> bytes:
-    test = example()
-    rows: list[list[object]] = [["Target (mm)", *(f"Run {run} (µm)" for run in range(1, 7))]]
-    runs = test.deviation.reshape(6, 6).tolist()
-    rows += [[target, *row] for target, row in zip(test.target, runs, strict=True)]
-    return workbook(rows)
 
 
 def _place(content: bytes, rng: random.Random) -> int:
@@ -330,34 +232,25 @@ def check_that_it_can_be_written(test: PositioningTest, path: Path) -> None:
     assert again.header == test.header
 
 
-TEXT_FORMATS: dict[str, tuple[Callable[[], bytes], Reader]] = {
-    "tidy": (tidy, read_tidy_csv),
-    "foreign tidy": (foreign_tidy, read_tidy_csv),
-    "wide": (wide, read_wide_csv),
-    "dat": (dat, read_iso230_dat),
-    "rtl": (rtl, read_rtl),
+READERS: dict[str, Reader] = {
+    "tidy": read_tidy_csv,
+    "foreign tidy": read_tidy_csv,
+    "wide": read_wide_csv,
+    "dat": read_iso230_dat,
+    "rtl": read_rtl,
+    "tidy workbook": read_xlsx,
+    "wide workbook": read_xlsx,
 }
 
 
-@pytest.mark.parametrize("name", TEXT_FORMATS)
-def test_a_damaged_text_file_gives_a_run_or_one_of_our_errors(tmp_path: Path, name: str) -> None:
-    make, reader = TEXT_FORMATS[name]
-    path = tmp_path / "run.txt"
-    path.write_bytes(make())
-    assert isinstance(reader(path), PositioningTest)
-    read, refused = check_mutants(make(), reader, path, mutate_text, 250)
-    assert read > 15
-    assert refused > 50
-
-
-@pytest.mark.parametrize("make", [tidy_workbook, wide_workbook])
-def test_a_damaged_workbook_gives_a_run_or_one_of_our_errors(
-    tmp_path: Path, make: Callable[[], bytes]
-) -> None:
-    path = tmp_path / "run.xlsx"
-    content = make()
+@pytest.mark.parametrize("name", READERS)
+def test_a_damaged_file_gives_a_run_or_one_of_our_errors(tmp_path: Path, name: str) -> None:
+    content, reader = MADE[name](), READERS[name]
+    path = tmp_path / "run"
     path.write_bytes(content)
-    assert isinstance(read_xlsx(path), PositioningTest)
-    read, refused = check_mutants(content, read_xlsx, path, mutate_archive, 120)
+    assert isinstance(reader(path), PositioningTest)
+    workbook = "workbook" in name
+    mutate, count = (mutate_archive, 120) if workbook else (mutate_text, 250)
+    read, refused = check_mutants(content, reader, path, mutate, count)
     assert read > 10
     assert refused > 40

@@ -4,14 +4,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from tests.refusals import check_refusals, refusal_of
-from thermaxis.errors import DataError, ThermaxisError
+from tests.refusals import answer_of, check_refusals, refusal_of
 from thermaxis.files import read_rtl, write_rtl
 from thermaxis.files.runs._environment_factor import environment_factor_um
 from thermaxis.files.table import clean_text
@@ -148,13 +146,12 @@ def test_user_text_may_hold_what_looks_like_a_section_or_a_decimal_comma(tmp_pat
     assert "note" not in header
 
 
-@pytest.mark.parametrize(("encoding", "end"), [("utf-8-sig", "\n"), ("cp1250", "\r\n")])
-def test_czech_text_is_read_in_every_encoding_met(tmp_path: Path, encoding: str, end: str):
+def test_czech_text_and_plain_line_ends_are_read_as_well(tmp_path: Path):
     text = rtl(user_text="Machine:Soustruh č. 5\nBy:Dvořák\n")
-    test = read_rtl(saved(tmp_path, text, encoding=encoding, end=end))
+    test = read_rtl(saved(tmp_path, text, encoding="cp1250", end="\n"))
     assert test.header["machine"] == "Soustruh č. 5"
     assert test.header["inspector"] == "Dvořák"
-    assert any("cp1250" in text for text in test.remarks) == (encoding == "cp1250")
+    assert any("cp1250" in text for text in test.remarks)
 
 
 def test_a_target_list_of_any_form_is_read_up_to_the_flags(tmp_path: Path):
@@ -182,14 +179,6 @@ def test_the_index_column_counts_and_not_the_place_of_the_row(tmp_path: Path):
     assert np.array_equal(shuffled.deviation, sorted_rows.deviation)
     assert np.array_equal(shuffled.order, sorted_rows.order)
     assert "not in the order of travel" in remark(shuffled, "rows of runs")
-
-
-def test_an_even_run_listed_ascending_is_still_backward_travel(tmp_path: Path):
-    rows = [row for run in range(1, 5) for row in sorted(run_rows(run, 6))]
-    test = read(tmp_path, rtl(rows=rows))
-    assert test.deviation[0, 0, 1] == pytest.approx(reading(2, 1))
-    assert test.order[5, 0, 1] == 7.0
-    assert "runs 2, 4 are not in the order of travel" in remark(test, "travel")
 
 
 def test_times_are_spread_from_start_to_end_in_acquisition_order(tmp_path: Path):
@@ -333,14 +322,6 @@ def test_a_missing_reading_stays_missing_and_the_others_keep_their_times(tmp_pat
     assert sorted(test.order[measured].tolist()) == list(range(1, 36))
 
 
-def test_a_run_stopped_early_keeps_what_it_has(tmp_path: Path):
-    rows = all_rows(10, 6)[:-1]
-    test = read(tmp_path, rtl(rows=rows, runs=10))
-    assert math.isnan(test.deviation[0, 4, 1])
-    assert "run 10 target 1" in remark(test, "missing")
-    assert test.time_s[1, 4, 1] == 900.0
-
-
 def test_a_file_cut_short_is_refused_wherever_it_ends(tmp_path: Path):
     text = rtl(runs=6, environment=None)
     whole = read(tmp_path, text).deviation
@@ -401,9 +382,8 @@ def test_blanks_before_colons_and_small_letters_do_not_matter(tmp_path: Path):
     assert test.environment["air_temperature_c"].start == 20.337280
 
 
-@pytest.mark.parametrize(
-    ("changes", "part"),
-    [
+def test_what_is_odd_is_read_with_a_remark(tmp_path: Path):
+    for changes, part in (
         ({"tail": ""}, "no EOF::"),
         ({"tail": "EOF::\nsomething else\n"}, "what follows EOF::"),
         ({"environment": "Exp coeff : 8 8\n\nSTATISTICS::\nA B\n1 2\n"}, "STATISTICS"),
@@ -421,29 +401,26 @@ def test_blanks_before_colons_and_small_letters_do_not_matter(tmp_path: Path):
             "18 of 60 readings are missing: run 4, run 9, run 10",
         ),
         ({"rows": all_rows(4, 6), "runs": 999_999_999}, "and others"),
-    ],
-)
-def test_what_is_odd_is_read_with_a_remark(tmp_path: Path, changes: dict[str, Any], part: str):
-    test = read(tmp_path, rtl(**changes))
-    assert remark(test, part)
-    assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
+    ):
+        test = read(tmp_path, rtl(**changes))
+        assert remark(test, part)
+        assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
 
 
 ONE_WAY = [(run, index, value if run % 2 else 0.0) for run, index, value in all_rows(6, 6)]
 
 
-@pytest.mark.parametrize("rows", [ONE_WAY, [row for row in ONE_WAY if row[0] % 2]])
-def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path, rows: list[Row]):
-    test = read(tmp_path, rtl(rows=rows, runs=6, flags="0 1 2 0"))
-    assert test.unidirectional
-    assert test.deviation.shape == (6, 3, 2)
-    assert bool(np.isnan(test.deviation[:, :, 1]).all())
-    assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
-    assert test.time_s[5, 2, 0] == 900.0
-    assert not any("missing" in text for text in test.remarks)
-    if rows is ONE_WAY:
-        both = read(tmp_path, rtl(rows=rows, runs=6))
-        assert bool(np.all(both.deviation[:, :, 1] == 0.0))
+def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path):
+    for rows in (ONE_WAY, [row for row in ONE_WAY if row[0] % 2]):
+        test = read(tmp_path, rtl(rows=rows, runs=6, flags="0 1 2 0"))
+        assert test.unidirectional
+        assert test.deviation.shape == (6, 3, 2)
+        assert bool(np.isnan(test.deviation[:, :, 1]).all())
+        assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
+        assert test.time_s[5, 2, 0] == 900.0
+        assert not any("missing" in text for text in test.remarks)
+    both = read(tmp_path, rtl(rows=ONE_WAY, runs=6))
+    assert bool(np.all(both.deviation[:, :, 1] == 0.0))
 
 
 def test_what_is_no_whole_linear_run_is_refused(tmp_path: Path):
@@ -561,25 +538,14 @@ def test_no_header_text_can_break_the_file(tmp_path: Path, text: str, key: str):
     assert np.array_equal(again.deviation, original.deviation)
 
 
-@pytest.mark.parametrize(
-    ("fields", "said"),
-    [
+def test_what_the_format_cannot_state_is_not_written(tmp_path: Path):
+    path, values = tmp_path / "a.rtl", np.ones((2, 2, 2))
+    for fields, said in (
         ({"kind": AxisKind.ROTARY}, "rtl_is_linear"),
         ({"cycle": Cycle.PILGRIM}, "rtl_cycle"),
         ({"target": np.array([0.0, 1e-7])}, "targets_same_when_printed"),
-    ],
-)
-def test_what_the_format_cannot_state_is_not_written(
-    tmp_path: Path, fields: dict[str, Any], said: str
-):
-    with pytest.raises(DataError) as caught:
-        write_rtl(made_test([0.0, 1.0], np.ones((2, 2, 2)), **fields), tmp_path / "a.rtl")
-    assert caught.value.code == said
-
-
-def test_a_file_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path):
-    test = made_test([0.0, 1.0], np.ones((2, 2, 2)))
-    for path, encoding in ((tmp_path, "utf-8"), (tmp_path / "a.rtl", "no-such-encoding")):
-        with pytest.raises(ThermaxisError) as caught:
-            write_rtl(test, path, encoding=encoding)
-        assert caught.value.code == "file_unwritable"
+    ):
+        assert answer_of(write_rtl, made_test([0.0, 1.0], values, **fields), path) == said
+    test = made_test([0.0, 1.0], values)
+    for place, encoding in ((tmp_path, "utf-8"), (path, "no-such-encoding")):
+        assert answer_of(write_rtl, test, place, encoding=encoding) == "file_unwritable"

@@ -125,55 +125,33 @@ def test_the_run_is_read_from_every_form_of_table(tmp_path: Path, lines: list[st
     assert test.time_source is TimeSource.NONE
 
 
-@pytest.mark.parametrize(
-    ("lines", "remarks", "channels"),
-    [
-        (PLAIN, (), set()),
-        ([f"{HEADING},measured_mm", *rows_of("{c},{w},{t},{d:.1f},{m:.6f}")], (), set()),
+def test_what_is_done_with_other_columns_is_said(tmp_path: Path) -> None:
+    kept, left = "kept as channels without unit: ", "columns without numbers were left out: "
+    cases: list[tuple[str, str, tuple[str, ...], set[str]]] = [
+        (f"{HEADING},measured_mm", "{c},{w},{t},{d:.1f},{m:.6f}", (), set()),
+        (f'{HEADING},"my\nnote"', '{c},{w},{t},{d},"a, ""b""\nc"', (left + "'my\nnote'",), set()),
         (
-            [f'{HEADING},"my\nnote"', *(f'{row},"a, ""b""\nc"' for row in ROWS)],
-            ("columns without numbers were left out: 'my\nnote'",),
-            set(),
-        ),
-        (
-            [
-                f"{HEADING},motor,state,count",
-                *(f"{row},{k / 4},ok,{k}" for k, row in enumerate(ROWS)),
-            ],
-            (
-                "kept as channels without unit: 'motor', 'count'",
-                "columns without numbers were left out: 'state'",
-            ),
+            f"{HEADING},motor,state,count",
+            "{c},{w},{t},{d},{s},ok,{n}",
+            (kept + "'motor', 'count'", left + "'state'"),
             {"motor", "count"},
         ),
         (
-            [f",{HEADING},t,t", *(f"1,{row},2,3" for row in ROWS)],
-            ("kept as channels without unit: 'column 1', 't', 't (2)'",),
+            f",{HEADING},t,t",
+            "1,{c},{w},{t},{d},2,3",
+            (kept + "'column 1', 't', 't (2)'",),
             {"column 1", "t", "t (2)"},
         ),
-        (
-            [f"{HEADING},Fehler", *(f"{row},7" for row in ROWS)],  # no unit: not the deviation
-            ("kept as channels without unit: 'Fehler'",),
-            {"Fehler"},
-        ),
-        (
-            [f"order,{HEADING}", *(f"{k},{row}" for k, row in enumerate(ROWS))],
-            ("the order numbers were counted anew from 1",),
-            set(),
-        ),
-    ],
-)
-def test_what_is_done_with_other_columns_is_said(
-    tmp_path: Path, lines: list[str], remarks: tuple[str, ...], channels: set[str]
-) -> None:
-    test = read(tmp_path, *lines)
-    assert_the_run(test)
-    assert test.remarks == remarks
-    assert set(test.channels) == channels
-    if "order" in lines[0]:
-        assert test.order[2, 0, BACKWARD] == 4
-    for k, name in enumerate(("column 1", "t", "t (2)"), start=1):
-        assert name not in channels or test.channels[name][0, 0, 0] == k
+        # no unit: not the deviation
+        (f"{HEADING},Fehler", "{c},{w},{t},{d},7", (kept + "'Fehler'",), {"Fehler"}),
+    ]
+    for heading, form, remarks, channels in cases:
+        test = read(tmp_path, heading, *rows_of(form))
+        assert_the_run(test)
+        assert test.remarks == remarks
+        assert set(test.channels) == channels
+        for k, name in enumerate(("column 1", "t", "t (2)"), start=1):
+            assert name not in channels or test.channels[name][0, 0, 0] == k
 
 
 def table(rows: list[str], heading: str = HEADING, above: str = "") -> str:
@@ -435,9 +413,12 @@ def test_measured_wins_and_the_first_disagreement_is_named(tmp_path: Path) -> No
 
 def test_order_alone_gives_the_acquisition_order(tmp_path: Path) -> None:
     test = read(tmp_path, f"order,{HEADING}", *rows_of("{n},{c},{w},{t},{d}"))
-    assert test.time_source is TimeSource.ORDER
-    assert not test.order_deduced
+    assert (test.time_source, test.order_deduced) == (TimeSource.ORDER, False)
     assert test.order[2, 0, BACKWARD] == 4
+    from_0 = [f"{k},{row}" for k, row in enumerate(ROWS)]
+    anew = read(tmp_path, f"order,{HEADING}", *from_0)
+    assert anew.remarks == ("the order numbers were counted anew from 1",)
+    np.testing.assert_array_equal(anew.order, test.order)
 
 
 def test_times_as_numbers_count_from_the_first_reading(tmp_path: Path) -> None:
