@@ -129,14 +129,6 @@ def test_without_a_moved_heartbeat_the_offset_goes_back_to_zero() -> None:
     assert axis.effective_um == pytest.approx(2.0)
 
 
-def test_the_watchdog_can_be_switched_off() -> None:
-    axis = OffsetAxis(FREE)
-    axis.write_offset(0.01)
-    go(axis, 1e6)
-    assert axis.alive
-    assert axis.effective_um == pytest.approx(10.0)
-
-
 def test_a_machine_served_faster_counts_the_watchdog_in_real_time() -> None:
     axis = OffsetAxis(OffsetRules())
     axis.speed = 60.0

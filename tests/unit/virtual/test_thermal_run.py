@@ -90,15 +90,6 @@ def test_a_rod_answers_faster_at_first_than_its_slowest_mode_alone():
     assert np.max(np.abs(rods.clean_um[early])) > np.max(np.abs(lags.clean_um[early]))
 
 
-def test_columns_name_their_units():
-    columns = generate_thermal_test(PLAN, 12).columns()
-    assert set(columns) == {
-        "time_s", "T_spindle_c", "T_table_c", "T_column_c", "T_hall_c",
-        "spindle_rpm", "table_rpm", "Z_um",
-    }  # fmt: skip
-    assert len({c.size for c in columns.values()}) == 1
-
-
 def test_a_plan_that_cannot_be_is_refused():
     for change, code in (
         ({"hours": 0.0}, "not_positive"),
