@@ -19,7 +19,7 @@ TOGETHER = {
     "node-opcua": ("test_foreign_opcua", "test_foreign_opcua_loop", "test_foreign_status_client"),
 }
 """Files of tests that would wait for each other, or share what takes long to start: a computer has
-one LinuxCNC, the packages of the foreign server are installed once, and a server is started once."""
+one LinuxCNC, packages of the foreign server are installed once, and a server is started once."""
 
 
 class ByFile(LoadFileScheduling):

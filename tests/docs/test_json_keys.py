@@ -11,6 +11,7 @@ import pytest
 
 from thermaxis.cli import main
 from thermaxis.cli.machine.commission import _record
+from thermaxis.codes import Message
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import EventRecord, StepProof, SystemClock
 from thermaxis.runtime.historian import HistorianSettings, SqlHistorian
@@ -241,7 +242,7 @@ def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> No
     assert result["events"]
     path.write_text(text.replace("largest_um", "largest"), encoding="utf-8")
     keys_written(["check", str(path), *json_words], "check", found, code=2)
-    proof = StepProof("Z_um", 10.0, 0.0, 10.0, None, 10.1, 0.1, passed=True, verdict="proven")
+    proof = StepProof("Z_um", 10.0, 0.0, 10.0, None, 10.1, 0.1, Message("event-step_proven"))
     keys_by_place(_record(proof), "commission", found)
 
 

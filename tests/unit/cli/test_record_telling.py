@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from thermaxis.cli.machine.record import _tell
+from thermaxis.cli.machine.record import _show
 
 
 class FullDisk(io.StringIO):
@@ -35,8 +35,8 @@ def test_a_full_disk_under_the_messages_ends_no_recording(
     stream = FullDisk(at_once=at_once)
     with monkeypatch.context() as within:
         within.setattr(sys, "stderr", stream)
-        _tell("the connection is lost")
-        _tell("it is there again")
+        _show("the connection is lost")
+        _show("it is there again")
     assert stream.tries == 2
     stream.tries = 0
 
@@ -44,7 +44,7 @@ def test_a_full_disk_under_the_messages_ends_no_recording(
 def test_a_message_has_its_time_and_no_line_of_its_own_making(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    _tell("a\nb")
+    _show("a\nb")
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert said[8] == "Z"

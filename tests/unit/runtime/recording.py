@@ -9,6 +9,7 @@ from typing import Any
 
 from asyncua import ua
 
+from thermaxis.codes import Message
 from thermaxis.runtime import (
     ChannelSettings,
     ConnectionSettings,
@@ -48,7 +49,7 @@ class SimulatedSession:
     delay_s: float = 0.0
     connected: bool = True
     generation: int = 1
-    last_error: str = "the cable is out"
+    failure: Message | None = Message("error-connection_closed")  # noqa: RUF009 - it is frozen
     clock_difference_s: float | None = 0.25
     asked: list[tuple[datetime, tuple[str, ...]]] = field(default_factory=list)
 
@@ -101,9 +102,13 @@ class Recording:
     folder: Path
     start: datetime = START
     sessions: dict[str, SimulatedSession] = field(default_factory=dict)
-    told: list[str] = field(default_factory=list)
+    told: list[Message] = field(default_factory=list)
     ended: datetime = START
     finish: Callable[[Sequence[Path]], None] | None = None
+
+    def codes(self) -> list[str]:
+        """Codes of what was told, in order."""
+        return [one.code.removeprefix("recording-") for one in self.told]
 
     def run(
         self,

@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from tests.unit.runtime.simulated import SimulatedMachine, SimulatedSink
+from thermaxis.codes import Message
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime import (
@@ -26,32 +27,27 @@ def proven(
 ) -> StepProof:
     """Prove a machine whose tool point moves by a factor of the offset."""
 
-    async def measure(_: str) -> float:
+    async def measure(_: Message) -> float:
         await asyncio.sleep(1.0)
         return shift + factor * machine.offset_um[plan.output]
 
     return run_in_virtual_time(prove_step(SimulatedSink(machine), VirtualClock(), plan, measure))
 
 
-@pytest.mark.parametrize(
-    ("factor", "passed", "word"),
-    [
-        (1.0, True, "sign and size are right"),
-        (0.9, True, "sign and size are right"),
-        (-1.0, False, "the other sentence"),
-        (1000.0, False, "unit"),
-        (0.001, False, "does not act"),
-        (0.5, False, "unit"),
-    ],
-)
-def test_the_verdict_names_sign_unit_or_a_dead_offset(
-    factor: float, passed: bool, word: str
-) -> None:
-    machine = SimulatedMachine({}, ("Z_um",))
-    proof = proven(machine, factor, shift=123.0)
-    assert proof.passed is passed
-    assert word in proof.verdict
-    assert machine.z_um == 0.0
+def test_the_verdict_names_sign_unit_or_a_dead_offset() -> None:
+    for factor, verdict in (
+        (1.0, "proven"),
+        (0.9, "proven"),
+        (-1.0, "other_way"),
+        (1000.0, "other_size"),
+        (0.5, "other_size"),
+        (0.001, "without_effect"),
+    ):
+        machine = SimulatedMachine({}, ("Z_um",))
+        proof = proven(machine, factor, shift=123.0)
+        assert proof.verdict.code == f"event-step_{verdict}", factor
+        assert proof.passed is (verdict == "proven")
+        assert machine.z_um == 0.0
 
 
 def test_the_offset_goes_out_and_back_at_the_rate_from_where_it_was_found() -> None:
@@ -65,25 +61,17 @@ def test_the_offset_goes_out_and_back_at_the_rate_from_where_it_was_found() -> N
     assert {w["X_um"] for w in machine.written} == {3.5}
 
 
-@pytest.mark.parametrize("left", [0.0, math.nan])
-@pytest.mark.parametrize("moved", [math.nan, math.inf])
-def test_what_is_no_number_proves_nothing(moved: float, left: float) -> None:
-    assert judge_step(10.0, moved, left)[0] is False
-    assert judge_step(10.0, 10.0, math.nan)[0] is False
-
-
-def test_a_way_back_that_is_not_complete_is_not_proven() -> None:
-    assert judge_step(10.0, 10.0, 4.0) == (
-        False,
-        "the way back left 4.0 um: friction, drift, or something else moves the axis",
-    )
+def test_what_is_no_number_or_does_not_come_back_proves_nothing() -> None:
+    for moved_um, left_um in ((math.nan, 0.0), (math.inf, 0.0), (10.0, math.nan)):
+        assert judge_step(10.0, moved_um, left_um) == Message("event-step_not_measured")
+    assert judge_step(10.0, 10.0, 4.0) == Message("event-step_not_back", {"left_um": 4.0})
 
 
 def test_a_refused_write_on_the_way_back_is_tried_again() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
     sink = SimulatedSink(machine)
 
-    async def measure(_: str) -> float:
+    async def measure(_: Message) -> float:
         value = machine.z_um
         if value > 5.0:
             asyncio.get_running_loop().call_later(1.0, setattr, machine, "refuses", True)
@@ -99,7 +87,7 @@ def test_an_offset_that_does_not_come_back_is_said_with_where_it_stands() -> Non
     machine = SimulatedMachine({}, ("Z_um",))
     sink = SimulatedSink(machine)
 
-    async def measure(_: str) -> float:
+    async def measure(_: Message) -> float:
         machine.refuses = machine.z_um > 5.0
         return machine.z_um
 
@@ -118,7 +106,7 @@ def test_an_offset_that_does_not_come_back_is_said_with_where_it_stands() -> Non
 def test_a_measurement_that_fails_brings_the_offset_back() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
 
-    async def measure(_: str) -> float:
+    async def measure(_: Message) -> float:
         if machine.z_um > 5.0:
             raise DataError("no_answer_of_the_gauge")
         return 0.0
@@ -142,7 +130,7 @@ def test_a_step_beyond_the_limits_is_refused_before_anything_moves() -> None:
 def test_a_wrong_unit_is_noticed_by_the_probe_at_a_tenth_of_the_step() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
 
-    async def measure(_: str) -> float:
+    async def measure(_: Message) -> float:
         return 1000.0 * machine.z_um
 
     with pytest.raises(DataError) as caught:
@@ -163,7 +151,7 @@ def test_a_machine_that_reports_another_offset_ends_the_step_early() -> None:
             machine.set_offset(Z_um=min(machine.z_um, 2.0))
             return taken
 
-    async def measure(_: str) -> float:
+    async def measure(_: Message) -> float:
         return machine.z_um
 
     with pytest.raises(DataError) as caught:

@@ -24,7 +24,9 @@ from tests.unit.runtime.recording import (
     settings,
 )
 from tests.unit.runtime.simulated import freeze
+from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
+from thermaxis.messages import sentence_of
 from thermaxis.runtime import RecordSummary, VirtualClock, run_in_virtual_time
 from thermaxis.runtime.record import _files as _recorder_files, bytes_per_day, try_once
 
@@ -111,11 +113,11 @@ def test_a_connection_that_is_lost_leaves_empty_cells_with_their_reason(tmp_path
     assert column(tmp_path / NAME, 1) == ["43200", "43201", "43202", "", "", "", "43206", "43207"]
     status = column(tmp_path / "sources" / NAME, 1)
     assert status == [*["Good"] * 3, *["BadNoCommunication"] * 3, *["Good"] * 2]
-    assert marks_of(tmp_path / NAME)[1:4] == [
-        "connection control is there; its clock is 0.250 s ahead of this one",
-        "connection control is not there: the cable is out",
-        "connection control is there; its clock is 0.250 s ahead of this one",
-    ]
+    there = Message("recording-connected_ahead", {"name": "control", "by_s": 0.25})
+    why = recording.sessions["control"].failure
+    lost = Message("recording-connection_lost", {"name": "control", "why": why})
+    assert recording.told[:3] == [there, lost, there]
+    assert marks_of(tmp_path / NAME)[1:4] == [sentence_of(one) for one in recording.told[:3]]
     assert summary.channels[0].not_good == {"BadNoCommunication": 3}
 
 
@@ -153,9 +155,7 @@ def test_a_source_that_is_frozen_is_left_out_and_told(tmp_path: Path) -> None:
     recording.run(100.0, answer=freezing)
     assert column(tmp_path / NAME, 1) == [*(str(43200 + k) for k in range(11)), *[""] * 89]
     assert column(tmp_path / "sources" / NAME, 3) == [*[""] * 11, *["unchanged"] * 89]
-    assert [text[:42] for text in recording.told if "stands still" in text] == [
-        "T_a_C: its source time stamp stands still "
-    ]
+    assert recording.codes().count("stands_still") == 1
 
 
 def test_a_source_that_is_slower_than_the_recorder_is_not_called_dead(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_a_source_that_is_slower_than_the_recorder_is_not_called_dead(tmp_path: 
     assert [value for value in column(tmp_path / NAME, 1) if value] == [
         str(43200 + 20 * k) for k in range(6)
     ]
-    assert not [text for text in recording.told if "stands still" in text]
+    assert "stands_still" not in recording.codes()
 
 
 def test_a_channel_whose_server_stamps_changes_only_may_be_repeated(tmp_path: Path) -> None:
@@ -178,7 +178,7 @@ def test_a_channel_whose_server_stamps_changes_only_may_be_repeated(tmp_path: Pa
     recording.run(1200.0, answer=on_change)
     assert column(tmp_path / NAME, 1) == [*["20"] * 6, *[""] * 4] * 2
     assert column(tmp_path / "sources" / NAME, 3) == ["", *["unchanged"] * 9] * 2
-    assert not [text for text in recording.told if "stands still" in text]
+    assert "stands_still" not in recording.codes()
 
 
 def test_bad_values_are_told_once_with_their_status(tmp_path: Path) -> None:
@@ -189,9 +189,8 @@ def test_bad_values_are_told_once_with_their_status(tmp_path: Path) -> None:
     recording.run(6.0, answer=broken)
     assert column(tmp_path / NAME, 1) == ["0", "", "0", "", "0", ""]
     assert column(tmp_path / "sources" / NAME, 3) == ["", "sent 0"] * 3
-    assert [t for t in recording.told if "BadSensorFailure" in t] == [
-        "T_a_C: BadSensorFailure; its cells stay empty while it is so"
-    ]
+    bad = Message("recording-not_good", {"name": "T_a_C", "status": "BadSensorFailure"})
+    assert recording.told.count(bad) == 1
 
 
 def test_a_recording_ends_at_once_when_it_is_told_to(tmp_path: Path) -> None:
@@ -235,12 +234,9 @@ def test_a_clock_that_is_set_back_changes_no_time_of_the_log_and_is_marked(tmp_p
     recording = Recording(settings(channel("T_a_C")), tmp_path)
     recording.run(20.0, setting(9.5, by_s))
     assert column(tmp_path / NAME, 0) == [at(k) for k in range(20)]
-    marks = [m for m in marks_of(tmp_path / NAME) if m.startswith("clock")]
-    assert marks[1:] == []
-    assert marks[0] == (
-        f"clock: the time of day was set back by {-by_s:.3f} s; times of the log go on and are"
-        f" {-by_s:.3f} s ahead of it"
-    )
+    (back,) = (one for one in recording.told if "clock" in one.code)
+    assert back == Message("recording-clock_set_back", {"by_s": -by_s, "ahead_s": -by_s})
+    assert sentence_of(back) in marks_of(tmp_path / NAME)
     assert len(list(tmp_path.glob("*.csv"))) == 1
 
 
@@ -251,7 +247,8 @@ def test_a_clock_that_is_set_forward_makes_a_gap_that_a_reader_sees(tmp_path: Pa
     assert found[:11] == [at(k) for k in range(11)]  # the eleventh is the marker without a value
     assert found[11:] == [at(7200 + k) for k in range(10, 20)]
     assert rows_of(tmp_path / NAME)[10] == [at(10), ""]
-    assert any("jumped forward by 7200.000 s" in m for m in marks_of(tmp_path / NAME))
+    jumped = Message("recording-clock_jumped", {"by_s": 7200.0})
+    assert sentence_of(jumped) in marks_of(tmp_path / NAME)
     log = read_thermal_log(tmp_path / NAME)
     assert max(log.time_s[1:] - log.time_s[:-1]) == pytest.approx(7200.0)
 
@@ -347,9 +344,9 @@ def test_rows_wait_in_memory_while_the_disk_is_full(
     summary = recording.run(900.0, disk.between(10.5, 800.5))
     assert (summary.rows, summary.lost) == (900, 0)
     assert column(tmp_path / NAME, 1) == [str(43200 + k) for k in range(900)]
-    assert [t for t in recording.told if "rows" in t] == [
-        "rows cannot be written (No space left on device): they are kept in memory",
-        "rows are written again",
+    assert [one for one in recording.told if "rows" in one.code] == [
+        Message("recording-rows_unwritten", {"cause": "No space left on device"}),
+        Message("recording-rows_written_again"),
     ]
 
 
@@ -367,10 +364,8 @@ def test_what_memory_cannot_hold_is_lost_from_the_oldest_on_and_stated(
     assert values == [str(43200 + k) for k in (*range(11), *range(first_left, 1000))]
     marks = [m for m in marks_of(tmp_path / NAME) if m.startswith("lost")]
     assert marks[1:] == []
-    assert marks[0] == (
-        f"lost: {summary.lost} rows from {at(11)} to {at(first_left - 1)} could not be written and"
-        " no longer be kept in memory"
-    )
+    values = {"rows": summary.lost, "first": at(11), "last": at(first_left - 1)}
+    assert marks[0] == sentence_of(Message("recording-lost", values))
 
 
 def test_a_disk_that_stays_full_to_the_end_is_said_with_what_is_lost(
@@ -494,7 +489,7 @@ def test_a_trial_says_what_would_be_recorded_and_whose_time_stamp_stands_still()
             return good(4.0, None)
         return moving(node, now)
 
-    async def tried() -> list[tuple[str, str, str, str]]:
+    async def tried() -> list[tuple[str, str, str, Message | None]]:
         clock = VirtualClock(START)
         names = ("moving", "dead", "still", "bare")
         found = await try_once(
@@ -505,10 +500,10 @@ def test_a_trial_says_what_would_be_recorded_and_whose_time_stamp_stands_still()
         return [(t.settings.name, t.value, t.status, t.remark) for t in found]
 
     assert run_in_virtual_time(tried()) == [
-        ("moving", "43202", "Good", ""),
-        ("dead", "", "BadSensorFailure", "sent 0"),
-        ("still", "3", "Good", "source time stamp stood still for 2 s"),
-        ("bare", "4", "Good", "no source time stamp"),
+        ("moving", "43202", "Good", None),
+        ("dead", "", "BadSensorFailure", Message("remark-beside_value", {"said": "sent 0"})),
+        ("still", "3", "Good", Message("remark-stamp_stood_still", {"lasts_s": 2.0})),
+        ("bare", "4", "Good", Message("remark-no_stamp")),
     ]
 
 

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings as settings_of, strategies as st
 
 from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of, rows_of, settings
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import RecordSettings
 from thermaxis.runtime.record import _files as _recorder_files, files_of, sole_writer
@@ -22,6 +23,7 @@ from thermaxis.runtime.record._files import Entry, RecordingFiles, mark
 from thermaxis.runtime.record._recorder import _Queue
 
 NAME = "lathe-2026-11-21.csv"
+BEGAN = Message("recording-began", {"version": "1"})
 
 
 def ms(seconds: float, start: datetime = START) -> float:
@@ -91,7 +93,7 @@ def test_a_recording_goes_on_in_the_file_of_the_day_and_marks_the_gap(tmp_path: 
     first.store([row(k) for k in range(3)])
     first.close()
     second = recording(tmp_path)
-    second.store([mark(ms(100), "began"), row(100), row(101)])
+    second.store([mark(ms(100), BEGAN), row(100), row(101)])
     second.close()
     assert second.written == [tmp_path / NAME]
     assert rows_of(tmp_path / NAME) == [
@@ -445,7 +447,7 @@ def test_what_is_lost_while_the_disk_tries_is_stated_with_what_was_lost_before()
 
 def test_what_happened_waits_like_rows_and_is_not_counted() -> None:
     queue = queue_of(3)
-    queue.add(mark(ms(0), "began"))
+    queue.add(mark(ms(0), BEGAN))
     for k in range(5):
         queue.add(row(k))
     taken = queue.take()
@@ -454,8 +456,11 @@ def test_what_happened_waits_like_rows_and_is_not_counted() -> None:
 
 
 def test_a_line_about_what_happened_is_one_line_of_plain_letters() -> None:
-    entry = mark(ms(0), "connection gone: \n evil\r\x1b[2J 23°C")
-    assert entry.log == b"# 2026-11-21T12:00:00.000Z connection gone: ? evil??[2J 23?C\n"
+    hostile = {"name": "gone \n evil\r\x1b[2J 23°C", "why": "x"}
+    entry = mark(ms(0), Message("recording-connection_lost", hostile))
+    assert entry.log.startswith(b"# 2026-11-21T12:00:00.000Z connection gone ")
+    assert entry.log.isascii()
+    assert [c for c in entry.log if c < 32] == [10]
     assert not entry.is_row
 
 

@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 
 from tests.unit.runtime.recording import START, Recording, channel, rows_of, settings
+from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
 from thermaxis.runtime.host import _private_files
 from thermaxis.runtime.record import parquet_writer, write_parquet
@@ -44,7 +45,7 @@ def test_status_and_source_time_are_columns_of_the_file_of_sources(log: Path) ->
 def test_a_file_that_cannot_be_written_leaves_nothing_and_is_tried_again(
     log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: list[str] = []
+    told: list[Message] = []
     write = parquet_writer(told.append)
 
     def full(_descriptor: int) -> None:
@@ -52,7 +53,8 @@ def test_a_file_that_cannot_be_written_leaves_nothing_and_is_tried_again(
 
     monkeypatch.setattr(_private_files.os, "fsync", full)
     write([log])
-    assert told == [f"{NAME} cannot be written as Parquet (No space left on device)"]
+    values = {"file": NAME, "cause": "No space left on device"}
+    assert told == [Message("recording-parquet_unwritten", values)]
     assert list(log.parent.rglob("*.parquet*")) == []
     monkeypatch.undo()
     write([])
@@ -64,7 +66,7 @@ def test_a_file_that_cannot_be_written_leaves_nothing_and_is_tried_again(
 
 
 def test_a_log_that_was_moved_away_is_no_error(log: Path) -> None:
-    told: list[str] = []
+    told: list[Message] = []
     log.rename(log.with_name("taken.csv"))
     parquet_writer(told.append)([log])
     assert told == []

@@ -14,6 +14,7 @@ from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.messages import sentence_of
 from thermaxis.runtime import (
     CommissioningPlan,
     EventRecord,
@@ -136,7 +137,7 @@ async def _prove(
         probed = bool(arguments.probe)
         proof = await prove_step(parts.sink, clock, plan, measure, automatic=probed)
         parts.historian.event(
-            EventRecord(
+            EventRecord.of(
                 clock.utc(), "commission", "the command line", proof.verdict, _record(proof)
             )
         )
@@ -162,10 +163,12 @@ async def _wait_for_machine(parts: MachineParts, configuration: MachineConfigura
     )
 
 
-async def _gauge(sentence: str) -> float:
+async def _gauge(stands: Message) -> float:
     """Ask a person for the gauge's reading; the heartbeat goes on meanwhile."""
     while True:
-        sys.stdout.write(f"Now {sentence}. Gauge in um, away from the workpiece positive: ")
+        sys.stdout.write(
+            f"Now {sentence_of(stands)}. Gauge in um, away from the workpiece positive: "
+        )
         sys.stdout.flush()
         line = await asyncio.to_thread(sys.stdin.readline)
         if not line:
@@ -186,7 +189,7 @@ def _probe(
     session = parts.sessions[configuration.sink.connection or configuration.source.connection]
     factor = 1.0 if arguments.probe_unit == "um" else 1e3
 
-    async def measure(sentence: str) -> float:
+    async def measure(stands: Message) -> float:
         readings: list[float] = []
         for _ in range(_READINGS):
             found = await session.read([arguments.probe], 1.0)
@@ -206,7 +209,7 @@ def _probe(
                 readings=len(readings),
                 needed=_FEWEST_READINGS,
             )
-        sys.stdout.write(f"Now {sentence}: the probe shows {median(readings):.2f} um.\n")
+        sys.stdout.write(f"Now {sentence_of(stands)}: the probe shows {median(readings):.2f} um.\n")
         return median(readings)
 
     return measure
@@ -226,7 +229,8 @@ def _record(proof: StepProof) -> dict[str, str | float | bool | None]:
         "measured_out_um": proof.out_um,
         "measured_back_um": proof.back_um,
         "passed": proof.passed,
-        "verdict": proof.verdict,
+        "verdict": sentence_of(proof.verdict),
+        "verdict_code": proof.verdict.code,
     }
 
 
@@ -235,5 +239,5 @@ def _said(proof: StepProof) -> str:
     effective = "not told" if proof.effective_um is None else f"{proof.effective_um:.2f} um"
     return (
         f"offset found {proof.found_um:.2f} um, accepted {accepted}, effective {effective}\n"
-        f"{'PROVEN' if proof.passed else 'NOT PROVEN'}: {proof.verdict}.\n"
+        f"{'PROVEN' if proof.passed else 'NOT PROVEN'}: {sentence_of(proof.verdict)}.\n"
     )

@@ -11,8 +11,9 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from thermaxis.cli._arguments import adder, positive_seconds
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.messages import sentence_of
 from thermaxis.report.tables import text_table
 from thermaxis.runtime import (
     OpcUaSession,
@@ -22,7 +23,14 @@ from thermaxis.runtime import (
     SystemClock,
     read_record,
 )
-from thermaxis.runtime.record import bytes_per_day, files_of, parquet_writer, sole_writer, try_once
+from thermaxis.runtime.record import (
+    TriedChannel,
+    bytes_per_day,
+    files_of,
+    parquet_writer,
+    sole_writer,
+    try_once,
+)
 
 _DESCRIPTION = """\
 Read the nodes that a configuration names, each at its rate, into a log per day: time, and one
@@ -65,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _record(settings: RecordSettings, folder: Path, duration_s: float | None) -> int:
     with sole_writer(folder, settings.name):
         for line in _about(settings, folder, duration_s):
-            _tell(line)
+            _show(line)
         summary = asyncio.run(_recorded(settings, folder, duration_s))
     for line in _summary(summary):
         sys.stdout.write(f"{line}\n")
@@ -116,7 +124,11 @@ def _stop_by_signals(stop: asyncio.Event) -> Callable[[], None]:
     return release
 
 
-def _tell(text: str) -> None:
+def _tell(message: Message) -> None:
+    _show(sentence_of(message))
+
+
+def _show(text: str) -> None:
     """Say what happened, if anybody can be told: a full disk or a closed pipe ends no recording."""
     now = datetime.now(UTC).strftime("%H:%M:%SZ")
     with suppress(OSError):
@@ -176,7 +188,7 @@ async def _tried(settings: RecordSettings) -> int:
         for session in sessions.values():
             await session.close()
     rows = [
-        (t.settings.name, t.settings.node, t.status, t.remark, t.value, t.settings.unit)
+        (t.settings.name, t.settings.node, t.status, _remark(t), t.value, t.settings.unit)
         for t in tried
     ]
     heads = ("channel", "node", "status", "remark", "value", "unit")
@@ -185,3 +197,7 @@ async def _tried(settings: RecordSettings) -> int:
     for name, why in missing.items():
         sys.stdout.write(f"connection {name} is not there: {printable(why, 400)}\n")
     return 0 if all(t.recorded for t in tried) else 1
+
+
+def _remark(tried: TriedChannel) -> str:
+    return "" if tried.remark is None else sentence_of(tried.remark)

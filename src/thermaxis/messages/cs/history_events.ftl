@@ -59,6 +59,12 @@ event-records_lost =
             [few] { $events } události
            *[other] { $events } událostí
         }
+event-step_proven = znaménko a velikost jsou správné: { FIXED($moved_um, decimals: 1) } um na { SIGNED($asked_um, decimals: 1) } um
+event-step_not_measured = změřená hodnota není číslo: nic není prokázáno
+event-step_without_effect = bod nástroje se posunul o { FIXED($moved_um, decimals: 1) } um místo o { SIGNED($asked_um, decimals: 1) } um: posun nepůsobí, nebo až po povolení v řídicím systému
+event-step_other_way = bod nástroje se posunul opačným směrem, o { FIXED($moved_um, decimals: 1) } um: pro znaménko tohoto výstupu uveďte druhou větu
+event-step_other_size = bod nástroje se posunul o { FIXED($moved_um, decimals: 1) } um místo o { SIGNED($asked_um, decimals: 1) } um, { FIXED($times, decimals: 2) }krát tolik: jednotka tohoto výstupu je chybná
+event-step_not_back = po návratu zbylo { FIXED($left_um, decimals: 1) } um: tření, drift, nebo osou hýbe něco jiného
 event-loop_ended = kompenzace stroje { $machine } byla ukončena
 event-loop_ended_standing = kompenzace stroje { $machine } byla ukončena; ve stroji zůstává: { $standing }
 resumed-enabled = { $kept }; je zapnuta jako dříve

@@ -57,6 +57,12 @@ event-records_lost =
             [one] { $events } Ereignis
            *[other] { $events } Ereignisse
         }
+event-step_proven = Vorzeichen und Größe stimmen: { FIXED($moved_um, decimals: 1) } um auf { SIGNED($asked_um, decimals: 1) } um
+event-step_not_measured = was gemessen wurde, ist keine Zahl: nichts ist bewiesen
+event-step_without_effect = der Werkzeugpunkt bewegte sich um { FIXED($moved_um, decimals: 1) } um statt um { SIGNED($asked_um, decimals: 1) } um: der Versatz wirkt nicht, oder erst nach einer Freigabe an der Steuerung
+event-step_other_way = der Werkzeugpunkt bewegte sich in die andere Richtung, um { FIXED($moved_um, decimals: 1) } um: für das Vorzeichen dieses Ausgangs ist der andere Satz anzugeben
+event-step_other_size = der Werkzeugpunkt bewegte sich um { FIXED($moved_um, decimals: 1) } um statt um { SIGNED($asked_um, decimals: 1) } um, { FIXED($times, decimals: 2) }-mal so weit: die Einheit dieses Ausgangs ist falsch
+event-step_not_back = der Rückweg ließ { FIXED($left_um, decimals: 1) } um übrig: Reibung, Drift, oder etwas anderes bewegt die Achse
 event-loop_ended = die Kompensation von { $machine } wurde beendet
 event-loop_ended_standing = die Kompensation von { $machine } wurde beendet; in der Maschine bleibt: { $standing }
 resumed-enabled = { $kept }; sie ist eingeschaltet wie zuvor

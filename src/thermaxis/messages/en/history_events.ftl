@@ -63,6 +63,12 @@ event-records_lost =
             [one] { $events } event
            *[other] { $events } events
         } are not in the history
+event-step_proven = sign and size are right: { FIXED($moved_um, decimals: 1) } um for { SIGNED($asked_um, decimals: 1) } um
+event-step_not_measured = what was measured is no number: nothing is proven
+event-step_without_effect = the tool point moved by { FIXED($moved_um, decimals: 1) } um instead of { SIGNED($asked_um, decimals: 1) } um: the offset does not act, or only after a release on the control
+event-step_other_way = the tool point moved the other way, by { FIXED($moved_um, decimals: 1) } um: state the other sentence for the sign of this output
+event-step_other_size = the tool point moved by { FIXED($moved_um, decimals: 1) } um instead of { SIGNED($asked_um, decimals: 1) } um, { FIXED($times, decimals: 2) } times as far: the unit of this output is wrong
+event-step_not_back = the way back left { FIXED($left_um, decimals: 1) } um: friction, drift, or something else moves the axis
 event-loop_ended = the loop of { $machine } ended
 event-loop_ended_standing = the loop of { $machine } ended; left in the machine: { $standing }
 resumed-enabled = { $kept }; it is enabled as before

@@ -9,9 +9,9 @@ import asyncio
 import math
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import Limits, limit_step
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime._ports import Clock, Sink
@@ -34,8 +34,9 @@ AGREES_UM = 0.5
 """Difference of read-back and written offset that is believed. [µm]"""
 MOST_DIFFERING = 3
 """Writes in a row after which a difference is no delay any more. [1]"""
+PROVEN: Final = "event-step_proven"
+"""Sign and size are right."""
 _WAIT_S = 1.0
-_SAME_UM = 0.05
 _SHORTEST_CYCLE_S = 0.05
 _LONGEST_CYCLE_S = 60.0
 
@@ -99,15 +100,18 @@ class StepProof:
     """Displacement that was measured from before to the step. [µm]"""
     back_um: float
     """Displacement that was left after the way back. [µm]"""
-    passed: bool
-    """Whether sign and size are proven."""
-    verdict: str
-    """What follows, as a sentence."""
+    verdict: Message
+    """What follows."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether sign and size are proven."""
+        return self.verdict.code == PROVEN
 
 
-Measure = Callable[[str], Awaitable[float]]
-"""Returns the tool point's displacement [µm], positive away from the workpiece; gets a sentence
-that says what stands now."""
+Measure = Callable[[Message], Awaitable[float]]
+"""Returns the tool point's displacement [µm], positive away from the workpiece; gets what stands
+now."""
 
 
 async def _try_a_little(
@@ -117,7 +121,7 @@ async def _try_a_little(
     little_um = TRIED_SHARE * plan.step_um
     await mover.go_to(mover.now_um + little_um)
     await mover.stand(SETTLE_S)
-    moved_um = await mover.measured(measure, f"the offset stands {little_um:+g} um further")
+    moved_um = await mover.measured(measure, "further", by_um=little_um)
     if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
         raise DataError(
             "step_moved_otherwise",
@@ -173,68 +177,45 @@ async def prove_step(
     mover = _Mover(sink, clock, plan, {n: o for n, o in found.items() if o is not None})
     try:
         await mover.stand(SETTLE_S)
-        before_um = await mover.measured(measure, "the offset stands as it was found")
+        before_um = await mover.measured(measure, "as_found")
         if automatic:
             await _try_a_little(mover, plan, measure, before_um)
         await mover.go_to(goal_um)
         await mover.stand(SETTLE_S)
         applied = (await sink.read_back(_WAIT_S)).get(plan.output)
-        out_um = await mover.measured(measure, f"the offset stands {plan.step_um:+g} um further")
+        out_um = await mover.measured(measure, "further", by_um=plan.step_um)
     finally:
         await mover.come_back(found_um)
     await mover.stand(SETTLE_S)
-    after_um = await mover.measured(measure, "the offset stands again as it was found")
-    accepted = None if applied is None else applied.accepted_um
-    effective = None if applied is None else applied.effective_um
+    after_um = await mover.measured(measure, "as_found_again")
     moved_um, left_um = out_um - before_um, after_um - before_um
-    passed, verdict = judge_step(plan.step_um, moved_um, left_um)
     return StepProof(
-        plan.output, plan.step_um, found_um, accepted, effective, moved_um, left_um, passed, verdict
+        output=plan.output,
+        asked_um=plan.step_um,
+        found_um=found_um,
+        accepted_um=None if applied is None else applied.accepted_um,
+        effective_um=None if applied is None else applied.effective_um,
+        out_um=moved_um,
+        back_um=left_um,
+        verdict=judge_step(plan.step_um, moved_um, left_um),
     )
 
 
-def judge_step(asked_um: float, moved_um: float, left_um: float) -> tuple[bool, str]:
-    """Return whether a step proves sign and size, and what follows from it.
-
-    Parameters
-    ----------
-    asked_um : float
-        Step that was asked for. [µm]
-    moved_um : float
-        Displacement that was measured. [µm]
-    left_um : float
-        Displacement that was left after the way back. [µm]
-
-    Returns
-    -------
-    passed : bool
-        Whether both are proven.
-    verdict : str
-        What follows, as a sentence.
-    """
+def judge_step(asked_um: float, moved_um: float, left_um: float) -> Message:
+    """Return what follows from a step [µm], the measured displacement, and what was left of it."""
+    values = {"moved_um": moved_um, "asked_um": asked_um}
     if not math.isfinite(moved_um) or not math.isfinite(left_um):
-        return False, "what was measured is no number: nothing is proven"
+        return Message("event-step_not_measured")
     ratio = moved_um / asked_um
     if abs(ratio) < SIZE_TOLERANCE:
-        return False, (
-            f"the tool point moved by {moved_um:.1f} um instead of {asked_um:+.1f} um: the offset"
-            " does not act, or only after a release on the control"
-        )
+        return Message("event-step_without_effect", values)
     if ratio < 0.0:
-        return False, (
-            f"the tool point moved the other way, by {moved_um:.1f} um: state the other sentence"
-            " for the sign of this output"
-        )
+        return Message("event-step_other_way", {"moved_um": moved_um})
     if abs(ratio - 1.0) > SIZE_TOLERANCE:
-        return False, (
-            f"the tool point moved by {moved_um:.1f} um instead of {asked_um:+.1f} um, which is"
-            f" {ratio:.3g} times as much: the unit of this output is wrong"
-        )
+        return Message("event-step_other_size", {**values, "times": ratio})
     if abs(left_um) > SIZE_TOLERANCE * abs(asked_um):
-        return False, (
-            f"the way back left {left_um:.1f} um: friction, drift, or something else moves the axis"
-        )
-    return True, f"sign and size are right: {moved_um:.1f} um for {asked_um:+.1f} um"
+        return Message("event-step_not_back", {"left_um": left_um})
+    return Message(PROVEN, values)
 
 
 class _Mover:
@@ -298,9 +279,9 @@ class _Mover:
         while self.clock.monotonic_s() < until_s:
             await self._write(self.now_um)
 
-    async def measured(self, measure: Measure, sentence: str) -> float:
+    async def measured(self, measure: Measure, stands: str, **values: float) -> float:
         """Measure while the heartbeat keeps moving."""
-        task = asyncio.ensure_future(measure(sentence))
+        task = asyncio.ensure_future(measure(Message(f"offset-{stands}", values)))
         try:
             while not task.done():
                 await self._write(self.now_um)

@@ -13,6 +13,7 @@ from ._parquet import (
 from ._recorder import (
     Recorder as Recorder,
     RecordSummary as RecordSummary,
+    TriedChannel as TriedChannel,
     bytes_per_day as bytes_per_day,
     files_of as files_of,
     try_once as try_once,

@@ -18,6 +18,7 @@ Not protected: a time of day that is wrong from the start.
 from datetime import UTC, datetime, timedelta
 from typing import Final, NamedTuple, final
 
+from thermaxis.codes import Message
 from thermaxis.runtime._ports import Clock
 
 LARGEST_SLEW_S: Final = 2.0
@@ -39,19 +40,14 @@ class ClockChange(NamedTuple):
     """How far the log's time is ahead of the time of day since then. [s]"""
 
     @property
-    def words(self) -> str:
-        """What happened, as a sentence without its full stop."""
+    def message(self) -> Message:
+        """What happened."""
         if self.by_s < 0.0:
-            return (
-                f"the time of day was set back by {-self.by_s:.3f} s; times of the log go on and"
-                f" are {self.ahead_s:.3f} s ahead of it"
-            )
-        words = f"the time of day jumped forward by {self.by_s:.3f} s: the clock was set, or the"
-        words += " computer slept"
-        if self.log_by_s < self.by_s:
-            words += f"; times of the log jump by {self.log_by_s:.3f} s and are"
-            words += f" {self.ahead_s:.3f} s ahead of it"
-        return words
+            values = {"by_s": -self.by_s, "ahead_s": self.ahead_s}
+            return Message("recording-clock_set_back", values)
+        if self.log_by_s == self.by_s:
+            return Message("recording-clock_jumped", {"by_s": self.by_s})
+        return Message("recording-clock_jumped_partly", self._asdict())
 
 
 @final

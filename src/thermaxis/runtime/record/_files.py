@@ -22,8 +22,9 @@ from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Final, NamedTuple, final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import sentence_of
 from thermaxis.runtime.host import FileLock
 from thermaxis.runtime.record._clock import as_text, moment_of
 
@@ -81,9 +82,9 @@ class Heads(NamedTuple):
     """Columns of the log beside the time. [1]"""
 
 
-def mark(log_ms: float, text: str) -> Entry:
+def mark(log_ms: float, message: Message) -> Entry:
     """Return a line that says what happened at a time [ms since 1970]."""
-    plain = "".join(c if c.isascii() and c.isprintable() else "?" for c in text)
+    plain = "".join(c if c.isascii() and c.isprintable() else "?" for c in sentence_of(message))
     return Entry(log_ms, f"# {as_text(log_ms)} {plain}\n".encode("ascii"), b"")
 
 
@@ -351,7 +352,7 @@ class RecordingFiles:
         pair = _Pair(first, number, log, sources, last_ms)
         torn = log.size - log_end.size
         if torn:
-            pair.note = mark(log_ms, f"repaired: {torn} bytes of a torn last line are gone").log
+            pair.note = mark(log_ms, Message("recording-repaired", {"bytes": torn})).log
         log.cut(log_end.size)
         sources.cut(sources_end.size)
         self._last_row_ms = last_ms
@@ -436,8 +437,8 @@ class RecordingFiles:
 
 
 def _gap_mark(last_ms: float, next_ms: float) -> Entry:
-    gone_s = (next_ms - last_ms) / 1000.0
-    return mark(next_ms, f"gap: no row since {as_text(last_ms)}, {gone_s:.3f} s before")
+    values = {"since": as_text(last_ms), "lasted_s": (next_ms - last_ms) / 1000.0}
+    return mark(next_ms, Message("recording-gap", values))
 
 
 class _End(NamedTuple):

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from thermaxis.codes import Message
 from thermaxis.runtime.host import whole_file
 from thermaxis.runtime.record._files import SOURCES_FOLDER
 
@@ -43,7 +44,7 @@ def _write(path: Path, *, numbers: bool) -> Path:
     return target
 
 
-def parquet_writer(tell: Callable[[str], None]) -> Callable[[Sequence[Path]], None]:
+def parquet_writer(tell: Callable[[Message], None]) -> Callable[[Sequence[Path]], None]:
     """Return what writes complete logs as Parquet, and tells where it could not."""
     waiting: list[Path] = []
 
@@ -55,7 +56,8 @@ def parquet_writer(tell: Callable[[str], None]) -> Callable[[Sequence[Path]], No
             except FileNotFoundError:
                 waiting.remove(log)  # somebody has moved it away
             except OSError as error:
-                tell(f"{log.name} cannot be written as Parquet ({error.strerror or error})")
+                values = {"file": log.name, "cause": error.strerror or str(error)}
+                tell(Message("recording-parquet_unwritten", values))
             else:
                 waiting.remove(log)
 

@@ -15,9 +15,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 from thermaxis import __version__
+from thermaxis.codes import Message
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.record._clock import LogClock, as_text, moment_of
 from thermaxis.runtime.record._config import ChannelSettings, RecordSettings
@@ -26,6 +27,8 @@ from thermaxis.runtime.record._rows import NO_ANSWER, NOT_ASKED, Cells, ChannelR
 
 if TYPE_CHECKING:
     from asyncua import ua
+
+    from thermaxis.runtime.opcua import OpcUaSession
 
 WRITE_EVERY_S: Final = 1.0
 """Rows are written so often: what a killed program may lose. [s]"""
@@ -37,41 +40,12 @@ UNCHANGED_WARNING_S: Final = 60.0
 """A source time stamp that stands still for so long is told. [s]"""
 TRY_AGAIN_S: Final = 2.0
 """Time between the two readings of a trial. [s]"""
+_UNKNOWN: Final = Message("error-machine_silent")
 _LONGEST_SLEEP_S = 60.0
 _POLL_S = 0.05
 _LAST_ANSWERS_S = 1.0
 _EARLY_MS = 0.5
 _FEWEST_UNCHANGED = 5
-
-
-class NodeReader(Protocol):
-    """What the recorder needs of a connection; `OpcUaSession` has it."""
-
-    @property
-    def connected(self) -> bool:
-        """Whether the server can be asked."""
-        ...
-
-    @property
-    def generation(self) -> int:
-        """Number of the connection. [1]"""
-        ...
-
-    @property
-    def last_error(self) -> str:
-        """Why it is not connected, in words."""
-        ...
-
-    @property
-    def clock_difference_s(self) -> float | None:
-        """The server's clock minus the own one. [s]"""
-        ...
-
-    async def read(
-        self, nodes: Sequence[str], deadline_s: float
-    ) -> "Sequence[ua.DataValue] | None":
-        """Read nodes with one request; None if there is no answer in time. [s]"""
-        ...
 
 
 @final
@@ -110,12 +84,10 @@ class Loss(NamedTuple):
     """Time of the last one. [ms since 1970]"""
 
     @property
-    def words(self) -> str:
-        """What was lost, as a sentence without its full stop."""
-        return (
-            f"lost: {self.rows} rows from {as_text(self.first_ms)} to {as_text(self.last_ms)}"
-            " could not be written and no longer be kept in memory"
-        )
+    def message(self) -> Message:
+        """What was lost."""
+        first, last = as_text(self.first_ms), as_text(self.last_ms)
+        return Message("recording-lost", {"rows": self.rows, "first": first, "last": last})
 
 
 @final
@@ -191,8 +163,8 @@ class TriedChannel(NamedTuple):
     """Value as it would be recorded; empty if it would not be."""
     status: str
     """Name of its status."""
-    remark: str
-    """What is out of the ordinary; empty if nothing is."""
+    remark: Message | None
+    """What is out of the ordinary; None if nothing is."""
 
     @property
     def recorded(self) -> bool:
@@ -201,7 +173,7 @@ class TriedChannel(NamedTuple):
 
 
 async def try_once(
-    settings: RecordSettings, sessions: Mapping[str, NodeReader], clock: Clock
+    settings: RecordSettings, sessions: "Mapping[str, OpcUaSession]", clock: Clock
 ) -> tuple[TriedChannel, ...]:
     """Read every node twice, to see what it says and whether its source time stamp moves."""
     channels = tuple(ChannelReader(channel) for channel in settings.channels)
@@ -211,18 +183,18 @@ async def try_once(
     second = await _read_all(settings, sessions, channels, clock)
     tried: list[TriedChannel] = []
     for channel, one, two in zip(channels, first, second, strict=True):
-        remark = two.remark
+        remark = Message("remark-beside_value", {"said": two.remark}) if two.remark else None
         if channel.unchanged:
-            remark = f"source time stamp stood still for {TRY_AGAIN_S:g} s"
+            remark = Message("remark-stamp_stood_still", {"lasts_s": TRY_AGAIN_S})
         elif channel.unstamped:
-            remark = "no source time stamp"
+            remark = Message("remark-no_stamp")
         tried.append(TriedChannel(channel.settings, two.value or one.value, two.status, remark))
     return tuple(tried)
 
 
 async def _read_all(
     settings: RecordSettings,
-    sessions: Mapping[str, NodeReader],
+    sessions: "Mapping[str, OpcUaSession]",
     channels: Sequence[ChannelReader],
     clock: Clock,
 ) -> list[Cells]:
@@ -233,7 +205,7 @@ async def _read_all(
     return found
 
 
-async def _connections(sessions: Mapping[str, NodeReader], clock: Clock) -> None:
+async def _connections(sessions: "Mapping[str, OpcUaSession]", clock: Clock) -> None:
     """Wait for the connections, so that the first reading has values."""
     end_s = clock.monotonic_s() + CONNECT_WITHIN_S
     while not all(session.connected for session in sessions.values()):
@@ -259,7 +231,7 @@ def _fill(
             cells[column] = channel.read(answers[place], log_ms)
 
 
-def _ignore(_text: str) -> None:
+def _ignore(_: Message) -> None:
     pass
 
 
@@ -271,14 +243,14 @@ class Recorder:
     ----------
     settings : RecordSettings
         What is recorded.
-    sessions : mapping of str to NodeReader
+    sessions : mapping of str to OpcUaSession
         The connections by name; opened and closed by the caller.
     clock : Clock
         Monotonic time and time of day.
     files : RecordingFiles
         Where rows go; called in a thread, one call at a time.
     tell : callable
-        Takes sentences for whoever watches. Default: nobody does.
+        Takes what happens, for whoever watches. Default: nobody does.
     finish : callable
         Called in the same thread as the files, with logs that are complete. Default: nothing.
     """
@@ -286,11 +258,11 @@ class Recorder:
     def __init__(
         self,
         settings: RecordSettings,
-        sessions: Mapping[str, NodeReader],
+        sessions: "Mapping[str, OpcUaSession]",
         clock: Clock,
         files: RecordingFiles,
         *,
-        tell: Callable[[str], None] = _ignore,
+        tell: Callable[[Message], None] = _ignore,
         finish: Callable[[Sequence[Path]], None] | None = None,
     ) -> None:
         self._settings = settings
@@ -307,7 +279,7 @@ class Recorder:
         self._writing = asyncio.Lock()
         self._connected: dict[str, int | None] = dict.fromkeys(sessions)
         self._asking: set[asyncio.Task[None]] = set()
-        self._warned: set[str] = set()
+        self._warned: set[tuple[str | float, ...]] = set()
         self._written_rows = 0
         self._error = ""
         self._last_ms = -math.inf
@@ -368,7 +340,8 @@ class Recorder:
         tick_ms = math.ceil(now_ms / fastest_ms) * fastest_ms
         for group in self._groups:
             group.due_ms = tick_ms
-        self._note(tick_ms, f"began: thermaxis {__version__} records", told=False)
+        began = Message("recording-began", {"version": __version__})
+        self._queue.add(mark(tick_ms, began))
         return tick_ms
 
     async def _until(self, log_ms: float) -> float:
@@ -376,7 +349,7 @@ class Recorder:
         while True:
             now_ms, change = self._time.read()
             if change is not None:
-                self._note(now_ms, f"clock: {change.words}")
+                self._note(now_ms, change.message)
             if now_ms >= log_ms - _EARLY_MS:
                 return now_ms
             longest_s = self._clock.monotonic_s() + _LONGEST_SLEEP_S
@@ -418,10 +391,10 @@ class Recorder:
 
     # What is told ----------------------------------------------------------------------------
 
-    def _note(self, log_ms: float, text: str, *, told: bool = True) -> None:
-        self._queue.add(mark(log_ms, text))
-        if told:
-            self._tell(text)
+    def _note(self, log_ms: float, message: Message) -> None:
+        """Tell what happened, and let a line of the log say it."""
+        self._queue.add(mark(log_ms, message))
+        self._tell(message)
 
     def _look_at_connections(self, now_ms: float) -> None:
         for name, session in self._sessions.items():
@@ -429,38 +402,38 @@ class Recorder:
             if state == self._connected[name]:
                 continue
             self._connected[name] = state
+            ahead_s = session.clock_difference_s
             if state < 0:
-                why = session.last_error or "no reason is known"
-                self._note(now_ms, f"connection {name} is not there: {why}")
-                continue
-            words = f"connection {name} is there"
-            if session.clock_difference_s is not None:
-                ahead = "ahead of" if session.clock_difference_s >= 0.0 else "behind"
-                words += f"; its clock is {abs(session.clock_difference_s):.3f} s {ahead} this one"
-            self._note(now_ms, words)
+                values = {"name": name, "why": session.failure or _UNKNOWN}
+                message = Message("recording-connection_lost", values)
+            elif ahead_s is None:
+                message = Message("recording-connected", {"name": name})
+            else:
+                side = "ahead" if ahead_s >= 0.0 else "behind"
+                values = {"name": name, "by_s": abs(ahead_s)}
+                message = Message(f"recording-connected_{side}", values)
+            self._note(now_ms, message)
 
     def _warn_of(self, channel: ChannelReader) -> None:
         name = channel.settings.name
         for status in channel.not_good:
             if status != NO_ANSWER:
-                self._warn(f"{name}: {status}; its cells stay empty while it is so")
+                self._warn("not_good", name=name, status=status)
         if channel.unstamped:
-            self._warn(f"{name}: the server sends no source time stamps for it")
+            self._warn("unstamped", name=name)
         stands_still = (
             channel.unchanged_in_a_row >= _FEWEST_UNCHANGED
             and channel.unchanged_for_s >= UNCHANGED_WARNING_S
         )
         if stands_still and channel.settings.repeat_unchanged_s == 0.0:
-            self._warn(
-                f"{name}: its source time stamp stands still for {UNCHANGED_WARNING_S:g} s, so that"
-                " nothing new is measured and its cells are empty. If the server stamps a value"
-                " only when it changes, set repeat_unchanged_s for it"
-            )
+            self._warn("stands_still", name=name, lasts_s=UNCHANGED_WARNING_S)
 
-    def _warn(self, text: str) -> None:
-        if text not in self._warned:
-            self._warned.add(text)
-            self._tell(text)
+    def _warn(self, code: str, **values: str | float) -> None:
+        """Tell something once."""
+        key = (code, *values.values())
+        if key not in self._warned:
+            self._warned.add(key)
+            self._tell(Message(f"recording-{code}", values))
 
     # Writing ---------------------------------------------------------------------------------
 
@@ -483,9 +456,9 @@ class Recorder:
         self._written_rows += sum(entry.is_row for entry in entries) - rest
         if bool(stored.error) != bool(self._error):
             if stored.error:
-                self._tell(f"rows cannot be written ({stored.error}): they are kept in memory")
+                self._tell(Message("recording-rows_unwritten", {"cause": stored.error}))
             else:
-                self._tell("rows are written again")
+                self._tell(Message("recording-rows_written_again"))
         self._error = stored.error
 
     def _store(self, entries: Sequence[Entry]) -> Stored:
@@ -509,7 +482,7 @@ class Recorder:
                 self._queue.add(_entry_of(row))
         self._rows.clear()
         now_ms, _ = self._time.read()
-        self._note(max(now_ms, self._last_ms), "ended", told=False)
+        self._queue.add(mark(max(now_ms, self._last_ms), Message("recording-ended")))
         await self._write()
         await asyncio.to_thread(self._close)
         return RecordSummary(
@@ -559,7 +532,7 @@ class _Queue:
         self._taken_size, self._size = self._size, 0
         self._taken_loss, self._loss = self._loss, None
         if self._taken_loss is not None and taken:
-            taken.insert(0, mark(taken[0].log_ms, self._taken_loss.words))
+            taken.insert(0, mark(taken[0].log_ms, self._taken_loss.message))
         return taken
 
     def keep(self, taken: Sequence[Entry], stored: int) -> int:
