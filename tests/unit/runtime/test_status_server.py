@@ -103,9 +103,9 @@ async def test_a_client_reads_the_values_of_the_last_cycle_with_its_time() -> No
 @scene
 async def test_every_value_can_be_read_browsed_to_and_has_the_type_that_is_promised() -> None:
     async with watched() as (_, one, _):
-        leaves = leaves_of(Shape(("Z_um",), ("T_spindle_C", "T_column_C"), ()))
+        leaves = leaves_of(Shape(("Z_um",), ("T_spindle_C", "T_column_C"), ())).shown()
         root = one.get_node(await node_id(one, "Thermaxis"))
-        for leaf in leaves:
+        for leaf in leaves.values():
             # by names, as a person finds it, and by id, as a configuration does
             names = [f"{root.nodeid.NamespaceIndex}:{part}" for part in leaf.path.split("/")]
             node = await root.get_child(names)

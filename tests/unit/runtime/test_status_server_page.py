@@ -34,9 +34,7 @@ ROWS = {line.split("|")[1].strip().strip("`"): line for line in PAGE.splitlines(
 
 
 def test_every_node_stands_on_the_page_with_its_type_and_meaning() -> None:
-    named = leaves_of(Shape(("NAME",), ("NAME",), ()))
-    signals = leaves_of(Shape((), (), ("NAME",)))
-    leaves = {leaf.path: leaf for leaf in (*named, *signals)}
+    leaves = leaves_of(Shape(("NAME",), ("NAME",), ("NAME",))).shown()
     for path, leaf in leaves.items():
         assert ROWS[path] == f"| `{path}` | {leaf.kind.value} | {leaf.text} |"
     folders = ("Status/", "Alarms/", "Model/", "Workpiece/", "Historian/", "Outputs/", "Inputs/")

@@ -8,15 +8,19 @@ import asyncio
 import hmac
 import math
 import ssl
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple, final
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime
+from typing import cast, final
 from urllib.parse import urlsplit
 
 from thermaxis.codes import Place, printable
+from thermaxis.compensation import SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._ports import NOT_READ, Clock
+from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.config import MetricsSettings
 from thermaxis.runtime.host import is_loopback, server_context
+from thermaxis.runtime.status._alarms import PRIORITIES
+from thermaxis.runtime.status._nodes import Leaf, Snapshot, Value, leaves_of, shape_of
 from thermaxis.runtime.status._status import RuntimeStatus
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
@@ -28,21 +32,9 @@ REQUEST_S = 5.0
 MOST_CONNECTIONS = 8
 """Connections at once. [1]"""
 _LONGEST_LABEL = 200
-_STATES = ("Off", "Warming", "Active", "Holding", "Fading", "Fault")
-_PRIORITIES = ("critical", "high", "medium", "low")
 
-
-class _Figure(NamedTuple):
-    """One metric with all its samples."""
-
-    name: str
-    """Its name, with its unit, as Prometheus names them."""
-    kind: str
-    """``gauge`` or ``counter``."""
-    text: str
-    """What it means."""
-    samples: Iterable[tuple[dict[str, str], float | None]]
-    """Labels and value; a value that is none is left out."""
+Samples = Iterable[tuple[Mapping[str, str], Value]]
+"""Labels and value; a value that is none is left out."""
 
 
 def format_metrics(status: RuntimeStatus | None, age_s: float) -> str:
@@ -61,19 +53,20 @@ def format_metrics(status: RuntimeStatus | None, age_s: float) -> str:
         The text format 0.0.4; every metric begins with ``thermaxis_``.
     """
     lines: list[str] = []
-    for figure in _figures(status, age_s):
-        name = f"thermaxis_{figure.name}"
+    for figure, text, samples in _figures(status, age_s):
+        name = f"thermaxis_{figure}"
         rows = [
             f"{name}{_labels(labels)} {_number(value)}"
-            for labels, value in figure.samples
+            for labels, value in samples
             if value is not None
         ]
         if rows:
-            lines += [f"# HELP {name} {figure.text}", f"# TYPE {name} {figure.kind}", *rows]
+            kind = "counter" if figure.endswith("_total") else "gauge"
+            lines += [f"# HELP {name} {text}", f"# TYPE {name} {kind}", *rows]
     return "\n".join([*lines, ""])
 
 
-def _labels(labels: dict[str, str]) -> str:
+def _labels(labels: Mapping[str, str]) -> str:
     if not labels:
         return ""
     shown = (
@@ -86,179 +79,71 @@ def _labels(labels: dict[str, str]) -> str:
 _ESCAPES = str.maketrans({"\\": "\\\\", '"': '\\"'})
 
 
-def _number(value: float) -> str:
-    if math.isnan(value):
+def _number(value: Value) -> str:
+    number = value.timestamp() if isinstance(value, datetime) else float(cast("float", value))
+    if math.isnan(number):
         return "NaN"
-    if math.isinf(value):
-        return "+Inf" if value > 0.0 else "-Inf"
-    return repr(float(value))
+    if math.isinf(number):
+        return "+Inf" if number > 0.0 else "-Inf"
+    return repr(number)
 
 
-def _one(value: float | None) -> list[tuple[dict[str, str], float | None]]:
-    return [({}, value)]
-
-
-def _figures(status: RuntimeStatus | None, age_s: float) -> Iterator[_Figure]:
+def _figures(status: RuntimeStatus | None, age_s: float) -> Iterator[tuple[str, str, Samples]]:
+    """Yield name, meaning and samples of every metric, most of them as the leaves name them."""
+    yield "up", "1 while the loop has published a cycle.", [({}, status is not None)]
     if status is None:
-        yield _Figure("up", "gauge", "1 while the loop has published a cycle.", _one(0.0))
         return
-    yield _Figure("up", "gauge", "1 while the loop has published a cycle.", _one(1.0))
-    yield _Figure(
-        "status_age_seconds", "gauge", "Time since the last cycle was published.", _one(age_s)
-    )
-    yield from _of_the_loop(status)
-    yield from _of_outputs(status)
-    yield from _of_inputs(status)
-
-
-def _of_the_loop(status: RuntimeStatus) -> Iterator[_Figure]:
-    output, historian = status.output, status.historian
+    yield "status_age_seconds", "Time since the last cycle was published.", [({}, age_s)]
     about = {
         "machine": status.machine,
         "model": status.model_file,
         "model_sha256": status.model_sha256,
     }
-    yield _Figure("loop", "gauge", "What runs; always 1.", [(about, 1.0)])
-    yield _Figure(
-        "start_time_seconds",
-        "gauge",
-        "When the loop was started, as Unix time.",
-        _one(status.started.timestamp()),
-    )
-    yield _Figure("cycles_total", "counter", "Cycles since the start.", _one(status.number))
-    yield _Figure("cycle_seconds", "gauge", "Nominal cycle.", _one(status.cycle_s))
-    yield _Figure(
-        "lateness_seconds", "gauge", "How late the last cycle began.", _one(status.lateness_s)
-    )
-    yield _Figure(
-        "overruns_total",
-        "counter",
-        "Cycles that were missed since the start.",
-        _one(status.overruns),
-    )
-    yield _Figure(
+    yield "loop", "What runs; always 1.", [(about, 1.0)]
+    now, leaves = Snapshot(status), leaves_of(shape_of(status))
+    for leaf in leaves.loop:
+        if leaf.metric:
+            yield leaf.metric, leaf.meaning, [({}, leaf.value(now))]
+    yield (
         "state",
-        "gauge",
         "1 for the state that the compensation is in, 0 for the others.",
-        [({"state": s}, 1.0 if output.state.value == s else 0.0) for s in _STATES],
+        [({"state": s.value}, s is status.output.state) for s in SupervisorState],
     )
-    yield _Figure(
-        "enabled", "gauge", "1 while somebody has enabled the compensation.", _one(status.enabled)
-    )
-    yield _Figure(
+    yield (
         "connected",
-        "gauge",
         "1 while the machine of the values (source) or of the offsets (sink) is reached.",
         [
-            ({"border": "source"}, float(status.source_connected)),
-            ({"border": "sink"}, float(status.sink_connected)),
+            ({"border": "source"}, status.source_connected),
+            ({"border": "sink"}, status.sink_connected),
         ],
     )
-    yield _Figure(
+    yield (
         "alarms",
-        "gauge",
         "Alarms that stand, by priority.",
+        [({"priority": p}, sum(a.priority == p for a in status.alarms)) for p in PRIORITIES],
+    )
+    yield from _by_name("output", leaves.outputs, now)
+    yield from _by_name("channel", leaves.inputs, now)
+    yield (
+        "input_good",
+        "1 while nothing is wrong with a channel.",
         [
-            ({"priority": p}, float(sum(a.priority == p for a in status.alarms)))
-            for p in _PRIORITIES
+            ({"channel": name}, quality is SampleQuality.GOOD)
+            for name, quality in zip(status.channels, status.output.qualities, strict=False)
         ],
     )
-    yield _Figure(
-        "historian_storing", "gauge", "1 while records are stored.", _one(historian.storing)
-    )
-    yield _Figure(
-        "historian_waiting_records",
-        "gauge",
-        "Records that are kept until they can be stored.",
-        _one(historian.waiting),
-    )
-    yield _Figure(
-        "historian_lost_records_total",
-        "counter",
-        "Records that were lost since the start.",
-        _one(historian.lost),
-    )
-    yield _Figure(
-        "workpiece_diameter_millimetres",
-        "gauge",
-        "Clamping diameter; absent for the tool centre point.",
-        _one(status.diameter_mm),
-    )
 
 
-def _of_outputs(status: RuntimeStatus) -> Iterator[_Figure]:
-    output, names = status.output, status.outputs
-
-    def by_output(values: Iterable[float | None]) -> list[tuple[dict[str, str], float | None]]:
-        return [({"output": n}, v) for n, v in zip(names, values, strict=False)]
-
-    applied = [status.applied.get(name) for name in names]
-    yield _Figure(
-        "correction_micrometres",
-        "gauge",
-        "Correction in force; positive moves the tool point away from the workpiece.",
-        by_output(output.correction_um),
-    )
-    yield _Figure(
-        "wanted_micrometres",
-        "gauge",
-        "Correction before rate and supervisor.",
-        by_output(output.wanted_um),
-    )
-    yield _Figure(
-        "accepted_micrometres",
-        "gauge",
-        "What the machine reports as set; absent where it cannot be read.",
-        by_output(a.accepted_um if a is not None else None for a in applied),
-    )
-    yield _Figure(
-        "effective_micrometres",
-        "gauge",
-        "What the machine reports as acting now; absent where it does not say.",
-        by_output(a.effective_um if a is not None else None for a in applied),
-    )
-    yield _Figure(
-        "model_micrometres", "gauge", "Displacement by the model.", by_output(output.model_um)
-    )
-    yield _Figure(
-        "weight_ratio",
-        "gauge",
-        "Weight of the model; below 1 outside the range of its training logs.",
-        by_output(output.weight),
-    )
-    yield _Figure("trim_micrometres", "gauge", "A person's addition.", by_output(output.trim_um))
-    yield _Figure(
-        "at_limit",
-        "gauge",
-        "1 while the model asks for more than the output limit allows.",
-        by_output(output.at_limit),
-    )
-
-
-def _of_inputs(status: RuntimeStatus) -> Iterator[_Figure]:
-    output, names = status.output, status.channels
-
-    def by_channel(values: Iterable[float | None]) -> list[tuple[dict[str, str], float | None]]:
-        return [({"channel": n}, v) for n, v in zip(names, values, strict=False)]
-
-    yield _Figure(
-        "input_celsius",
-        "gauge",
-        "Value that the model was given; absent where there was none.",
-        by_channel(output.values),
-    )
-    yield _Figure(
-        "input_good",
-        "gauge",
-        "1 while nothing is wrong with a channel.",
-        by_channel(float(q.value == "good") for q in output.qualities),
-    )
-    yield _Figure(
-        "input_age_seconds",
-        "gauge",
-        "Time since the source stamped the value; absent without a time stamp.",
-        by_channel(status.samples.get(name, NOT_READ).age_s for name in names),
-    )
+def _by_name(
+    label: str, leaves: Mapping[str, Sequence[Leaf]], now: Snapshot
+) -> Iterator[tuple[str, str, Samples]]:
+    """Yield the metrics of all outputs or channels, each with a sample for every name."""
+    for same in zip(*leaves.values(), strict=True):
+        first = same[0]
+        if first.metric:
+            told = zip(leaves, same, strict=True)
+            samples = [({label: name}, leaf.value(now)) for name, leaf in told]
+            yield first.metric, first.meaning, samples
 
 
 class _RefusalError(Exception):

@@ -1,23 +1,24 @@
-"""What the status server shows: every value with its name, its unit, its quality and its time.
+"""What the loop tells of a cycle: every value once, with its names, its unit and its quality.
 
-No OPC UA here: a table of leaves, each with a path and a function from the status to a value. The
-server turns paths into node ids and qualities into status codes; the metrics and the screen read
-the same.
+No OPC UA here: a table of leaves, each with a function from the status to a value. A leaf says
+under which path the status server shows it, under which key the JSON of a screen, and under which
+name the page of metrics; the server turns paths into node ids and qualities into status codes.
 """
 
 import json
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from enum import Enum
-from typing import NamedTuple, final
+from functools import lru_cache
+from typing import Any, NamedTuple, final
 
 from thermaxis import __version__
 from thermaxis.codes import Message, value_as_json, values_as_json
 from thermaxis.compensation import Compensation, CycleOutput, Limits, SampleQuality, SupervisorState
 from thermaxis.messages import sentence_of
-from thermaxis.runtime._ports import NOT_READ, Applied, HistorianStatus, SourceSample
+from thermaxis.runtime._ports import NOT_READ, Applied, SourceSample
 from thermaxis.runtime.status._status import Alarm, RuntimeStatus
 
 Value = str | float | int | bool | datetime | tuple[str, ...] | tuple[float, ...] | None
@@ -32,7 +33,6 @@ STATE_NUMBERS = {
     SupervisorState.FAULT: 5,
 }
 """The states as numbers, for controls that compare no texts. [1]"""
-_HEARTBEAT_MODULUS = 2**32
 SIGN = "Positive moves the tool point away from the workpiece."
 """Sign of every correction and displacement."""
 
@@ -118,18 +118,40 @@ class Snapshot:
 @final
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """One value that is shown."""
+    """One value that is told."""
 
     path: str
-    """Path, its parts separated by ``/``; the string of the node's id."""
+    """Path, its parts separated by ``/``; the string of the node's id. Empty: in the JSON alone."""
     kind: Kind
     """Kind of its value."""
     text: str
     """What it means, with its unit in brackets."""
-    read: Callable[[Snapshot], StatusValue] = field(repr=False)
+    value: Callable[[Snapshot], Value] = field(repr=False)
     """What it says now."""
+    key: str = ""
+    """Key in the JSON, a key within a table behind ``/``; empty: not there."""
+    metric: str = ""
+    """Name for Prometheus, that of a counter with ``_total`` at its end; empty: none."""
     prompt: bool = False
     """Whether a change is told at once rather than within a second."""
+    missing: str = "BadNoData"
+    """Name of the status code where there is no value, or no finite one."""
+    judged: Callable[[Snapshot], StatusValue] | None = field(default=None, repr=False)
+    """What it says with a quality and a time of its own."""
+
+    @property
+    def meaning(self) -> str:
+        """The text without its unit."""
+        return self.text.partition(" [")[0]
+
+    def read(self, now: Snapshot) -> StatusValue:
+        """Return the value with its quality."""
+        if self.judged is not None:
+            return self.judged(now)
+        value = self.value(now)
+        if value is None or (isinstance(value, float) and not math.isfinite(value)):
+            return StatusValue(None, self.missing)
+        return StatusValue(value)
 
 
 class Shape(NamedTuple):
@@ -149,36 +171,39 @@ def shape_of(status: RuntimeStatus) -> Shape:
     return Shape(status.outputs, status.channels, tuple(others))
 
 
-def leaves_of(shape: Shape) -> tuple[Leaf, ...]:
-    """Return every leaf of a status of this shape.
+class Leaves(NamedTuple):
+    """Every leaf of a status."""
 
-    Parameters
-    ----------
-    shape : Shape
-        Names of outputs, channels and signals.
+    loop: tuple[Leaf, ...]
+    """Those of the loop itself."""
+    outputs: Mapping[str, Sequence[Leaf]]
+    """Those of each output."""
+    inputs: Mapping[str, Sequence[Leaf]]
+    """Those of each channel of the model."""
+    signals: Mapping[str, Sequence[Leaf]]
+    """Those of each redundant sensor, interlock or flag."""
 
-    Returns
-    -------
-    tuple of Leaf
-        In the order in which they are shown.
-    """
-    leaves = [*_OF_THE_LOOP]
-    for i, name in enumerate(shape.outputs):
-        leaves += _of_output(i, name)
-    for i, name in enumerate(shape.channels):
-        leaves += _of_input(i, name)
-    for name in shape.signals:
-        leaves += _of_signal(name)
-    return tuple(leaves)
+    def shown(self) -> dict[str, Leaf]:
+        """Return those that have a path, by path, in the order in which they are shown."""
+        groups = (table.values() for table in (self.outputs, self.inputs, self.signals))
+        named = (leaf for group in groups for leaves in group for leaf in leaves)
+        return {leaf.path: leaf for leaf in (*self.loop, *named) if leaf.path}
+
+
+@lru_cache(maxsize=8)
+def leaves_of(shape: Shape) -> Leaves:
+    """Return every leaf of a status of this shape."""
+    return Leaves(
+        _OF_THE_LOOP,
+        {name: _of_output(i, name) for i, name in enumerate(shape.outputs)},
+        {name: _of_input(i, name) for i, name in enumerate(shape.channels)},
+        {name: _of_sample(f"Signals/{segment(name)}", name) for name in shape.signals},
+    )
 
 
 def segment(name: str) -> str:
     """Return a name as one part of a path: a slash in it is written ``%2F``."""
     return name.replace("%", "%25").replace("/", "%2F")
-
-
-def _plain(read: Callable[[RuntimeStatus], Value]) -> Callable[[Snapshot], StatusValue]:
-    return lambda now: StatusValue(read(now.status))
 
 
 def state_text(status: RuntimeStatus) -> str:
@@ -201,9 +226,22 @@ def _alarm_line(alarm: Alarm) -> str:
     return f"{alarm.priority}: {alarm.text}{cause} {alarm.remedy}".strip()
 
 
-def _diameter(now: Snapshot) -> StatusValue:
-    diameter_mm = now.status.diameter_mm
-    return StatusValue(diameter_mm, GOOD if diameter_mm is not None else NONE_STATED)
+def _history_text(now: Snapshot) -> str:
+    failure = now.status.historian.failure
+    return "" if failure is None else sentence_of(failure)
+
+
+def _of_status(
+    path: str, kind: Kind, text: str, name: str, *, metric: str = "", prompt: bool = False
+) -> Leaf:
+    """Return the leaf of a field of the status, whose name is its key."""
+    return Leaf(path, kind, text, lambda now: getattr(now.status, name), name, metric, prompt)
+
+
+def _of_historian(path: str, kind: Kind, text: str, name: str, metric: str) -> Leaf:
+    """Return the leaf of a field of the historian's status."""
+    key = f"historian/{name}"
+    return Leaf(path, kind, text, lambda now: getattr(now.status.historian, name), key, metric)
 
 
 _OF_THE_LOOP = (
@@ -211,359 +249,405 @@ _OF_THE_LOOP = (
         "Status/State",
         Kind.TEXT,
         "State of the compensation: Off, Warming, Active, Holding, Fading, Fault.",
-        _plain(lambda s: s.output.state.value),
+        lambda now: now.status.output.state.value,
+        "state",
         prompt=True,
     ),
     Leaf(
         "Status/StateNumber",
         Kind.COUNT,
         "The same as a number: 0 Off, 1 Warming, 2 Active, 3 Holding, 4 Fading, 5 Fault.",
-        _plain(lambda s: STATE_NUMBERS[s.output.state]),
+        lambda now: STATE_NUMBERS[now.status.output.state],
         prompt=True,
     ),
-    Leaf(
+    _of_status(
         "Status/StateSince",
         Kind.TIME,
         "Since when it is in this state.",
-        _plain(lambda s: s.state_since),
+        "state_since",
         prompt=True,
+    ),
+    Leaf(
+        "", Kind.NUMBER, "... how long. [s]", lambda now: now.status.output.in_state_s, "in_state_s"
     ),
     Leaf(
         "Status/Text",
         Kind.TEXT,
         "The state in an English sentence.",
-        _plain(state_text),
+        lambda now: state_text(now.status),
+        "text",
         prompt=True,
     ),
     Leaf(
         "Status/Reasons",
         Kind.TEXTS,
         "Why it is not active, the gravest first: codes.",
-        _plain(lambda s: tuple(r.value for r in s.output.reasons)),
+        lambda now: tuple(r.value for r in now.status.output.reasons),
+        "reasons",
         prompt=True,
     ),
-    Leaf(
+    _of_status(
         "Status/Enabled",
         Kind.FLAG,
         "Whether somebody has enabled it.",
-        _plain(lambda s: s.enabled),
+        "enabled",
+        metric="enabled",
         prompt=True,
     ),
     Leaf(
         "Status/Quality",
         Kind.TEXT,
         "Whether the model's output may be used: good, held, bad.",
-        _plain(lambda s: s.output.quality.value),
+        lambda now: now.status.output.quality.value,
+        "quality",
         prompt=True,
     ),
     Leaf(
         "Status/Outcomes",
         Kind.TEXTS,
         "What was out of the ordinary in the model: codes.",
-        _plain(lambda s: tuple(o.value for o in s.output.outcomes)),
+        lambda now: tuple(o.value for o in now.status.output.outcomes),
+        "outcomes",
     ),
-    Leaf(
+    _of_status(
         "Status/SourceConnected",
         Kind.FLAG,
         "Whether the machine of the temperatures was reached.",
-        _plain(lambda s: s.source_connected),
+        "source_connected",
         prompt=True,
     ),
-    Leaf(
+    _of_status(
         "Status/SinkConnected",
         Kind.FLAG,
         "Whether the machine of the offsets can be written to.",
-        _plain(lambda s: s.sink_connected),
+        "sink_connected",
         prompt=True,
     ),
-    Leaf("Status/Machine", Kind.TEXT, "Name of the machine.", _plain(lambda s: s.machine)),
-    Leaf("Status/Started", Kind.TIME, "When the loop was started.", _plain(lambda s: s.started)),
-    Leaf("Status/Time", Kind.TIME, "Time of the cycle.", _plain(lambda s: s.utc)),
-    Leaf(
+    _of_status("Status/Machine", Kind.TEXT, "Name of the machine.", "machine"),
+    _of_status(
+        "Status/Started",
+        Kind.TIME,
+        "When the loop was started.",
+        "started",
+        metric="start_time_seconds",
+    ),
+    _of_status("Status/Time", Kind.TIME, "Time of the cycle.", "utc"),
+    _of_status(
         "Status/Heartbeat",
         Kind.COUNT,
         "Number of the cycle; it moves as long as the loop lives. [1]",
-        _plain(lambda s: s.number % _HEARTBEAT_MODULUS),
+        "number",
+        metric="cycles_total",
     ),
-    Leaf("Status/Cycle", Kind.NUMBER, "Nominal cycle. [s]", _plain(lambda s: s.cycle_s)),
-    Leaf("Status/Lateness", Kind.NUMBER, "How late it began. [s]", _plain(lambda s: s.lateness_s)),
-    Leaf(
+    _of_status(
+        "Status/Cycle", Kind.NUMBER, "Nominal cycle. [s]", "cycle_s", metric="cycle_seconds"
+    ),
+    _of_status(
+        "Status/Lateness",
+        Kind.NUMBER,
+        "How late it began. [s]",
+        "lateness_s",
+        metric="lateness_seconds",
+    ),
+    _of_status(
         "Status/Overruns",
         Kind.COUNT,
         "Cycles that were missed since the start. [1]",
-        _plain(lambda s: s.overruns % _HEARTBEAT_MODULUS),
+        "overruns",
+        metric="overruns_total",
     ),
-    Leaf(
+    _of_status(
         "Status/ConfigurationSha256",
         Kind.TEXT,
         "Hash of the configuration's rules: a screen with another one shows other rules.",
-        _plain(lambda s: s.configuration_sha256),
+        "configuration_sha256",
     ),
     Leaf(
         "Status/Everything",
         Kind.TEXT,
         "All of it in one text, JSON: what a screen reads.",
-        lambda now: StatusValue(as_json(now)),
+        lambda now: as_json(now),  # noqa: PLW0108 - it stands below
     ),
     Leaf(
         "Alarms/Count",
         Kind.COUNT,
         "Number of alarms that stand. [1]",
-        _plain(lambda s: len(s.alarms)),
+        lambda now: len(now.status.alarms),
         prompt=True,
     ),
     Leaf(
         "Alarms/Priority",
         Kind.TEXT,
         "Priority of the gravest: critical, high, medium, low; empty without an alarm.",
-        _plain(lambda s: s.alarms[0].priority if s.alarms else ""),
+        lambda now: now.status.alarms[0].priority if now.status.alarms else "",
         prompt=True,
     ),
     Leaf(
         "Alarms/Texts",
         Kind.TEXTS,
         "Each alarm in a line of English: priority, what, cause, what to do; the gravest first.",
-        _plain(lambda s: tuple(_alarm_line(a) for a in s.alarms)),
+        lambda now: tuple(_alarm_line(a) for a in now.status.alarms),
         prompt=True,
     ),
     Leaf(
         "Alarms/Codes",
         Kind.TEXTS,
         "Their codes, in the same order.",
-        _plain(lambda s: tuple(a.code for a in s.alarms)),
+        lambda now: tuple(a.code for a in now.status.alarms),
         prompt=True,
     ),
-    Leaf("Model/File", Kind.TEXT, "File name of the model.", _plain(lambda s: s.model_file)),
-    Leaf("Model/Sha256", Kind.TEXT, "Its hash.", _plain(lambda s: s.model_sha256)),
+    _of_status("Model/File", Kind.TEXT, "File name of the model.", "model_file"),
+    _of_status("Model/Sha256", Kind.TEXT, "Its hash.", "model_sha256"),
     Leaf(
         "Workpiece/Diameter",
         Kind.NUMBER,
         "Clamping diameter; no value means the tool centre point. [mm]",
-        _diameter,
+        lambda now: now.status.diameter_mm,
+        "diameter_mm",
+        "workpiece_diameter_millimetres",
+        missing=NONE_STATED,
     ),
-    Leaf(
+    _of_historian(
         "Historian/Storing",
         Kind.FLAG,
         "Whether the last attempt to store succeeded.",
-        _plain(lambda s: s.historian.storing),
+        "storing",
+        "historian_storing",
     ),
-    Leaf(
+    _of_historian(
         "Historian/Waiting",
         Kind.COUNT,
         "Records that are kept until they can be stored. [1]",
-        _plain(lambda s: s.historian.waiting),
+        "waiting",
+        "historian_waiting_records",
     ),
-    Leaf(
+    _of_historian(
         "Historian/Lost",
         Kind.COUNT,
         "Records that were lost since the start. [1]",
-        _plain(lambda s: s.historian.lost),
+        "lost",
+        "historian_lost_records_total",
     ),
     Leaf(
         "Historian/Text",
         Kind.TEXT,
         "Why nothing can be stored; empty while it can. Losses stand in Lost.",
-        _plain(lambda s: sentence_of(s.historian.failure) if s.historian.failure else ""),
+        _history_text,
+        "historian/text",
     ),
 )
-
 _NOT_APPLIED = Applied(None, None, None)
 
 
-def _number(value: float | None, missing: str) -> StatusValue:
-    """Return a finite number, or its absence with a quality."""
-    if value is None or not math.isfinite(value):
-        return StatusValue(None, missing)
-    return StatusValue(value)
-
-
-def _of_output(index: int, name: str) -> list[Leaf]:
+def _of_output(i: int, name: str) -> list[Leaf]:
     """Return the leaves of one output."""
 
-    def leaf(
-        short: str,
-        kind: Kind,
-        text: str,
-        read: Callable[[Snapshot], StatusValue],
-        *,
-        prompt: bool = False,
-    ) -> Leaf:
-        return Leaf(f"Outputs/{segment(name)}/{short}", kind, text, read, prompt)
+    def path(short: str) -> str:
+        return f"Outputs/{segment(name)}/{short}"
 
-    def number(short: str, text: str, read: Callable[[CycleOutput], float]) -> Leaf:
-        return leaf(
-            short, Kind.NUMBER, text, lambda now: _number(read(now.status.output), "BadNoData")
-        )
+    def number(short: str, text: str, key: str, metric: str = "") -> Leaf:
+        def told(now: Snapshot) -> float:
+            return getattr(now.status.output, key)[i]
 
-    def flag(short: str, text: str, read: Callable[[CycleOutput], bool]) -> Leaf:
-        return leaf(
-            short, Kind.FLAG, text, lambda now: StatusValue(read(now.status.output)), prompt=True
-        )
+        return Leaf(path(short), Kind.NUMBER, text, told, key, metric)
 
-    def applied(now: Snapshot) -> Applied:
-        return now.status.applied.get(name, _NOT_APPLIED)
+    def applied(short: str, text: str, key: str, missing: str, metric: str = "") -> Leaf:
+        def told(now: Snapshot) -> float | None:
+            return getattr(now.status.applied.get(name, _NOT_APPLIED), key)
 
-    def limit(short: str, text: str, read: Callable[[Limits], float]) -> Leaf:
-        def told(now: Snapshot) -> StatusValue:
-            facts = now.facts.get(name)
-            return (
-                StatusValue(None, NONE_STATED) if facts is None else StatusValue(read(facts.limits))
-            )
+        return Leaf(path(short), Kind.NUMBER, text, told, key, metric, missing=missing)
 
-        return leaf(short, Kind.NUMBER, text, told)
+    def limit(short: str, text: str, key: str) -> Leaf:
+        def told(now: Snapshot) -> float | None:
+            return getattr(now.facts[name].limits, key) if name in now.facts else None
 
-    def soft(now: Snapshot) -> StatusValue:
+        shown = path(short) if short else ""
+        return Leaf(shown, Kind.NUMBER, text, told, f"limits/{key}", missing=NONE_STATED)
+
+    def soft(now: Snapshot) -> bool | None:
         facts = now.facts.get(name)
-        if facts is None:
-            return StatusValue(None, NONE_STATED)
-        return StatusValue(abs(now.status.output.correction_um[index]) > facts.limits.soft_um)
+        return facts and abs(now.status.output.correction_um[i]) > facts.limits.soft_um
 
-    def parts(now: Snapshot) -> StatusValue:
-        facts = now.facts.get(name)
-        return StatusValue(None, NONE_STATED) if facts is None else StatusValue(facts.parts)
+    def parts(now: Snapshot) -> tuple[str, ...] | None:
+        return now.facts[name].parts if name in now.facts else None
 
     return [
-        number("Correction", f"Correction in force. {SIGN} [µm]", lambda o: o.correction_um[index]),
+        number(
+            "Correction",
+            f"Correction in force. {SIGN} [µm]",
+            "correction_um",
+            "correction_micrometres",
+        ),
         number(
             "Wanted",
             "Correction before rate and supervisor. [µm]",
-            lambda o: o.wanted_um[index],
+            "wanted_um",
+            "wanted_micrometres",
         ),
-        number("Rate", "Change of the correction. [µm/s]", lambda o: o.rate_um_per_s[index]),
-        leaf(
-            "Requested",
-            Kind.NUMBER,
-            "What was written last. [µm]",
-            lambda now: _number(applied(now).requested_um, NONE_STATED),
-        ),
-        leaf(
+        number("Rate", "Change of the correction. [µm/s]", "rate_um_per_s"),
+        applied("Requested", "What was written last. [µm]", "requested_um", NONE_STATED),
+        applied(
             "Accepted",
-            Kind.NUMBER,
             "What the machine reports as set. [µm]",
-            lambda now: _number(applied(now).accepted_um, "BadNoCommunication"),
+            "accepted_um",
+            "BadNoCommunication",
+            "accepted_micrometres",
         ),
-        leaf(
+        applied(
             "Effective",
-            Kind.NUMBER,
             "What the machine reports as acting now; no value where it does not say. [µm]",
-            lambda now: _number(applied(now).effective_um, NONE_STATED),
+            "effective_um",
+            NONE_STATED,
+            "effective_micrometres",
         ),
-        number(
-            "Model",
-            f"Displacement by the model. {SIGN} [µm]",
-            lambda o: o.model_um[index],
-        ),
+        number("Model", f"Displacement by the model. {SIGN} [µm]", "model_um", "model_micrometres"),
         number(
             "Weight",
             "Weight of the model; below 1 outside the range of its training logs. [1]",
-            lambda o: o.weight[index],
+            "weight",
+            "weight_ratio",
         ),
-        flag(
-            "AtLimit",
+        Leaf(
+            path("AtLimit"),
+            Kind.FLAG,
             "Whether the model asks for more than the output limit allows.",
-            lambda o: o.at_limit[index],
+            lambda now: now.status.output.at_limit[i],
+            "at_limit",
+            "at_limit",
+            prompt=True,
         ),
-        leaf(
-            "AtSoftLimit",
+        Leaf(
+            path("AtSoftLimit"),
             Kind.FLAG,
             "Whether the correction stands beyond the soft limit.",
             soft,
+            "at_soft_limit",
             prompt=True,
+            missing=NONE_STATED,
         ),
-        number("Trim", "A person's addition. [µm]", lambda o: o.trim_um[index]),
-        leaf(
-            "TrimOwner",
+        number("Trim", "A person's addition. [µm]", "trim_um", "trim_micrometres"),
+        Leaf(
+            path("TrimOwner"),
             Kind.TEXT,
             "Who set the trim; empty without one.",
-            lambda now: StatusValue(now.status.trim_owner.get(name, "")),
+            lambda now: now.status.trim_owner.get(name, ""),
+            "trim_owner",
         ),
-        leaf(
-            "TrimLeft",
+        Leaf(
+            path("TrimLeft"),
             Kind.NUMBER,
             "Time until the trim expires; 0 without one. [s]",
-            lambda now: StatusValue(now.status.trim_left_s.get(name, 0.0)),
+            lambda now: now.status.trim_left_s.get(name, 0.0),
+            "trim_left_s",
         ),
-        leaf(
-            "Parts",
+        Leaf(
+            path("Parts"),
             Kind.NUMBERS,
             "What every part of the model contributes. [µm]",
-            lambda now: StatusValue(now.status.output.contribution_um[index]),
+            lambda now: now.status.output.contribution_um[i],
         ),
-        leaf("PartNames", Kind.TEXTS, "Names of the parts, in the same order.", parts),
-        limit("Limit", "Output limit of the correction. [µm]", lambda x: x.largest_um),
-        limit("SoftLimit", "Magnitude from which is warned. [µm]", lambda x: x.soft_um),
-        limit("TotalLimit", "Largest correction and trim together. [µm]", lambda x: x.total_um),
-        limit("RateLimit", "Largest change. [µm/s]", lambda x: x.largest_rate_um_per_s),
-        limit("TrimLimit", "Largest trim. [µm]", lambda x: x.largest_trim_um),
+        Leaf(
+            path("PartNames"),
+            Kind.TEXTS,
+            "Names of the parts, in the same order.",
+            parts,
+            missing=NONE_STATED,
+        ),
+        limit("Limit", "Output limit of the correction. [µm]", "largest_um"),
+        limit("SoftLimit", "Magnitude from which is warned. [µm]", "soft_um"),
+        limit("TotalLimit", "Largest correction and trim together. [µm]", "total_um"),
+        limit("RateLimit", "Largest change. [µm/s]", "largest_rate_um_per_s"),
+        limit("", "Smallest change that is written. [µm]", "deadband_um"),
+        limit("TrimLimit", "Largest trim. [µm]", "largest_trim_um"),
     ]
 
 
-def _of_input(index: int, name: str) -> list[Leaf]:
+def _of_input(i: int, name: str) -> list[Leaf]:
     """Return the leaves of one channel of the model."""
 
-    def sample(now: Snapshot) -> SourceSample:
-        return now.status.samples.get(name, NOT_READ)
-
-    def value(now: Snapshot) -> StatusValue:
-        output = now.status.output
-        quality = output.qualities[index]
-        number = output.values[index]
-        time = sample(now).source_time
-        if number is None or not math.isfinite(number):
+    def judged(now: Snapshot) -> StatusValue:
+        quality, value = now.status.output.qualities[i], now.status.output.values[i]
+        time = now.status.samples.get(name, NOT_READ).source_time
+        if value is None or not math.isfinite(value):
             return StatusValue(None, _BAD_BY_QUALITY.get(quality, "BadNoData"), time)
         if quality is SampleQuality.GOOD:
-            return StatusValue(number, GOOD, time)
+            return StatusValue(value, GOOD, time)
         redundant = quality is SampleQuality.REDUNDANT
-        return StatusValue(
-            number, "UncertainSubNormal" if redundant else "UncertainLastUsableValue", None
-        )
+        return StatusValue(value, "UncertainSubNormal" if redundant else "UncertainLastUsableValue")
 
     prefix = f"Inputs/{segment(name)}"
     return [
-        Leaf(f"{prefix}/Value", Kind.NUMBER, "Value that the model was given. [°C]", value),
+        Leaf(
+            f"{prefix}/Value",
+            Kind.NUMBER,
+            "Value that the model was given. [°C]",
+            lambda now: now.status.output.values[i],
+            "value_c",
+            "input_celsius",
+            judged=judged,
+        ),
+        Leaf(
+            "",
+            Kind.NUMBER,
+            "Temperature that it counts from. [°C]",
+            lambda now: now.status.reference_c.get(name),
+            "reference_c",
+        ),
         Leaf(
             f"{prefix}/Quality",
             Kind.TEXT,
             "What is wrong with it, a code; good if nothing is.",
-            lambda now: StatusValue(now.status.output.qualities[index].value),
+            lambda now: now.status.output.qualities[i].value,
+            "quality",
             prompt=True,
         ),
-        *_of_sample(prefix, name),
+        *_of_sample(prefix, name, age="input_age_seconds"),
     ]
 
 
-def _of_signal(name: str) -> list[Leaf]:
-    """Return the leaves of a redundant sensor, an interlock or a flag."""
-    return _of_sample(f"Signals/{segment(name)}", name)
+def _of_sample(prefix: str, name: str, *, age: str = "") -> list[Leaf]:
+    """Return the leaves of what was read of a channel, or of any other signal."""
 
-
-def _of_sample(prefix: str, name: str) -> list[Leaf]:
     def sample(now: Snapshot) -> SourceSample:
         return now.status.samples.get(name, NOT_READ)
 
-    def read(now: Snapshot) -> StatusValue:
+    def judged(now: Snapshot) -> StatusValue:
         found = sample(now)
         if found.value is None or not math.isfinite(found.value):
             return StatusValue(None, "BadNoData", found.source_time)
-        return StatusValue(
-            found.value, GOOD if found.good else "BadSensorFailure", found.source_time
-        )
+        good = GOOD if found.good else "BadSensorFailure"
+        return StatusValue(found.value, good, found.source_time)
 
     return [
-        Leaf(f"{prefix}/Read", Kind.NUMBER, "What was read, in the channel's unit.", read),
+        Leaf(
+            f"{prefix}/Read",
+            Kind.NUMBER,
+            "What was read, in the channel's unit.",
+            lambda now: sample(now).value,
+            "read",
+            judged=judged,
+        ),
         Leaf(
             f"{prefix}/Status",
             Kind.TEXT,
             "Name of the status with which it was read.",
-            lambda now: StatusValue(sample(now).status),
+            lambda now: sample(now).status,
+            "status",
         ),
+        Leaf("", Kind.FLAG, "Whether that is a good one.", lambda now: sample(now).good, "good"),
         Leaf(
             f"{prefix}/Age",
             Kind.NUMBER,
             "Time since its source stamped it; no value without a time stamp. [s]",
-            lambda now: _number(sample(now).age_s, "BadNoData"),
+            lambda now: sample(now).age_s,
+            "age_s",
+            age,
         ),
+        Leaf("", Kind.TIME, "That time stamp.", lambda now: sample(now).source_time, "source_time"),
     ]
+
+
+# ---- all of it in one text ----------------------------------------------------------------------
 
 
 def as_json(now: Snapshot) -> str:
@@ -580,130 +664,52 @@ def as_json(now: Snapshot) -> str:
         JSON in one line; numbers that are not finite are null, times are UTC in ISO 8601, lists
         by output, channel or part are objects by name.
     """
-    s = now.status
-    o = s.output
-    return json.dumps(
-        {
-            "format": "thermaxis-status",
-            "version": 2,
-            "program_version": __version__,
-            "machine": s.machine,
-            "started": _iso(s.started),
-            "utc": _iso(s.utc),
-            "number": s.number,
-            "cycle_s": s.cycle_s,
-            "lateness_s": _finite(s.lateness_s),
-            "overruns": s.overruns,
-            "state": o.state.value,
-            "state_since": _iso(s.state_since),
-            "in_state_s": _finite(o.in_state_s),
-            "enabled": s.enabled,
-            "reasons": [r.value for r in o.reasons],
-            "text": state_text(s),
-            "quality": o.quality.value,
-            "outcomes": [x.value for x in o.outcomes],
-            "source_connected": s.source_connected,
-            "sink_connected": s.sink_connected,
-            "model_file": s.model_file,
-            "model_sha256": s.model_sha256,
-            "configuration_sha256": s.configuration_sha256,
-            "diameter_mm": s.diameter_mm,
-            "outputs": {name: _output_json(now, i, name) for i, name in enumerate(s.outputs)},
-            "inputs": {
-                name: {
-                    "value_c": _finite(o.values[i]),
-                    "reference_c": _finite(s.reference_c.get(name)),
-                    "quality": o.qualities[i].value,
-                    **_sample_json(s.samples.get(name, NOT_READ)),
-                }
-                for i, name in enumerate(s.channels)
-            },
-            "signals": {
-                name: _sample_json(sample)
-                for name, sample in s.samples.items()
-                if name not in s.channels
-            },
-            "alarms": [
-                {
-                    "key": a.key,
-                    "priority": a.priority,
-                    "text": a.text,
-                    "cause": a.cause,
-                    "remedy": a.remedy,
-                    "since": _iso(a.since),
-                    "code": a.code,
-                    "values": values_as_json(a.values),
-                }
-                for a in s.alarms
-            ],
-            "historian": _historian_json(s.historian),
-        },
-        allow_nan=False,
-        separators=(",", ":"),
-    )
-
-
-def _historian_json(status: HistorianStatus) -> dict[str, object]:
-    failure = status.failure
-    return {
-        "storing": status.storing,
-        "waiting": status.waiting,
-        "lost": status.lost,
-        "text": "" if failure is None else sentence_of(failure),
-        "failure": None if failure is None else value_as_json(failure),
+    leaves, failure = leaves_of(shape_of(now.status)), now.status.historian.failure
+    whole: dict[str, Any] = {
+        "format": "thermaxis-status",
+        "version": 2,
+        "program_version": __version__,
+        **_table_of(leaves.loop, now),
+        "outputs": {name: _table_of(some, now) for name, some in leaves.outputs.items()},
+        "inputs": {name: _table_of(some, now) for name, some in leaves.inputs.items()},
+        "signals": {name: _table_of(some, now) for name, some in leaves.signals.items()},
+        "alarms": [_alarm_table(alarm) for alarm in now.status.alarms],
     }
+    whole["historian"]["failure"] = None if failure is None else value_as_json(failure)
+    for i, (name, table) in enumerate(whole["outputs"].items()):
+        table["parts_um"] = _parts_um(now, i, name)
+        if name not in now.facts:
+            table["limits"] = None
+    return json.dumps(whole, allow_nan=False, separators=(",", ":"))
 
 
-def _output_json(now: Snapshot, i: int, name: str) -> dict[str, object]:
-    s = now.status
-    o = s.output
-    applied = s.applied.get(name, _NOT_APPLIED)
-    facts = now.facts.get(name)
-    contribution = [_finite(c) for c in o.contribution_um[i]]
+def _table_of(leaves: Iterable[Leaf], now: Snapshot) -> dict[str, Any]:
+    """Return the values of leaves by their keys."""
+    found: dict[str, Any] = {}
+    for leaf in leaves:
+        if leaf.key:
+            above, _, key = leaf.key.rpartition("/")
+            table = found.setdefault(above, {}) if above else found
+            table[key] = _plain(leaf.value(now))
+    return found
+
+
+def _plain(value: Value) -> object:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, datetime):
+        return value.astimezone(UTC).isoformat(timespec="milliseconds")
+    return value
+
+
+def _alarm_table(alarm: Alarm) -> dict[str, object]:
+    table = {one.name: getattr(alarm, one.name) for one in fields(alarm)}
+    return table | {"since": _plain(alarm.since), "values": values_as_json(alarm.values)}
+
+
+def _parts_um(now: Snapshot, i: int, name: str) -> dict[str, object]:
+    """Return what every part contributes, by its name, or by its number where that is not known."""
+    contribution, facts = now.status.output.contribution_um[i], now.facts.get(name)
     named = facts is not None and len(facts.parts) == len(contribution)
     parts = facts.parts if facts is not None and named else range(1, len(contribution) + 1)
-    limits = None if facts is None else facts.limits
-    return {
-        "correction_um": _finite(o.correction_um[i]),
-        "wanted_um": _finite(o.wanted_um[i]),
-        "rate_um_per_s": _finite(o.rate_um_per_s[i]),
-        "requested_um": _finite(applied.requested_um),
-        "accepted_um": _finite(applied.accepted_um),
-        "effective_um": _finite(applied.effective_um),
-        "model_um": _finite(o.model_um[i]),
-        "weight": _finite(o.weight[i]),
-        "at_limit": o.at_limit[i],
-        "at_soft_limit": None if limits is None else abs(o.correction_um[i]) > limits.soft_um,
-        "trim_um": _finite(o.trim_um[i]),
-        "trim_owner": s.trim_owner.get(name, ""),
-        "trim_left_s": _finite(s.trim_left_s.get(name, 0.0)),
-        "parts_um": {str(part): c for part, c in zip(parts, contribution, strict=True)},
-        "limits": None
-        if limits is None
-        else {
-            "largest_um": limits.largest_um,
-            "soft_um": limits.soft_um,
-            "total_um": limits.total_um,
-            "largest_rate_um_per_s": limits.largest_rate_um_per_s,
-            "deadband_um": limits.deadband_um,
-            "largest_trim_um": limits.largest_trim_um,
-        },
-    }
-
-
-def _sample_json(sample: SourceSample) -> dict[str, object]:
-    return {
-        "read": _finite(sample.value),
-        "status": sample.status,
-        "good": sample.good,
-        "age_s": _finite(sample.age_s),
-        "source_time": None if sample.source_time is None else _iso(sample.source_time),
-    }
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
-
-
-def _iso(time: datetime) -> str:
-    return time.astimezone(UTC).isoformat(timespec="milliseconds")
+    return {str(part): _plain(c) for part, c in zip(parts, contribution, strict=True)}

@@ -124,7 +124,7 @@ class StatusServer:
             None if settings.users is None else Users(settings.users, clock, self._logged_in)
         )
         self._server: GuardedServer | None = None
-        self._leaves: Mapping[str, Leaf] = {leaf.path: leaf for leaf in leaves_of(_NO_SHAPE)}
+        self._leaves: Mapping[str, Leaf] = leaves_of(_NO_SHAPE).shown()
         self._shape = _NO_SHAPE
         self._snapshot: Snapshot | None = None
         self._published_s = 0.0
@@ -240,7 +240,7 @@ class StatusServer:
         shape = shape_of(status)
         if shape != self._shape:
             self._shape = shape
-            self._leaves = {leaf.path: leaf for leaf in leaves_of(shape)}
+            self._leaves = leaves_of(shape).shown()
         self._snapshot = Snapshot(status, self._facts)
 
     async def close(self) -> None:

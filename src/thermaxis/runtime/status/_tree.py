@@ -50,6 +50,7 @@ _NUMBERS = frozenset(
         ua.VariantType.UInt64,
     }
 )
+_COUNT_MODULUS = 2**32
 _NULL = ua.Variant(None, ua.VariantType.Null)
 _codes: dict[str, ua.StatusCode] = {}
 
@@ -84,6 +85,8 @@ def data_value(
         When it was asked for.
     """
     held: object = list(value) if isinstance(value, tuple) else value
+    if kind is Kind.COUNT and isinstance(value, int):
+        held = value % _COUNT_MODULUS
     return ua.DataValue(
         Value=_NULL if held is None else ua.Variant(held, _TYPES[kind]),
         StatusCode=status_code(quality),
