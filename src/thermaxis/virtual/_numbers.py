@@ -21,11 +21,3 @@ def require_numbers(
             raise ConfigurationError("not_positive", value=value, place=place)
         if entry.name in not_negative and value < 0:
             raise ConfigurationError("negative", value=value, place=place)
-
-
-def require_from_to(key: str, value: float, least: float, most: float) -> None:
-    """Refuse a number that is not from the least to the most."""
-    if not least <= value <= most:
-        raise ConfigurationError(
-            "outside_range", value=value, least=least, most=most, place=Place(key=key)
-        )

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.virtual._numbers import require_numbers
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -131,26 +131,12 @@ class ThermalTestPlan:
         """Check that the plan can be run."""
         names = tuple(entry.name for entry in fields(self))
         require_numbers(self, positive=("hours",), not_negative=names)
-        if self.hours + self.warm_up_h > _LONGEST_H:
-            raise ConfigurationError(
-                "outside_range",
-                value=self.hours + self.warm_up_h,
-                least=0,
-                most=_LONGEST_H,
-                place=Place(key="hours"),
-            )
+        require_range("hours", self.hours + self.warm_up_h, 0, _LONGEST_H)
         if self.sample_time_s < 1 or self.sample_time_s % PHYSICS_STEP_S != 0:
             raise ConfigurationError(
                 "not_whole_number", value=self.sample_time_s, place=Place(key="sample_time_s")
             )
-        if self.missing_share >= 1:
-            raise ConfigurationError(
-                "outside_range",
-                value=self.missing_share,
-                least=0,
-                most=1,
-                place=Place(key="missing_share"),
-            )
+        require_range("missing_share", self.missing_share, 0, math.nextafter(1.0, 0.0))
 
 
 @final

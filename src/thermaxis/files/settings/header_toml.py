@@ -2,9 +2,11 @@
 
 import datetime as dt
 import math
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
 from typing import final
@@ -68,163 +70,26 @@ class HeaderGroup:
     """Its fields."""
 
 
-def _group(name: str, title: str, *fields: HeaderField) -> HeaderGroup:
-    return HeaderGroup(name, title, fields)
+def _groups() -> Iterator[HeaderGroup]:
+    """Yield the groups of ``header_fields.toml``."""
+    page = (files("thermaxis.files.settings") / "header_fields.toml").read_text("utf-8")
+    for name, group in tomllib.loads(page).items():
+        fields = [
+            HeaderField(
+                key=one.get("key", field),
+                name=field,
+                label=one["label"],
+                unit=one.get("unit", ""),
+                only=AxisKind(one["only"]) if "only" in one else None,
+                in_file=one.get("in_file", ""),
+                takes=Takes(one.get("takes", "anything")),
+            )
+            for field, one in group["fields"].items()
+        ]
+        yield HeaderGroup(name, group["title"], tuple(fields))
 
 
-def _field(
-    name: str,
-    label: str,
-    unit: str = "",
-    *,
-    key: str = "",
-    only: AxisKind | None = None,
-    in_file: str = "",
-    takes: Takes = Takes.ANYTHING,
-) -> HeaderField:
-    return HeaderField(key or name, name, label, unit, only, in_file, takes)
-
-
-def _material_sensor(number: int) -> tuple[HeaderField, HeaderField]:
-    value, place = f"material_temperature_{number}_c", f"material_sensor_{number}_place"
-    return (
-        _field(value, f"Material temperature T{number}", "°C"),
-        _field(place, f"Place of sensor T{number}"),
-    )
-
-
-_LINEAR, _ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
-_SIZE = Takes.SIZE
-
-HEADER_GROUPS: tuple[HeaderGroup, ...] = (
-    _group(
-        "machine",
-        "Machine",
-        _field("name", "Name", key="machine"),
-        _field("model", "Model", key="machine_model"),
-        _field("type", "Type", key="machine_type"),
-        _field("serial_number", "Serial number"),
-        _field("asset_number", "Asset number"),
-        _field("control", "Control"),
-        _field(
-            "software_version", "Software version of the control", key="control_software_version"
-        ),
-        _field("location", "Location"),
-    ),
-    _group(
-        "axis",
-        "Axis",
-        _field("name", "Axis under test", key="axis"),
-        _field("measuring_line", "Measuring line"),
-        _field("other_axes", "Positions of the axes not under test"),
-        _field("tool_offset_mm", "Offset to the tool reference X/Y/Z", "mm"),
-        _field("workpiece_offset_mm", "Offset to the workpiece reference X/Y/Z", "mm"),
-    ),
-    _group(
-        "state",
-        "State of the machine",
-        _field("compensation_active", "Compensation active (which tables)"),
-        _field("thermal_compensation", "Thermal compensation"),
-        _field("scale_type", "Type of scale"),
-        _field(
-            "scale_expansion_coefficient_ppm_per_k", "Expansion coefficient of the scale", "ppm/K"
-        ),
-        _field("warm_up", "Warm-up before the test"),
-    ),
-    _group(
-        "correction",
-        "Correction to 20 °C",
-        _field("nde_correction", "Correction of nominal expansion (NDE)", in_file=NORMALISED),
-        _field("expansion_coefficient_ppm_per_k", "Expansion coefficient used", "ppm/K"),
-        _field("nde_applied_by", "Applied by (instrument or software)"),
-        _field("environment_factor_um", "Environment factor", "µm"),
-    ),
-    _group(
-        "instrument",
-        "Instrument",
-        _field("name", "Name", key="instrument"),
-        _field("serial_number", "Serial number", key="instrument_serial_number"),
-        _field(
-            "calibration_date",
-            "Calibration date",
-            key="instrument_calibration_date",
-            takes=Takes.DAY,
-        ),
-        _field("error_range", "Error range", key="instrument_error_range"),
-        _field("dead_path_mm", "Dead path", "mm", takes=_SIZE),
-        _field("averaging", "Averaging"),
-    ),
-    _group(
-        "environment",
-        "Environment",
-        _field("air_temperature_c", "Air temperature", "°C"),
-        _field("air_pressure_kpa", "Air pressure", "kPa", takes=_SIZE),
-        _field("air_humidity_percent", "Air humidity", "%", takes=_SIZE),
-        *_material_sensor(1),
-        *_material_sensor(2),
-        *_material_sensor(3),
-        _field(
-            "temperature_gradient_k_per_h",
-            "Largest temperature gradient, 12 h before and during the test",
-            "K/h",
-            takes=_SIZE,
-        ),
-    ),
-    _group(
-        "procedure",
-        "Procedure",
-        _field("feed_mm_per_min", "Feed", "mm/min", only=_LINEAR, in_file="feed", takes=_SIZE),
-        _field("feed_deg_per_min", "Feed", "°/min", only=_ROTARY, in_file="feed", takes=_SIZE),
-        _field("dwell_s", "Dwell", "s", in_file="dwell", takes=_SIZE),
-        _field("overrun_mm", "Overrun", "mm", only=_LINEAR, in_file="overrun", takes=_SIZE),
-        _field("overrun_deg", "Overrun", "°", only=_ROTARY, in_file="overrun", takes=_SIZE),
-        _field("trigger", "Trigger kind and window"),
-        _field("target_choice", "Choice of the targets, with seed"),
-    ),
-    _group(
-        "time",
-        "Time",
-        _field("start", "Start", takes=Takes.MOMENT),
-        _field("end", "End", takes=Takes.MOMENT),
-        _field("date", "Date of the run", takes=Takes.DAY),
-    ),
-    _group(
-        "people",
-        "People",
-        _field("inspector", "Inspector"),
-        _field("customer", "Customer"),
-        _field("title", "Title"),
-        _field("comments", "Comments"),
-    ),
-    _group(
-        "traceability",
-        "Traceability",
-        _field("nc_program", "NC program"),
-        _field("nc_program_sha256", "SHA-256 of the NC program"),
-    ),
-    _group(
-        "uncertainty",
-        "Inputs of the measurement uncertainty",
-        _field("device_error_range", "Error range of the device"),
-        _field("misalignment_mm", "Misalignment assumed", "mm", takes=_SIZE),
-        _field(
-            "expansion_coefficient_uncertainty_ppm_per_k",
-            "Uncertainty of the expansion coefficient",
-            "ppm/K",
-            takes=_SIZE,
-        ),
-        _field("largest_difference_to_20_c_k", "Largest difference to 20 °C", "K"),
-        _field(
-            "material_sensor_deviation_k",
-            "Largest deviation of the material sensor",
-            "K",
-            takes=_SIZE,
-        ),
-        _field(
-            "environmental_variation_error_um", "Environmental variation error", "µm", takes=_SIZE
-        ),
-    ),
-)
+HEADER_GROUPS: tuple[HeaderGroup, ...] = tuple(_groups())
 """All fields that can be stated, in the order in which the certificate prints them."""
 
 HEADER_FIELDS: Mapping[str, HeaderField] = MappingProxyType(

@@ -21,7 +21,7 @@ One object. The kind of the axis fixes the unit at the end of a key, mm or deg:
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Literal
 
@@ -64,22 +64,9 @@ class _Content:
 def _keys(kind: AxisKind) -> dict[str, str]:
     """Return the key of each field of a plan, in the order in which they are written."""
     unit = kind.units.position_suffix
-    return {
-        "axis": "axis",
-        "title": "title",
-        "cycle": "cycle",
-        "approaches": "approaches",
-        "cycles": "cycles",
-        "target": f"targets_{unit}",
-        "feed": f"feed_{unit}_per_min",
-        "dwell_s": "dwell_s",
-        "recording_s": "recording_s",
-        "overrun": f"overrun_{unit}",
-        "pitch": f"pitch_{unit}",
-        "interval": f"interval_{unit}",
-        "random_part": f"random_part_{unit}",
-        "seed": "seed",
-    }
+    with_unit = {name: f"{name}_{unit}" for name in ("overrun", "pitch", "interval", "random_part")}
+    with_unit |= {"target": f"targets_{unit}", "feed": f"feed_{unit}_per_min"}
+    return {one.name: with_unit.get(one.name, one.name) for one in fields(_Content)}
 
 
 def plan_as_json(plan: TestPlan) -> dict[str, object]:
@@ -194,31 +181,17 @@ def read_plan(path: Path | str) -> TestPlan:
 def _plan(content: dict[str, object], file: str) -> TestPlan:
     kind = settings_of(AxisKind, content.pop("kind", None), file=file, key="kind")
     keys = _keys(kind)
-    fields = {key: field for field, key in keys.items()}
+    names = {key: name for name, key in keys.items()}
     for key in content:
-        if key not in fields:
-            raise unknown_key(file, key, fields)
+        if key not in names:
+            raise unknown_key(file, key, names)
     try:
-        stated = settings_of(_Content, {fields[k]: v for k, v in content.items()}, file=file)
-        target = np.array(stated.target)
-        _check_decimals(target)
-        return TestPlan(
-            kind=kind,
-            axis=stated.axis,
-            target=target,
-            cycles=stated.cycles,
-            feed=stated.feed,
-            dwell_s=stated.dwell_s,
-            overrun=stated.overrun,
-            cycle=stated.cycle,
-            approaches=tuple(APPROACHES.index(word) for word in stated.approaches),
-            recording_s=stated.recording_s or 0.0,
-            pitch=stated.pitch,
-            interval=stated.interval,
-            random_part=stated.random_part,
-            seed=stated.seed,
-            title=stated.title or "",
-        )
+        stated = settings_of(_Content, {names[k]: v for k, v in content.items()}, file=file)
+        given = {name: value for name, value in asdict(stated).items() if value is not None}
+        given["target"] = np.array(stated.target)
+        given["approaches"] = tuple(APPROACHES.index(word) for word in stated.approaches)
+        _check_decimals(given["target"])
+        return TestPlan(kind=kind, **given)
     except ConfigurationError as error:
         field, bracket, index = error.place.key.partition("[")
         place = Place(file, key=keys.get(field, field) + bracket + index)

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning import (
     APPROACHES,
     BACKWARD,
@@ -44,7 +44,7 @@ from thermaxis.positioning import (
     visits_of,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.virtual._numbers import require_from_to, require_numbers
+from thermaxis.virtual._numbers import require_numbers
 
 IndexArray: TypeAlias = NDArray[np.intp]
 
@@ -95,10 +95,10 @@ class RunPlan:
         """Check that the plan can be driven."""
         positive = ("interval", "feed", "overrun")
         require_numbers(self, positive=positive, not_negative=("dwell_s", "recording_s"))
-        require_from_to("targets", self.targets, 2, _MOST_READINGS)
-        require_from_to("cycles", self.cycles, 1, _MOST_READINGS // (2 * self.targets))
+        require_range("targets", self.targets, 2, _MOST_READINGS)
+        require_range("cycles", self.cycles, 1, _MOST_READINGS // (2 * self.targets))
         # Neighbouring targets must not change places.
-        require_from_to("random_part", self.random_part, 0, math.nextafter(self.interval / 2, 0))
+        require_range("random_part", self.random_part, 0, math.nextafter(self.interval / 2, 0))
         if self.approaches not in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)}:
             raise ConfigurationError("approaches_out_of_order", place=Place(key="approaches"))
 
@@ -133,7 +133,7 @@ class AxisGeometry:
     def __post_init__(self) -> None:
         """Check the numbers."""
         require_numbers(self, positive=("period",), not_negative=("pitch_error", "periodic_error"))
-        require_from_to("pitch_error_waves", self.pitch_error_waves, 0, 100)
+        require_range("pitch_error_waves", self.pitch_error_waves, 0, 100)
 
 
 @final
@@ -288,7 +288,7 @@ class ReadingScatter:
         require_numbers(self, not_negative=("noise", "outliers", "missing"))
         for place in self.local:
             require_numbers(place, not_negative=("spread",))
-        require_from_to("decimals", self.decimals, 0, 9)
+        require_range("decimals", self.decimals, 0, 9)
 
 
 @final
@@ -322,7 +322,7 @@ class VirtualAxis:
     def __post_init__(self) -> None:
         """Check what the parts cannot check alone."""
         for place in self.scatter.local:
-            require_from_to("local", place.position, 1, self.plan.targets)
+            require_range("local", place.position, 1, self.plan.targets)
         if self.kind is AxisKind.ROTARY:
             per_metre = (
                 self.geometry.straight_line_um_per_m,
@@ -413,7 +413,7 @@ def _noise(
 def _outliers(axis: VirtualAxis, visits: Visits, random: np.random.Generator) -> FloatArray:
     scatter = axis.scatter
     stops = visits.target.size
-    require_from_to("outliers", scatter.outliers, 0, stops)
+    require_range("outliers", scatter.outliers, 0, stops)
     outlier = np.zeros((axis.plan.targets, axis.plan.cycles, 2))
     hit = random.choice(stops, size=scatter.outliers, replace=False)
     sign = random.choice([-1.0, 1.0], size=scatter.outliers)
@@ -435,7 +435,7 @@ def _lost_stops(axis: VirtualAxis, visits: Visits, random: np.random.Generator) 
             left[place] -= 1
             lost.append(stop)
     # Two readings of every target and approach must stay.
-    require_from_to("missing", axis.scatter.missing, 0, len(lost))
+    require_range("missing", axis.scatter.missing, 0, len(lost))
     return np.array(lost, dtype=np.intp)
 
 

@@ -18,10 +18,10 @@ from typing import final
 import numpy as np
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.files import format_field_csv
 from thermaxis.thermal import FloatArray, ThermalField
-from thermaxis.virtual._numbers import require_from_to, require_numbers
+from thermaxis.virtual._numbers import require_numbers
 
 EXAMPLE_SEED = 8
 """Seed of the example images; the paper's figure of the table has this number. [1]"""
@@ -82,7 +82,7 @@ class VirtualTable:
         )
         require_numbers(self, positive=positive, not_negative=("noise_k",))
         for key in ("rows", "columns"):
-            require_from_to(key, getattr(self, key), 2, _MOST_PIXELS)
+            require_range(key, getattr(self, key), 2, _MOST_PIXELS)
         if not 0.0 <= self.source_from < self.source_to <= 1.0 or not np.any(self._source_rows()):
             raise ConfigurationError(
                 "source_outside_edge", place=Place(key="source_from, source_to")
@@ -172,10 +172,7 @@ def generate_thermal_field(table: VirtualTable, time_s: float, *, seed: int) -> 
     """
     if seed < 0:
         raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
-    if not 0.0 <= time_s < 1e9:
-        raise ConfigurationError(
-            "outside_range", value=time_s, least=0, most=1e9, place=Place(key="time_s")
-        )
+    require_range("time_s", time_s, 0, 1e9)
     noise = np.random.default_rng(seed).normal(0.0, table.noise_k, (table.rows, table.columns))
     return ThermalField(
         np.round(true_temperature_c(table, time_s) + noise, 2),

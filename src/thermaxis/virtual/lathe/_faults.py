@@ -19,7 +19,7 @@ from enum import StrEnum
 from typing import Final, final
 
 from thermaxis.codes import Place, printable
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 
 
 class FaultKind(StrEnum):
@@ -89,10 +89,7 @@ class Fault:
             raise ConfigurationError(
                 "fault_channel_count", count=len(self.channels), wanted=wanted, place=place
             )
-        if not 0.0 <= self.at_s <= LONGEST_S:
-            raise ConfigurationError(
-                "outside_range", value=self.at_s, least=0, most=LONGEST_S, place=place
-            )
+        require_range(place.key, self.at_s, 0, LONGEST_S)
         if not self.for_s > 0.0:
             raise ConfigurationError("not_positive", value=self.for_s, place=place)
         if self.kind in OF_NETWORK and math.isinf(self.for_s):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import ThermalLog
 from thermaxis.virtual.lathe._machine import VirtualLathe
@@ -65,10 +65,7 @@ def log_lathe(
         If there is no row, or more than ten million.
     """
     rows = int(hours * 3600.0 / every_s + 1e-6) if every_s > 0.0 else 0
-    if not 1 <= rows <= MOST_ROWS:
-        raise ConfigurationError(
-            "outside_range", value=rows, least=1, most=MOST_ROWS, place=Place(key="rows")
-        )
+    require_range("rows", rows, 1, MOST_ROWS)
     names = (*LOG_COLUMNS, *(UNCORRECTED if truth else ()))
     values = np.full((rows, len(names)), np.nan)
     begin_s = lathe.time_s

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
-from thermaxis.virtual._numbers import require_from_to
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.virtual.lathe._axis import OffsetAxis, OffsetRules
 from thermaxis.virtual.lathe._faults import OF_NETWORK, Fault, FaultKind
 from thermaxis.virtual.lathe._hall import HELD_S, Hall, HallSettings
@@ -153,7 +152,7 @@ class VirtualLathe:
         ConfigurationError
             If it is negative or not finite.
         """
-        require_from_to("step", seconds, 0, 1e9)
+        require_range("step", seconds, 0, 1e9)
         target_s = self._time_s + seconds
         while True:
             stop_s = min(target_s, self._segment_end_s)

@@ -27,7 +27,7 @@ from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.status_codes import StatusCodes
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.runtime import Clock, Secret
 from thermaxis.runtime.host import is_loopback
 from thermaxis.virtual.lathe._faults import FaultKind
@@ -96,14 +96,8 @@ class LatheServerSettings:
 
     def __post_init__(self) -> None:
         """Check the settings against each other."""
-        if not 0.0 < self.speed <= FASTEST:
-            raise ConfigurationError(
-                "not_positive_up_to", value=self.speed, most=FASTEST, place=Place(key="--speed")
-            )
-        if not 0 <= self.port <= 65_535:
-            raise ConfigurationError(
-                "outside_range", value=self.port, least=0, most=65_535, place=Place(key="--port")
-            )
+        require_positive("--speed", self.speed, FASTEST)
+        require_range("--port", self.port, 0, 65_535)
         if (self.certificate is None) != (self.private_key is None):
             raise ConfigurationError(
                 "certificate_without_key", place=Place(key="--certificate, --private-key")
