@@ -52,7 +52,7 @@ FREE = (
     "check.configuration[].values",
     "identify.findings[].values",
     *("check-table.finding_codes[]", "correct.finding_codes[]", "correct.merge.finding_codes[]"),
-    "correct.sentence_codes[]",
+    *("correct.sentence_codes[]", "check-table.warning_codes[]", "correct.warning_codes[]"),
 )
 """Objects whose keys come from a file, are numbers of cycles, options of one control, or those of
 what is said as data."""

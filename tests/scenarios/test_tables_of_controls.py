@@ -62,7 +62,7 @@ def test_the_sign_of_every_control_is_the_one_that_its_summary_names(
     control = control_by_name(name)
     assert f"sign: {text_of(control.sign)}" in printed
     assert f"unit: {text_of(control.unit)}" in printed
-    assert "a wrong sign doubles the error" in printed
+    assert "A wrong sign doubles the error" in printed
     content = Path(table).read_bytes()
     assert content.isascii()
     assert content.count(b"\r\n") == (content.count(b"\n") if control.newline == "\r\n" else 0)

@@ -76,7 +76,7 @@ _EXTRAS = {
 
 
 class Command(Protocol):
-    """What every command module offers."""
+    """What every command module offers; its docstring is the description in ``--help``."""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """Declare the command's arguments."""
@@ -112,14 +112,11 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
         dest="command", metavar="COMMAND", prog="thermaxis", help=argparse.SUPPRESS
     )
     for name, summary in COMMANDS.items():
-        command = commands.add_parser(
-            name,
-            help=summary,
-            description=f"{summary[0].upper()}{summary[1:]}.",
-            allow_abbrev=False,
-        )
+        command = commands.add_parser(name, help=summary, allow_abbrev=False)
         if only is None or only == name:
-            _load(name).add_arguments(command)
+            module = _load(name)
+            command.description = module.__doc__
+            module.add_arguments(command)
     return parser
 
 

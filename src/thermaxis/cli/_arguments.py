@@ -7,6 +7,9 @@ from datetime import date
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError
+
 UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 """Units in which a time may be written. [s]"""
 TIME = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h)?")
@@ -107,6 +110,7 @@ def count(what: str, least: int) -> Callable[[str], int]:
 
 
 hours = number("number of hours from 0 on", 0.0, 1e6)
+position = number("position in mm or degrees", -1e6, 1e6)
 diameter = number("diameter in mm, such as 1500", 0.0, 1e6)
 
 
@@ -126,3 +130,32 @@ def positive_seconds(text: str) -> float:
     if not 0.0 < seconds <= 1e9:
         raise argparse.ArgumentTypeError(f"'{text}' is no positive time; write 60, 5min or 1h")
     return seconds
+
+
+# ---- options that do not go together ------------------------------------------------------------
+
+
+def _stated(arguments: argparse.Namespace, option: str) -> bool:
+    value = getattr(arguments, option.lstrip("-").replace("-", "_"))
+    return value is not None and value is not False and value != []
+
+
+def refuse_both(arguments: argparse.Namespace, one: str, other: str) -> None:
+    """Refuse two options that exclude each other."""
+    if _stated(arguments, one) and _stated(arguments, other):
+        raise ConfigurationError("options_exclude", place=Place(key=one), one=one, other=other)
+
+
+def refuse_alone(arguments: argparse.Namespace, needed: str, *options: str) -> None:
+    """Refuse options that mean something only together with another one."""
+    for option in options:
+        if _stated(arguments, option) and not _stated(arguments, needed):
+            place = Place(key=option)
+            raise ConfigurationError("option_needs", place=place, option=option, needed=needed)
+
+
+def refuse_foreign(arguments: argparse.Namespace, what: str, *options: str) -> None:
+    """Refuse options that belong to something else."""
+    for option in options:
+        if _stated(arguments, option):
+            raise ConfigurationError("option_belongs_to", place=Place(key=option), what=what)

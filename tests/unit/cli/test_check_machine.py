@@ -82,9 +82,7 @@ def test_a_configuration_is_told_in_plain_words(
     ("unit", "sign", "written"),
     [
         ("mm", "away from", "-0.01 in mm"),
-        ("mm", "towards", "+0.01 in mm"),
         ("um", "towards", "+10 in um"),
-        ("0.1 um", "away from", "-100 in 0.1 um"),
     ],
 )
 def test_the_sign_is_told_by_an_example(
@@ -138,12 +136,12 @@ def test_json_alone_goes_to_standard_output(
     assert {entry["level"] for entry in found["warnings"]} == {"warning"}
 
 
-@pytest.mark.parametrize(
-    "words", [("--offline", "--write"), ("--wait", "0"), ("--wait", "nan"), ("--wait", "1e9")]
-)
-def test_options_that_mean_nothing_are_refused(machine: Path, words: Sequence[str]) -> None:
+def test_options_that_mean_nothing_are_refused(machine: Path) -> None:
     with pytest.raises(ConfigurationError):
-        checked(machine, *words)
+        checked(machine, "--offline", "--write")
+    for seconds in ("0", "nan", "1e9"):
+        with pytest.raises(SystemExit):
+            checked(machine, "--wait", seconds)
 
 
 def test_a_secret_is_never_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -317,53 +315,27 @@ def test_the_loop_learns_what_the_flags_mean(machine: Path) -> None:
 def test_source_and_sink_share_one_connection(machine: Path) -> None:
     parts = build_parts(read_machine(machine), SystemClock())
     assert list(parts.sessions) == ["control"]
-    assert parts.source.session is parts.sessions["control"]
+    assert parts.ports.source.session is parts.sessions["control"]
     assert parts.sink.session is parts.sessions["control"]
 
 
-def test_there_is_no_server_unless_it_is_configured(machine: Path) -> None:
-    configuration = read_machine(machine)
-
+def test_only_the_servers_that_are_configured_are_made(machine: Path) -> None:
     class Box:
         async def submit(self, request):
             raise AssertionError
 
-    assert (
-        build_status_server(
-            configuration, Box(), SystemClock(), compensation=lambda: None, audit=lambda _: None
-        )
-        is None
-    )
-    assert build_metrics(configuration, SystemClock()) is None
-
-
-def test_the_servers_that_are_configured_are_made(machine: Path) -> None:
-    text = machine.read_text(encoding="utf-8")
-    more = '\n[server]\nanonymous_role = "viewer"\nport = 0\n[metrics]\nport = 0\n'
-    machine.write_text(text + more, encoding="utf-8")
-    configuration = read_machine(machine)
-
-    class Box:
-        async def submit(self, request):
-            raise AssertionError
-
-    async def work() -> tuple[int, int]:
-        clock = SystemClock()
+    def made() -> tuple[object, object]:
+        configuration, clock = read_machine(machine), SystemClock()
         status = build_status_server(
             configuration, Box(), clock, compensation=lambda: None, audit=lambda _: None
         )
-        metrics = build_metrics(configuration, clock)
-        assert status is not None
-        assert metrics is not None
-        await metrics.open()
-        try:
-            return metrics.port, status.port
-        finally:
-            await metrics.close()
+        return status, build_metrics(configuration, clock)
 
-    metrics_port, status_port = asyncio.run(work())
-    assert metrics_port > 0
-    assert status_port == 0, "a server that was not opened does not listen"
+    assert made() == (None, None)
+    text = machine.read_text(encoding="utf-8")
+    more = '\n[server]\nanonymous_role = "viewer"\nport = 0\n[metrics]\nport = 0\n'
+    machine.write_text(text + more, encoding="utf-8")
+    assert None not in made()
 
 
 LOG = "time_s,T_spindle_C,T_column_C\n" + "".join(

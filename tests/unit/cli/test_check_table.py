@@ -80,24 +80,24 @@ def test_figures_before_are_those_of_evaluate_and_deviations_before_and_after_st
     assert found["figures"]["after"]["B"] == pytest.approx(2.0)
 
 
+def codes(found: dict, key: str = "finding_codes") -> dict[str, dict]:
+    return {one["code"].partition("-")[2]: one["values"] for one in found[key]}
+
+
 def test_a_flipped_sign_doubles_the_deviations_and_is_named(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    flipped = comp(tmp_path / "x.comp", sign=-1.0)
-    (finding,) = result(capsys, flipped, run)["findings"]
-    assert "the sign is wrong for this run" in finding
-    assert "from 22.00 to 44.00 µm (2.0 times)" in finding
-    assert "the opposite sign would leave 0.00 µm" in finding
-    assert check(flipped, run) == 0
-
-
-def test_the_wrong_type_of_table_is_not_passed_over(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    table = comp(tmp_path / "x.comp")
-    code = check(table, run, "--set", "type=1")
-    printed = capsys.readouterr()
-    assert code == 2 or "finding" in printed.out
+    found = result(capsys, comp(tmp_path / "x.comp", sign=-1.0), run)
+    assert codes(found) == {
+        "sign_wrong": {
+            "before": pytest.approx(22.0),
+            "after": pytest.approx(44.0),
+            "times": pytest.approx(2.0),
+            "opposite": pytest.approx(0.0, abs=1e-9),
+            "unit": "µm",
+        }
+    }
+    assert found["findings"][0].startswith("The sign is wrong for this run")
 
 
 def test_a_table_of_something_else_is_said_not_to_fit(
@@ -105,27 +105,17 @@ def test_a_table_of_something_else_is_said_not_to_fit(
 ) -> None:
     table = tmp_path / "x.comp"
     table.write_text("0 0 0\n50 49.970 49.970\n100 100.02 100.02\n200 200 200\n")
-    (finding, *_) = result(capsys, table, run)["findings"][-1:]
-    assert "the table does not fit this run" in finding
+    assert list(codes(result(capsys, table, run)))[-1] == "does_not_fit"
 
 
-def test_targets_beyond_the_table_are_counted(
+def test_targets_beyond_the_table_are_counted_but_not_by_the_rounding_of_its_spacing(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     table = tmp_path / "x.comp"
-    table.write_text("40 40.004 40.006\n100 100.01 100.012\n")
-    (finding,) = result(capsys, table, run)["findings"]
-    assert "from 40 to 100 mm and does not cover 3 of 5 targets" in finding
-
-
-@pytest.mark.parametrize(("end", "counted"), [("199.999", False), ("199.99", True)])
-def test_a_table_that_ends_by_the_rounding_of_its_spacing_before_a_target_covers_it(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], end: str, counted: bool
-) -> None:
-    table = tmp_path / "x.comp"
-    table.write_text(f"0 -0.001 0.001\n100 100.01 100.012\n{end} {end} {end}\n")
-    said = " ".join(result(capsys, table, run)["findings"])
-    assert ("does not cover 1 of 5 targets" in said) is counted
+    for end, outside in (("199.999", None), ("199.99", 1), ("100.1", 2)):
+        table.write_text(f"0 -0.001 0.001\n100 100.01 100.012\n{end} {end} {end}\n")
+        values = codes(result(capsys, table, run)).get("targets_not_covered", {})
+        assert values.get("outside") == outside
 
 
 def test_points_behind_a_blank_line_are_lost_on_the_control_and_it_is_said(
@@ -137,7 +127,7 @@ def test_points_behind_a_blank_line_are_lost_on_the_control_and_it_is_said(
     found = result(capsys, table, run)
     assert len(found["table"]["positions"]) == 3
     assert found["points_in_file"] == 5
-    assert any("holds 5 points" in f or "hold 5 points" in f for f in found["findings"])
+    assert codes(found)["points_not_read"] == {"in_file": 5, "points": 3}
 
 
 def test_one_direction_has_its_own_figures(
@@ -173,9 +163,15 @@ def test_drift_of_the_run_is_told_with_what_is_left_without_it(
 ) -> None:
     run = write_run(tmp_path / "run.csv", drift_um=30.0)
     found = result(capsys, comp(tmp_path / "x.comp"), run)
-    assert any("the run drifts, by +29." in text for text in found["warnings"])
+    drift = codes(found, "warning_codes")["drift_not_removed"]
+    assert drift["total"] == pytest.approx(29.4, abs=0.5)
     assert found["figures_without_drift"]["after"]["E"] < 0.3
     assert found["figures"]["after"]["E"] > 1.0
+    found = result(capsys, tmp_path / "x.comp", run, "--no-drift")
+    assert found["figures_without_drift"] is None
+    assert codes(found, "warning_codes")["drift_unknown"]["cause"]["code"] == (
+        "warning-drift_left_out"
+    )
 
 
 def test_the_axis_of_a_table_is_compared_with_that_of_the_run(
@@ -190,78 +186,30 @@ def test_the_axis_of_a_table_is_compared_with_that_of_the_run(
     assert main(["correct", str(plain), *words, "--axis", "AX3", "-o", str(table)]) == 0
     capsys.readouterr()
 
-    def said(run: Path, *more: str) -> tuple[str, str]:
+    def said(run: Path, *more: str) -> dict[str, dict]:
         assert main(["check-table", str(table), str(run), *words, *more, "--json", "-"]) == 0
         found = json.loads(capsys.readouterr().out)
-        return "; ".join(found["findings"]), "; ".join(found["warnings"])
+        both = codes(found) | codes(found, "warning_codes")
+        return {code: values for code, values in both.items() if "axis" in code}
 
-    findings, warnings = said(named)
-    assert "the table is of axis AX3, the run of Y" in findings
-    assert "was not checked" not in warnings
-    assert "axis" not in said(named, "--axis", "AX3")[0]
-    findings, warnings = said(plain)
-    assert "axis" not in findings
-    assert "the run does not name its axis: whether both are of the same axis" in warnings
-    assert "the run names its axis 'X) G0 Z-100'" in said(odd)[1]
-
-
-def test_a_table_that_names_no_axis_is_said_to_be_unchecked(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    found = result(capsys, comp(tmp_path / "x.comp"), run, "--axis", "X")
-    assert any("the table does not name its axis" in text for text in found["warnings"])
-
-
-def test_without_the_drift_model_no_figures_without_drift_are_shown(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    run = write_run(tmp_path / "run.csv", drift_um=8.0)
-    table = comp(tmp_path / "x.comp")
-    assert result(capsys, table, run)["figures_without_drift"] is not None
-    found = result(capsys, table, run, "--no-drift")
-    assert found["figures_without_drift"] is None
-    assert any("--no-drift" in text for text in found["warnings"])
-
-
-def test_the_axis_of_a_table_is_compared_where_one_is_asked_for(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    table = tmp_path / "x.ini"
-    words = [str(run), "--control", "sinumerik"]
-    assert main(["correct", *words, "--axis", "AX3", "-o", str(table)]) == 0
-    capsys.readouterr()
-    for axis, told in (("AX1", True), ("ax3", False)):
-        asked = ["check-table", str(table), *words, "--axis", axis, "--json", "-"]
-        assert main(asked) == 0
-        findings = json.loads(capsys.readouterr().out)["findings"]
-        assert told == any("of axis AX3, not of AX1" in text for text in findings)
+    assert said(named) == {"axis_of_run_differs": {"axis": "AX3", "of_run": "Y"}}
+    assert said(named, "--axis", "ax3") == {}
+    assert said(named, "--axis", "AX1") == {"axis_differs": {"axis": "AX3", "wanted": "AX1"}}
+    assert list(said(plain)) == ["axis_of_run_unnamed"]
+    assert said(odd) == {"axis_of_run_unusable": {"stated": "X) G0 Z-100"}}
+    unnamed = result(capsys, comp(tmp_path / "x.comp"), plain, "--axis", "X")
+    assert "axis_of_table_unnamed" in codes(unnamed, "warning_codes")
 
 
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"", ""),
-        (b"\xff\xfe0\x00 \x000\x00", "no plain text"),
-        (b"0 0 0\0\n1 1 1\n", "no plain text"),
-        (b"0 0 0\n0 0 0\n", "line 2"),
-        (b"hello\n", ""),
-        (b"0 0 0\n1 1,5 1\n2 2 2\n", ""),
-        (b"x" * 5_000_001, "at most 5 MB"),
-        (b"0 1e200 1e200\n100 2e200 1e200\n", ""),
-        (b"0 0 0\n1e300 1e300 1e300\n", ""),
-        (b"0 0 0\n20 -1e308 20\n40 40 40\n", "line 2"),
-    ],
-    ids=[
-        "empty",
-        "utf-16",
-        "binary",
-        "descending",
-        "words",
-        "comma",
-        "large",
-        "huge",
-        "far",
-        "infinite",
+        pytest.param(b"", "", id="empty"),
+        pytest.param(b"\xff\xfe0\x00 \x000\x00", "no plain text", id="utf-16"),
+        pytest.param(b"0 0 0\n0 0 0\n", "line 2", id="descending"),
+        pytest.param(b"x" * 5_000_001, "at most 5 MB", id="large"),
+        pytest.param(b"0 1e200 1e200\n100 2e200 1e200\n", "", id="huge"),
+        pytest.param(b"0 0 0\n20 -1e308 20\n40 40 40\n", "line 2", id="infinite"),
     ],
 )
 def test_a_file_that_is_no_table_is_refused_or_named_without_a_traceback(
@@ -284,8 +232,8 @@ def test_marks_and_letters_that_a_control_may_not_read_are_findings(
     table.write_bytes(b"\xef\xbb\xbf; stra\xc3\x9fe\r\n" + table.read_bytes())
     capsys.readouterr()
     assert main(["check-table", str(table), *words, "--json", "-"]) == 0
-    codes = [one["code"] for one in json.loads(capsys.readouterr().out)["finding_codes"]]
-    assert {"finding-byte_order_mark_first", "finding-letters_outside_ascii"} <= set(codes)
+    found = json.loads(capsys.readouterr().out)
+    assert {"byte_order_mark_first", "letters_outside_ascii"} <= codes(found).keys()
 
 
 def test_folders_and_missing_files_are_refused(run: Path, tmp_path: Path) -> None:

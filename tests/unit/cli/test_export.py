@@ -17,8 +17,9 @@ import pytest
 from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.st_interpreter import INPUT, Machine
+from thermaxis import plc
 from thermaxis.cli import main
-from thermaxis.cli.exchange import _export_files, export
+from thermaxis.cli.exchange import export
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_model, write_model
@@ -33,7 +34,7 @@ def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
     """Cut the vectors, which cost most of the time, where they are not what is tested."""
     if not {"system", "whole_vectors"} & {*request.keywords, *request.fixturenames}:
         few = partial(vectors_of, most_rows=40, most_calls=500)
-        monkeypatch.setattr(_export_files, "vectors_of", few)
+        monkeypatch.setattr(plc, "vectors_of", few)
 
 
 @pytest.fixture

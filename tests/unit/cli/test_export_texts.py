@@ -13,6 +13,7 @@ from sys import modules
 
 import pytest
 
+from thermaxis import plc
 from thermaxis.cli.exchange import _export_files, export
 from thermaxis.cli.exchange._export_settings import Exported
 from thermaxis.compensation import CompensationModel, Output, Part, Provenance, Section, TrainingLog
@@ -80,7 +81,7 @@ def texts_of(dialect: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dic
     words += ["--limit", "20", "--rate", "0.5", "--plausible", "5:80"]
     monkeypatch.setattr(_export_files, "exported_of", of_a_machine)
     few = partial(vectors_of, most_rows=5, most_calls=50)
-    monkeypatch.setattr(_export_files, "vectors_of", few)
+    monkeypatch.setattr(plc, "vectors_of", few)
     return dict(_export_files.export_of(parser.parse_args(words)).files)
 
 

@@ -180,11 +180,6 @@ def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
     assert "image 5" in shown
 
 
-def test_times_may_be_separated_by_commas(warming, capsys):
-    found = as_json(capsys, *warming, "--times", "0,1,2.5,4.5,6.9")
-    assert [image["time_s"] for image in found["images"]] == [0.0, 3600.0, 9000.0, 16200.0, 24840.0]
-
-
 def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     words = (*warming, "--run", path, "--times", "-0.2", "1", "2.5", "4.5", "20")
@@ -202,15 +197,6 @@ def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, cap
     [
         (("--emissivity", "0.9"), "option_needs", "--emissivity"),
         (("--reflected-temperature", "20"), "option_needs", "--reflected-temperature"),
-        (("--emissivity", "1.2", "--reflected-temperature", "20"), "no_emissivity", "--emissivity"),
-        (
-            ("--emissivity", "0.9", "--reflected-temperature", "nan"),
-            "outside_range",
-            "--reflected-temperature",
-        ),
-        (("--scale", "0"), "outside_range", "--scale"),
-        (("--times", "0", "table.csv"), "not_hours", "--times"),
-        (("--times", "0", "inf"), "not_hours", "--times"),
     ],
 )
 def test_an_option_that_is_not_possible_is_one_error(examples, options, code, key):
@@ -227,6 +213,18 @@ def test_times_that_do_not_fit_and_files_that_are_not_there_are_refused(examples
     ):
         refusal("field", *examples, *options)
         assert capsys.readouterr().out == ""
+
+
+def test_an_argument_that_is_none_is_refused_by_its_name(examples, capsys):
+    for options in (
+        ("--emissivity", "1.2"),
+        ("--reflected-temperature", "nan"),
+        ("--scale", "0"),
+        ("--times", "0", "table.csv"),
+    ):
+        with pytest.raises(SystemExit):
+            run(*examples, *options)
+        assert f"argument {options[0]}: '{options[-1]}' is no" in capsys.readouterr().err
 
 
 def test_more_than_two_images_beside_a_run_need_times(warming, root):

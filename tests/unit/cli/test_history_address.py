@@ -40,7 +40,7 @@ def test_the_password_of_a_url_comes_from_a_private_file(tmp_path: Path) -> None
         history.run(arguments)
     secret.chmod(0o600)
     url = arguments.history
-    assert history._address_of(url, arguments.password_file) == (url, "hunter2")
+    assert history._address_of(arguments) == (url, "hunter2")
 
 
 @pytest.mark.parametrize("name", ["h.db", "machine.toml"])

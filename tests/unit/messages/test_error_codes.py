@@ -118,10 +118,15 @@ def test_errors_have_sentences_in_english() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "files"), [("finding", "findings_*.ftl"), ("advice", "advice_*.ftl")]
+    ("kind", "files", "function"),
+    [
+        ("finding", "findings_*.ftl", "finding"),
+        ("advice", "advice_*.ftl", "advice"),
+        ("warning", "warnings_tables.ftl", "table_warning"),
+    ],
 )
 def test_every_finding_has_a_sentence_for_all_its_values_and_every_sentence_a_finding(
-    kind: str, files: str
+    kind: str, files: str, function: str
 ) -> None:
     sentences = variables(kind, files)
     constants: set[str] = set()
@@ -130,7 +135,7 @@ def test_every_finding_has_a_sentence_for_all_its_values_and_every_sentence_a_fi
         for node in ast.walk(tree):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 constants.add(node.value)
-            if isinstance(node, ast.Call) and ast.unparse(node.func) == kind:
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == function:
                 given = {one.arg for one in node.keywords if one.arg}
                 wrong += [
                     (file, node.lineno, code)

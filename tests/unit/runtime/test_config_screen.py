@@ -13,7 +13,8 @@ from tests.opcua_server import until
 from tests.refusals import refused
 from tests.unit.runtime.machine_files import TEXT, machine_file
 from tests.unit.runtime.status_server_parts import PASSWORD, Box, users_file
-from thermaxis.cli.machine._machine_words import machine_as_json, machine_in_words
+from thermaxis.cli.machine._machine_words import describe_machine
+from thermaxis.report.tables import as_json, as_text
 from thermaxis.runtime import (
     CertificateUse,
     Finding,
@@ -433,7 +434,7 @@ def test_a_certificate_of_the_pages_that_expires_is_said_in_time(tmp_path: Path)
 
 
 def words_of(found: MachineConfiguration) -> str:
-    return " ".join(machine_in_words(found).split())
+    return " ".join(as_text(describe_machine(found)).split())
 
 
 def test_check_says_where_the_pages_are_and_that_everybody_may_look(tmp_path: Path) -> None:
@@ -442,7 +443,7 @@ def test_check_says_where_the_pages_are_and_that_everybody_may_look(tmp_path: Pa
         "Pages of thermaxis screen at http://127.0.0.1:8450, not encrypted: everybody may look;"
         " nobody logs in. They are told by the status server without a name." in words_of(found)
     )
-    assert machine_as_json(found)["screen"] == {
+    assert as_json(describe_machine(found))["screen"] == {
         "address": "127.0.0.1",
         "port": 8450,
         "hosts": [],
@@ -461,13 +462,13 @@ def test_check_says_who_may_look_and_ask_and_for_how_long(tmp_path: Path) -> Non
         " log-in ends after 15 min without its person, and after 8 h in any case. They are told by"
         " the status server as viewer." in words
     )
-    assert "hunter2" not in words + str(machine_as_json(found))
+    assert "hunter2" not in words + str(as_json(describe_machine(found)))
 
 
 def test_check_says_nothing_of_pages_that_are_not_there(tmp_path: Path) -> None:
     found = read_machine(write(tmp_path, OPEN))
     assert "thermaxis screen" not in words_of(found)
-    assert machine_as_json(found)["screen"] is None
+    assert as_json(describe_machine(found))["screen"] is None
 
 
 # ---- the certificate of the pages, looked at before anybody opens one --------------------------

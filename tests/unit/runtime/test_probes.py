@@ -18,10 +18,11 @@ from tests.unit.runtime.machine_files import machine_file
 from tests.unit.runtime.simulated import Rig, SimulatedMachine, SimulatedSource, ask
 from thermaxis.cli import main
 from thermaxis.cli.machine._machine_parts import build_parts, nodes_read, probes_read
-from thermaxis.cli.machine._machine_words import machine_in_words
+from thermaxis.cli.machine._machine_words import describe_machine
 from thermaxis.codes import Message
 from thermaxis.compensation import RequestKind, SupervisorState
 from thermaxis.files import read_thermal_log
+from thermaxis.report.tables import as_text
 from thermaxis.runtime import (
     NOT_READ,
     START_S,
@@ -397,21 +398,22 @@ def test_a_replay_has_no_probe_and_says_so(tmp_path: Path) -> None:
     found = read_machine(configured(tmp_path, TABLE, replay, dry))
     assert found.probes == {}
     assert build_parts(found, SystemClock()).probes is None
-    assert "probes and the diameter are not read" in " ".join(machine_in_words(found).split())
+    words = " ".join(as_text(describe_machine(found)).split())
+    assert "probes and the diameter are not read" in words
 
 
 def test_what_a_probe_is_for_is_said_in_words(tmp_path: Path) -> None:
-    words = " ".join(machine_in_words(read_machine(configured(tmp_path))).split())
+    words = " ".join(as_text(describe_machine(read_machine(configured(tmp_path)))).split())
     assert "Z_um is measured by ns=2;s=Probe, in mm: that is recorded and shown, and" in words
-    assert "is measured by" not in machine_in_words(read_machine(machine_file(tmp_path)))
+    assert "is measured by" not in as_text(describe_machine(read_machine(machine_file(tmp_path))))
 
 
 def test_the_probe_has_a_connection_of_its_own_to_the_same_server(tmp_path: Path) -> None:
     parts = build_parts(read_machine(configured(tmp_path)), SystemClock())
-    assert isinstance(parts.source, ProbedSource)
+    assert isinstance(parts.ports.source, ProbedSource)
     assert parts.probes is not None
-    assert parts.source.source.session is parts.sessions["control"]
-    assert parts.source.probes.session is parts.probes
+    assert parts.ports.source.source.session is parts.sessions["control"]
+    assert parts.ports.source.probes.session is parts.probes
     assert parts.probes is not parts.sessions["control"]
     ours, theirs = parts.probes.settings, parts.sessions["control"].settings
     assert replace(ours, name=theirs.name) == theirs

@@ -64,7 +64,7 @@ def test_what_does_not_go_together_is_refused(
         (("--log", "1h", "-o", "log.txt"), ""),
         (("--log", "1h", "-o", "log.csv", "--port", "0"), "--port"),
         (("--log", "1h", "-o", "log.csv", "--watchdog", "off"), "--watchdog"),
-        (("-o", "log.csv"), "-o"),
+        (("-o", "log.csv"), "--output"),
         (("--truth",), "--truth"),
         (("--scenario", "turret"), "scenario"),
         (("--seed", "-1"), "seed"),

@@ -13,6 +13,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_as_json, plan_sha256
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
+    APPROACHES,
     BACKWARD,
     FEWEST_CYCLES,
     FORWARD,
@@ -38,10 +39,9 @@ from thermaxis.quantities import AxisKind
 from thermaxis.report.tables import Part, Section, Table, Value, rows_of, values_of
 
 DEFAULT_CYCLES = 5
+_ASSUMED = ("noise", "drift", "time_constant_s", "systematic", "reversal")
 _DISAGREEMENT = 1.5
 """Simulated and foretold uncertainty differ noteworthily beyond this factor. [1]"""
-_PAPER_CYCLES, _PAPER_TARGETS, _PAPER_HOURS = 100, 16, 7.0
-_PAPER_LENGTH_MM, _PAPER_FEED_MM_PER_MIN, _PAPER_DWELL_S = 300.0, 300.0, 2.0
 
 
 @final
@@ -69,10 +69,8 @@ class PlanResult:
     """Why nothing can be foretold."""
     search: ShortestPlan | None
     """The search for the number of cycles, None if they were stated."""
-    target_uncertainty: float | None
-    """What was searched for. [µm or arcsec]"""
-    target_figure: str
-    """Of which figure, or of the levels."""
+    arguments: argparse.Namespace
+    """What was asked for."""
 
 
 def make_plan(arguments: argparse.Namespace) -> PlanResult:
@@ -85,9 +83,15 @@ def make_plan(arguments: argparse.Namespace) -> PlanResult:
         random_share=arguments.random_share,
         seed=arguments.seed,
     )
-    assumptions, assumed = _assumed(arguments)
-    plan = _test_plan(arguments, choice)
-    search = None
+    hours: float | None = arguments.time_constant
+    stated: dict[str, float | None] = {
+        "noise": arguments.noise,
+        "drift": arguments.drift,
+        "time_constant_s": None if hours is None else 3600.0 * hours,
+    }
+    assumed = tuple(name for name, value in stated.items() if value is None)
+    assumptions = RunAssumptions(**{k: v for k, v in stated.items() if v is not None})
+    plan, search = _test_plan(arguments, choice), None
     if arguments.target_uncertainty is not None:
         search = _searched(arguments, plan, assumptions)
         plan = search.plan
@@ -103,8 +107,7 @@ def make_plan(arguments: argparse.Namespace) -> PlanResult:
         simulated=simulate_uncertainty(plan, assumptions),
         reason=None if refused is None else refused.message,
         search=search,
-        target_uncertainty=arguments.target_uncertainty,
-        target_figure=_target_figure(arguments),
+        arguments=arguments,
     )
 
 
@@ -113,7 +116,11 @@ def _test_plan(arguments: argparse.Namespace, choice: TargetChoice) -> TestPlan:
     side: str | None = arguments.approach_side
     if side is None and mode == "unidirectional":
         side = "forward"
-    sides = {None: (FORWARD, BACKWARD), "forward": (FORWARD,), "backward": (BACKWARD,)}
+    sides = {
+        None: (FORWARD, BACKWARD),
+        "forward": (FORWARD,),
+        "backward": (BACKWARD,),
+    }
     name = "C" if arguments.rotary else "X"
     return TestPlan(
         kind=AxisKind.ROTARY if arguments.rotary else AxisKind.LINEAR,
@@ -134,24 +141,10 @@ def _test_plan(arguments: argparse.Namespace, choice: TargetChoice) -> TestPlan:
     )
 
 
-def _assumed(arguments: argparse.Namespace) -> tuple[RunAssumptions, tuple[str, ...]]:
-    """Return what is assumed of the axis, and the names of what nobody stated."""
-    hours: float | None = arguments.time_constant
-    stated: dict[str, float | None] = {
-        "noise": arguments.noise,
-        "drift": arguments.drift,
-        "time_constant_s": None if hours is None else 3600.0 * hours,
-    }
-    given = {name: value for name, value in stated.items() if value is not None}
-    return RunAssumptions(**given), tuple(name for name in stated if name not in given)
-
-
-def _target_figure(arguments: argparse.Namespace) -> str:
-    return LEVEL_KEY if arguments.target_figure is None else arguments.target_figure
-
-
 def _searched(
-    arguments: argparse.Namespace, plan: TestPlan, assumptions: RunAssumptions
+    arguments: argparse.Namespace,
+    plan: TestPlan,
+    assumptions: RunAssumptions,
 ) -> ShortestPlan:
     wanted: float = arguments.target_uncertainty
     longest_s = LONGEST_RUN_S if arguments.longest is None else 3600.0 * arguments.longest
@@ -159,7 +152,7 @@ def _searched(
         plan,
         wanted,
         assumptions,
-        key=_target_figure(arguments),
+        key=arguments.target_figure or LEVEL_KEY,
         fewest_cycles=DEFAULT_CYCLES if arguments.standard else FEWEST_CYCLES,
         longest_s=longest_s,
     )
@@ -178,16 +171,16 @@ def _searched(
 
 def described(result: PlanResult, output: str | None) -> list[Part]:
     """Return a plan for terminal and JSON."""
-    plan = result.plan
+    plan, not_stated = result.plan, Value("not_stated", result.assumed)
     return [
         *_head(result, output),
+        *_search(result),
         Value("plan", plan_as_json(plan)),
         *values_of(plan, "stops", "lowest", "highest"),
         _targets(plan),
         *_duration(result),
-        *_assumptions(result),
+        Section("assumptions", [*values_of(result.assumptions, *_ASSUMED), not_stated]),
         *_uncertainty(result),
-        _search(result),
         Section(
             "",
             [
@@ -238,36 +231,29 @@ def _head(result: PlanResult, output: str | None) -> Iterator[str]:
         f" {plan.seed}; with the overrun the axis moves from {plan.lowest:.6g} to"
         f" {plan.highest:.6g} {unit}"
     )
-    if result.search is not None and result.target_uncertainty is not None:
-        yield _found(result, result.search, result.target_uncertainty)
 
 
-def _found(result: PlanResult, search: ShortestPlan, wanted: float) -> str:
-    unit = result.plan.kind.units.deviation
-    cycles = search.plan.cycles
-    of = "the levels" if result.target_figure == LEVEL_KEY else result.target_figure
-    text = (
-        f"{cycles} cycles are the fewest with a standard uncertainty of {of} of at most"
-        f" {wanted:g} {unit}: {search.standard_uncertainty:.4g} {unit}"
-    )
-    fewer = search.tried.get(cycles - 1)
-    return text if fewer is None else f"{text} ({cycles - 1} cycles: {fewer:.4g} {unit})"
-
-
-def _search(result: PlanResult) -> Part:
-    search = result.search
+def _search(result: PlanResult) -> list[Part]:
+    search, arguments = result.search, result.arguments
     if search is None:
-        return Value("search", None)
-    return Section(
-        "search",
-        [
-            Value("target_uncertainty", result.target_uncertainty),
-            Value("of", result.target_figure),
-            Value("cycles", search.plan.cycles),
-            Value("standard_uncertainty", search.standard_uncertainty),
-            Value("tried", search.tried),
-        ],
+        return [Value("search", None)]
+    unit, cycles = result.plan.kind.units.deviation, search.plan.cycles
+    figure = arguments.target_figure or LEVEL_KEY
+    of = "the levels" if figure == LEVEL_KEY else figure
+    fewer = search.tried.get(cycles - 1)
+    beside = "" if fewer is None else f" ({cycles - 1} cycles: {fewer:.4g} {unit})"
+    values = [
+        Value("target_uncertainty", arguments.target_uncertainty),
+        Value("of", figure),
+        Value("cycles", cycles),
+        *values_of(search, "standard_uncertainty", "tried"),
+    ]
+    wanted, reached = arguments.target_uncertainty, search.standard_uncertainty
+    found = (
+        f"{cycles} cycles are the fewest with a standard uncertainty of {of} of at most"
+        f" {wanted:g} {unit}: {reached:.4g} {unit}{beside}"
     )
+    return [found, Section("search", values)]
 
 
 def _targets(plan: TestPlan) -> Table:
@@ -282,49 +268,18 @@ def _targets(plan: TestPlan) -> Table:
 
 def _duration(result: PlanResult) -> Iterator[Part]:
     plan, duration = result.plan, result.duration
-    parts = {
-        "moves": ("moves between targets", duration.moves_s),
-        "overrun": ("overrun", duration.overrun_s),
-        "dwell": ("dwell", duration.dwell_s),
-        "recording": ("recording", duration.recording_s),
-        "total": ("total", duration.total_s),
-    }
+    keys = ("moves", "overrun", "dwell", "recording", "total")
+    seconds = {key: float(getattr(duration, f"{key}_s")) for key in keys}
     rows = [
-        [
-            Value("", name, "part"),
-            Value("", seconds / 3600.0, "h", ".2f"),
-            Value("", seconds / 60.0, "min", ".1f"),
-        ]
-        for name, seconds in parts.values()
+        [Value("", key, "part"), Value("", s / 3600.0, "h", ".2f"), Value("", s / 60, "min", ".1f")]
+        for key, s in seconds.items()
     ]
     yield Table("Duration", rows, words=1)
-    yield Value("duration_s", {key: seconds for key, (_, seconds) in parts.items()})
+    yield Value("duration_s", seconds)
     yield (
         "Motion at the feed, dwell and recording are counted; acceleration and the control's own"
         f" pauses are not. Every further second at a stop adds {plan.stops / 3600.0:.2g} h"
-        f" ({plan.stops} stops).{_beside_the_paper(plan, duration)}"
-    )
-
-
-def _beside_the_paper(plan: TestPlan, duration: Duration) -> str:
-    """Return why this is not the paper's time, where the plan is that of the paper's X axis."""
-    length = float(plan.target[-1] - plan.target[0])
-    same = (
-        plan.kind.units.position == "mm"
-        and plan.cycle is Cycle.STANDARD
-        and (plan.target.size, plan.cycles) == (_PAPER_TARGETS, _PAPER_CYCLES)
-        and abs(length - _PAPER_LENGTH_MM) <= 0.05 * _PAPER_LENGTH_MM
-        and (plan.feed, plan.dwell_s) == (_PAPER_FEED_MM_PER_MIN, _PAPER_DWELL_S)
-        and len(plan.approaches) == 2
-    )
-    missing_s = _PAPER_HOURS * 3600.0 - duration.total_s
-    if not same or missing_s < 600.0:
-        return ""
-    return (
-        f" The paper states about {_PAPER_HOURS:g} h for this run of its X axis. The remaining"
-        f" {missing_s / 3600.0:.1f} h are {missing_s / plan.stops:.1f} s at each stop, which it"
-        " does not explain; they fit a laser that averages for as long as the axis dwells"
-        f" (--recording {_PAPER_DWELL_S:g})."
+        f" ({plan.stops} stops)."
     )
 
 
@@ -341,14 +296,6 @@ def _assumption_words(result: PlanResult) -> str:
     )
 
 
-def _assumptions(result: PlanResult) -> list[Value]:
-    names = ("noise", "drift", "time_constant_s", "systematic", "reversal")
-    return [
-        *(Value(f"assumptions.{name}", getattr(result.assumptions, name)) for name in names),
-        Value("assumptions.not_stated", result.assumed),
-    ]
-
-
 def _uncertainty(result: PlanResult) -> Iterator[Part]:
     expected, simulated = result.expected, result.simulated
     if expected is None:
@@ -356,20 +303,18 @@ def _uncertainty(result: PlanResult) -> Iterator[Part]:
         reason = "" if result.reason is None else sentence_of(result.reason)
         yield Section("", [f"Expected uncertainty: none. {reason}"])
         return
-    unit = result.plan.kind.units.deviation
+    unit, approaches = result.plan.kind.units.deviation, result.plan.approaches
     rows = [_row("level, largest", expected.largest_level_std, "")]
     rows += [
         _row(key, figure.standard_uncertainty, f"{figure.bias:+.3f}")
         for key, figure in expected.figures.items()
     ]
-    sides = ((FORWARD, "levels_std_forward"), (BACKWARD, "levels_std_backward"))
     parts: list[Part] = [
         Table(f"Expected uncertainty, {unit}", rows, words=1),
-        Value("reference_time_s", expected.reference_time_s),
-        Value("largest_level_std", expected.largest_level_std),
+        *values_of(expected, "reference_time_s", "largest_level_std"),
         *(
-            Value(key, expected.level_std[:, a] if a in result.plan.approaches else None)
-            for a, key in sides
+            Value(f"levels_std_{word}", expected.level_std[:, a] if a in approaches else None)
+            for a, word in enumerate(APPROACHES)
         ),
         *(
             Value(f"figures.{key}.{name}", getattr(figure, name))

@@ -1,42 +1,38 @@
-"""``thermaxis correct``: levels of a measured axis to the compensation table of a control.
+"""Write the compensation table of a measured axis in the form of one control, and read it back.
 
-Not protected: the file is read back and simulated, but whether machine, laser and control agree
-about sign, axis and reference point is shown by a measurement only. The file does not reach a
-control by itself, and none of them activates its table.
+What it leaves is shown by simulation of that control; sign and unit are said in words. Nothing is
+sent to a control and no table is activated. A wrong sign doubles the error: verify two points on
+the machine.
+
+Not protected: whether machine, laser and control agree about sign, axis and reference point is
+shown by a measurement only.
 """
 
 import argparse
 from pathlib import Path
 
-from thermaxis.cli._arguments import add_encoding, add_json, adder, hours, number
+from thermaxis.cli._arguments import (
+    add_encoding,
+    add_json,
+    adder,
+    hours,
+    number,
+    position,
+    refuse_alone,
+    refuse_both,
+)
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs, check_table_name, keep_older, write_ascii
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.axis.tables.control import add_control
 from thermaxis.cli.axis.tables.described import described
 from thermaxis.cli.axis.tables.make import make_table
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
 
-_DESCRIPTION = """\
-Write the compensation table of a measured axis in the form of one control, read it back, and show
-by simulation of that control what it leaves. Sign and unit are said in words. Nothing is sent to a
-control and no table is activated. A wrong sign doubles the error: verify two points on the machine.
-"""
-_LARGEST_REVERSAL = 1.0
-
-
-_reversal = number(
-    f"reversal from -{_LARGEST_REVERSAL:g} to {_LARGEST_REVERSAL:g} mm or degrees; write 0.009 for"
-    " 9 µm",
-    -_LARGEST_REVERSAL,
-    _LARGEST_REVERSAL,
-)
+_reversal = number("reversal from -1 to 1 mm or degrees; write 0.009 for 9 µm", -1.0, 1.0)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("run RUN", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
     add_control(parser)
@@ -84,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--reference POSITION",
         "reference point of the axis, where the table is zero (default: that of the older"
         " table; without one 0 if it lies within the targets, else their end nearest to 0)",
-        float,
+        position,
     )
     add(
         "--backlash",
@@ -130,19 +126,5 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
     check_outputs(
         [("-o", arguments.output), ("--json", arguments.json)], [arguments.run, arguments.merge]
     )
-    if arguments.drift_free and arguments.no_drift:
-        raise ConfigurationError(
-            "options_exclude", place=Place(key="--no-drift"), one="--drift-free", other="--no-drift"
-        )
-    if arguments.reference_time is not None and not arguments.drift_free:
-        raise ConfigurationError(
-            "option_needs",
-            place=Place(key="--reference-time"),
-            option="--reference-time",
-            needed="--drift-free",
-        )
-    place: float | None = arguments.reference
-    if place is not None and not abs(place) <= 1e6:
-        raise ConfigurationError(
-            "outside_range", place=Place(key="--reference"), value=place, least=-1e6, most=1e6
-        )
+    refuse_both(arguments, "--no-drift", "--drift-free")
+    refuse_alone(arguments, "--drift-free", "--reference-time")

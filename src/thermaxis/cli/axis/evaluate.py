@@ -1,11 +1,14 @@
-"""``thermaxis evaluate``: a measured file in, figures, charts and a certificate out."""
+"""Evaluate a positioning run: ISO 230-2 and adjacent differences."""
 
 import argparse
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
-from thermaxis import __version__, report
+from thermaxis import __version__, files, positioning, report
 from thermaxis.cli._arguments import (
     add_encoding,
     add_figures,
@@ -21,36 +24,7 @@ from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.codes import NOWHERE, printable
 from thermaxis.errors import DataError
-from thermaxis.files import (
-    read_budget,
-    read_figure_limits,
-    read_header,
-    read_plan,
-    read_positioning_with_sha256,
-)
-from thermaxis.positioning import (
-    APPROACHES,
-    AdjacentDifferenceResult,
-    Cycle,
-    DriftResult,
-    Edition,
-    Finding,
-    Iso230_2_1988Result,
-    Iso230_2Result,
-    PositioningTest,
-    UncertaintyResult,
-    Vdi3441Result,
-    check_against_plan,
-    check_test_conditions,
-    diagnose,
-    evaluate_adjacent_difference,
-    evaluate_against_cycles,
-    evaluate_drift,
-    evaluate_iso230_2,
-    evaluate_iso230_2_1988,
-    evaluate_uncertainty,
-    evaluate_vdi_dgq_3441,
-)
+from thermaxis.positioning import Cycle, Edition, PositioningTest
 from thermaxis.report import PositioningReport
 from thermaxis.report.tables import describe_evaluation
 
@@ -126,131 +100,123 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_encoding(parser, "a text")
 
 
-def _other_standard(
-    edition: str, test: PositioningTest
-) -> tuple[Iso230_2_1988Result | Vdi3441Result | None, tuple[str, ...]]:
+_Result = TypeVar("_Result")
+
+
+def _attempted(
+    evaluate: Callable[[], _Result], lacking: str, warnings: list[str]
+) -> _Result | None:
+    """Return a result; where it cannot be formed, say so and go on."""
     try:
-        if edition == "1988":
-            return evaluate_iso230_2_1988(test), ()
-        if edition == "vdi3441":
-            return evaluate_vdi_dgq_3441(test), ()
+        return evaluate()
     except DataError as error:
-        return None, (f"no figures of the other standard: {error}",)
-    return None, ()
-
-
-def _adjacent_difference(
-    arguments: argparse.Namespace, test: PositioningTest
-) -> tuple[AdjacentDifferenceResult | None, tuple[str, ...]]:
-    """Evaluate the adjacent differences; where they cannot be formed, say so and go on.
-
-    A reference that the user names and the run does not have is an error all the same.
-    """
-    hours: float | None = arguments.reference_time
-    try:
-        result = evaluate_adjacent_difference(
-            test,
-            reference_cycle=arguments.reference_cycle,
-            reference_time_s=None if hours is None else hours * 3600.0,
-        )
-    except DataError as error:
-        if hours is not None or arguments.reference_cycle is not None:
-            raise
-        return None, (f"no adjacent differences: {error}",)
-    return result, result.warnings
+        warnings.append(f"{lacking}: {error.at(NOWHERE)}")
+        return None
 
 
 def _drift(
-    arguments: argparse.Namespace, test: PositioningTest
-) -> tuple[DriftResult | None, tuple[str, ...]]:
+    arguments: argparse.Namespace, test: PositioningTest, warnings: list[str]
+) -> positioning.DriftResult | None:
     """Separate the drift; where it cannot be told from the levels, say so and go on."""
-    if arguments.no_drift:
-        return None, ()
-
-    hours: float | None = arguments.reference_time
-    time_s = None if hours is None else hours * 3600.0
-    try:
-        result = evaluate_drift(test, reference_time_s=time_s, robust=arguments.robust)
-    except DataError as error:
-        return None, (f"no drift model: {error.at(NOWHERE)}",)
-    unit = test.kind.units.deviation
-    outliers = tuple(
-        f"the reading of target {o.target} {APPROACHES[o.approach]} in cycle {o.cycle} lies"
-        f" {o.residual:+.3g} {unit} from the drift model and was left out of it"
-        for o in result.outliers
-    )
-    return result, (*result.warnings, *outliers)
-
-
-def _uncertainty_and_diagnosis(
-    arguments: argparse.Namespace, test: PositioningTest, drift: DriftResult | None
-) -> tuple[UncertaintyResult | None, tuple[Finding, ...]]:
-    if arguments.no_drift and arguments.budget is None:
-        return None, ()
-
-    budget = None if arguments.budget is None else read_budget(arguments.budget, test.kind)
-    uncertainty = evaluate_uncertainty(test, drift, budget=budget)
-    return uncertainty, () if arguments.no_drift else diagnose(test, drift)
-
-
-def _against_plan(arguments: argparse.Namespace, test: PositioningTest) -> tuple[str, ...] | None:
-    if arguments.plan is None:
+    time_s, robust = _reference_time_s(arguments), arguments.robust
+    separate = partial(positioning.evaluate_drift, test, reference_time_s=time_s, robust=robust)
+    drift = _attempted(separate, "no drift model", warnings)
+    if drift is None:
         return None
+    unit = test.kind.units.deviation
+    warnings += drift.warnings
+    warnings += (
+        f"the reading of target {o.target} {positioning.APPROACHES[o.approach]} in cycle"
+        f" {o.cycle} lies {o.residual:+.3g} {unit} from the drift model and was left out of it"
+        for o in drift.outliers
+    )
+    return drift
 
-    return check_against_plan(test, read_plan(arguments.plan))
+
+def _reference_time_s(arguments: argparse.Namespace) -> float | None:
+    hours: float | None = arguments.reference_time
+    return None if hours is None else 3600.0 * hours
 
 
-def _single_run_warning(iso230_2: Iso230_2Result, test: PositioningTest) -> tuple[str, ...]:
-    if not iso230_2.single_run_rule:
-        return ()
-    more = f" although {test.cycles} runs exist (means of all of them)" if test.cycles > 1 else ""
-    rule = f"the axis is longer than 2000 mm: s, R and A are not evaluated{more}"
-    return (f"{rule}; ask for them with --full",)
+def _adjacent_difference(
+    arguments: argparse.Namespace, test: PositioningTest, warnings: list[str]
+) -> positioning.AdjacentDifferenceResult | None:
+    """Evaluate the adjacent differences; a stated reference that the run lacks is an error."""
+    cycle, time_s = arguments.reference_cycle, _reference_time_s(arguments)
+    if cycle is not None or time_s is not None:
+        result = positioning.evaluate_adjacent_difference(
+            test, reference_cycle=cycle, reference_time_s=time_s
+        )
+    else:
+        without_reference = partial(positioning.evaluate_adjacent_difference, test)
+        result = _attempted(without_reference, "no adjacent differences", warnings)
+    warnings += () if result is None else result.warnings
+    return result
 
 
 def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     """Read and evaluate the run that the arguments name."""
     path: Path = arguments.file
-    test, sha256 = read_positioning_with_sha256(path, fallback_encoding=arguments.encoding)
-    stated_cycle = test.cycle
-    if arguments.cycle is not None:
-        test = test.with_cycle(Cycle(arguments.cycle))
-    other = arguments.edition in ("1988", "vdi3441")
-    edition = Edition.E2014 if other else Edition(arguments.edition)
-    iso230_2 = evaluate_iso230_2(test, edition=edition, full=arguments.full)
-    conditions = check_test_conditions(test)
+    test, sha256 = files.read_positioning_with_sha256(path, fallback_encoding=arguments.encoding)
     warnings = [*test.remarks]
-    if stated_cycle is not Cycle.STANDARD and stated_cycle is not test.cycle:
-        warnings.append(f"the file names a {stated_cycle} cycle, the option a {test.cycle} cycle")
-    warnings += [*conditions, *_single_run_warning(iso230_2, test)]
-    adjacent, said = _adjacent_difference(arguments, test)
-    other_standard, also_said = _other_standard(arguments.edition, test)
-    drift, drift_said = _drift(arguments, test)
-    uncertainty, diagnosis = _uncertainty_and_diagnosis(arguments, test, drift)
-    plan_differences = _against_plan(arguments, test)
-    warnings += (*said, *also_said, *drift_said, *(plan_differences or ()))
-    wants_charts = bool(arguments.report or arguments.figures)
-    limits = read_figure_limits(arguments.limits, test.kind) if arguments.limits else None
-    stated: dict[str, str] = {}
+    if arguments.cycle is not None:
+        stated, test = test.cycle, test.with_cycle(Cycle(arguments.cycle))
+        if stated not in {Cycle.STANDARD, test.cycle}:
+            warnings.append(f"the file names a {stated} cycle, the option a {test.cycle} cycle")
+    other = {
+        "1988": positioning.evaluate_iso230_2_1988,
+        "vdi3441": positioning.evaluate_vdi_dgq_3441,
+    }.get(arguments.edition)
+    edition = Edition(arguments.edition) if other is None else Edition.E2014
+    iso230_2 = positioning.evaluate_iso230_2(test, edition=edition, full=arguments.full)
+    conditions = positioning.check_test_conditions(test)
+    warnings += conditions
+    if iso230_2.single_run_rule:
+        means = f" although {test.cycles} runs exist (means of all of them)"
+        warnings.append(
+            "the axis is longer than 2000 mm: s, R and A are not evaluated"
+            f"{means if test.cycles > 1 else ''}; ask for them with --full"
+        )
+    adjacent = _adjacent_difference(arguments, test, warnings)
+    other_standard = None
+    if other is not None:
+        lacking = "no figures of the other standard"
+        other_standard = _attempted(lambda: other(test), lacking, warnings)
+    drift = None if arguments.no_drift else _drift(arguments, test, warnings)
+    uncertainty = budget = plan_differences = None
+    if arguments.budget is not None:
+        budget = files.read_budget(arguments.budget, test.kind)
+    if budget is not None or not arguments.no_drift:
+        uncertainty = positioning.evaluate_uncertainty(test, drift, budget=budget)
+    if arguments.plan is not None:
+        plan_differences = positioning.check_against_plan(test, files.read_plan(arguments.plan))
+        warnings += plan_differences
+    limits = against_cycles = None
+    if arguments.limits:
+        limits = report.check_limits(
+            files.read_figure_limits(arguments.limits, test.kind), iso230_2
+        )
+    header = dict(test.header)
     if arguments.header:
-        stated.update(read_header(arguments.header, kind=test.kind))
-    evaluated = report.PositioningReport(
+        header |= files.read_header(arguments.header, kind=test.kind)
+    wants_charts = bool(arguments.report or arguments.figures)
+    if wants_charts and test.cycles > 1:
+        against_cycles = positioning.evaluate_against_cycles(test)
+    evaluated = PositioningReport(
         test=test,
         iso230_2=iso230_2,
         adjacent_difference=adjacent,
-        against_cycles=evaluate_against_cycles(test) if wants_charts and test.cycles > 1 else None,
+        against_cycles=against_cycles,
         other_standard=other_standard,
         warnings=tuple(warnings),
         conditions=conditions,
-        header={**test.header, **stated},
-        limits=report.check_limits(limits, iso230_2) if limits else None,
+        header=header,
+        limits=limits,
         drift=drift,
         uncertainty=uncertainty,
-        diagnosis=diagnosis,
+        diagnosis=() if arguments.no_drift else positioning.diagnose(test, drift),
         plan_differences=plan_differences,
-        source_name=printable(arguments.source_name, _LONGEST_SOURCE_NAME)
-        if arguments.source_name
-        else path.name,
+        source_name=printable(arguments.source_name or path.name, _LONGEST_SOURCE_NAME),
         source_sha256=sha256,
         version=__version__,
         date=arguments.date,
@@ -268,27 +234,18 @@ def run(arguments: argparse.Namespace) -> int:
         charts=arguments.figures,
     )
     quiet = arguments.json == "-"
+    reports: list[Path] = arguments.report
     with Progress() as progress:
         progress("reading and evaluating", 0, 0)
         evaluated = evaluate(arguments)
         if not quiet:
             progress.hide()
         show(describe_evaluation(evaluated), arguments.json)
-        written = _write_outputs(evaluated, arguments, progress)
+        for path in reports:
+            report.write_report(evaluated, path, progress=progress)
+        if arguments.figures is not None:
+            report.write_figures(evaluated, arguments.figures, progress=progress)
     if not quiet:
+        written = [*reports, *([] if arguments.figures is None else [arguments.figures])]
         sys.stdout.write("".join(f"written: {path}\n" for path in written))
     return 0
-
-
-def _write_outputs(
-    evaluated: PositioningReport, arguments: argparse.Namespace, progress: Progress
-) -> list[Path]:
-    written: list[Path] = []
-    reports: list[Path] = arguments.report
-    for path in reports:
-        report.write_report(evaluated, path, progress=progress)
-        written.append(path)
-    if arguments.figures is not None:
-        report.write_figures(evaluated, arguments.figures, progress=progress)
-        written.append(arguments.figures)
-    return written

@@ -1,4 +1,9 @@
-"""``thermaxis field``: thermal fields of a surface before and after, compared in plan view."""
+"""Compare images of one surface, taken from one place, in the order of time.
+
+They are matrices of degrees Celsius as CSV, or radiometric JPEG (extra 'flir', not verified on a
+real file). Shown are the difference of the last to the first, the means of regions over time, and
+on request what they have to do with the drift of a run.
+"""
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from thermaxis import __version__, report
-from thermaxis.cli._arguments import add_figures, add_json, adder
+from thermaxis import __version__, report, thermal
+from thermaxis.cli._arguments import add_figures, add_json, adder, number, refuse_alone
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli.axis._field_drift import DriftAtImages, drift_at_images
@@ -17,25 +22,10 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_field_csv, read_flir, read_regions
 from thermaxis.files.images import is_jpeg
 from thermaxis.report.tables import Part, Section, Table, Value, rows_of
-from thermaxis.thermal import (
-    FloatArray,
-    RegionDrift,
-    ThermalField,
-    ThermalFieldsResult,
-    correct_emissivity,
-    evaluate_thermal_fields,
-)
-
-_DESCRIPTION = """\
-Read two or more images of one surface, taken from one place: matrices of degrees Celsius as CSV, or
-radiometric JPEG (extra 'flir', not verified on a real file). Show the difference of the last to the
-first, the means of regions over time, and on request what they have to do with the drift of a run.
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add(
         "images IMAGE",
@@ -49,23 +39,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--emissivity E",
         "emissivity of the surface, above 0, at most 1; for CSV of a camera that was set to 1"
         " (default: no correction; JPEG: what the camera was set to)",
-        float,
+        number("emissivity above 0 and at most 1", 1e-9, 1.0),
     )
     add(
         "--reflected-temperature C",
         "temperature of the surroundings that the surface reflects, in degrees Celsius",
-        float,
+        number("temperature in degrees Celsius", -273.15, 5000.0),
     )
     add(
         "--regions FILE",
         "rectangles whose means are shown, TOML (default: the whole image and its quarters)",
         Path,
     )
-    add("--scale MM", "millimetres of one pixel (default: pixels)", float)
+    millimetres = number("number of millimetres", 1e-6, 1e6)
+    add("--scale MM", "millimetres of one pixel (default: pixels)", millimetres)
     add(
         "--times H",
         "one number of hours for each image, named after the images; with --run from its"
         " first reading",
+        number("number of hours", -1e6, 1e6),
         nargs="+",
     )
     add(
@@ -80,11 +72,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Compare the images and show the result."""
     _check(arguments)
     fields = [_read(path, arguments) for path in arguments.images]
-    time_s = _times_s(arguments.times)
+    time_s = None if arguments.times is None else [3600.0 * hours for hours in arguments.times]
     regions = None
     if arguments.regions is not None:
         regions = read_regions(arguments.regions, mm_per_pixel=arguments.scale)
-    result = evaluate_thermal_fields(fields, regions=regions, time_s=time_s)
+    result = thermal.evaluate_thermal_fields(fields, regions=regions, time_s=time_s)
     drift = None if arguments.run is None else drift_at_images(arguments.run, result)
     warnings = [*_emissivity_warnings(arguments), *result.warnings]
     if drift is not None:
@@ -102,60 +94,26 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Refuse options that cannot be, before anything is read or written."""
+    """Refuse what cannot be, before anything is read or written."""
     if len(arguments.images) < 2:
         raise ConfigurationError(
             "too_few_images", place=Place(key="IMAGE"), images=len(arguments.images)
         )
-    emissivity, reflected = arguments.emissivity, arguments.reflected_temperature
-    if emissivity is not None and not 0.0 < emissivity <= 1.0:
-        raise ConfigurationError(
-            "no_emissivity", place=Place(key="--emissivity"), emissivity=emissivity
-        )
-    if reflected is not None and not -273.15 <= reflected < 5000.0:
-        raise ConfigurationError(
-            "outside_range",
-            place=Place(key="--reflected-temperature"),
-            value=reflected,
-            least=-273.15,
-            most=5000.0,
-        )
-    if arguments.scale is not None and not 1e-6 < arguments.scale < 1e6:
-        raise ConfigurationError(
-            "outside_range", place=Place(key="--scale"), value=arguments.scale, least=1e-6, most=1e6
-        )
     check_outputs([("--json", arguments.json)], arguments.images, charts=arguments.figures)
 
 
-def _times_s(words: Sequence[str] | None) -> list[float] | None:
-    if words is None:
-        return None
-    hours: list[float] = []
-    for word in ",".join(words).split(","):
-        try:
-            hours.append(float(word))
-        except ValueError:
-            raise ConfigurationError("not_hours", place=Place(key="--times"), text=word) from None
-        if not abs(hours[-1]) < 1e6:
-            raise ConfigurationError("not_hours", place=Place(key="--times"), text=word)
-    return [3600.0 * hour for hour in hours]
-
-
-def _read(path: Path, arguments: argparse.Namespace) -> ThermalField:
+def _read(path: Path, arguments: argparse.Namespace) -> thermal.ThermalField:
     emissivity, reflected = arguments.emissivity, arguments.reflected_temperature
     if _starts_as_jpeg(path):
         return read_flir(path, emissivity=emissivity, reflected_c=reflected)
-    if (emissivity is None) != (reflected is None):
-        raise ConfigurationError(
-            "option_needs",
-            place=Place(key="--emissivity" if reflected is None else "--reflected-temperature"),
-            option="--emissivity",
-            needed="--reflected-temperature",
-        )
+    refuse_alone(arguments, "--reflected-temperature", "--emissivity")
+    refuse_alone(arguments, "--emissivity", "--reflected-temperature")
     field = read_field_csv(path)
     if emissivity is None or emissivity == 1.0:
         return field
-    values = correct_emissivity(field.temperature_c, emissivity=emissivity, reflected_c=reflected)
+    values = thermal.correct_emissivity(
+        field.temperature_c, emissivity=emissivity, reflected_c=reflected
+    )
     return replace(field, temperature_c=values)
 
 
@@ -186,7 +144,7 @@ def _emissivity_warnings(arguments: argparse.Namespace) -> list[str]:
 
 
 def described(
-    result: ThermalFieldsResult,
+    result: thermal.ThermalFieldsResult,
     drift: DriftAtImages | None,
     warnings: Sequence[str],
     options: Mapping[str, object],
@@ -205,7 +163,7 @@ def described(
     ]
 
 
-def _spread(values: FloatArray, unit: str, sign: str = "") -> list[Value]:
+def _spread(values: thermal.FloatArray, unit: str, sign: str = "") -> list[Value]:
     return [
         Value(f"min_{unit}", np.nanmin(values), "lowest", f"{sign}.2f"),
         Value(f"mean_{unit}", np.nanmean(values), "mean", f"{sign}.2f"),
@@ -214,7 +172,7 @@ def _spread(values: FloatArray, unit: str, sign: str = "") -> list[Value]:
     ]
 
 
-def _images(result: ThermalFieldsResult, title: str) -> Iterator[Part]:
+def _images(result: thermal.ThermalFieldsResult, title: str) -> Iterator[Part]:
     rows: list[list[Value]] = []
     for k, field in enumerate(result.fields):
         time_s = None if result.time_s is None else float(result.time_s[k])
@@ -234,7 +192,7 @@ def _images(result: ThermalFieldsResult, title: str) -> Iterator[Part]:
     yield Section("difference", [value._replace(head=None) for value in change])
 
 
-def _regions(result: ThermalFieldsResult) -> Table:
+def _regions(result: thermal.ThermalFieldsResult) -> Table:
     shown = range(len(result.fields)) if len(result.fields) <= 8 else (0, len(result.fields) - 1)
     rows = [
         [
@@ -277,7 +235,7 @@ def _drift(drift: DriftAtImages) -> Iterator[Part]:
         yield Table(title, rows, key=f"correlation_{key}", words=1)
 
 
-def _correlation(one: RegionDrift, unit: str) -> list[Value]:
+def _correlation(one: thermal.RegionDrift, unit: str) -> list[Value]:
     return [
         Value("region", one.region, "region"),
         Value("correlation", one.correlation, "correlation", "+.3f"),

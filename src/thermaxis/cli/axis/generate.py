@@ -1,10 +1,10 @@
-"""``thermaxis generate``: write an example run of a virtual machine."""
+"""Write an example run of a virtual machine."""
 
 import argparse
 import sys
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder
+from thermaxis.cli._arguments import adder, refuse_foreign
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_rtl, write_thermal_log, write_tidy_csv
@@ -64,11 +64,7 @@ def _lathe_test(arguments: argparse.Namespace) -> int:
     output: Path = arguments.output
     if output.suffix.lower() != ".csv":
         raise ConfigurationError("written_as_csv", place=Place(file=str(output), key="--output"))
-    for option, value in (("--cycles", arguments.cycles), ("--noise-um", arguments.noise_um)):
-        if value is not None:
-            raise ConfigurationError(
-                "option_belongs_to", place=Place(key=option), what="x-axis and y-axis"
-            )
+    refuse_foreign(arguments, "x-axis and y-axis", "--cycles", "--noise-um")
     seed = LATHE_SEED if arguments.seed is None else arguments.seed
     log = generate_lathe_test(arguments.axis.removeprefix("lathe-"), seed)
     write_thermal_log(log, output)

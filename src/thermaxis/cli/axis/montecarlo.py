@@ -1,4 +1,4 @@
-"""``thermaxis montecarlo``: how much more a difference scatters than what it is made of."""
+"""Show the scatter of differences by Monte Carlo, equation (10) of the method."""
 
 import argparse
 from pathlib import Path

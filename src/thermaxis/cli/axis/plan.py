@@ -1,8 +1,14 @@
-"""``thermaxis plan``: choose targets and cycles, and foretell duration and uncertainty."""
+"""Choose targets by equation (1) of the method, and say how long the run takes.
+
+The targets are equal steps plus a seeded random part, on an interval that is no multiple of the
+pitch. They are checked against the rules of ISO 230-2; the uncertainty that the run will reach once
+its drift is separated is foretold, and the plan is written as JSON. With --rotary lengths are in
+deg, feeds in deg/min, deviations in arcsec.
+"""
 
 import argparse
 
-from thermaxis.cli._arguments import add_json, adder
+from thermaxis.cli._arguments import add_json, adder, refuse_alone, refuse_both, refuse_foreign
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli.axis._plan import DEFAULT_CYCLES, described, make_plan
@@ -10,12 +16,6 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_plan
 
-_DESCRIPTION = """\
-Choose targets by equation (1) of the method: equal steps plus a seeded random part, an interval
-that is no multiple of the pitch. Check them against the rules of ISO 230-2, say how long the run
-takes and what uncertainty it will reach once its drift is separated, and write the plan as JSON.
-With --rotary lengths are in deg, feeds in deg/min, deviations in arcsec.
-"""
 _FIELDS = {
     "dwell_s": "dwell",
     "recording_s": "recording",
@@ -27,7 +27,6 @@ _FIELDS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     _add_targets(parser)
     _add_motion(parser)
     _add_uncertainty(parser)
@@ -133,34 +132,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-    searching = arguments.target_uncertainty is not None
-    if searching and arguments.cycles is not None:
-        raise ConfigurationError(
-            "options_exclude",
-            place=Place(key="--cycles"),
-            one="--cycles",
-            other="--target-uncertainty",
-        )
-    alone = [
-        option
-        for option, value in (
-            ("--standard", arguments.standard),
-            ("--longest", arguments.longest),
-            ("--target-figure", arguments.target_figure),
-        )
-        if value not in {None, False}
-    ]
-    if alone and not searching:
-        raise ConfigurationError(
-            "option_needs",
-            place=Place(key=alone[0]),
-            option=alone[0],
-            needed="--target-uncertainty",
-        )
-    if arguments.mode == "bidirectional" and arguments.approach_side is not None:
-        raise ConfigurationError(
-            "option_belongs_to",
-            place=Place(key="--approach-side"),
-            what="--mode unidirectional, pilgrim and step",
-        )
+    searching = "--target-uncertainty"
+    refuse_both(arguments, "--cycles", searching)
+    refuse_alone(arguments, searching, "--standard", "--longest", "--target-figure")
+    if arguments.mode == "bidirectional":
+        what = "--mode unidirectional, pilgrim and step"
+        refuse_foreign(arguments, what, "--approach-side")
     check_outputs([("-o", arguments.output), ("--json", arguments.json)], [])

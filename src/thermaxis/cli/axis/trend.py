@@ -1,4 +1,4 @@
-"""``thermaxis trend``: one axis over the years."""
+"""Show the figures of one axis over several runs."""
 
 import argparse
 import sys
@@ -14,16 +14,6 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import FIGURE_KEYS
-from thermaxis.report import (
-    FIGURE_SYMBOLS,
-    Trend,
-    TrendChange,
-    TrendFigure,
-    TrendRun,
-    evaluate_trend,
-    trend_table,
-    write_bytes,
-)
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
 
 _UNCERTAINTY = (
@@ -56,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
         (path.name, read_positioning(path, fallback_encoding=arguments.encoding)) for path in paths
     ]
     with Progress() as progress:
-        trend = evaluate_trend(tests, drift=not arguments.no_drift, progress=progress)
+        trend = report.evaluate_trend(tests, drift=not arguments.no_drift, progress=progress)
     if arguments.figures is not None:
         report.write_trend_figures(trend, arguments.figures)
     if arguments.csv is not None:
@@ -79,15 +69,15 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     )
 
 
-def _write_csv(trend: Trend, destination: str) -> None:
-    content = trend_table(trend).as_csv()
+def _write_csv(trend: report.Trend, destination: str) -> None:
+    content = report.trend_table(trend).as_csv()
     if destination == "-":
         sys.stdout.write(content.decode())
     else:
-        write_bytes(Path(destination), content)
+        report.write_bytes(Path(destination), content)
 
 
-def described(trend: Trend) -> list[Part]:
+def described(trend: report.Trend) -> list[Part]:
     """Return the trend for terminal and JSON."""
     unit = trend.runs[0].test.kind.units.deviation
     shown = [_figures(trend, f"Figures of ISO 230-2 as measured, {unit}", free=False)]
@@ -108,7 +98,7 @@ def described(trend: Trend) -> list[Part]:
     ]
 
 
-def _figures(trend: Trend, title: str, *, free: bool) -> Table:
+def _figures(trend: report.Trend, title: str, *, free: bool) -> Table:
     rows: list[list[Value]] = []
     for k, run in enumerate(trend.runs):
         start = "–" if run.test.start is None else run.test.start.strftime("%Y-%m-%d")
@@ -122,12 +112,12 @@ def _figures(trend: Trend, title: str, *, free: bool) -> Table:
         )
         figures = run.drift_free if free else run.measured
         rows[-1] += [
-            Value("", _cell(figures.get(key)), FIGURE_SYMBOLS[key]) for key in trend.figures
+            Value("", _cell(figures.get(key)), report.FIGURE_SYMBOLS[key]) for key in trend.figures
         ]
     return Table(title, rows, words=3)
 
 
-def _cell(figure: TrendFigure | None) -> str:
+def _cell(figure: report.TrendFigure | None) -> str:
     if figure is None:
         return "–"
     if figure.expanded_uncertainty is None:
@@ -135,10 +125,10 @@ def _cell(figure: TrendFigure | None) -> str:
     return f"{figure.value:.2f} ± {figure.expanded_uncertainty:.2f}"
 
 
-def _change(change: TrendChange, runs: int, unit: str) -> str:
+def _change(change: report.TrendChange, runs: int, unit: str) -> str:
     text = (
-        f"{FIGURE_SYMBOLS[change.key]} changed by {change.change:+.2f} {unit} from run 1 to run"
-        f" {runs} ({'without drift' if change.drift_free else 'measured'})"
+        f"{report.FIGURE_SYMBOLS[change.key]} changed by {change.change:+.2f} {unit} from run 1 to"
+        f" run {runs} ({'without drift' if change.drift_free else 'measured'})"
     )
     if change.significant is None:
         return text
@@ -146,14 +136,14 @@ def _change(change: TrendChange, runs: int, unit: str) -> str:
     return f"{text}: {verdict} its expanded uncertainty of {change.expanded_uncertainty:.2f} {unit}"
 
 
-def _values_of(change: TrendChange) -> list[Value]:
+def _values_of(change: report.TrendChange) -> list[Value]:
     return [
         Value("figure", change.key),
         *values_of(change, "drift_free", "change", "expanded_uncertainty", "significant"),
     ]
 
 
-def _run(run: TrendRun) -> list[Part]:
+def _run(run: report.TrendRun) -> list[Part]:
     test, drift = run.test, run.drift
     parts: list[Part] = [
         Value("name", run.name),
@@ -170,7 +160,7 @@ def _run(run: TrendRun) -> list[Part]:
     return [*parts, Section("drift", [*values, *_by_figure(run.drift_free)])]
 
 
-def _by_figure(figures: Mapping[str, TrendFigure]) -> list[Value]:
+def _by_figure(figures: Mapping[str, report.TrendFigure]) -> list[Value]:
     values = {key: getattr(figures.get(key), "value", None) for key in FIGURE_KEYS}
     stated = {key: getattr(figures.get(key), "expanded_uncertainty", None) for key in FIGURE_KEYS}
     return [Value("iso230_2", values), Value("uncertainty", stated)]

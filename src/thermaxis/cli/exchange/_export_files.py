@@ -6,34 +6,12 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import NamedTuple, cast, final
 
+from thermaxis import plc
+from thermaxis.cli._arguments import refuse_foreign
 from thermaxis.cli.exchange._export_places import typed_place
 from thermaxis.cli.exchange._export_settings import Exported, exported_of
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc import (
-    BlockInstance,
-    Difference,
-    GuideFacts,
-    LineSettings,
-    PlcSettings,
-    Program,
-    ReportFacts,
-    SclCpu,
-    StFlavour,
-    Target,
-    build_line_program,
-    build_program,
-    export_settings,
-    guide_text,
-    print_c,
-    print_scl,
-    print_st,
-    report_of,
-    report_text,
-    scenario,
-    vectors_of,
-    with_own_names,
-)
 from thermaxis.plc.blocks import setting_warnings, wrapped
 from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
 from thermaxis.plc.tree import remark_text
@@ -47,18 +25,16 @@ _SCL = {"scl", TEMPCOMP}
 class Export(NamedTuple):
     """An export before it is written."""
 
-    settings: PlcSettings
+    settings: plc.PlcSettings
     """What is exported."""
-    line: LineSettings | None
+    line: plc.LineSettings | None
     """The line; None where there is none."""
-    difference: Difference | None
+    difference: plc.Difference | None
     """Measured difference of REAL from LREAL."""
     files: Mapping[str, str]
     """Content by name; the report is the last."""
     report: Mapping[str, object]
     """Content of the report."""
-    not_checked: tuple[str, ...]
-    """What nobody has checked."""
     remarks: tuple[str, ...]
     """What the user must know besides the model's warnings."""
 
@@ -75,7 +51,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     target, double = target_of(arguments)
     exported = exported_of(arguments, line=target.dialect == TEMPCOMP)
     line = _line_of(arguments, exported) if target.dialect == TEMPCOMP else None
-    settings = export_settings(
+    settings = plc.export_settings(
         exported.compensation,
         cycle_s=arguments.cycle_s,
         name=_name_of(arguments, exported, line),
@@ -83,10 +59,12 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         model_sha256=exported.model_sha256,
     )
     settings = replace(settings, notes=(*exported.changed, *settings.notes))
-    program = build_program(settings) if line is None else build_line_program(settings, line)
+    program = (
+        plc.build_program(settings) if line is None else plc.build_line_program(settings, line)
+    )
     if target.dialect != "c":  # C has names of its own
-        program = with_own_names(program)
-    tested = vectors_of(settings, line)
+        program = plc.with_own_names(program)
+    tested = plc.vectors_of(settings, line)
     stem = settings.names.block
     told = [""]
     if exported.machine:
@@ -98,82 +76,83 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     ]
     program = replace(program, head=(*program.head, *told))
     files = program_files(program, target)
-    vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
-    facts = GuideFacts(
-        target, tuple(files), vectors, exported.compensation.interlocks, line, exported.warnings
-    )
+    vectors, interlocks = f"{stem}.vectors.csv", exported.compensation.interlocks
+    facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, exported.warnings)
     files[vectors] = tested.text
-    files[guide] = guide_text(settings, program, facts)
+    files[f"{stem}.guide.md"] = plc.guide_text(settings, program, facts)
     difference = None if double else measured_difference(settings)
     sources = tuple((source.name, source.sha256) for source in exported.sources)
     size = instance_bytes(program)
-    facts_of = ReportFacts(
+    facts_of = plc.ReportFacts(
         target, sources, difference, line, tested, size, exported.machine, exported.warnings
     )
-    report = report_of(settings, facts_of, files)
-    files[stem + REPORT_ENDING] = report_text(report)
+    report = plc.report_of(settings, facts_of, files)
+    files[stem + REPORT_ENDING] = plc.report_text(report)
     return Export(
         settings,
         line,
         difference,
         files,
         report,
-        tuple(cast("list[str]", report["not_checked"])),
         (*setting_warnings(settings), *exported.warnings, *_remarks(exported, target, size)),
     )
 
 
-def target_of(arguments: argparse.Namespace) -> tuple[Target, bool]:
+def target_of(arguments: argparse.Namespace) -> tuple[plc.Target, bool]:
     """Return who gets the program, and whether its numbers are LREAL."""
     dialect: str = arguments.dialect
     cpu: str | None = arguments.cpu
     flavour: str | None = arguments.flavour
-    if cpu is not None and dialect not in _SCL:
-        raise ConfigurationError("option_belongs_to", place=Place(key="--cpu"), what="SCL")
-    if flavour is not None and dialect != "st":
-        raise ConfigurationError("option_belongs_to", place=Place(key="--flavour"), what="ST")
+    if dialect not in _SCL:
+        refuse_foreign(arguments, "SCL", "--cpu")
+    if dialect != "st":
+        refuse_foreign(arguments, "ST", "--flavour")
     if dialect in _SCL:
         if cpu == "s7-300" and arguments.real == "64":
             raise ConfigurationError("no_lreal_in_cpu", place=Place(key="--real"))
         double = arguments.real != "32" if cpu != "s7-300" else False
-        return Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
-    return Target(dialect, (flavour or "iec") if dialect == "st" else ""), arguments.real != "32"
+        return plc.Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
+    return plc.Target(
+        dialect, (flavour or "iec") if dialect == "st" else ""
+    ), arguments.real != "32"
 
 
-def program_files(program: Program, target: Target) -> dict[str, str]:
+def program_files(program: plc.Program, target: plc.Target) -> dict[str, str]:
     """Return a program as the files of a target."""
     if target.dialect == "c":
-        text = print_c(program)
+        text = plc.print_c(program)
         return {f"{program.name}.h": text.header, f"{program.name}.c": text.source}
     if target.dialect == "st":
-        flavour = cast("StFlavour", target.variant)
-        return {f"{program.name}.st": print_st(program, flavour)}
-    return {f"{program.name}.scl": print_scl(program, cast("SclCpu", target.variant))}
+        flavour = cast("plc.StFlavour", target.variant)
+        return {f"{program.name}.st": plc.print_st(program, flavour)}
+    return {f"{program.name}.scl": plc.print_scl(program, cast("plc.SclCpu", target.variant))}
 
 
-def measured_difference(settings: PlcSettings) -> Difference:
+def measured_difference(settings: plc.PlcSettings) -> plc.Difference:
     """Return how far the model in REAL is from that in LREAL, along a scenario without faults."""
-    single, double = BlockInstance(settings), BlockInstance(replace(settings, double=True))
+    single, double = plc.BlockInstance(settings), plc.BlockInstance(replace(settings, double=True))
     hours = _COMPARED_CALLS * settings.cycle_s / 3600.0
     largest_um, calls = 0.0, 0
-    for inputs in scenario(settings, hours, _SCENARIO_SEED, faults=False):
+    for inputs in plc.scenario(settings, hours, _SCENARIO_SEED, faults=False):
         pairs = zip(single.step(inputs).model_um, double.step(inputs).model_um, strict=True)
         largest_um = max(largest_um, *(abs(a - b) for a, b in pairs))
         calls += 1
-    return Difference(largest_um, calls)
+    return plc.Difference(largest_um, calls)
 
 
-def _line_of(arguments: argparse.Namespace, exported: Exported) -> LineSettings:
+def _line_of(arguments: argparse.Namespace, exported: Exported) -> plc.LineSettings:
     if arguments.positive is None:
         raise ConfigurationError("direction_not_stated", place=Place(key="--positive"))
-    return LineSettings(
+    return plc.LineSettings(
         positions_mm=exported.positions_mm,
         away=arguments.positive == "away",
         reference_mm=arguments.reference_position,
     )
 
 
-def _name_of(arguments: argparse.Namespace, exported: Exported, line: LineSettings | None) -> str:
+def _name_of(
+    arguments: argparse.Namespace, exported: Exported, line: plc.LineSettings | None
+) -> str:
     if arguments.name is not None:
         return str(arguments.name)
     first = exported.sources[0]
@@ -182,7 +161,7 @@ def _name_of(arguments: argparse.Namespace, exported: Exported, line: LineSettin
     return first.name.removesuffix(".json")
 
 
-def _remarks(exported: Exported, target: Target, size: int) -> tuple[str, ...]:
+def _remarks(exported: Exported, target: plc.Target, size: int) -> tuple[str, ...]:
     said: list[str] = []
     if target.variant == "s7-300" and size > LARGEST_S7_300_BYTES:
         said.append(

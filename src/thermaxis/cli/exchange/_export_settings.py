@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from thermaxis.codes import Place, printable
+from thermaxis.cli._arguments import number, refuse_both, refuse_foreign
+from thermaxis.codes import Place
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -17,7 +18,7 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
 )
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_unique
 from thermaxis.files import model_sha256, read_model
 from thermaxis.plc.blocks import at_position, require_apart
 from thermaxis.plc.tree import remark_text
@@ -61,29 +62,20 @@ class Exported(NamedTuple):
 # ---- words of the command line ------------------------------------------------------------------
 
 
+_finite = number("number", -1e300, 1e300)
+
+
 def named_number(text: str) -> _Named[float]:
     """Return a number with or without a name before it: ``Z_um=100``."""
-    name, _, number = text.rpartition("=")
-    return name, _finite(number, text)
+    name, _, value = text.rpartition("=")
+    return name, _finite(value)
 
 
 def named_range(text: str) -> _Named[tuple[float, float]]:
     """Return a range with or without a name before it: ``T_spindle_C=5:80``."""
     name, _, ends = text.rpartition("=")
-    lowest, colon, highest = ends.partition(":")
-    if not colon:
-        raise argparse.ArgumentTypeError(f"'{printable(text, 60)}' is no range; write 5:80")
-    return name, (_finite(lowest, text), _finite(highest, text))
-
-
-def _finite(word: str, text: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = float("nan")
-    if value - value != 0.0:  # only of NaN and the infinities
-        raise argparse.ArgumentTypeError(f"'{printable(text, 60)}' has no number where one belongs")
-    return value
+    lowest, _, highest = ends.partition(":")
+    return name, (_finite(lowest), _finite(highest))
 
 
 # ---- models -------------------------------------------------------------------------------------
@@ -108,27 +100,17 @@ def _with_stated_references(source: ModelSource) -> ModelSource:
     return source._replace(model=replace(model, reference=STATED))
 
 
-class _AtPositions(NamedTuple):
-    """A model whose outputs are displacements at positions of an axis."""
-
-    model: CompensationModel
-    positions_mm: tuple[float, ...]
-    origins: tuple[str, ...]
-
-
 def _at_positions(
     sources: tuple[ModelSource, ...], stated: Sequence[_Named[float]]
-) -> _AtPositions:
-    """Return one model with an output for every position."""
+) -> tuple[CompensationModel, tuple[float, ...], tuple[str, ...]]:
+    """Return one model with an output for every position, the positions, and the models' names."""
     outputs = _placed_outputs(sources, stated)
-    require_apart([position_mm for _, position_mm in outputs])
-    named = tuple(replace(output, name=at_position(position_mm)) for output, position_mm in outputs)
+    positions_mm = tuple(position_mm for _, position_mm in outputs)
+    require_apart(positions_mm)
     first = sources[0].model
     for source in sources:
-        if (source.model.reference, source.model.input_filter_s) != (
-            first.reference,
-            first.input_filter_s,
-        ):
+        begins = (source.model.reference, source.model.input_filter_s)
+        if begins != (first.reference, first.input_filter_s):
             raise ConfigurationError(
                 "models_begin_differently",
                 place=Place(file=source.name),
@@ -139,18 +121,14 @@ def _at_positions(
             )
     model = replace(
         first,
-        outputs=named,
+        outputs=tuple(replace(output, name=at_position(at_mm)) for output, at_mm in outputs),
         reference_c=_common_reference(sources),
         longest_gap_s=min(source.model.longest_gap_s for source in sources),
         longest_hold_s=min(source.model.longest_hold_s for source in sources),
         provenance=_common_provenance(sources),
         warnings=tuple(dict.fromkeys(w for source in sources for w in source.model.warnings)),
     )
-    return _AtPositions(
-        model,
-        tuple(position_mm for _, position_mm in outputs),
-        tuple(output.name for output, _ in outputs),
-    )
+    return model, positions_mm, tuple(output.name for output, _ in outputs)
 
 
 def _placed_outputs(
@@ -225,15 +203,20 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
             changed = ("references: those that the model states, in place of those at the start",)
     positions: tuple[float, ...] = ()
     if line:
-        placed = _at_positions(sources, arguments.at)
-        model, positions, origins = placed
+        model, positions, origins = _at_positions(sources, arguments.at)
     else:
-        _require_one(sources, arguments)
-        model = sources[0].model
+        source, *others = sources
+        if others:
+            place = Place(key="MODEL")
+            raise ConfigurationError("block_has_one_model", place=place, models=len(sources))
+        alone = ("--at", "--positive", "--reference-position")
+        refuse_foreign(arguments, "--dialect sinumerik-tempcomp", *alone)
+        model = source.model
         origins = tuple(output.name for output in model.outputs)
     machine, warnings = "", ()
     if arguments.machine is not None:
-        _require_nothing_stated(arguments)
+        for option in ("--limit", "--rate", "--plausible"):
+            refuse_both(arguments, option, "--machine")
         compensation, configuration = _of_machine(arguments.machine, model, origins)
         machine = configuration.name
         warnings = _machine_warnings(configuration, read, arguments.cycle_s)
@@ -241,33 +224,6 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
         compensation = _stated(model, origins, arguments)
     digest = read[0].sha256 if model == read[0].model else model_sha256(model)
     return Exported(sources, compensation, digest, positions, machine, changed, warnings)
-
-
-def _require_one(sources: tuple[ModelSource, ...], arguments: argparse.Namespace) -> None:
-    if len(sources) > 1:
-        raise ConfigurationError(
-            "block_has_one_model", place=Place(key="MODEL"), models=len(sources)
-        )
-    for option, value in (
-        ("--at", arguments.at),
-        ("--positive", arguments.positive),
-        ("--reference-position", arguments.reference_position),
-    ):
-        if value not in (None, []):
-            raise ConfigurationError(
-                "option_belongs_to", place=Place(key=option), what="--dialect sinumerik-tempcomp"
-            )
-
-
-def _require_nothing_stated(arguments: argparse.Namespace) -> None:
-    for option in ("limit", "rate", "plausible"):
-        if getattr(arguments, option):
-            raise ConfigurationError(
-                "options_exclude",
-                place=Place(key=f"--{option}"),
-                one=f"--{option}",
-                other="--machine",
-            )
 
 
 def _of_machine(
@@ -340,10 +296,7 @@ def _by_name(
     """Return what was stated of every name; one without a name counts for all the others."""
     wanted = tuple(dict.fromkeys(wanted))
     found = dict(stated)
-    names = [name for name, _ in stated]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise ConfigurationError("stated_twice", place=Place(key=option), name=twice or option)
+    require_unique(option, [name for name, _ in stated])
     foreign = [name for name in found if name and name not in wanted]
     if foreign:
         raise ConfigurationError(

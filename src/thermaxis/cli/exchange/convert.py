@@ -1,4 +1,9 @@
-"""``thermaxis convert``: get readings out of any file as tidy CSV."""
+"""Write any measured run as tidy CSV.
+
+The run is a Renishaw .rtl file, an _ISO230.dat file, tidy or wide CSV or an .xlsx workbook, which
+is told from the content. One reading stands in a row, header and environment in lines of comment
+above. Remarks go to standard error.
+"""
 
 import argparse
 import sys
@@ -8,16 +13,9 @@ from thermaxis.cli._outputs import check_outputs
 from thermaxis.codes import printable
 from thermaxis.files import FALLBACK_ENCODING, format_tidy_csv, read_positioning, write_tidy_csv
 
-_DESCRIPTION = """\
-Read a positioning run from a Renishaw .rtl file, an _ISO230.dat file, a tidy or wide CSV file or an
-.xlsx workbook, and write it as tidy CSV: one reading per row, header and environment in lines of
-comment above. The format is told from the content. Remarks go to standard error.
-"""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.description = _DESCRIPTION
     adder(parser)("file FILE", "measured run: .rtl, CSV, _ISO230.dat or .xlsx")
     adder(parser)(
         "-o, --output FILE",

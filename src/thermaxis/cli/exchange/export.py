@@ -1,8 +1,14 @@
-"""``thermaxis export``: a compensation model as a function block for a PLC."""
+"""Write a compensation model as a function block that does what `thermaxis run` does.
+
+Quality rules, model, supervisor and limits are in it. DIR gets the program, test vectors, a
+commissioning guide and a report. Limits and rules are those of --machine, or stated: nothing that
+acts has a default.
+"""
 
 import argparse
 import sys
 from pathlib import Path
+from typing import cast
 
 from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.cli._json import write_json
@@ -12,27 +18,16 @@ from thermaxis.cli.exchange._export_settings import named_number, named_range
 from thermaxis.codes import printable
 from thermaxis.plc.blocks import bound_texts, restart_warning
 
-_DESCRIPTION = """\
-Write a compensation model as a function block that does what `thermaxis run` does: quality rules,
-model, supervisor and limits. DIR gets the program, test vectors, a commissioning guide and a
-report. Limits and rules are those of --machine, or stated: nothing that acts has a default.
-"""
-_DIALECTS = ("scl", "st", "c", "sinumerik-tempcomp")
-_CPUS = ("s7-1500", "s7-300")
-_FLAVOURS = ("iec", "twincat", "codesys")
-_BITS = ("32", "64")
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("models MODEL", "compensation model (JSON)", Path, nargs="+")
     add(
         "--dialect",
         "scl: Siemens; st: IEC 61131-3; c: C99; sinumerik-tempcomp: SCL that lays a straight"
         " line through models at positions of an axis",
-        choices=_DIALECTS,
+        choices=("scl", "st", "c", "sinumerik-tempcomp"),
         required=True,
     )
     add(
@@ -51,15 +46,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--real",
         "bits of a number: 64 LREAL, 32 REAL (default: 64; 32 for --cpu s7-300)",
-        choices=_BITS,
+        choices=("32", "64"),
     )
     add(
         "--cpu",
         "of SCL: s7-1500 (also SINUMERIK ONE) or s7-300 (also 840D sl; REAL only) (default:"
         " s7-1500; s7-300 with --real 32)",
-        choices=_CPUS,
+        choices=("s7-1500", "s7-300"),
     )
-    add("--flavour", "of ST (default: iec)", choices=_FLAVOURS)
+    add("--flavour", "of ST (default: iec)", choices=("iec", "twincat", "codesys"))
     add(
         "--name NAME",
         "of the block, behind tx_ (default: that of the model's file; with several models that"
@@ -151,5 +146,5 @@ def _summary(export: Export, folder: Path) -> str:
         f"warning: {printable(text, 400)}" for text in (*warned, *export.remarks, *model.warnings)
     ]
     lines += [f"written: {printable(str(folder / name))}" for name in export.files]
-    lines.append(f"not checked: {'; '.join(export.not_checked)}")
+    lines.append(f"not checked: {'; '.join(cast('list[str]', export.report['not_checked']))}")
     return "\n".join(lines) + "\n"

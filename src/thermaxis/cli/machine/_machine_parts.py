@@ -1,35 +1,34 @@
-"""Puts the parts of a machine's compensation together from its configuration."""
+"""Puts the parts of a machine's compensation together from its configuration.
+
+Packages of the runtime are named whole: what a machine does not use is not imported.
+"""
 
 import asyncio
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING, final
 
+from thermaxis import runtime
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import (
-    DIAMETER,
-    OTHER_COMPENSATION,
-    Clock,
-    EventRecord,
-    Historian,
-    RequestBox,
-    Sink,
-    Source,
-    interlock_name,
-    probe_name,
-    redundant_name,
-)
+from thermaxis.files import read_thermal_log, read_thermal_mapping
+from thermaxis.runtime import historian, sinks, sources
+from thermaxis.runtime.config import configuration_sha256
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from thermaxis.compensation import Compensation
     from thermaxis.runtime import (
+        Clock,
+        EventRecord,
         LoopSettings,
         MachineConfiguration,
         MetricsServer,
         OpcUaSession,
-        Ports,
+        RequestBox,
+        Sink,
+        Source,
         StatusServer,
     )
     from thermaxis.runtime.sources import NodeSettings, ReplayClock
@@ -42,30 +41,22 @@ class MachineParts:
 
     sessions: "Mapping[str, OpcUaSession]"
     """Connections by name, shared by source and sink."""
-    source: Source
-    """Where values come from."""
-    sink: Sink
-    """Where corrections go."""
-    historian: Historian
-    """Who remembers."""
-    clock: Clock
-    """The clock of all of them: that of the log where one is replayed."""
+    ports: "runtime.Ports"
+    """Source, sink, historian and clock as the loop takes them: of a log its own clock."""
     probes: "OpcUaSession | None" = None
     """The connection of the probes, which the source opens; None where there are none."""
 
     @property
-    def ports(self) -> "Ports":
-        """The parts as the loop takes them."""
-        from thermaxis.runtime import Ports  # noqa: PLC0415 - only to run
-
-        return Ports(self.source, self.sink, self.historian, self.clock)
+    def sink(self) -> "Sink":
+        """Where corrections go."""
+        return self.ports.sink
 
 
 @final
 class PacedClock:
     """The clock of a replayed log, at the pace of the day; without a real one as fast as can be."""
 
-    def __init__(self, replay: "ReplayClock", real: Clock | None) -> None:
+    def __init__(self, replay: "ReplayClock", real: "Clock | None") -> None:
         self._replay = replay
         self._real = real
         self._start_s = 0.0 if real is None else real.monotonic_s()
@@ -87,7 +78,7 @@ class PacedClock:
         await self._replay.sleep_until(monotonic_s)
 
 
-def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineParts:
+def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> MachineParts:
     """Make source, sink and historian; nothing is opened, connected or written.
 
     Not protected: a configuration that names the wrong node or sign; see `self_test`.
@@ -95,33 +86,32 @@ def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineP
     sessions = build_sessions(configuration, clock)
     probes = build_probe_session(configuration, clock)
     if configuration.source.kind == "replay":
-        source, running = _replay(configuration, clock)
+        source, clock = _replay(configuration, clock)
     else:
-        source, running = _opcua_source(configuration, sessions), clock
+        session = sessions[configuration.source.connection]
+        source = sources.OpcUaSource(session, nodes_read(configuration))
     if probes is not None:
-        source = _probed(source, configuration, probes, running)
-    from thermaxis.runtime.historian import SqlHistorian  # noqa: PLC0415 - heavy
-
-    historian = SqlHistorian(configuration.historian_url, configuration.historian, running)
-    sink = build_sink(configuration, sessions, running)
-    return MachineParts(sessions, source, sink, historian, running, probes)
+        nodes = probes_read(configuration)
+        probe_source = sources.OpcUaSource(probes, nodes)
+        source = sources.ProbedSource(source, probe_source, tuple(nodes), clock)
+    url, settings = configuration.historian_url, configuration.historian
+    recorder = historian.SqlHistorian(url, settings, clock)
+    sink = build_sink(configuration, sessions, clock)
+    return MachineParts(sessions, runtime.Ports(source, sink, recorder, clock), probes)
 
 
 def build_sessions(
-    configuration: "MachineConfiguration", clock: Clock
+    configuration: "MachineConfiguration", clock: "Clock"
 ) -> "dict[str, OpcUaSession]":
     """Make the connections that source and sink share; none is opened."""
-    if not configuration.connections:
-        return {}
-    from thermaxis.runtime import OpcUaSession  # noqa: PLC0415 - asyncua is heavy
-
     return {
-        name: OpcUaSession(settings, clock) for name, settings in configuration.connections.items()
+        name: runtime.OpcUaSession(settings, clock)
+        for name, settings in configuration.connections.items()
     }
 
 
 def build_probe_session(
-    configuration: "MachineConfiguration", clock: Clock
+    configuration: "MachineConfiguration", clock: "Clock"
 ) -> "OpcUaSession | None":
     """Make the connection of the probes, of their own; it is not opened.
 
@@ -130,64 +120,40 @@ def build_probe_session(
     """
     if not configuration.probes:
         return None
-    from thermaxis.runtime import OpcUaSession  # noqa: PLC0415 - asyncua is heavy
-
     settings = configuration.connections[configuration.source.connection]
-    return OpcUaSession(replace(settings, name=f"{settings.name}, probes"), clock)
-
-
-def _probed(
-    source: Source, configuration: "MachineConfiguration", session: "OpcUaSession", clock: Clock
-) -> Source:
-    from thermaxis.runtime.sources import OpcUaSource, ProbedSource  # noqa: PLC0415
-
-    nodes = probes_read(configuration)
-    return ProbedSource(source, OpcUaSource(session, nodes), tuple(nodes), clock)
-
-
-def _opcua_source(
-    configuration: "MachineConfiguration", sessions: "Mapping[str, OpcUaSession]"
-) -> Source:
-    from thermaxis.runtime.sources import OpcUaSource  # noqa: PLC0415 - asyncua is heavy
-
-    return OpcUaSource(sessions[configuration.source.connection], nodes_read(configuration))
+    return runtime.OpcUaSession(replace(settings, name=f"{settings.name}, probes"), clock)
 
 
 def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
     """Return what an OPC UA source reads, by the names of the ports."""
-    from thermaxis.runtime.sources import NodeSettings  # noqa: PLC0415 - asyncua is heavy
-
+    node = sources.NodeSettings
     nodes: dict[str, NodeSettings] = {}
     for name, entry in configuration.inputs.items():
-        nodes[name] = NodeSettings(node=entry.node, unit=entry.unit, scale=entry.scale)
+        nodes[name] = node(node=entry.node, unit=entry.unit, scale=entry.scale)
         if entry.redundant_node:
-            nodes[redundant_name(name)] = NodeSettings(
-                node=entry.redundant_node, unit=entry.unit, scale=entry.scale
-            )
+            second = replace(nodes[name], node=entry.redundant_node)
+            nodes[runtime.redundant_name(name)] = second
     for name, flag in configuration.interlocks.items():
-        nodes[interlock_name(name)] = NodeSettings(node=flag.node, unit="bool")
+        nodes[runtime.interlock_name(name)] = node(node=flag.node, unit="bool")
     other, diameter = configuration.other_compensation, configuration.diameter
     if other is not None:
-        nodes[OTHER_COMPENSATION] = NodeSettings(node=other.node, unit="bool")
+        nodes[runtime.OTHER_COMPENSATION] = node(node=other.node, unit="bool")
     if diameter is not None:
-        nodes[DIAMETER] = NodeSettings(node=diameter.node, unit=diameter.unit, scale=diameter.scale)
+        nodes[runtime.DIAMETER] = node(node=diameter.node, unit=diameter.unit, scale=diameter.scale)
     return nodes
 
 
 def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
     """Return which probes are read, by the names of the ports."""
-    from thermaxis.runtime.sources import NodeSettings  # noqa: PLC0415 - asyncua is heavy
-
     return {
-        probe_name(name): NodeSettings(node=entry.node, unit="um", scale=entry.factor)
+        runtime.probe_name(name): sources.NodeSettings(
+            node=entry.node, unit="um", scale=entry.factor
+        )
         for name, entry in configuration.probes.items()
     }
 
 
-def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source, Clock]:
-    from thermaxis.files import read_thermal_log, read_thermal_mapping  # noqa: PLC0415
-    from thermaxis.runtime.sources import ReplayClock, ReplaySource  # noqa: PLC0415
-
+def _replay(configuration: "MachineConfiguration", clock: "Clock") -> "tuple[Source, PacedClock]":
     settings = configuration.source
     if settings.log is None:
         raise ConfigurationError(
@@ -195,22 +161,20 @@ def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source
         )
     mapping = None if settings.mapping is None else read_thermal_mapping(settings.mapping)
     log = read_thermal_log(settings.log, mapping=mapping)
-    replay = ReplayClock()
+    replay = sources.ReplayClock()
     names = dict.fromkeys(configuration.compensation.model.channels, "degC")
-    source = ReplaySource(log, names, replay)
+    source = sources.ReplaySource(log, names, replay)
     return source, PacedClock(replay, None if settings.as_fast_as_possible else clock)
 
 
 def build_sink(
-    configuration: "MachineConfiguration", sessions: "Mapping[str, OpcUaSession]", clock: Clock
-) -> Sink:
+    configuration: "MachineConfiguration", sessions: "Mapping[str, OpcUaSession]", clock: "Clock"
+) -> "Sink":
     """Make the sink; it is not opened, and nothing is written."""
     settings = configuration.sink
     if settings.kind == "opcua":
-        from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink  # noqa: PLC0415
-
         outputs = {
-            name: OpcUaOutput(
+            name: sinks.OpcUaOutput(
                 node=entry.node,
                 unit=entry.unit,
                 sign=entry.sign,
@@ -219,23 +183,17 @@ def build_sink(
             )
             for name, entry in configuration.outputs.items()
         }
-        return OpcUaSink(sessions[settings.connection], outputs, settings.heartbeat_node or None)
+        session = sessions[settings.connection]
+        return sinks.OpcUaSink(session, outputs, settings.heartbeat_node or None)
     if settings.linuxcnc is not None:
-        from thermaxis.runtime.sinks import LinuxCncSink  # noqa: PLC0415
-
-        return LinuxCncSink(settings.linuxcnc, clock)
-    from thermaxis.runtime.sinks import DrySink  # noqa: PLC0415
-
-    return DrySink(tuple(configuration.outputs))
+        return sinks.LinuxCncSink(settings.linuxcnc, clock)
+    return sinks.DrySink(tuple(configuration.outputs))
 
 
 def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
     """Return what the loop needs besides the compensation."""
-    from thermaxis.runtime import AtStop, LoopSettings  # noqa: PLC0415 - only to run
-    from thermaxis.runtime.config import configuration_sha256  # noqa: PLC0415 - only to run
-
     other = configuration.other_compensation
-    return LoopSettings(
+    return runtime.LoopSettings(
         machine=configuration.name,
         model_file=configuration.model.path.name,
         model_sha256=configuration.model.sha256,
@@ -244,7 +202,7 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
         reads_diameter=configuration.diameter is not None,
         resume_enabled=configuration.resume_enabled,
         resume_within_s=configuration.resume_within_s,
-        at_stop=AtStop(configuration.at_stop),
+        at_stop=runtime.AtStop(configuration.at_stop),
         stop_within_s=configuration.stop_within_s,
         configuration_sha256=configuration_sha256(configuration),
     )
@@ -252,24 +210,22 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
 
 def build_status_server(
     configuration: "MachineConfiguration",
-    box: RequestBox,
-    clock: Clock,
+    box: "RequestBox",
+    clock: "Clock",
     *,
     compensation: "Callable[[], Compensation | None]",
-    audit: Callable[[EventRecord], None],
+    audit: "Callable[[EventRecord], None]",
 ) -> "StatusServer | None":
     """Make the status server, if one is configured; it does not listen yet."""
     if configuration.server is None:
         return None
-    from thermaxis.runtime import StatusServer  # noqa: PLC0415 - asyncua is heavy
+    return runtime.StatusServer(
+        configuration.server, box, clock, compensation=compensation, audit=audit
+    )
 
-    return StatusServer(configuration.server, box, clock, compensation=compensation, audit=audit)
 
-
-def build_metrics(configuration: "MachineConfiguration", clock: Clock) -> "MetricsServer | None":
+def build_metrics(configuration: "MachineConfiguration", clock: "Clock") -> "MetricsServer | None":
     """Make the server of figures for Prometheus, if one is configured; it does not listen yet."""
     if configuration.metrics is None:
         return None
-    from thermaxis.runtime import MetricsServer  # noqa: PLC0415 - only where it is asked for
-
-    return MetricsServer(configuration.metrics, clock)
+    return runtime.MetricsServer(configuration.metrics, clock)

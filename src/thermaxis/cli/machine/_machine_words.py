@@ -1,37 +1,55 @@
-"""What a configuration would make the machine do, in plain words and as JSON."""
+"""What a configuration would make the machine do, described once for terminal and JSON."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
 
 from thermaxis.codes import message_as_json
+from thermaxis.compensation import Output
 from thermaxis.messages import place_text, remedy_of, sentence_of, text_of
-from thermaxis.report.tables import filled, text_table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from thermaxis.compensation import Output
-    from thermaxis.runtime import Finding, MachineConfiguration, ScreenSettings, ServerSettings
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, filled, values_of
+from thermaxis.runtime import (
+    Finding,
+    MachineConfiguration,
+    ScreenSettings,
+    ServerSettings,
+    offset_factor,
+)
 
 _EXAMPLE_UM = 10.0
 _MARKS = {"ok": "ok", "warning": "warning", "error": "ERROR"}
 
 
-def machine_in_words(configuration: "MachineConfiguration") -> str:
-    """Return what would be done, in plain words."""
-    blocks = [
-        _sentences(_overview(configuration)),
-        _inputs_table(configuration),
-        _sentences(_conditions(configuration)),
-        _outputs_table(configuration),
-        _sentences(_signs(configuration)),
-        _sentences(_times(configuration)),
-        _sentences(_surroundings(configuration)),
+def describe_machine(configuration: MachineConfiguration) -> list[Part]:
+    """Return what would be done."""
+    model, screen = configuration.model, configuration.screen
+    shown = ("address", "port", "hosts", "secure", "view_without_login")
+    return [
+        Value("name", configuration.name),
+        Value("cycle_s", configuration.rules.cycle_s),
+        Value("model.file", str(model.path)),
+        Value("model.sha256", model.sha256),
+        Value("model.channels", configuration.compensation.model.channels),
+        Value("source", configuration.source.kind),
+        Value("sink", configuration.sink.kind),
+        Section("", list(_overview(configuration))),
+        _inputs(configuration),
+        Section("", list(_conditions(configuration))),
+        _outputs(configuration),
+        Section("", list(_signs(configuration))),
+        Section("", list(_times(configuration))),
+        Section("", list(_surroundings(configuration))),
+        Value("interlocks", _of_each(configuration.interlocks, "node", met="value")),
+        Value("probes", _of_each(configuration.probes, "node", "unit", "scale")),
+        Value("screen", None if screen is None else as_json(values_of(screen, *shown))),
     ]
-    return "\n".join(block for block in blocks if block)
 
 
-def _sentences(sentences: "Iterable[str]") -> str:
-    return "".join(f"{filled(sentence, hanging=True)}\n" for sentence in sentences)
+def _of_each(entries: Mapping[str, object], *keys: str, **named: str) -> dict[str, object]:
+    """Return attributes of entries by name, under the same keys or those that are named."""
+    keys_of = {key: key for key in keys} | named
+    return {
+        name: {key: getattr(entry, attribute) for key, attribute in keys_of.items()}
+        for name, entry in entries.items()
+    }
 
 
 def _seconds(value_s: float) -> str:
@@ -45,7 +63,7 @@ def _seconds(value_s: float) -> str:
 # ---- what is done -------------------------------------------------------------------------------
 
 
-def _overview(configuration: "MachineConfiguration") -> "Iterable[str]":
+def _overview(configuration: MachineConfiguration) -> Iterator[str]:
     model = configuration.model
     yield (
         f"{configuration.name}: every {_seconds(configuration.rules.cycle_s)} the temperatures are"
@@ -59,7 +77,7 @@ def _overview(configuration: "MachineConfiguration") -> "Iterable[str]":
     yield f"Corrections: {_sink(configuration)}"
 
 
-def _made(configuration: "MachineConfiguration") -> str:
+def _made(configuration: MachineConfiguration) -> str:
     provenance = configuration.model.model.provenance
     words = [word for word in (provenance.program, provenance.date) if word]
     logs = ", ".join(log.name for log in provenance.logs)
@@ -67,7 +85,7 @@ def _made(configuration: "MachineConfiguration") -> str:
     return f"{made}{f' from {logs}' if logs else ''}."
 
 
-def _sum_of_parts(output: "Output") -> str:
+def _sum_of_parts(output: Output) -> str:
     parts: list[str] = []
     for part in output.parts:
         inputs = f"{part.plus} - {part.minus}" if part.minus else part.plus
@@ -78,14 +96,14 @@ def _sum_of_parts(output: "Output") -> str:
     return f"{output.name} is the sum of {' and '.join(parts)}."
 
 
-def _server(configuration: "MachineConfiguration", name: str) -> str:
+def _server(configuration: MachineConfiguration, name: str) -> str:
     settings = configuration.connections[name]
     security = settings.security if settings.encrypted else "not encrypted"
     who = f"as {settings.user}" if settings.user else "without a user"
     return f"{settings.url} ({name}: {security}, {who})"
 
 
-def _source(configuration: "MachineConfiguration") -> str:
+def _source(configuration: MachineConfiguration) -> str:
     source = configuration.source
     if source.kind == "opcua":
         return f"by OPC UA from {_server(configuration, source.connection)}."
@@ -96,7 +114,7 @@ def _source(configuration: "MachineConfiguration") -> str:
     )
 
 
-def _sink(configuration: "MachineConfiguration") -> str:
+def _sink(configuration: MachineConfiguration) -> str:
     sink = configuration.sink
     if sink.kind == "dry":
         return "none is written: a dry run."
@@ -115,31 +133,31 @@ def _sink(configuration: "MachineConfiguration") -> str:
 # ---- inputs and conditions ----------------------------------------------------------------------
 
 
-def _inputs_table(configuration: "MachineConfiguration") -> str:
-    rows: list[list[str]] = []
+def _inputs(configuration: MachineConfiguration) -> Table:
+    rows: list[list[Value]] = []
     for name, entry in configuration.inputs.items():
         rules = configuration.rules.sensors[name]
         unit = entry.unit if entry.scale == 1.0 else f"{entry.unit} x {entry.scale:g}"
+        second = f"within {rules.largest_difference_k:g} K" if entry.redundant_node else "none"
         rows.append(
             [
-                name,
-                entry.node or "the log's column",
-                unit,
-                f"{rules.lowest_c:g} to {rules.highest_c:g}",
-                f"{60.0 * rules.largest_rate_k_per_s:g}",
-                _seconds(rules.longest_age_s),
-                _seconds(rules.frozen_s) if rules.frozen_s else "never",
-                f"within {rules.largest_difference_k:g} K" if entry.redundant_node else "none",
+                Value("", name, "input"),
+                *values_of(entry, "node", "unit"),
+                Value("", entry.node or "the log's column", "node"),
+                Value("", unit, "unit"),
+                *values_of(rules, "lowest_c", "highest_c"),
+                Value("", f"{rules.lowest_c:g} to {rules.highest_c:g}", "plausible °C"),
+                Value("", 60.0 * rules.largest_rate_k_per_s, "K/min", "g"),
+                Value("", _seconds(rules.longest_age_s), "oldest"),
+                Value("", _seconds(rules.frozen_s) if rules.frozen_s else "never", "frozen after"),
+                Value("", second, "redundant sensor"),
             ]
         )
-    heads = [
-        *("input", "node", "unit", "plausible °C", "K/min", "oldest", "frozen after"),
-        "redundant sensor",
-    ]
-    return text_table("What is read, and when it is believed", heads, rows, words=3)
+    title = "What is read, and when it is believed"
+    return Table(title, rows, key="inputs", names=list(configuration.inputs), words=3)
 
 
-def _conditions(configuration: "MachineConfiguration") -> "Iterable[str]":
+def _conditions(configuration: MachineConfiguration) -> Iterator[str]:
     if configuration.interlocks:
         conditions = ", ".join(
             f"{name} ({flag.node} is {str(flag.value).lower()})"
@@ -170,34 +188,32 @@ def _conditions(configuration: "MachineConfiguration") -> "Iterable[str]":
 # ---- outputs ------------------------------------------------------------------------------------
 
 
-def _outputs_table(configuration: "MachineConfiguration") -> str:
-    rows: list[list[str]] = []
-    for name, limits in configuration.rules.limits.items():
+def _outputs(configuration: MachineConfiguration) -> Table:
+    rows: list[list[Value]] = []
+    for name, entry in configuration.outputs.items():
+        limits = configuration.rules.limits[name]
+        to_zero_s = round(limits.total_um / limits.largest_rate_um_per_s)
         rows.append(
             [
-                name,
-                f"{limits.largest_um:g}",
-                f"{limits.largest_rate_um_per_s:g}",
-                f"{limits.deadband_um:g}",
-                f"{limits.soft_um:g}",
-                f"{limits.largest_trim_um:g}",
-                f"{limits.total_um:g}",
-                _seconds(round(limits.total_um / limits.largest_rate_um_per_s)),
+                Value("", name, "output"),
+                *values_of(entry, "node", "unit", "sign"),
+                Value("largest_um", limits.largest_um, "largest um", "g"),
+                Value("largest_rate_um_per_s", limits.largest_rate_um_per_s, "um/s", "g"),
+                Value("", limits.deadband_um, "deadband um", "g"),
+                Value("", limits.soft_um, "warned from um", "g"),
+                Value("", limits.largest_trim_um, "trim um", "g"),
+                Value("", limits.total_um, "total um", "g"),
+                Value("", _seconds(to_zero_s), "to zero at most"),
             ]
         )
-    heads = [
-        *("output", "largest um", "um/s", "deadband um", "warned from um", "trim um"),
-        *("total um", "to zero at most"),
-    ]
-    return text_table("Limits that always hold", heads, rows, words=1)
+    title = "Limits that always hold"
+    return Table(title, rows, key="outputs", names=list(configuration.outputs), words=1)
 
 
-def _signs(configuration: "MachineConfiguration") -> "Iterable[str]":
+def _signs(configuration: MachineConfiguration) -> Iterator[str]:
     for name, entry in configuration.outputs.items():
         if not entry.unit:
             continue
-        from thermaxis.runtime import offset_factor  # noqa: PLC0415  only where it is needed
-
         written = -_EXAMPLE_UM * offset_factor(entry.unit, entry.sign)
         where = entry.node or "the joint's offset"
         yield (
@@ -214,7 +230,7 @@ def _signs(configuration: "MachineConfiguration") -> "Iterable[str]":
 # ---- times and surroundings ---------------------------------------------------------------------
 
 
-def _times(configuration: "MachineConfiguration") -> "Iterable[str]":
+def _times(configuration: MachineConfiguration) -> Iterator[str]:
     rules = configuration.rules.supervisor
     again = (
         f"if it was enabled at most {_seconds(configuration.resume_within_s)} before"
@@ -250,7 +266,7 @@ def _at_once(value_s: float) -> str:
     return f"Holding for {_seconds(value_s)}" if value_s else "Fading at once"
 
 
-def _surroundings(configuration: "MachineConfiguration") -> "Iterable[str]":
+def _surroundings(configuration: MachineConfiguration) -> Iterator[str]:
     yield (
         f"Every cycle is recorded in {configuration.historian_url} for"
         f" {configuration.historian.retention_days} days; the state is kept in"
@@ -275,7 +291,7 @@ def _surroundings(configuration: "MachineConfiguration") -> "Iterable[str]":
         yield _screen(configuration.screen, configuration.server)
 
 
-def _screen(screen: "ScreenSettings", server: "ServerSettings | None") -> str:
+def _screen(screen: ScreenSettings, server: ServerSettings | None) -> str:
     """Return where thermaxis screen serves its pages, and who may look."""
     scheme, tls = ("https", "encrypted") if screen.secure else ("http", "not encrypted")
     address = f"[{screen.address}]" if ":" in screen.address else screen.address
@@ -300,64 +316,13 @@ def _screen(screen: "ScreenSettings", server: "ServerSettings | None") -> str:
 # ---- findings -----------------------------------------------------------------------------------
 
 
-def findings_in_words(title: str, findings: "Sequence[Finding]") -> str:
+def findings_in_words(title: str, findings: Sequence[Finding]) -> str:
     """Return findings as text."""
     lines = [filled(f"{_MARKS[f.level]:<8}{text_of(f.message)}", hanging=True) for f in findings]
     return "\n".join((title, "", *lines, ""))
 
 
-def machine_as_json(configuration: "MachineConfiguration") -> dict[str, object]:
-    """Return what would be done, as JSON."""
-    rules, screen = configuration.rules, configuration.screen
-    return {
-        "name": configuration.name,
-        "cycle_s": rules.cycle_s,
-        "model": {
-            "file": str(configuration.model.path),
-            "sha256": configuration.model.sha256,
-            "channels": list(configuration.compensation.model.channels),
-        },
-        "source": configuration.source.kind,
-        "sink": configuration.sink.kind,
-        "inputs": {
-            name: {
-                "node": entry.node,
-                "unit": entry.unit,
-                "lowest_c": rules.sensors[name].lowest_c,
-                "highest_c": rules.sensors[name].highest_c,
-            }
-            for name, entry in configuration.inputs.items()
-        },
-        "interlocks": {
-            n: {"node": f.node, "met": f.value} for n, f in configuration.interlocks.items()
-        },
-        "probes": {
-            n: {"node": p.node, "unit": p.unit, "scale": p.scale}
-            for n, p in configuration.probes.items()
-        },
-        "outputs": {
-            name: {
-                "node": entry.node,
-                "unit": entry.unit,
-                "sign": entry.sign,
-                "largest_um": rules.limits[name].largest_um,
-                "largest_rate_um_per_s": rules.limits[name].largest_rate_um_per_s,
-            }
-            for name, entry in configuration.outputs.items()
-        },
-        "screen": None
-        if screen is None
-        else {
-            "address": screen.address,
-            "port": screen.port,
-            "hosts": list(screen.hosts),
-            "secure": screen.secure,
-            "view_without_login": screen.view_without_login,
-        },
-    }
-
-
-def findings_as_json(findings: "Sequence[Finding]") -> list[dict[str, object]]:
+def findings_as_json(findings: Sequence[Finding]) -> list[dict[str, object]]:
     """Return findings as JSON: codes, values and places, and their sentences."""
     return [
         {

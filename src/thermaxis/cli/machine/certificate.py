@@ -1,4 +1,10 @@
-"""``thermaxis certificate``: make an own certificate, show one, fetch and pin that of a machine."""
+"""Make, show and fetch certificates of encrypted OPC UA connections.
+
+`new` makes an own certificate and its private key, which only the owner can read; `show` prints
+what a certificate says and when it expires; `fetch` asks a machine for its certificate, shows the
+fingerprint, and stores it once it was compared with the one that the machine itself shows. No other
+certificate is then accepted from it.
+"""
 
 import argparse
 import asyncio
@@ -13,31 +19,13 @@ from thermaxis.cli._arguments import adder
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
-from thermaxis.runtime import Certificate, CertificateUse
-from thermaxis.runtime.opcua import (
-    DEFAULT_DAYS,
-    NewCertificate,
-    ServerOffer,
-    certificate_of,
-    fetch_offers,
-    make_pair,
-    validity_warning,
-    write_certificate,
-    write_pair,
-)
+from thermaxis.runtime import Certificate, CertificateUse, opcua
 
-_DESCRIPTION = """\
-Certificates of encrypted OPC UA connections. `new` makes an own certificate and its private key,
-which only the owner can read; `show` prints what a certificate says and when it expires; `fetch`
-asks a machine for its certificate, shows the fingerprint, and stores it once somebody has compared
-it with the one that the machine itself shows. No other certificate is then accepted from it.
-"""
 _ANSWER_LIMIT = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     _add_new(actions.add_parser("new", help="make a certificate and its key", allow_abbrev=False))
     show = actions.add_parser("show", help="show what certificates say", allow_abbrev=False)
@@ -97,17 +85,17 @@ def _now() -> datetime:
 
 
 def _new(arguments: argparse.Namespace) -> None:
-    new = NewCertificate(
+    new = opcua.NewCertificate(
         application_uri=arguments.uri,
         hosts=tuple(arguments.host or (socket.gethostname(),)),
-        days=DEFAULT_DAYS if arguments.days is None else arguments.days,
+        days=opcua.DEFAULT_DAYS if arguments.days is None else arguments.days,
         organisation=arguments.organisation,
         use=CertificateUse(arguments.use),
     )
     now = _now()
     path, key = Path(arguments.certificate), Path(arguments.key)
-    write_pair(path, key, make_pair(new, now), replace=arguments.replace)
-    sys.stdout.write(_as_text(certificate_of(path), now, str(path)))
+    opcua.write_pair(path, key, opcua.make_pair(new, now), replace=arguments.replace)
+    sys.stdout.write(_as_text(opcua.certificate_of(path), now, str(path)))
     sys.stdout.write(f"private key   {key}, readable by its owner only\n")
     if arguments.use != "server":
         sys.stdout.write("Let the machine trust this certificate; compare its fingerprint there.\n")
@@ -116,7 +104,7 @@ def _new(arguments: argparse.Namespace) -> None:
 def _show(arguments: argparse.Namespace) -> None:
     now = _now()
     files: Sequence[str] = arguments.files
-    certificates = [certificate_of(Path(name)) for name in files]
+    certificates = [opcua.certificate_of(Path(name)) for name in files]
     texts = [_as_text(c, now, name) for c, name in zip(certificates, files, strict=True)]
     sys.stdout.write("\n".join(texts))
 
@@ -134,7 +122,7 @@ def _as_text(certificate: Certificate, now: datetime, name: str) -> str:
         f"SHA-256       {certificate.sha256}",
         f"SHA-1         {certificate.sha1}",
     ]
-    warning = validity_warning(certificate, now, Path(name))
+    warning = opcua.validity_warning(certificate, now, Path(name))
     if warning is not None:
         lines.append(f"warning       {sentence_of(warning)}")
     return "".join(f"{line}\n" for line in lines)
@@ -145,7 +133,7 @@ def _fetch(arguments: argparse.Namespace) -> None:
     level = library.level
     library.setLevel(logging.CRITICAL)  # what fails is said in words
     try:
-        offers = asyncio.run(fetch_offers(arguments.url, arguments.timeout))
+        offers = asyncio.run(opcua.fetch_offers(arguments.url, arguments.timeout))
     finally:
         library.setLevel(level)
     place = Place(file=arguments.url)
@@ -155,11 +143,13 @@ def _fetch(arguments: argparse.Namespace) -> None:
     sys.stdout.write(f"users         {', '.join(offer.users) or 'not stated'}\n")
     if arguments.fingerprint is None and not _confirmed():
         raise ConfigurationError("fingerprint_not_confirmed", place=place)
-    write_certificate(Path(arguments.output), offer.certificate, replace=arguments.replace)
+    opcua.write_certificate(Path(arguments.output), offer.certificate, replace=arguments.replace)
     sys.stdout.write(f"stored        {arguments.output}\n")
 
 
-def _chosen(offers: Sequence[ServerOffer], arguments: argparse.Namespace) -> ServerOffer:
+def _chosen(
+    offers: Sequence[opcua.ServerOffer], arguments: argparse.Namespace
+) -> opcua.ServerOffer:
     place = Place(file=arguments.url)
     if not offers:
         raise ConfigurationError("no_server_certificate", place=place)

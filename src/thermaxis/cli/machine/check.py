@@ -1,49 +1,32 @@
-"""``thermaxis check``: say what a configuration would do, and look at the machine."""
+"""Read the configuration of a machine, and say in plain words what would be done with it.
+
+Then connect and look whether the machine is as the configuration says. Nothing moves, nothing is
+corrected, and without --write nothing is written.
+"""
 
 import argparse
 import asyncio
 import contextlib
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import final
+from typing import NamedTuple
 
-from thermaxis.cli._arguments import add_json, adder
+from thermaxis import runtime
+from thermaxis.cli._arguments import add_json, adder, number, refuse_both
 from thermaxis.cli._json import write_json
 from thermaxis.cli.machine._machine_parts import build_probe_session, build_sessions, build_sink
 from thermaxis.cli.machine._machine_words import (
+    describe_machine,
     findings_as_json,
     findings_in_words,
-    machine_as_json,
-    machine_in_words,
 )
-from thermaxis.codes import Message, Place
-from thermaxis.errors import ConfigurationError
 from thermaxis.messages import text_of
-from thermaxis.runtime import (
-    Clock,
-    Finding,
-    Level,
-    MachineConfiguration,
-    OpcUaSession,
-    Sink,
-    SystemClock,
-    examine_machine,
-    self_test,
-    sole_runner,
-    warnings_of,
-)
+from thermaxis.report.tables import as_json, as_text
 from thermaxis.runtime.config import page_certificate_findings
 
-_DESCRIPTION = """\
-Read the configuration of a machine, say in plain words what would be done with it and what somebody
-should know; then connect and look whether the machine is as the configuration says. Nothing moves,
-nothing is corrected, and without --write nothing is written.
-"""
 _LOOKS_AFTER_S = 0.05
-_LONGEST_WAIT_S = 3600.0
 FOUND = 1
 """Exit code where the machine is not as the configuration says. [1]"""
 WRONG = 2
@@ -52,7 +35,6 @@ WRONG = 2
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "configuration of the machine", Path)
     add("--offline", "do not connect: the configuration alone", bool)
@@ -66,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--wait S",
         "seconds in which the machine must be reached (default: 10)",
-        float,
+        number("wait of more than 0 and at most 3600 s", 1e-9, 3600.0),
         default=10.0,
     )
     add_json(parser)
@@ -74,131 +56,48 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Check a configuration and its machine."""
-    _check_options(arguments)
-    found = examine_machine(arguments.configuration)
-    if not isinstance(found, MachineConfiguration):
-        _tell_problems(found, arguments)
+    refuse_both(arguments, "--write", "--offline")
+    found = runtime.examine_machine(arguments.configuration)
+    if not isinstance(found, runtime.MachineConfiguration):
+        for problem in found:
+            sys.stderr.write(f"thermaxis: error: {text_of(problem)}\n")
+        listed = findings_as_json([runtime.Finding(runtime.Level.ERROR, one) for one in found])
+        _write_result(arguments, machine=None, configuration=listed)
         return WRONG
-    now = datetime.now(UTC)
-    warnings = (*warnings_of(found, now), *page_certificate_findings(found))
-    if arguments.json != "-":
-        _tell_configuration(found, warnings)
-    findings: Sequence[Finding] = ()
+    quiet = arguments.json == "-"
+    warnings = (*runtime.warnings_of(found, datetime.now(UTC)), *page_certificate_findings(found))
+    described = describe_machine(found)
+    if not quiet:
+        sys.stdout.write(as_text(described))
+        if warnings:
+            sys.stdout.write("\n" + findings_in_words("What somebody should know", warnings))
+        sys.stdout.flush()
+    findings: Sequence[runtime.Finding] = ()
     if not arguments.offline:
         findings = _look(found, wait_s=arguments.wait, write=arguments.write)
-    return _tell_result(found, warnings, findings, arguments)
-
-
-def _check_options(arguments: argparse.Namespace) -> None:
-    if arguments.write and arguments.offline:
-        raise ConfigurationError(
-            "options_exclude", place=Place(key="--write"), one="--write", other="--offline"
-        )
-    if not 0.0 < arguments.wait <= _LONGEST_WAIT_S:
-        raise ConfigurationError(
-            "outside_range",
-            place=Place(key="--wait"),
-            value=arguments.wait,
-            least=0.0,
-            most=_LONGEST_WAIT_S,
-        )
-
-
-# ---- looking at the machine ---------------------------------------------------------------------
-
-
-def _look(
-    configuration: MachineConfiguration, *, wait_s: float, write: bool
-) -> tuple[Finding, ...]:
-    """Look at the machine; only a program that has it for itself writes to it."""
-    lock = sole_runner(configuration.state_file, configuration.name) if write else None
-    with lock or contextlib.nullcontext():
-        return asyncio.run(_tested(configuration, wait_s=wait_s, write=write))
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class _Parts:
-    """Connections and sink alone: what the self-test needs."""
-
-    sessions: Mapping[str, OpcUaSession]
-    """Connections by name."""
-    sink: Sink
-    """Where corrections go."""
-    probes: OpcUaSession | None
-    """The connection of the probes; None where there are none."""
-
-
-async def _tested(
-    configuration: MachineConfiguration, *, wait_s: float, write: bool
-) -> tuple[Finding, ...]:
-    """Connect, run the self-test, and leave."""
-    clock = SystemClock()
-    sessions = build_sessions(configuration, clock)
-    probes = build_probe_session(configuration, clock)
-    parts = _Parts(sessions, build_sink(configuration, sessions, clock), probes)
-    async with contextlib.AsyncExitStack() as opened:
-        for part in (*sessions.values(), parts.sink, *_present(probes)):
-            await part.open()
-            opened.push_async_callback(part.close)
-        await _reached(parts, clock, wait_s)
-        return await self_test(parts, configuration, write=write)
-
-
-async def _reached(parts: _Parts, clock: Clock, wait_s: float) -> None:
-    """Wait until everything is connected, or a time has passed."""
-    until_s = clock.monotonic_s() + wait_s
-    wanted = (*parts.sessions.values(), parts.sink, *_present(parts.probes))
-    while clock.monotonic_s() < until_s and not all(part.connected for part in wanted):
-        await clock.sleep_until(clock.monotonic_s() + _LOOKS_AFTER_S)
-
-
-def _present(session: OpcUaSession | None) -> tuple[OpcUaSession, ...]:
-    return () if session is None else (session,)
-
-
-# ---- telling ------------------------------------------------------------------------------------
-
-
-def _tell_problems(problems: Sequence[Message], arguments: argparse.Namespace) -> None:
-    """Say everything that is wrong in the file."""
-    for problem in problems:
-        sys.stderr.write(f"thermaxis: error: {text_of(problem)}\n")
-    if arguments.json is not None:
-        listed = findings_as_json([Finding(Level.ERROR, one) for one in problems])
-        write_json(
-            {"machine": None, "configuration": listed, "warnings": [], "self_test": None},
-            arguments.json,
-        )
-
-
-def _tell_configuration(configuration: MachineConfiguration, warnings: Sequence[Finding]) -> None:
-    sys.stdout.write(machine_in_words(configuration))
-    if warnings:
-        sys.stdout.write("\n" + findings_in_words("What somebody should know", warnings))
-    sys.stdout.flush()
-
-
-def _tell_result(
-    configuration: MachineConfiguration,
-    warnings: Sequence[Finding],
-    findings: Sequence[Finding],
-    arguments: argparse.Namespace,
-) -> int:
-    if arguments.json is not None:
-        result: dict[str, object] = {
-            "machine": machine_as_json(configuration),
-            "configuration": [],
-            "warnings": findings_as_json(warnings),
-            "self_test": None if arguments.offline else findings_as_json(findings),
-        }
-        write_json(result, arguments.json)
-    wrong = sum(f.level is Level.ERROR for f in (*warnings, *findings))
-    if arguments.json != "-":
+    _write_result(
+        arguments,
+        machine=as_json(described),
+        warnings=findings_as_json(warnings),
+        self_test=None if arguments.offline else findings_as_json(findings),
+    )
+    wrong = sum(f.level is runtime.Level.ERROR for f in (*warnings, *findings))
+    if not quiet:
         if not arguments.offline:
             sys.stdout.write("\n" + findings_in_words("Self-test", findings))
         sys.stdout.write(f"\n{_verdict(wrong, offline=arguments.offline)}\n")
     return FOUND if wrong else 0
+
+
+def _write_result(arguments: argparse.Namespace, **result: object) -> None:
+    if arguments.json is not None:
+        known: dict[str, object] = {
+            "machine": None,
+            "configuration": [],
+            "warnings": [],
+            "self_test": None,
+        }
+        write_json(known | result, arguments.json)
 
 
 def _verdict(wrong: int, *, offline: bool) -> str:
@@ -208,3 +107,47 @@ def _verdict(wrong: int, *, offline: bool) -> str:
     if offline:
         return "Nothing is wrong in the configuration; the machine was not looked at."
     return "Nothing forbids a correction. The sign is proven by thermaxis commission."
+
+
+# ---- looking at the machine ---------------------------------------------------------------------
+
+
+def _look(
+    configuration: runtime.MachineConfiguration, *, wait_s: float, write: bool
+) -> tuple[runtime.Finding, ...]:
+    """Look at the machine; only a program that has it for itself writes to it."""
+    lock = runtime.sole_runner(configuration.state_file, configuration.name) if write else None
+    with lock or contextlib.nullcontext():
+        return asyncio.run(_tested(configuration, wait_s=wait_s, write=write))
+
+
+class _Parts(NamedTuple):
+    """Connections and sink alone: what the self-test needs."""
+
+    sessions: Mapping[str, runtime.OpcUaSession]
+    sink: runtime.Sink
+    probes: runtime.OpcUaSession | None
+
+    @property
+    def every(self) -> tuple[runtime.OpcUaSession | runtime.Sink, ...]:
+        """All that is opened."""
+        probes = () if self.probes is None else (self.probes,)
+        return (*self.sessions.values(), self.sink, *probes)
+
+
+async def _tested(
+    configuration: runtime.MachineConfiguration, *, wait_s: float, write: bool
+) -> tuple[runtime.Finding, ...]:
+    """Connect, run the self-test, and leave."""
+    clock = runtime.SystemClock()
+    sessions = build_sessions(configuration, clock)
+    sink = build_sink(configuration, sessions, clock)
+    parts = _Parts(sessions, sink, build_probe_session(configuration, clock))
+    async with contextlib.AsyncExitStack() as opened:
+        for part in parts.every:
+            await part.open()
+            opened.push_async_callback(part.close)
+        until_s = clock.monotonic_s() + wait_s
+        while clock.monotonic_s() < until_s and not all(part.connected for part in parts.every):
+            await clock.sleep_until(clock.monotonic_s() + _LOOKS_AFTER_S)
+        return await runtime.self_test(parts, configuration, write=write)

@@ -1,4 +1,9 @@
-"""``thermaxis commission``: prove sign and size of an offset on the machine."""
+"""Prove sign and size of an offset: move it out by a small step and back, at the allowed rate.
+
+The motion is compared with what a gauge or a probe shows. Nothing moves before you have said yes.
+The machine must be switched on, stand still, and touch nothing; the loop must not run. What was
+asked, accepted and measured is recorded.
+"""
 
 import argparse
 import asyncio
@@ -10,38 +15,20 @@ from statistics import median
 
 from asyncua.ua import DataValue
 
-from thermaxis.cli._arguments import adder
+from thermaxis import runtime
+from thermaxis.cli._arguments import adder, refuse_alone
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
-from thermaxis.runtime import (
-    CommissioningPlan,
-    EventRecord,
-    MachineConfiguration,
-    StepProof,
-    SystemClock,
-    offset_factor,
-    prove_step,
-    read_machine,
-    reasons_against,
-    self_test,
-    sole_runner,
-)
 from thermaxis.runtime.checks import Measure
 
-_DESCRIPTION = """\
-Move one offset out by a small step and back, at the allowed rate, and compare with what a gauge or
-a probe shows. Nothing moves before you have said yes. The machine must be switched on, stand still,
-and touch nothing; the loop must not run. What was asked, accepted and measured is recorded.
-"""
 _READINGS, _FEWEST_READINGS = 9, 5
 _ANSWERS_YES = {"yes", "y", "ja", "ano"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "the machine (TOML)", Path)
     add("--output NAME", "output to prove (default: the only one)")
@@ -68,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Prove sign and size."""
-    configuration = read_machine(arguments.configuration)
+    configuration = runtime.read_machine(arguments.configuration)
     limits = configuration.compensation.limits
     output = arguments.output or (next(iter(limits)) if len(limits) == 1 else "")
     if output not in limits:
@@ -79,16 +66,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigurationError(
             "dry_run_has_no_offset", place=Place(file=str(arguments.configuration), key="sink.kind")
         )
-    if arguments.yes and not arguments.probe:
-        raise ConfigurationError(
-            "option_needs", place=Place(key="--yes"), option="--yes", needed="--probe"
-        )
-    plan = CommissioningPlan(output=output, limits=limits[output], step_um=arguments.step)
+    refuse_alone(arguments, "--probe", "--yes")
+    plan = runtime.CommissioningPlan(output=output, limits=limits[output], step_um=arguments.step)
     sys.stdout.write(_intention(configuration, plan))
     if not arguments.yes and not _asked("Shall the offset move now? Type yes: "):
         sys.stdout.write("Nothing was moved.\n")
         return 1
-    with sole_runner(configuration.state_file, configuration.name):
+    with runtime.sole_runner(configuration.state_file, configuration.name):
         proof = asyncio.run(_prove(configuration, plan, arguments))
     sys.stdout.write(_said(proof))
     if arguments.json is not None:
@@ -96,9 +80,9 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if proof.passed else 1
 
 
-def _intention(configuration: MachineConfiguration, plan: CommissioningPlan) -> str:
+def _intention(configuration: runtime.MachineConfiguration, plan: runtime.CommissioningPlan) -> str:
     output = configuration.outputs[plan.output]
-    raw = plan.step_um * offset_factor(output.unit, output.sign)
+    raw = plan.step_um * runtime.offset_factor(output.unit, output.sign)
     seconds = abs(plan.step_um) / plan.limits.largest_rate_um_per_s
     direction = "away from" if plan.step_um > 0.0 else "towards"
     return (
@@ -117,40 +101,41 @@ def _asked(question: str) -> bool:
 
 
 async def _prove(
-    configuration: MachineConfiguration, plan: CommissioningPlan, arguments: argparse.Namespace
-) -> StepProof:
-    clock = SystemClock()
+    configuration: runtime.MachineConfiguration,
+    plan: runtime.CommissioningPlan,
+    arguments: argparse.Namespace,
+) -> runtime.StepProof:
+    clock = runtime.SystemClock()
     parts = build_parts(configuration, clock)
-    await parts.historian.open(tuple(configuration.outputs), ())
-    await parts.source.open()
-    await parts.sink.open()
+    ports = parts.ports
+    await ports.historian.open(tuple(configuration.outputs), ())
+    await ports.source.open()
+    await ports.sink.open()
     try:
         await _wait_for_machine(parts, configuration)
-        forbidden = reasons_against(await self_test(parts, configuration))
+        forbidden = runtime.reasons_against(await runtime.self_test(parts, configuration))
         if forbidden:
-            raise DataError(
-                "self_test_forbids",
-                place=Place(file=str(configuration.path)),
-                reasons=forbidden,
-            )
-        measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
+            place = Place(file=str(configuration.path))
+            raise DataError("self_test_forbids", place=place, reasons=forbidden)
         probed = bool(arguments.probe)
-        proof = await prove_step(parts.sink, clock, plan, measure, automatic=probed)
-        parts.historian.event(
-            EventRecord.of(
-                clock.utc(), "commission", "the command line", proof.verdict, _record(proof)
-            )
+        measure = _probe(parts, configuration, arguments) if probed else _gauge
+        proof = await runtime.prove_step(ports.sink, clock, plan, measure, automatic=probed)
+        who, details = "the command line", _record(proof)
+        ports.historian.event(
+            runtime.EventRecord.of(clock.utc(), "commission", who, proof.verdict, details)
         )
         return proof
     finally:
-        await parts.sink.close()
-        await parts.source.close()
-        await parts.historian.close(5.0)
+        await ports.sink.close()
+        await ports.source.close()
+        await ports.historian.close(5.0)
 
 
-async def _wait_for_machine(parts: MachineParts, configuration: MachineConfiguration) -> None:
+async def _wait_for_machine(
+    parts: MachineParts, configuration: runtime.MachineConfiguration
+) -> None:
     for _ in range(100):
-        await parts.source.read(0.2)
+        await parts.ports.source.read(0.2)
         if parts.sink.connected:
             return
         await asyncio.sleep(0.1)
@@ -183,7 +168,7 @@ async def _gauge(stands: Message) -> float:
 
 
 def _probe(
-    parts: MachineParts, configuration: MachineConfiguration, arguments: argparse.Namespace
+    parts: MachineParts, configuration: runtime.MachineConfiguration, arguments: argparse.Namespace
 ) -> Measure:
     """Return what reads a probe: the median of some readings."""
     session = parts.sessions[configuration.sink.connection or configuration.source.connection]
@@ -219,7 +204,7 @@ def _is_good(value: DataValue) -> bool:
     return value.StatusCode is not None and value.StatusCode.is_good()
 
 
-def _record(proof: StepProof) -> dict[str, str | float | bool | None]:
+def _record(proof: runtime.StepProof) -> dict[str, str | float | bool | None]:
     return {
         "output": proof.output,
         "asked_um": proof.asked_um,
@@ -234,7 +219,7 @@ def _record(proof: StepProof) -> dict[str, str | float | bool | None]:
     }
 
 
-def _said(proof: StepProof) -> str:
+def _said(proof: runtime.StepProof) -> str:
     accepted = "not read" if proof.accepted_um is None else f"{proof.accepted_um:.2f} um"
     effective = "not told" if proof.effective_um is None else f"{proof.effective_um:.2f} um"
     return (

@@ -1,4 +1,9 @@
-"""``thermaxis hal``: write the part of LinuxCNC's HAL file that applies the offsets."""
+"""Write the part of a LinuxCNC machine's HAL file that applies the offsets of a configuration.
+
+They are added below the motion controller; clamp, rate and watchdog are those of the configuration,
+which names LinuxCNC as its sink. What else the machine's HAL file needs stands at the head of the
+result.
+"""
 
 import argparse
 import sys
@@ -11,16 +16,9 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import read_machine
 from thermaxis.runtime.sinks import LinuxCncSettings, hal_text
 
-_DESCRIPTION = """\
-Write the part of a LinuxCNC machine's HAL file that adds the offsets of a configuration below the
-motion controller: clamp, rate and watchdog are those of the configuration. What else the machine's
-HAL file needs stands at the head of the result. The configuration names LinuxCNC as its sink.
-"""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "configuration of the machine", Path)
     add("-o, --output FILE", "write the lines to this file (default: to standard output)")

@@ -1,4 +1,8 @@
-"""``thermaxis history``: export a span, list events, check or copy what the loop has recorded."""
+"""Read the history that the loop writes, while it runs or later; nothing is changed.
+
+HISTORY is a file of SQLite, the URL of a database, or a machine's configuration (MACHINE.toml),
+which names it.
+"""
 
 import argparse
 import math
@@ -6,31 +10,14 @@ import sys
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder, count, positive_seconds
+from thermaxis.cli._arguments import adder, count, positive_seconds, refuse_foreign
 from thermaxis.cli._json import write_json
 from thermaxis.cli._progress import Progress
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
-from thermaxis.runtime import EventRecord, read_machine
-from thermaxis.runtime.historian import (
-    Condition,
-    HistoryReader,
-    check_history,
-    copy_history,
-    export_history,
-    refuse_password,
-)
+from thermaxis.runtime import EventRecord, historian, read_machine
 from thermaxis.runtime.host import read_secret
-
-_DESCRIPTION = """\
-Read the history that the loop writes, while it runs or later. HISTORY is a file of SQLite, the
-URL of a database, or a machine's configuration (MACHINE.toml), which names it. Nothing is changed.
-"""
-_APART = (
-    "Write it into a file that only its owner can read, give that as --password-file, and change"
-    " the password: other users of this computer may have seen it"
-)
 
 
 def _moment(text: str) -> datetime:
@@ -46,7 +33,6 @@ def _moment(text: str) -> datetime:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     export = actions.add_parser(
         "export", help="write a span as a thermal log, Parquet or CSV", allow_abbrev=False
@@ -115,23 +101,22 @@ def _add_span(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Export, list, check or copy."""
-    url, password = _address_of(arguments.history, arguments.password_file)
+    url, password = _address_of(arguments)
     actions = {"export": _export, "events": _events, "check": _check, "copy": _copy}
     actions[arguments.action](arguments, url, password)
     return 0
 
 
-def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
+def _address_of(arguments: argparse.Namespace) -> tuple[str, str]:
     """Return URL and password of what the user names."""
+    text: str = arguments.history
+    password_file: Path | None = arguments.password_file
     if "://" in text:
-        refuse_password(text, key="HISTORY")
+        historian.refuse_password(text, key="HISTORY")
         if password_file is None:
             return text, ""
         return text, read_secret(password_file, key="--password-file").reveal()
-    if password_file is not None:
-        raise ConfigurationError(
-            "option_belongs_to", place=Place(key="--password-file"), what="the URL of a database"
-        )
+    refuse_foreign(arguments, "the URL of a database", "--password-file")
     if text.casefold().endswith(".toml"):
         machine = read_machine(text)
         return machine.historian_url, machine.historian.password.reveal()
@@ -139,7 +124,7 @@ def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
 
 
 def _span(
-    arguments: argparse.Namespace, reader: HistoryReader
+    arguments: argparse.Namespace, reader: historian.HistoryReader
 ) -> tuple[datetime | None, datetime | None]:
     first: datetime | None = arguments.first
     last: datetime | None = arguments.last
@@ -162,9 +147,9 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
         raise ConfigurationError(
             "history_suffix", place=Place(file=str(output), key="--output"), suffix=output.suffix
         )
-    with HistoryReader(url, password) as reader, Progress() as progress:
+    with historian.HistoryReader(url, password) as reader, Progress() as progress:
         first, last = _span(arguments, reader)
-        written = export_history(
+        written = historian.export_history(
             reader,
             output,
             first=first,
@@ -180,7 +165,7 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
 
 
 def _events(arguments: argparse.Namespace, url: str, password: str) -> None:
-    with HistoryReader(url, password) as reader:
+    with historian.HistoryReader(url, password) as reader:
         first, last = _span(arguments, reader)
         found = reader.events(first, last, kinds=arguments.kind, newest=arguments.newest)
     if arguments.json is not None:
@@ -211,11 +196,11 @@ def _event_line(event: EventRecord) -> str:
 
 def _check(_: argparse.Namespace, url: str, password: str) -> None:
     with Progress() as progress:
-        found = check_history(url, password, report=progress)
+        found = historian.check_history(url, password, report=progress)
     sys.stdout.write(_condition_text(found))
 
 
-def _condition_text(found: Condition) -> str:
+def _condition_text(found: historian.Condition) -> str:
     lines = ["The history is sound: everything in it could be read."]
     if found.first is not None and found.last is not None:
         times = (
@@ -237,5 +222,5 @@ def _condition_text(found: Condition) -> str:
 
 
 def _copy(arguments: argparse.Namespace, url: str, _: str) -> None:
-    copy_history(url, arguments.output)
+    historian.copy_history(url, arguments.output)
     sys.stdout.write(f"written: {printable(str(arguments.output))}\n")

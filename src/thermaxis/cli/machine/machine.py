@@ -1,4 +1,4 @@
-"""``thermaxis machine``: the virtual vertical lathe, as an OPC UA server or as a log."""
+"""Run a virtual machine: an OPC UA server, or a log."""
 
 import argparse
 import asyncio
@@ -9,43 +9,20 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder
+from thermaxis import virtual
+from thermaxis.cli._arguments import adder, refuse_alone, refuse_foreign
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import Place, printable
-from thermaxis.errors import ConfigurationError
+from thermaxis.codes import printable
 from thermaxis.runtime import Secret, SystemClock
 from thermaxis.runtime.host import read_secret
-from thermaxis.virtual import (
-    DEFAULT_SCENARIO,
-    FAULTY,
-    SCENARIOS,
-    SIGNALS,
-    LatheServer,
-    LatheServerSettings,
-    LatheSettings,
-    OffsetRules,
-    VirtualLathe,
-    log_lathe,
-    parse_fault,
-    write_lathe_log,
-)
 from thermaxis.virtual.lathe import check_log_name, parse_seconds
 
 _EVERY_S = 10.0
-_OF_LOG = {"output": "-o", "every": "--every", "truth": "--truth"}
-_OF_SERVER = {
-    "address": "--address",
-    "port": "--port",
-    "speed": "--speed",
-    "stop_after": "--stop-after",
-    "certificate": "--certificate",
-    "private_key": "--private-key",
-    "user": "--user",
-    "password_file": "--password-file",
-    "watchdog": "--watchdog",
-    "rate": "--rate",
-    "clamp": "--clamp",
-}
+_OF_LOG = ("--output", "--every", "--truth")
+_OF_SERVER = (
+    *("--address", "--port", "--speed", "--stop-after", "--certificate", "--private-key"),
+    *("--user", "--password-file", "--watchdog", "--rate", "--clamp"),
+)
 
 
 def _time(text: str) -> float:
@@ -111,11 +88,11 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(_listed())
         return 0
     _check_options(arguments)
-    lathe = VirtualLathe(
-        arguments.scenario or DEFAULT_SCENARIO,
+    lathe = virtual.VirtualLathe(
+        arguments.scenario or virtual.DEFAULT_SCENARIO,
         arguments.seed,
         _settings(arguments),
-        [parse_fault(text, FAULTY) for text in arguments.fault],
+        [virtual.parse_fault(text, virtual.FAULTY) for text in arguments.fault],
     )
     if arguments.log is not None:
         return _write_log(arguments, lathe)
@@ -124,12 +101,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _listed() -> str:
     lines = ["Scenarios", ""]
-    for scenario in SCENARIOS.values():
+    for scenario in virtual.SCENARIOS.values():
         length = f"{scenario.duration_s / 3600.0:g} h"
         length += ", again and again" if scenario.endless else ""
         lines += [f"  {scenario.name}: {scenario.summary} ({length})"]
     lines += ["", "Signals", ""]
-    for name, one in SIGNALS.items():
+    for name, one in virtual.SIGNALS.items():
         unit = "" if one.unit == "1" else f" [{one.unit}]"
         writable = "; may be written" if one.writable else ""
         lines.append(f"  {name}{unit}: {one.text[0].lower()}{one.text[1:]}{writable}")
@@ -137,45 +114,37 @@ def _listed() -> str:
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-    logging = arguments.log is not None
-    foreign = _OF_SERVER if logging else _OF_LOG
-    for name, option in foreign.items():
-        value = getattr(arguments, name)
-        if value is not None and value is not False:
-            raise ConfigurationError(
-                "option_belongs_to", place=Place(key=option), what="serving" if logging else "--log"
-            )
-    if logging and arguments.output is None:
-        raise ConfigurationError(
-            "option_needs", place=Place(key="--log"), option="--log", needed="--output"
-        )
-    if logging:
-        check_log_name(arguments.output)
+    if arguments.log is None:
+        refuse_foreign(arguments, "--log", *_OF_LOG)
+        return
+    refuse_foreign(arguments, "serving", *_OF_SERVER)
+    refuse_alone(arguments, "--output", "--log")
+    check_log_name(arguments.output)
 
 
-def _settings(arguments: argparse.Namespace) -> LatheSettings:
-    rules = OffsetRules()
+def _settings(arguments: argparse.Namespace) -> virtual.LatheSettings:
+    rules = virtual.OffsetRules()
     if arguments.clamp is not None:
         rules = replace(rules, largest_um=arguments.clamp)
     if arguments.rate is not None:
         rules = replace(rules, rate_um_per_s=arguments.rate)
     if arguments.watchdog is not None:
         rules = replace(rules, watchdog_s=arguments.watchdog or None)
-    return LatheSettings(offset=rules)
+    return virtual.LatheSettings(offset=rules)
 
 
-def _write_log(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
+def _write_log(arguments: argparse.Namespace, lathe: virtual.VirtualLathe) -> int:
     hours = (arguments.log or lathe.scenario.duration_s) / 3600.0
     every_s = arguments.every or _EVERY_S
     with Progress() as progress:
-        log = log_lathe(
+        log = virtual.log_lathe(
             lathe,
             hours,
             every_s=every_s,
             truth=arguments.truth,
             progress=lambda row, rows: progress("the machine runs", row, rows),
         )
-        write_lathe_log(log, arguments.output)
+        virtual.write_lathe_log(log, arguments.output)
     sys.stdout.write(
         f"{printable(str(arguments.output))}: {log.rows} rows, {hours:g} h of"
         f" {lathe.scenario.name}, seed {lathe.seed}\n"
@@ -183,25 +152,25 @@ def _write_log(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
     return 0
 
 
-def _server_settings(arguments: argparse.Namespace) -> LatheServerSettings:
+def _server_settings(arguments: argparse.Namespace) -> virtual.LatheServerSettings:
     names = ("address", "port", "speed", "certificate", "private_key", "user")
     given = {name: getattr(arguments, name) for name in names}
     stated = {name: value for name, value in given.items() if value is not None}
-    return LatheServerSettings(**stated, password=_password(arguments.password_file))
+    return virtual.LatheServerSettings(**stated, password=_password(arguments.password_file))
 
 
 def _password(path: Path | None) -> Secret:
     return Secret("") if path is None else read_secret(path, key="--password-file")
 
 
-def _serve(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
+def _serve(arguments: argparse.Namespace, lathe: virtual.VirtualLathe) -> int:
     logging.getLogger("asyncua").setLevel(logging.ERROR)  # its warnings are no errors of anybody
     asyncio.run(_live(lathe, _server_settings(arguments), arguments.stop_after))
     return 0
 
 
 async def _live(
-    lathe: VirtualLathe, settings: LatheServerSettings, stop_after_s: float | None
+    lathe: virtual.VirtualLathe, settings: virtual.LatheServerSettings, stop_after_s: float | None
 ) -> None:
     """Serve until a signal asks for the end."""
     loop = asyncio.get_running_loop()
@@ -210,7 +179,7 @@ async def _live(
         with suppress(NotImplementedError):  # not on every system
             loop.add_signal_handler(number, end.set)
     started: asyncio.Future[str] = loop.create_future()
-    serving = asyncio.create_task(LatheServer(lathe, settings, SystemClock()).run(started))
+    serving = asyncio.create_task(virtual.LatheServer(lathe, settings, SystemClock()).run(started))
     waiting = asyncio.create_task(end.wait())
     try:
         await asyncio.wait({serving, started}, return_when=asyncio.FIRST_COMPLETED)

@@ -1,4 +1,10 @@
-"""``thermaxis record``: read nodes of OPC UA servers into logs that ``identify`` reads."""
+"""Read the nodes that a configuration names, each at its rate, into a log per day.
+
+A log has the time and one column per channel. Status and source time stamp of every reading stand
+in a file beside it. What is not good, no number or no new measurement is an empty cell; gaps,
+losses and jumps of the clock are marked. It goes on until it is interrupted (Ctrl+C, or SIGTERM),
+through lost connections, a full disk and restarts.
+"""
 
 import argparse
 import asyncio
@@ -10,19 +16,12 @@ from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from thermaxis import runtime
 from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
 from thermaxis.report.tables import text_table
-from thermaxis.runtime import (
-    OpcUaSession,
-    Recorder,
-    RecordSettings,
-    RecordSummary,
-    SystemClock,
-    read_record,
-)
 from thermaxis.runtime.record import (
     TriedChannel,
     bytes_per_day,
@@ -32,18 +31,9 @@ from thermaxis.runtime.record import (
     try_once,
 )
 
-_DESCRIPTION = """\
-Read the nodes that a configuration names, each at its rate, into a log per day: time, and one
-column per channel. Status and source time stamp of every reading stand in a file beside it. What
-is not good, no number or no new measurement is an empty cell; gaps, losses and jumps of the clock
-are marked. It goes on until it is interrupted (Ctrl+C, or SIGTERM), through lost connections, a
-full disk and restarts.
-"""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration RECORD.toml", "servers, nodes, rates (TOML)", Path)
     add("-o, --output FOLDER", "where the logs are written", Path)
@@ -64,13 +54,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigurationError(
             "either_option", place=Place(key="--output"), one="--output", other="--try"
         )
-    settings = read_record(arguments.configuration)
+    settings = runtime.read_record(arguments.configuration)
     if arguments.only_try:
         return asyncio.run(_tried(settings))
     return _record(settings, arguments.output, arguments.duration)
 
 
-def _record(settings: RecordSettings, folder: Path, duration_s: float | None) -> int:
+def _record(settings: runtime.RecordSettings, folder: Path, duration_s: float | None) -> int:
     with sole_writer(folder, settings.name):
         for line in _about(settings, folder, duration_s):
             _show(line)
@@ -83,12 +73,12 @@ def _record(settings: RecordSettings, folder: Path, duration_s: float | None) ->
 
 
 async def _recorded(
-    settings: RecordSettings, folder: Path, duration_s: float | None
-) -> RecordSummary:
-    clock = SystemClock()
+    settings: runtime.RecordSettings, folder: Path, duration_s: float | None
+) -> runtime.RecordSummary:
+    clock = runtime.SystemClock()
     stop = asyncio.Event()
-    sessions = {n: OpcUaSession(c, clock) for n, c in settings.connections.items()}
-    recorder = Recorder(
+    sessions = {n: runtime.OpcUaSession(c, clock) for n, c in settings.connections.items()}
+    recorder = runtime.Recorder(
         settings,
         sessions,
         clock,
@@ -136,7 +126,7 @@ def _show(text: str) -> None:
         sys.stderr.flush()
 
 
-def _about(settings: RecordSettings, folder: Path, duration_s: float | None) -> list[str]:
+def _about(settings: runtime.RecordSettings, folder: Path, duration_s: float | None) -> list[str]:
     """Return what the user should know before it begins."""
     rates = sorted({channel.period_ms / 1000.0 for channel in settings.channels})
     words = ", ".join(f"{rate:g} s" for rate in rates)
@@ -158,7 +148,7 @@ def _about(settings: RecordSettings, folder: Path, duration_s: float | None) -> 
     return lines
 
 
-def _summary(summary: RecordSummary) -> list[str]:
+def _summary(summary: runtime.RecordSummary) -> list[str]:
     lines = [
         f"{summary.rows} rows were written" + (f", {summary.lost} lost" if summary.lost else "")
     ]
@@ -175,10 +165,10 @@ def _summary(summary: RecordSummary) -> list[str]:
     return lines
 
 
-async def _tried(settings: RecordSettings) -> int:
+async def _tried(settings: runtime.RecordSettings) -> int:
     """Read every node twice and show what it says; return the exit code."""
-    clock = SystemClock()
-    sessions = {n: OpcUaSession(c, clock) for n, c in settings.connections.items()}
+    clock = runtime.SystemClock()
+    sessions = {n: runtime.OpcUaSession(c, clock) for n, c in settings.connections.items()}
     try:
         for session in sessions.values():
             await session.open()

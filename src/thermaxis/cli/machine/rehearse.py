@@ -1,4 +1,10 @@
-"""``thermaxis rehearse``: let a configuration compensate the virtual lathe, hours in seconds."""
+"""Let a configuration compensate the virtual lathe in virtual time: a day takes some seconds.
+
+Its model, rules and limits run in the real loop, in the same program as the lathe of thermaxis
+machine. Nodes, sign and unit of the configuration are not used; its channels must be those of the
+lathe. At the end the true tool point with and without the compensation is shown for every measuring
+position.
+"""
 
 import argparse
 import asyncio
@@ -6,43 +12,15 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder
+from thermaxis import runtime, virtual
+from thermaxis.cli._arguments import adder, number
 from thermaxis.cli.machine._machine_parts import loop_settings
 from thermaxis.codes import Place
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence, sentence_of
-from thermaxis.runtime import (
-    AtStop,
-    Clock,
-    CompensationLoop,
-    Historian,
-    MachineConfiguration,
-    Ports,
-    RuntimeStatus,
-    VirtualClock,
-    read_machine,
-    run_in_virtual_time,
-)
 from thermaxis.runtime.historian import NoHistorian, SqlHistorian
-from thermaxis.virtual import (
-    FAULTY,
-    POSITIONS,
-    SENSORS,
-    LatheSink,
-    LatheSource,
-    VirtualLathe,
-    parse_fault,
-)
 from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED
-
-_DESCRIPTION = """\
-The model, rules and limits of a configuration run in the real loop against the virtual lathe of
-thermaxis machine, in the same program and in virtual time: a day takes some seconds. Nodes, sign
-and unit of the configuration are not used; its channels must be those of the lathe. At the end the
-true tool point with and without the compensation is shown for every measuring position.
-"""
-
 
 MOST_HOURS = 24.0 * 14
 """Longest rehearsal: two weeks; every cycle is kept for the file. [h]"""
@@ -50,12 +28,12 @@ MOST_HOURS = 24.0 * 14
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "the machine (TOML)", Path)
     add("--scenario NAME", "what the lathe does (default: verification)", default="verification")
     add("--seed N", "seed of hall and noise", int, default=1)
-    add("--hours H", "for how long (default: the scenario's length)", float)
+    hours = number(f"number of hours above 0 and at most {MOST_HOURS:g}", 1e-9, MOST_HOURS)
+    add("--hours H", "for how long (default: the scenario's length)", hours)
     add(
         "--diameter MM",
         "clamping diameter of the workpiece (default: none, the tool centre point)",
@@ -76,30 +54,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Rehearse."""
-    configuration = read_machine(arguments.configuration)
-    foreign = [c for c in configuration.compensation.model.channels if c not in SENSORS]
+    configuration = runtime.read_machine(arguments.configuration)
+    foreign = [c for c in configuration.compensation.model.channels if c not in virtual.SENSORS]
     if foreign or len(configuration.outputs) != 1:
         raise ConfigurationError(
             "not_the_lathes",
             place=Place(file=str(arguments.configuration)),
             channels=", ".join(foreign),
             outputs=len(configuration.outputs),
-            known=", ".join(SENSORS),
+            known=", ".join(virtual.SENSORS),
         )
-    faults = [parse_fault(text, FAULTY) for text in arguments.fault]
-    lathe = VirtualLathe(arguments.scenario, arguments.seed, None, faults)
+    faults = [virtual.parse_fault(text, virtual.FAULTY) for text in arguments.fault]
+    lathe = virtual.VirtualLathe(arguments.scenario, arguments.seed, None, faults)
     endless = lathe.scenario.endless
     hours = arguments.hours or (24.0 if endless else lathe.scenario.duration_s / 3600.0)
-    if not 0.0 < hours <= MOST_HOURS:
-        raise ConfigurationError(
-            "outside_range", place=Place(key="--hours"), value=hours, least=0.0, most=MOST_HOURS
-        )
     if arguments.history is not None and arguments.history.exists():
         raise ConfigurationError(
             "file_exists", place=Place(file=str(arguments.history), key="--history")
         )
     rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, arguments.history)
-    run_in_virtual_time(rehearsal.play(hours))
+    runtime.run_in_virtual_time(rehearsal.play(hours))
     sys.stdout.write(rehearsal.said(hours))
     if arguments.output is not None:
         rehearsal.write(arguments.output)
@@ -112,8 +86,8 @@ class _Rehearsal:
 
     def __init__(
         self,
-        configuration: MachineConfiguration,
-        lathe: VirtualLathe,
+        configuration: runtime.MachineConfiguration,
+        lathe: virtual.VirtualLathe,
         diameter_mm: float | None,
         history: Path | None,
     ) -> None:
@@ -124,7 +98,7 @@ class _Rehearsal:
         self.reasons: dict[str, float] = {}
 
     async def play(self, hours: float) -> None:
-        configuration, clock = self.configuration, VirtualClock()
+        configuration, clock = self.configuration, runtime.VirtualClock()
         (output,) = configuration.outputs
         rules = replace(configuration.compensation, interlocks=tuple(INTERLOCKS))
         settings = replace(
@@ -132,14 +106,14 @@ class _Rehearsal:
             interlocks_met={},
             other_active=True,
             reads_diameter=False,
-            at_stop=AtStop.LEAVE,
+            at_stop=runtime.AtStop.LEAVE,
         )
-        loop = CompensationLoop(
+        loop = runtime.CompensationLoop(
             rules,
             settings,
-            Ports(
-                LatheSource(self.lathe, clock),
-                LatheSink(self.lathe, clock, output=output),
+            runtime.Ports(
+                virtual.LatheSource(self.lathe, clock),
+                virtual.LatheSink(self.lathe, clock, output=output),
                 self._historian(clock),
                 clock,
             ),
@@ -159,14 +133,14 @@ class _Rehearsal:
                 )
         await running
 
-    def _historian(self, clock: Clock) -> Historian:
+    def _historian(self, clock: runtime.Clock) -> runtime.Historian:
         if self.history is None:
             return NoHistorian()
 
         url = f"sqlite:///{self.history.absolute()}"
         return SqlHistorian(url, self.configuration.historian, clock)
 
-    def _see(self, status: RuntimeStatus) -> None:
+    def _see(self, status: runtime.RuntimeStatus) -> None:
         lathe, output = self.lathe, status.output
         true, free = lathe.true_um.tolist(), lathe.uncorrected_um.tolist()
         self.rows.append((lathe.time_s, *true, *free, output.correction_um[0]))
@@ -184,7 +158,7 @@ class _Rehearsal:
             "true peak-to-peak, um   without   with   times less",
         ]
         columns = list(zip(*self.rows, strict=True))
-        for k, position in enumerate(POSITIONS):
+        for k, position in enumerate(virtual.POSITIONS):
             with_um = max(columns[1 + k]) - min(columns[1 + k])
             free_um = max(columns[5 + k]) - min(columns[5 + k])
             ratio = free_um / with_um if with_um > 0.0 else float("inf")

@@ -1,4 +1,10 @@
-"""``thermaxis run``: compensate a machine, cycle after cycle, until told to end."""
+"""Compensate a machine, cycle after cycle, until it is ended.
+
+Each cycle: read every input with status and time stamp, compute the limited correction, write it,
+read it back, record it. A machine that is not there is waited for. The compensation is off until
+an operator enables it; it is ended by Ctrl+C or SIGTERM, and fades out first. A second signal ends
+it at once.
+"""
 
 import argparse
 import asyncio
@@ -9,6 +15,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from thermaxis import runtime
 from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine._machine_parts import (
     MachineParts,
@@ -21,30 +28,10 @@ from thermaxis.codes import Message, Place
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
-from thermaxis.runtime import (
-    CompensationLoop,
-    MachineConfiguration,
-    RuntimeStatus,
-    SignOfLife,
-    StateFile,
-    SystemClock,
-    read_machine,
-    reasons_against,
-    self_test,
-    sole_runner,
-)
-
-_DESCRIPTION = """\
-Each cycle: read every input with status and time stamp, compute the limited correction, write it,
-read it back, record it. A machine that is not there is waited for. The compensation is off until
-somebody enables it; it is ended by Ctrl+C or SIGTERM, and fades out first. A second signal ends it
-at once.
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "the machine (TOML)", Path)
     add("--enable", "enable it at the start, as an operator would", bool)
@@ -60,8 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
             "not_positive", place=Place(key="--cycles"), value=arguments.cycles
         )
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
-    configuration = read_machine(arguments.configuration)
-    with sole_runner(configuration.state_file, configuration.name):
+    configuration = runtime.read_machine(arguments.configuration)
+    with runtime.sole_runner(configuration.state_file, configuration.name):
         standing = asyncio.run(_run(configuration, arguments))
     for name, value in standing.items():
         sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")
@@ -69,21 +56,21 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _run(
-    configuration: MachineConfiguration, arguments: argparse.Namespace
+    configuration: runtime.MachineConfiguration, arguments: argparse.Namespace
 ) -> dict[str, float]:
     """Run the loop; return the offsets other than zero that it leaves in the machine. [um]"""
-    clock = SystemClock()
+    clock = runtime.SystemClock()
     parts = build_parts(configuration, clock)
     replays = configuration.source.kind == "replay"
-    loop = CompensationLoop(
+    loop = runtime.CompensationLoop(
         configuration.compensation,
         loop_settings(configuration),
         parts.ports,
-        state_file=None if replays else StateFile(configuration.state_file),
+        state_file=None if replays else runtime.StateFile(configuration.state_file),
         models=configuration.other_model,
         self_test=None if replays else _self_test(configuration, parts),
     )
-    loop.listeners.append(SignOfLife().tell)
+    loop.listeners.append(runtime.SignOfLife().tell)
     if not arguments.quiet:
         loop.listeners.append(_Teller().tell)
     server = build_status_server(
@@ -91,7 +78,7 @@ async def _run(
         loop,
         clock,
         compensation=lambda: loop.compensation,
-        audit=parts.historian.event,
+        audit=parts.ports.historian.event,
     )
     if server is not None:
         await server.open()
@@ -124,15 +111,15 @@ async def _run(
 
 
 def _self_test(
-    configuration: MachineConfiguration, parts: MachineParts
+    configuration: runtime.MachineConfiguration, parts: MachineParts
 ) -> Callable[[], asyncio.Future[tuple[Message, ...]]]:
     async def reasons() -> tuple[Message, ...]:
-        return reasons_against(await self_test(parts, configuration))
+        return runtime.reasons_against(await runtime.self_test(parts, configuration))
 
     return lambda: asyncio.ensure_future(reasons())
 
 
-async def _ask_first(loop: CompensationLoop, arguments: argparse.Namespace) -> None:
+async def _ask_first(loop: runtime.CompensationLoop, arguments: argparse.Namespace) -> None:
     """Ask what the command line asks for: to be enabled as soon as the machine is there."""
     requests: list[Request] = []
     if arguments.diameter is not None:
@@ -148,11 +135,11 @@ async def _ask_first(loop: CompensationLoop, arguments: argparse.Namespace) -> N
             sys.stderr.write(f"thermaxis: {request.kind} was refused: {why}\n")
 
 
-async def _machine_there(loop: CompensationLoop) -> None:
+async def _machine_there(loop: runtime.CompensationLoop) -> None:
     """Wait until the machine is read and can be written to: it says what forbids to enable."""
     there = asyncio.Event()
 
-    def look(status: RuntimeStatus) -> None:
+    def look(status: runtime.RuntimeStatus) -> None:
         if status.source_connected and status.sink_connected:
             there.set()
 
@@ -189,7 +176,7 @@ class _Teller:
     def __init__(self) -> None:
         self.last: tuple[object, ...] = ()
 
-    def tell(self, status: RuntimeStatus) -> None:
+    def tell(self, status: runtime.RuntimeStatus) -> None:
         output = status.output
         now = (output.state, output.reasons)
         if now != self.last:

@@ -1,4 +1,10 @@
-"""``thermaxis screen``: serve the operator's and the engineer's pages of a running loop."""
+"""Serve the pages of a machine for the operator and for the engineer.
+
+The operator sees state, correction, alarms and interventions; the engineer model, sensors, history,
+probe and positioning runs. The pages read the loop's status server, and ask it under the name of
+whoever has logged in. It is a program of its own: the loop does not notice whether it lives. Ended
+by Ctrl+C or SIGTERM.
+"""
 
 import argparse
 import asyncio
@@ -10,17 +16,9 @@ from thermaxis.cli._arguments import adder
 from thermaxis.runtime import SystemClock, read_machine
 from thermaxis.screen import serve
 
-_DESCRIPTION = """\
-Serve the pages of a machine: for the operator state, correction, alarms and interventions; for the
-engineer model, sensors, history, probe and positioning runs. The pages read the loop's status
-server, and ask it under the name of whoever has logged in. It is a program of its own: the loop
-does not notice whether it lives. Ended by Ctrl+C or SIGTERM.
-"""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "the machine (TOML)", Path)
     add(

@@ -1,4 +1,9 @@
-"""``thermaxis user``: add, change, remove and list the users of a status server."""
+"""Write the file of users that a machine's status server reads.
+
+It has name, role and the argon2 hash of the password, which cannot be read back. A viewer may look;
+an operator may enable, disable, hold, trim and acknowledge; an engineer may choose another model as
+well. A running server reads the file again when it changes.
+"""
 
 import argparse
 import getpass
@@ -11,19 +16,12 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Role, User, check_name, hash_password, read_users, write_users
 
-_DESCRIPTION = """\
-Write the file of users that a machine's status server reads: name, role and the argon2 hash of the
-password, which nobody can read back. A viewer may look; an operator may enable, disable, hold,
-trim and acknowledge; an engineer may choose another model as well. A running server reads the file
-again when it changes.
-"""
 _ROLES = ("viewer", "operator", "engineer")
 _LONGEST_LINE = 4096
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    parser.description = _DESCRIPTION
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     add = actions.add_parser(
         "add", help="add a user, or give one another password or role", allow_abbrev=False

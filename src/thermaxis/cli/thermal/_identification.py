@@ -2,17 +2,10 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from thermaxis import __version__
+from thermaxis import __version__, thermal
 from thermaxis.codes import values_as_json
 from thermaxis.messages import remedy_of, sentence, sentence_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
-from thermaxis.thermal import (
-    Identification,
-    IdentifiedOutput,
-    LogFinding,
-    PolynomialResult,
-    Records,
-)
 
 _T = 1.96
 _MOST_NAMED = 6
@@ -28,11 +21,11 @@ def _with_intervals(values: Sequence[float], stds: Sequence[float | None]) -> st
     return "  ".join(map(_with_interval, values, stds)) or "–"
 
 
-def finding_sentences(findings: Mapping[str, Sequence[LogFinding]]) -> list[str]:
+def finding_sentences(findings: Mapping[str, Sequence[thermal.LogFinding]]) -> list[str]:
     """Return findings as sentences; channels of one log of which the same is said share one."""
     said: list[str] = []
     for log, found in findings.items():
-        alike: dict[object, list[LogFinding]] = {}
+        alike: dict[object, list[thermal.LogFinding]] = {}
         for finding in found:
             values = tuple((k, v) for k, v in finding.message.values.items() if k != "name")
             alike.setdefault((finding.message.code, values), []).append(finding)
@@ -46,9 +39,9 @@ def finding_sentences(findings: Mapping[str, Sequence[LogFinding]]) -> list[str]
 
 
 def described(
-    result: Identification,
-    records: Records,
-    findings: Mapping[str, Sequence[LogFinding]],
+    result: thermal.Identification,
+    records: thermal.Records,
+    findings: Mapping[str, Sequence[thermal.LogFinding]],
     remarks: Sequence[str] = (),
 ) -> list[Part]:
     """Return an identification for terminal and JSON."""
@@ -83,7 +76,7 @@ def described(
     ]
 
 
-def _findings(findings: Mapping[str, Sequence[LogFinding]]) -> Iterator[dict[str, object]]:
+def _findings(findings: Mapping[str, Sequence[thermal.LogFinding]]) -> Iterator[dict[str, object]]:
     for log, found in findings.items():
         for finding in found:
             yield {
@@ -98,7 +91,7 @@ def _findings(findings: Mapping[str, Sequence[LogFinding]]) -> Iterator[dict[str
             }
 
 
-def _joint(result: Identification) -> Part:
+def _joint(result: thermal.Identification) -> Part:
     joint = result.joint
     if joint is None:
         return Value("joint_gains", None)
@@ -116,7 +109,7 @@ def _joint(result: Identification) -> Part:
     )
 
 
-def _beside(result: Identification) -> Table:
+def _beside(result: thermal.Identification) -> Table:
     """Return the errors on the training rows, model and baselines side by side."""
     heads = {
         "model": "model",
@@ -135,7 +128,7 @@ def _beside(result: Identification) -> Table:
     return Table(title, rows, words=1)
 
 
-def _selection(result: Identification) -> Part:
+def _selection(result: thermal.Identification) -> Part:
     selection = result.selection
     if selection is None:
         return Value("selection", None)
@@ -164,7 +157,7 @@ def _selection(result: Identification) -> Part:
     )
 
 
-def _output_text(output: IdentifiedOutput) -> Iterator[Part]:
+def _output_text(output: thermal.IdentifiedOutput) -> Iterator[Part]:
     if output.model is not None and len(output.model.parts) <= _MOST_PARTS:
         parts = list(zip(output.model.parts, output.std, strict=True))
         rows = [
@@ -189,7 +182,7 @@ def _output_text(output: IdentifiedOutput) -> Iterator[Part]:
     yield Value("", [f"{output.name[:30]}: {text}" for text in output.warnings], "warning")
 
 
-def _title(output: IdentifiedOutput) -> str:
+def _title(output: thermal.IdentifiedOutput) -> str:
     title = f"{output.name[:30]}: fit {output.fit_percent:.1f} % on the training rows"
     if abs(output.fit_percent - output.fit_from_rest_percent) >= 0.1:
         title += f" ({output.fit_from_rest_percent:.1f} % from rest)"
@@ -200,7 +193,7 @@ def _title(output: IdentifiedOutput) -> str:
     return title
 
 
-def _polynomials_in_words(result: PolynomialResult) -> Iterator[str]:
+def _polynomials_in_words(result: thermal.PolynomialResult) -> Iterator[str]:
     shared = result.method == "arx"
     for k, (name, a) in enumerate(zip(result.model.input_names, result.numerators, strict=True)):
         yield f"numerator a of {name[:30]}: {' '.join(f'{v:.8g}' for v in a)}"
@@ -210,7 +203,7 @@ def _polynomials_in_words(result: PolynomialResult) -> Iterator[str]:
             yield f"denominator b of {whose}: {listed}"
 
 
-def _output(output: IdentifiedOutput, sample_time_s: float) -> list[Value]:
+def _output(output: thermal.IdentifiedOutput, sample_time_s: float) -> list[Value]:
     keys = ("fit_percent", "fit_from_rest_percent", "noise_std_um", "slow_noise_std_um")
     keys += ("validation_mae_um", "baseline_mae_um", "training_rmse_um", "warnings")
     return [
@@ -221,7 +214,7 @@ def _output(output: IdentifiedOutput, sample_time_s: float) -> list[Value]:
     ]
 
 
-def _parts(output: IdentifiedOutput) -> Iterator[list[Value]]:
+def _parts(output: thermal.IdentifiedOutput) -> Iterator[list[Value]]:
     if output.model is None:
         return
     for part, std in zip(output.model.parts, output.std, strict=True):
@@ -235,7 +228,7 @@ def _parts(output: IdentifiedOutput) -> Iterator[list[Value]]:
         ]
 
 
-def _polynomials(result: PolynomialResult | None, sample_time_s: float) -> list[Value]:
+def _polynomials(result: thermal.PolynomialResult | None, sample_time_s: float) -> list[Value]:
     if result is None:
         empty = [Value("numerator", None), Value("denominator", None)]
         return [*empty, Value("sample_time_s", sample_time_s)]

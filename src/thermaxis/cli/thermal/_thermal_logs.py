@@ -2,10 +2,13 @@
 
 import argparse
 import hashlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import NamedTuple, final
+
+import numpy as np
 
 from thermaxis.cli._arguments import TIME, UNITS_S, add_mapping, adder, diameter, positive_seconds
 from thermaxis.codes import Place
@@ -16,9 +19,7 @@ from thermaxis.messages import remedy_of, sentence_of
 from thermaxis.thermal import LogFinding, MeasuredOutput, ThermalLog, check_log, without_sentinels
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(NamedTuple):
     """Part of a log: rows, or times since its first row."""
 
     first: float | None
@@ -29,6 +30,15 @@ class Span:
     """Whether both are times."""
     text: str
     """As the user wrote it."""
+
+    def rows_of(self, log: ThermalLog) -> tuple[int, int]:
+        """Return its first row in a log, and the one behind its last."""
+        if self.in_seconds:
+            edges_s = (self.first or 0.0, math.inf if self.last is None else self.last)
+            first, last = (int(np.searchsorted(log.time_s, edge_s)) for edge_s in edges_s)
+            return first, last
+        last = None if self.last is None else int(self.last)
+        return slice(int(self.first or 0), last).indices(log.rows)[:2]
 
 
 def span(text: str) -> Span:
@@ -83,7 +93,7 @@ def read_logs(
     mapping: Path | None,
     part: Span | None = None,
     sample_time_s: float | None = None,
-) -> "list[ReadLog]":
+) -> list[ReadLog]:
     """Read logs, or the same part of each."""
     found: list[ReadLog] = []
     reduce_s = None if part is not None and not part.in_seconds else sample_time_s
@@ -92,14 +102,8 @@ def read_logs(
         log = without_sentinels(log)
         first = 0
         if part is not None:
-            whole = log
-            log = _part(log, part)
-            begin_s = 0.0
-            if part.in_seconds:
-                begin_s = part.first or 0.0
-                first = int((whole.time_s < begin_s).sum())
-            else:
-                first = slice(int(part.first or 0), None).indices(whole.rows)[0]
+            first, last = part.rows_of(log)
+            log = log.span(first, last)
         with path.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
         found.append(ReadLog(log, TrainingLog(path.name, digest, log.rows, first)))
@@ -109,14 +113,6 @@ def read_logs(
 def remarks_of(logs: Sequence[ThermalLog]) -> list[str]:
     """Return what was noticed while logs were read, each sentence with its log."""
     return [f"{log.where}: {remark}" for log in logs for remark in log.remarks]
-
-
-def _part(log: ThermalLog, part: Span) -> ThermalLog:
-    if part.in_seconds:
-        end = float("inf") if part.last is None else part.last
-        return log.between(part.first or 0.0, end)
-    last = log.rows if part.last is None else int(part.last)
-    return log.span(int(part.first or 0), last)
 
 
 def measured_output(text: str) -> MeasuredOutput:
@@ -138,16 +134,10 @@ def rows_of_span(logs: Sequence[ThermalLog], part: Span) -> tuple[int, int]:
         raise ConfigurationError(
             "span_of_several_logs", place=Place(key=f"--span {part.text}"), logs=len(logs)
         )
-    log = logs[0]
-    if part.in_seconds:
-        edges = (part.first or 0.0, float("inf") if part.last is None else part.last)
-        first, last = (int((log.time_s < edge).sum()) for edge in edges)
-    else:
-        last_row = None if part.last is None else int(part.last)
-        first, last, _ = slice(int(part.first or 0), last_row).indices(log.rows)
+    first, last = part.rows_of(logs[0])
     if first >= last:
         raise ConfigurationError(
-            "span_without_rows", place=Place(key=f"--span {part.text}"), rows=log.rows
+            "span_without_rows", place=Place(key=f"--span {part.text}"), rows=logs[0].rows
         )
     return first, last
 

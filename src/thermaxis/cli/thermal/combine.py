@@ -1,4 +1,4 @@
-"""``thermaxis combine``: superpose models of separate calibration tests."""
+"""Superpose compensation models, with a gain by workpiece diameter."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""``thermaxis compare``: several models on one log."""
+"""Compare several compensation models on one log."""
 
 import argparse
 from collections.abc import Iterator, Sequence

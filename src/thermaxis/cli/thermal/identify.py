@@ -1,4 +1,4 @@
-"""``thermaxis identify``: from thermal logs to a compensation model."""
+"""Identify a compensation model from thermal logs."""
 
 import argparse
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from thermaxis import __version__, report
+from thermaxis import __version__, report, thermal
 from thermaxis.cli._arguments import add_json, add_report, adder, day, positive_seconds
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
@@ -22,21 +22,8 @@ from thermaxis.cli.thermal._thermal_logs import (
 )
 from thermaxis.codes import Place
 from thermaxis.compensation import Provenance
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, require_unique
 from thermaxis.files import write_model
-from thermaxis.thermal import (
-    Identification,
-    InputDefinition,
-    Method,
-    Records,
-    ThermalLog,
-    check_inputs,
-    identify,
-    identify_joint,
-    parse_input,
-    records_of,
-    usual_step_of,
-)
 
 _DISPLACEMENTS = ("um", "mm", "nm", "m")
 _FEWEST_ROWS = 2
@@ -162,7 +149,7 @@ def run(arguments: argparse.Namespace) -> int:
         used = [*outputs, *(c for d in inputs for c in d.channels)]
         findings = {log.where: findings_in(log, used) for log in logs}
         remarks = remarks_of(logs)
-        records = records_of(
+        records = thermal.records_of(
             logs,
             inputs,
             outputs,
@@ -192,18 +179,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _identified(
-    arguments: argparse.Namespace, records: Records, logs: Sequence[ThermalLog]
-) -> Identification:
+    arguments: argparse.Namespace, records: thermal.Records, logs: Sequence[thermal.ThermalLog]
+) -> thermal.Identification:
     """Call the estimator that was asked for."""
     if not arguments.candidates and not (records.highest_k > records.lowest_k).any():
         raise DataError(
             "no_input_changes", place=Place(file=", ".join(log.where for log in logs[:3]))
         )
     if arguments.joint is not None:
-        return identify_joint(records, arguments.output[0], *arguments.joint)
-    return identify(
+        return thermal.identify_joint(records, arguments.output[0], *arguments.joint)
+    return thermal.identify(
         records,
-        method=Method(arguments.method),
+        method=thermal.Method(arguments.method),
         choose=bool(arguments.candidates),
         orders=arguments.orders,
     )
@@ -223,15 +210,13 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     alone = len(arguments.output) == 1 and arguments.method == "modal" and not arguments.candidates
     if arguments.joint is not None and not alone:
         raise ConfigurationError("joint_gains_need_one_output", place=Place(key="--joint"))
-    twice = next((n for n in arguments.output if arguments.output.count(n) > 1), None)
-    if twice is not None:
-        raise ConfigurationError("stated_twice", place=Place(key="--output"), name=twice)
+    require_unique("--output", arguments.output)
 
 
 def _check_logs(
     arguments: argparse.Namespace,
-    logs: Sequence[ThermalLog],
-    inputs: Sequence[InputDefinition],
+    logs: Sequence[thermal.ThermalLog],
+    inputs: Sequence[thermal.InputDefinition],
     outputs: Sequence[str],
 ) -> None:
     """Refuse what no estimator can make anything of."""
@@ -256,7 +241,7 @@ def _check_logs(
             )
 
 
-def _step_of_values(log: ThermalLog) -> float:
+def _step_of_values(log: thermal.ThermalLog) -> float:
     """Return the usual time between rows that hold a value: means over less are mostly empty."""
     filled = np.zeros(log.rows, dtype=np.bool_)
     for values in log.columns.values():
@@ -268,34 +253,36 @@ def _step_of_values(log: ThermalLog) -> float:
 def _check_twice(entries: Sequence[ReadLog]) -> None:
     """Refuse a log that is named twice: it would count as two experiments."""
     seen: set[tuple[str, int, int]] = set()
-    for entry in entries:
-        key = (entry.training.sha256, entry.training.first_row, entry.training.rows)
+    for training in (entry.training for entry in entries):
+        key = (training.sha256, training.first_row, training.rows)
         if key in seen:
-            raise ConfigurationError("same_log_twice", place=Place(file=entry.training.name))
+            raise ConfigurationError("same_log_twice", place=Place(file=training.name))
         seen.add(key)
 
 
 def _common_step_s(
-    arguments: argparse.Namespace, logs: Sequence[ThermalLog], inputs: Sequence[InputDefinition]
+    arguments: argparse.Namespace,
+    logs: Sequence[thermal.ThermalLog],
+    inputs: Sequence[thermal.InputDefinition],
 ) -> float | None:
     """Return the step at which every candidate has a value; None where the rows' own step does."""
     if not arguments.candidates:
         return None
-    slowest = max(usual_step_of(log, inputs) for log in logs)
+    slowest = max(thermal.usual_step_of(log, inputs) for log in logs)
     own = max(log.usual_step_s for log in logs)
     return slowest if slowest > 1.5 * own else None
 
 
 def _inputs(
-    arguments: argparse.Namespace, logs: Sequence[ThermalLog]
-) -> tuple[InputDefinition, ...]:
+    arguments: argparse.Namespace, logs: Sequence[thermal.ThermalLog]
+) -> tuple[thermal.InputDefinition, ...]:
     """Return the inputs that were named, and every channel that fits a pattern."""
-    found: list[InputDefinition] = []
+    found: list[thermal.InputDefinition] = []
     for text in arguments.input:
-        written = parse_input(text, channels=logs[0].columns)
+        written = thermal.parse_input(text, channels=logs[0].columns)
         minus = None if written.minus is None else logs[0].name_of(written.minus)
         # Models of several tests fit together only if they spell a channel alike.
-        found.append(InputDefinition(written.name, logs[0].name_of(written.plus), minus))
+        found.append(thermal.InputDefinition(written.name, logs[0].name_of(written.plus), minus))
     outputs = {name.casefold() for name in arguments.output}
     for pattern in arguments.candidates:
         names = [
@@ -311,6 +298,6 @@ def _inputs(
                 known=", ".join(list(logs[0].columns)[:12]),
             )
         known = {definition.name for definition in found}
-        found += [InputDefinition(name, name) for name in names if name not in known]
-    check_inputs(found)
+        found += [thermal.InputDefinition(name, name) for name in names if name not in known]
+    thermal.check_inputs(found)
     return tuple(found)

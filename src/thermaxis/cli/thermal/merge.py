@@ -1,4 +1,4 @@
-"""``thermaxis merge``: join the logs of two recorders by time."""
+"""Join the logs of two recorders by time."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""``thermaxis simulate``: a model in free run along a log."""
+"""Run a compensation model along a log."""
 
 import argparse
 import sys

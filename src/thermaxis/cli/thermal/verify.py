@@ -1,10 +1,10 @@
-"""``thermaxis verify``: a model in free run against what was measured."""
+"""Compare a compensation model in free run with measured logs."""
 
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from thermaxis import __version__, report
+from thermaxis import __version__, report, thermal
 from thermaxis.cli._arguments import add_json, add_report, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
@@ -24,14 +24,6 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_correction_limits, read_model
 from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, without_text
-from thermaxis.thermal import (
-    ThermalLog,
-    Verification,
-    VerificationFigures,
-    VerifiedLog,
-    VerifiedOutput,
-    verify,
-)
 
 _EXPLAINED = (
     "p-p: range of the measured displacement; left: of measured minus simulated (free run)."
@@ -82,12 +74,12 @@ def run(arguments: argparse.Namespace) -> int:
         progress("reading", 0, 0)
         model = read_model(arguments.model)
         limits = _limits(arguments.limits, [output.name for output in model.outputs])
-        logs: list[ThermalLog] = [
+        logs: list[thermal.ThermalLog] = [
             entry.log for entry in read_logs(arguments.logs, mapping=arguments.mapping)
         ]
         progress("simulating", 0, 0)
         rows = None if arguments.span is None else rows_of_span(logs, arguments.span)
-        result = verify(
+        result = thermal.verify(
             model,
             logs,
             arguments.measured,
@@ -123,7 +115,7 @@ def _limits(path: Path | None, outputs: list[str]) -> dict[str, Limits]:
     return limits
 
 
-def figures_of(figures: VerificationFigures) -> list[Value]:
+def figures_of(figures: thermal.VerificationFigures) -> list[Value]:
     """Return the figures of one output as a row of a table."""
     after = figures.after_60_min_um
     there, left = after or (None, None)
@@ -151,12 +143,12 @@ def _pair(values: tuple[float, float]) -> dict[str, float]:
     return {"uncompensated": values[0], "residual": values[1]}
 
 
-def _row(name: str, figures: VerificationFigures) -> list[Value]:
+def _row(name: str, figures: thermal.VerificationFigures) -> list[Value]:
     return [Value("", name[:40], "output"), *figures_of(figures)]
 
 
 def described(
-    result: Verification, title: str, model_hash: str, remarks: Sequence[str] = ()
+    result: thermal.Verification, title: str, model_hash: str, remarks: Sequence[str] = ()
 ) -> list[Part]:
     """Return a verification for terminal and JSON."""
     logs, pooled = result.logs, result.pooled
@@ -184,12 +176,12 @@ def described(
     ]
 
 
-def _log_table(log: VerifiedLog) -> Table:
+def _log_table(log: thermal.VerifiedLog) -> Table:
     rows = [_row(output.measured.name, output.figures) for output in log.outputs]
     return Table(f"{log.name[:60]}{_etve(log)}", rows, words=1)
 
 
-def _limited(result: Verification) -> list[list[Value]]:
+def _limited(result: thermal.Verification) -> list[list[Value]]:
     several = len(result.logs) > 1
     return [
         _row(f"{o.measured.name} ({log.name})" if several else o.measured.name, o.limited)
@@ -199,11 +191,11 @@ def _limited(result: Verification) -> list[list[Value]]:
     ]
 
 
-def _etve(log: VerifiedLog) -> str:
+def _etve(log: thermal.VerifiedLog) -> str:
     return " (nothing turned: ranges are ETVE, ISO 230-3)" if log.environmental else ""
 
 
-def _log(log: VerifiedLog) -> list[Part]:
+def _log(log: thermal.VerifiedLog) -> list[Part]:
     outputs = [_output(output) for output in log.outputs]
     return [
         Value("name", log.name),
@@ -221,7 +213,7 @@ def _log(log: VerifiedLog) -> list[Part]:
     ]
 
 
-def _output(output: VerifiedOutput) -> list[Value]:
+def _output(output: thermal.VerifiedOutput) -> list[Value]:
     ranges: dict[str, float] = {}
     for name, values in zip(output.parts, output.contribution_um.T.tolist(), strict=True):
         known = [v for v in values if v == v]  # noqa: PLR0124 - without NaN

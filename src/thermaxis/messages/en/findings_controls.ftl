@@ -4,6 +4,15 @@ finding-line_ended_by_return_alone = The line is ended by a carriage return alon
 finding-byte_order_mark_first = The file begins with a byte order mark, which a control may not skip.
 finding-letters_outside_ascii = The line has letters outside of ASCII, which a control may not read.
 
+## A table beside a run
+
+finding-axis_of_run_differs = The table is of axis { $axis }, the run of { $of_run }: if these are two names of one axis, say --axis { $axis }.
+finding-axis_differs = The table is of axis { $axis }, not of { $wanted }.
+finding-points_not_read = The file seems to hold { $in_file } points, the control reads { $points } of them.
+finding-targets_not_covered = The table reaches from { $first } to { $last } { $unit } and does not cover { $outside } of { $targets } targets, from { $first_outside } to { $last_outside } { $unit }: there its end values are held.
+finding-sign_wrong = The sign is wrong for this run: with the table the range of the mean deviations goes from { FIXED($before, decimals: 2) } to { FIXED($after, decimals: 2) } { $unit } ({ FIXED($times, decimals: 1) } times); the opposite sign would leave { FIXED($opposite, decimals: 2) } { $unit }.
+finding-does_not_fit = The table does not fit this run: with the table the range of the mean deviations goes from { FIXED($before, decimals: 2) } to { FIXED($after, decimals: 2) } { $unit }; the opposite sign would leave { FIXED($opposite, decimals: 2) } { $unit }.
+
 ## Fanuc
 
 finding-unread_behind_end = What follows this % is not read.

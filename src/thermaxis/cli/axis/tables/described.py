@@ -1,24 +1,23 @@
 """The result of ``correct`` as text for a terminal and as JSON."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.cli.axis.tables.make import MadeTable, OlderTable
+from thermaxis.cli.axis.tables.make import MadeTable
 from thermaxis.cli.axis.tables.run import (
     EDITION,
     absent_in_words,
-    axis_warning,
-    drift_in_words,
+    drift_warning,
     run_in_words,
     shown_figures,
     systematic_range,
+    table_warning,
     temperature_in_words,
 )
-from thermaxis.codes import message_as_json
-from thermaxis.controls import ReadTable
-from thermaxis.messages import text_of
+from thermaxis.codes import Message, message_as_json
+from thermaxis.messages import sentence_of, text_of
 from thermaxis.positioning import (
     APPROACHES,
     BACKWARD,
@@ -33,51 +32,38 @@ from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, edition_name
 from thermaxis.report.tables import Part, Section, Table, Value, rows_of
 
 _DECIMALS = 2
-_WRONG_SIGN = (
-    "a wrong sign doubles the error: load the table, measure two points with and without it, and"
-    " only then use it"
-)
-_NO_DRIFT = (
-    "a table removes the systematic deviations at the thermal state of the run; it does not remove"
-    " drift"
-)
-_IGNORED = (
-    "the reversal value of the control counts as 0 during the run; if it was not, and this table"
-    " makes the control ignore it (BACKLASH of the joint on LinuxCNC) or asks for 0 (1851 on Fanuc"
-    " with two tables), give --backlash-in-force: what it corrected comes back otherwise"
-)
 _MOST_OUTSIDE = 6
 """So many points outside the targets are named each. [1]"""
 _SAME_REVERSAL = 1e-3
 """Reversals nearer than this are the same: the last digit that is shown. [µm or arcsec]"""
 
 
-def found_in(read: ReadTable) -> tuple[str, ...]:
-    """Return what was found in a control's table, in sentences."""
-    return tuple(text_of(one) for one in read.findings)
-
-
-def finding_codes(read: ReadTable) -> list[dict[str, object]]:
-    """Return what was found in a control's table, as JSON has it."""
-    return [message_as_json(one) for one in read.findings]
+def findings_as_parts(findings: Sequence[Message], head: str | None = None) -> list[Part]:
+    """Return what was found in a control's table, as sentences and as data."""
+    return [
+        Value("findings", tuple(map(text_of, findings)), head),
+        Value("finding_codes", [message_as_json(one) for one in findings]),
+    ]
 
 
 def described(result: MadeTable, kept: str | None) -> list[Part]:
     """Return a table that was made for terminal and JSON."""
-    run, drift, older = result.run, result.run.drift, result.older
-    state = drift.reference_time_s if result.drift_free and drift is not None else None
-    read = () if older is None else found_in(older.read)
+    run, drift, arguments, older = result.run, result.run.drift, result.arguments, result.in_force
+    state = drift.reference_time_s if arguments.drift_free and drift is not None else None
+    read = () if older.read is None else tuple(map(text_of, older.read.findings))
+    drift_said = drift.warnings if arguments.drift_free and drift is not None else ()
+    said = list(warnings_of(result))
     return [
         Value("version", __version__),
         Value("input", {"name": run.name, "sha256": run.sha256}),
-        Value("output", result.output),
+        Value("output", arguments.output),
         Section("", list(_head(result, kept))),
         Value("older_file", kept),
-        Value("control", result.control_name),
+        Value("control", arguments.control),
         Value("options", result.options),
         Value("kind", str(run.test.kind)),
         Value("axis", run.axis),
-        Value("levels", "drift-free" if result.drift_free else "measured"),
+        Value("levels", "drift-free" if arguments.drift_free else "measured"),
         Value("reference_time_s", state),
         Section("", list(_sign_and_unit(result))),
         Value("sign", text_of(result.control.sign)),
@@ -86,22 +72,22 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
         Value("sentence_codes", [message_as_json(one) for one in result.text.advice]),
         Section("", list(_values(result))),
         table_of(result.read.table),
-        Value("backlash_in_force", result.in_force.backlash),
+        Value("backlash_in_force", older.backlash),
         Value("reference_position", result.wanted.reference_position),
         *_left(result),
         targets_of(run.test, result.measured, ""),
         effects(run.test, result.measured, result.without_drift),
-        Value("merge", None) if older is None else Section("merge", list(_older(result, older))),
+        Section("merge", [*_older(result)]) if older.read is not None else Value("merge", None),
         Section("", [Value("", read, "finding in the older table")]),
-        Value("findings", found_in(result.read), "read back"),
-        Value("finding_codes", finding_codes(result.read)),
-        Value("warnings", warnings_of(result), "warning"),
+        *findings_as_parts(result.read.findings, "read back"),
+        *warnings_as_parts([*run.test.remarks, *result.levels.remarks, *drift_said], said),
     ]
 
 
 def _head(result: MadeTable, kept: str | None) -> Iterator[str]:
     run = result.run
-    yield f"{result.output}: compensation table of axis {run.axis} for {result.control.title}"
+    output = result.arguments.output
+    yield f"{output}: compensation table of axis {run.axis} for {result.control.title}"
     yield run_in_words(run)
     yield f"levels: {levels_in_words(result)}"
     if kept is not None:
@@ -111,7 +97,7 @@ def _head(result: MadeTable, kept: str | None) -> Iterator[str]:
 def levels_in_words(result: MadeTable) -> str:
     """Return what levels the table was made of."""
     drift = result.run.drift
-    if not result.drift_free or drift is None:
+    if not result.arguments.drift_free or drift is None:
         return "as measured, with the drift of the run in them"
     if not drift.significant:
         return "no drift is seen in the run: the drift-free levels are the measured ones"
@@ -185,7 +171,7 @@ def _reversal_in_words(result: MadeTable) -> str:
         if result.in_force.backlash:
             more = f", with the {result.in_force.backlash:+.{_DECIMALS}f} {unit} that were apart"
         return f"{of_run}, at most {largest:.{_DECIMALS}f} {unit}; it is in the points{more}"
-    if result.apart is not None:
+    if result.residual.backlash is not None:
         left = float(np.max(np.abs(reversal - mean)))
         during = ""
         if result.in_force.backlash is not None:
@@ -209,8 +195,9 @@ def _reversal_in_words(result: MadeTable) -> str:
 
 def _left(result: MadeTable) -> Iterator[Part]:
     unit, place = result.wanted.kind.units.deviation, result.wanted.kind.units.position
-    residual = np.max(np.abs(result.residual), axis=1)
-    i, j = int(np.argmax(result.bound)), int(np.argmax(residual))
+    residual = np.max(np.abs(result.missed), axis=1)
+    bound = result.bound
+    i, j = int(np.argmax(bound)), int(np.argmax(residual))
     target = result.levels.target
     half = "; both with the half of the reversal that remains"
     yield Section(
@@ -218,7 +205,7 @@ def _left(result: MadeTable) -> Iterator[Part]:
         [
             (
                 "interpolation: between its points the table can miss a level by"
-                f" {float(result.bound[i]):.{_DECIMALS}f} {unit} at most (target at"
+                f" {float(bound[i]):.{_DECIMALS}f} {unit} at most (target at"
                 f" {target[i]:.9g} {place}, by the slopes of the levels); the largest residual is"
                 f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:.9g}"
                 f" {place}){'' if result.rule.per_direction else half}"
@@ -227,7 +214,7 @@ def _left(result: MadeTable) -> Iterator[Part]:
                 f"rounding: {result.rounding:.3g} {unit} at most, between what was meant and the"
                 " file as the control reads it"
             ),
-            Value("interpolation", result.bound[i]),
+            Value("interpolation", bound[i]),
             Value("residual", residual[j]),
             Value("rounding", result.rounding),
             Value("steepest_slope", result.wanted.steepest_slope[0]),
@@ -302,8 +289,11 @@ def targets_of(test: PositioningTest, effect: CorrectionEffect, title: str) -> T
     return Table(f"{title}, {units.deviation}" if title else "", rows_of(*columns), key="targets")
 
 
-def _older(result: MadeTable, older: OlderTable) -> Iterator[Part]:
+def _older(result: MadeTable) -> Iterator[Part]:
     table, unit, point = result.wanted, result.wanted.kind.units, result.reference
+    in_force, older = result.in_force, result.older
+    if in_force.read is None or older is None:
+        return
     change = table.deviation - older.at_points
     both = result.rule.per_direction
     columns = [Value("", table.position, unit.position, ".3f")]
@@ -311,7 +301,7 @@ def _older(result: MadeTable, older: OlderTable) -> Iterator[Part]:
         for a in (FORWARD, BACKWARD) if both else (FORWARD,):
             head = f"{name} {'↑↓'[a]}" if both else name
             columns.append(Value("", values[:, a], head, "+.3f"))
-    title = f"Deviations in {older.name} and in the new table, {unit.deviation}"
+    title = f"Deviations in {in_force.name} and in the new table, {unit.deviation}"
     yield Table(title, rows_of(*columns))
     yield (
         "The run counts as measured with the old table in force: the new table is the old one plus"
@@ -323,145 +313,112 @@ def _older(result: MadeTable, older: OlderTable) -> Iterator[Part]:
     yield f"Reference point: old {stated}, new {point.position:.9g} {unit.position}"
     if table.backlash is not None and not both:
         yield (
-            f"Reversal apart from the points: old {result.in_force.backlash or 0.0:+.3f}, new"
+            f"Reversal apart from the points: old {in_force.backlash or 0.0:+.3f}, new"
             f" {table.backlash:+.3f} {unit.deviation}"
         )
-    yield Value("name", older.name)
-    yield Value("findings", found_in(older.read))
-    yield Value("finding_codes", finding_codes(older.read))
+    yield Value("name", in_force.name)
+    yield from findings_as_parts(in_force.read.findings)
     yield Value("lost", older.lost)
     yield Value("reference_position", point.older)
-    yield Value("backlash", older.read.table.backlash)
+    yield Value("backlash", in_force.read.table.backlash)
     for key, values in (("old", older.at_points), ("change", change)):
         yield Value(f"{key}_forward", values[:, FORWARD])
         yield Value(f"{key}_backward", values[:, BACKWARD])
 
 
-def warnings_of(result: MadeTable) -> list[str]:
-    """Return what the user of a table must know, in words."""
-    run = result.run
-    said = [*run.test.remarks, *result.levels.remarks]
-    if run.axis_assumed:
-        said.append(axis_warning(run))
-    said += _drift_warnings(result)
-    said += _range_warnings(result)
-    before, after = (
-        systematic_range(level) for level in (result.measured.before, result.measured.after)
-    )
-    if after >= before:
-        said.append(
-            "the simulated table does not make the measured deviations smaller: do not use it"
-        )
-    if result.older is None:
-        said.append(
-            "the run counts as measured without any table in force; if one was, give it with"
-            " --merge"
-        )
-    said += result.doubts
-    said += result.reference.warnings
-    said += _reversal_warnings(result)
-    said.append(_WRONG_SIGN)
-    said.append(f"{_NO_DRIFT}. Temperature of the run: {temperature_in_words(run.test)}")
-    said.append("the table is not in force: nothing was sent to the control or activated")
-    return said
-
-
-def _reversal_warnings(result: MadeTable) -> list[str]:
-    """Return what the control's own reversal value has to do with the new file."""
-    in_force, unit = result.in_force, result.wanted.kind.units.deviation
-    alone = result.rule.per_direction and result.older is None
-    if in_force.backlash is None:
-        if result.apart is not None:
-            return [
-                (
-                    "the reversal value of the control (MD32450, 1851) counts as 0 during the run;"
-                    " if it was not, give --backlash-in-force: the file replaces it"
-                )
-            ]
-        return [_IGNORED] if alone else []
-    if alone and in_force.backlash != 0.0:
-        return [
-            (
-                "the reversal value that the control had during the run is in the points now: set"
-                " it to 0 on a control that does not ignore it beside a table"
-            )
-        ]
-    own = None if in_force.read is None else in_force.read.table.backlash
-    if own is not None and abs(own - in_force.backlash) > _SAME_REVERSAL:
-        return [
-            (
-                f"the older table states a reversal of {own:+.3f} {unit}, --backlash-in-force"
-                f" {in_force.backlash:+.3f} {unit}: the latter counts as in force during the run"
-            )
-        ]
-    return []
-
-
-def _drift_warnings(result: MadeTable) -> list[str]:
-    run = result.run
-    unit = run.test.kind.units.deviation
-    if run.drift is None:
-        return [f"whether the run drifts is not known: {run.why_no_drift}"]
-    if result.drift_free or not run.drift.significant:
-        return list(run.drift.warnings) if result.drift_free else []
-    apart = np.abs(run.drift.level - result.measured.before)
+def warnings_as_parts(remarks: Sequence[str], warnings: Sequence[Message]) -> list[Part]:
+    """Return remarks and warnings as sentences, and the warnings as data."""
     return [
-        (
-            f"{drift_in_words(run)}; the measured levels depart from the drift-free ones by up to"
-            f" {float(np.nanmax(apart)):.2f} {unit}: consider --drift-free"
-        )
+        Value("warnings", [*remarks, *map(sentence_of, warnings)], "warning"),
+        Value("warning_codes", [message_as_json(one) for one in warnings]),
     ]
 
 
-def _range_warnings(result: MadeTable) -> list[str]:
-    target, position = result.levels.target, result.wanted.position
-    place = result.run.test.kind.units.position
-    said: list[str] = []
+def warnings_of(result: MadeTable) -> Iterator[Message]:
+    """Return what the user of a table must know."""
+    run, drift = result.run, result.run.drift
+    if run.axis_refused:
+        yield table_warning("axis_name_unusable", stated=run.axis_refused, axis=run.axis)
+    elif run.axis_assumed:
+        yield table_warning("axis_assumed", axis=run.axis)
+    if drift is None:
+        yield table_warning("drift_unknown", cause=run.why_no_drift)
+    elif drift.significant and not result.arguments.drift_free:
+        apart = float(np.nanmax(np.abs(drift.level - result.measured.before)))
+        yield drift_warning("drift_in_levels", run, drift, apart=apart)
+    yield from _range_warnings(result)
+    if systematic_range(result.measured.after) >= systematic_range(result.measured.before):
+        yield table_warning("nothing_gained")
+    if result.older is None:
+        yield table_warning("no_table_in_force")
+    yield from result.doubts
+    yield from result.reference.warnings
+    yield from _reversal_warnings(result)
+    yield table_warning("sign_to_be_proven")
+    yield table_warning("drift_stays")
+    yield table_warning("temperature_of_run", temperature=temperature_in_words(run.test))
+    yield table_warning("table_not_in_force")
+
+
+def _reversal_warnings(result: MadeTable) -> Iterator[Message]:
+    """Return what the control's own reversal value has to do with the new file."""
+    stated, read = result.in_force.backlash, result.in_force.read
+    alone = result.rule.per_direction and result.older is None
+    own = None if read is None else read.table.backlash
+    if stated is None and result.residual.backlash is not None:
+        yield table_warning("reversal_counts_as_zero")
+    elif stated is None:
+        if alone:
+            yield table_warning("reversal_may_be_ignored")
+    elif alone and stated != 0.0:
+        yield table_warning("reversal_in_points")
+    elif own is not None and abs(own - stated) > _SAME_REVERSAL:
+        unit = result.wanted.kind.units.deviation
+        yield table_warning("reversal_differs", of_table=own, stated=stated, unit=unit)
+
+
+def _range_warnings(result: MadeTable) -> Iterator[Message]:
+    target, position, older = result.levels.target, result.wanted.position, result.older
+    units = result.run.test.kind.units
+    place = units.position
+    first, last = float(target[0]), float(target[-1])
     near = 0.01 * float(np.min(np.diff(position), initial=1.0))
-    if position[0] < target[0] - near or position[-1] > target[-1] + near:
-        said.append(
-            f"points of the table lie outside the targets, which reach from {target[0]:.9g} to"
-            f" {target[-1]:.9g} {place}: the first of them continues the line through the last"
-            " target where it is long enough, else its value is held; nothing was measured there:"
-            f" {_points_outside(result, near)}"
+    if position[0] < first - near or position[-1] > last + near:
+        points = tuple(_points_outside(result, near))
+        yield table_warning(
+            "points_outside_targets", first=first, last=last, position_unit=place, points=points
         )
-    if position[0] > target[0] + near or position[-1] < target[-1] - near:
-        said.append(
-            f"the table reaches from {position[0]:.9g} to {position[-1]:.9g} {place} only: outside"
-            " it the control holds the end values"
-        )
-    older = result.older
+    low, high = float(position[0]), float(position[-1])
+    if low > first + near or high < last - near:
+        yield table_warning("table_ends_within_targets", first=low, last=high, position_unit=place)
     if older is not None:
         lost, where = older.lost_at_points
         if max(lost, older.lost) > 0.5 * result.rule.resolution:
-            unit = result.run.test.kind.units.deviation
-            said.append(
-                "the new points are too few for the older table: up to"
-                f" {max(lost, older.lost):.2f} {unit} of it are lost between them, {lost:.2f}"
-                f" {unit} at its point at {where:.9g} {place}; leave --points and --spacing out"
+            yield table_warning(
+                "older_table_lost",
+                lost=max(lost, older.lost),
+                lost_at_point=lost,
+                unit=units.deviation,
+                position=where,
+                position_unit=place,
             )
-    return said
 
 
-def _points_outside(result: MadeTable, near: float) -> str:
-    """Return the points outside the targets with their values, in words."""
+def _points_outside(result: MadeTable, near: float) -> Iterator[str]:
+    """Yield the points outside the targets with their values."""
     table, target = result.wanted, result.levels.target
     units = table.kind.units
     number = np.flatnonzero(
         (table.position < target[0] - near) | (table.position > target[-1] + near)
     )
+    shown = number
     if number.size > _MOST_OUTSIDE:  # those next to the targets, and the outermost ones
         below = np.flatnonzero(table.position[number] < target[0])
         ends = {0, number.size - 1, *(below[-1:]).tolist(), min(below.size, number.size - 1)}
         shown = number[sorted(ends)]
-    else:
-        shown = number
-    said: list[str] = []
     for k in shown.tolist():
         values = [f"{float(v):+.{_DECIMALS}f}" for v in table.deviation[k]]
         kept = values if result.rule.per_direction else values[:1]
-        said.append(
-            f"{table.position[k]:.9g} {units.position}: {' and '.join(kept)} {units.deviation}"
-        )
-    rest = number.size - shown.size
-    return "; ".join(said) + (f"; and {rest} more" if rest else "")
+        yield f"{table.position[k]:.9g} {units.position}: {' and '.join(kept)} {units.deviation}"
+    if number.size > shown.size:
+        yield f"and {number.size - shown.size} more"

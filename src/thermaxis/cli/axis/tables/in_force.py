@@ -133,7 +133,11 @@ def _check_same_axis(read: ReadTable, run: AxisRun, name: str) -> None:
 
 
 def _check_stated(
-    control: Control, rule: GridRule, read: ReadTable | None, *, replaced: bool
+    control: Control,
+    rule: GridRule,
+    read: ReadTable | None,
+    *,
+    replaced: bool,
 ) -> None:
     """Refuse a reversal value that stays in force, or did not act, whatever the new file holds."""
     place = Place(key="--backlash-in-force")

@@ -19,7 +19,7 @@ from thermaxis.cli.axis.tables.run import (
     temperature_in_words,
     with_drift,
 )
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -63,10 +63,6 @@ _ROUND_OFF = 1e-6
 class OlderTable:
     """The table that was in force during the run, beside the one that takes its place."""
 
-    name: str
-    """Its file."""
-    read: ReadTable
-    """Its values and what looks wrong in it."""
     at_points: FloatArray
     """Its deviations at the points of the new table, (k, 2). [µm or arcsec]"""
     lost: float
@@ -80,50 +76,61 @@ class OlderTable:
 class MadeTable:
     """A control's table with everything that was worked out for it."""
 
-    run: AxisRun
-    """The run."""
-    control_name: str
-    """Name of the control on the command line."""
+    arguments: argparse.Namespace
+    """What was asked for."""
     control: Control
     """The control."""
     options: Mapping[str, str]
     """Its options."""
     rule: GridRule
     """What it asks of the points."""
-    output: str
-    """The table's file."""
-    drift_free: bool
-    """Whether the levels are those without drift."""
+    run: AxisRun
+    """The run."""
     levels: AxisLevels
-    """Levels of the run."""
+    """Levels of the run, as measured or without drift."""
+    in_force: InForce
+    """What corrected the axis during the run."""
+    residual: CompensationTable
+    """The levels alone, at the points of the table."""
     wanted: CompensationTable
-    """The table before it was rounded."""
-    apart: float | None
-    """Reversal of this run that is compensated apart from the points. [µm or arcsec]"""
+    """The table before it was rounded: the same with what was in force."""
     grid: str
     """How its points were chosen, in words."""
     reference: ReferencePoint
     """Where it is zero."""
-    doubts: tuple[str, ...]
-    """Why its unit is doubted, in words."""
+    doubts: tuple[Message, ...]
+    """Why its unit is doubted."""
     text: TableText
     """The control's file."""
     read: ReadTable
     """What the control would read in it."""
     rounding: float
     """Largest difference between the two. [µm or arcsec]"""
-    bound: FloatArray
-    """How far the points can miss the levels, by the slopes, (m,). [µm or arcsec]"""
-    residual: FloatArray
-    """How far they do, without rounding, (m, 2). [µm or arcsec]"""
     measured: CorrectionEffect
     """What it makes of the readings."""
     without_drift: CorrectionEffect | None
     """What it makes of them without drift; None where no drift is seen."""
-    in_force: InForce
-    """What corrected the axis during the run."""
     older: OlderTable | None
     """The table that was in force, beside the new one."""
+
+    @property
+    def bound(self) -> FloatArray:
+        """How far the points can miss the levels, by the slopes, (m,). [µm or arcsec]"""
+        bound = interpolation_bound(
+            self.levels,
+            self.wanted.position,
+            per_direction=self.rule.per_direction,
+            backlash=self.arguments.backlash,
+        )
+        return bound if self.older is None else bound + self.older.lost
+
+    @property
+    def missed(self) -> FloatArray:
+        """How far they do, without rounding and the zero that was chosen, (m, 2). [µm or arcsec]"""
+        table = self.residual
+        value = values_at_points(self.levels, table.position)
+        zero = float(np.mean(value[:, FORWARD] + value[:, BACKWARD]) / 2 - np.mean(table.mean))
+        return self.levels.level - zero - table.deviation_at(self.levels.target)
 
 
 def make_table(arguments: argparse.Namespace) -> MadeTable:
@@ -132,59 +139,70 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     options = check_options(control, arguments.set, purpose="table")
     run = read_run(arguments.run, axis=arguments.axis, encoding=arguments.encoding)
     rule = control.grid_rule(run.test.kind, options)
+    levels = measured_levels(run.test)
     if arguments.backlash:
-        _check_backlash(control, rule, measured_levels(run.test))
+        _check_backlash(control, rule, levels)
     in_force = what_was_in_force(arguments, control, options, rule, run)
-    asked = _Asked(arguments, control, options, rule, in_force)
+    residual, reference, grid = _at_points(arguments, rule, in_force, run, levels)
     # the drift model takes a minute for some thousand readings: first what can be refused at once
-    if arguments.drift_free:
-        check_points(
-            _levels_at_points(asked, run, measured_levels(run.test))[0], rule, control.title
-        )
+    check_points(residual, rule, control.title)
+    if not arguments.no_drift:
         hours: float | None = arguments.reference_time
         run = with_drift(run, reference_time_s=None if hours is None else 3600.0 * hours)
-    filed = _filed(asked, run, _levels(run, drift_free=arguments.drift_free))
-    if not arguments.drift_free and not arguments.no_drift:
-        run = with_drift(run)
-    return _simulated(asked, run, filed)
+    if arguments.drift_free:
+        levels = _drift_free_levels(run)
+        residual, reference, grid = _at_points(arguments, rule, in_force, run, levels)
+    doubts = doubts_about_size(residual)
+    wanted = _with_what_was_in_force(residual, in_force, rule, control)
+    if in_force.table is not None:
+        doubts += doubts_about_size(wanted)
+    wanted = replace(wanted, source=_source(arguments), run_sha256=run.sha256)
+    request = TableRequest(table=wanted, origin=_origin(run, arguments, in_force), options=options)
+    text, read, rounding = _written(control, request, rule, arguments.output)
+    # what was in force during the run is in its readings
+    target = run.test.target
+    added = control.correction(read.table, target) - in_force.correction(control, target)
+    return MadeTable(
+        arguments=arguments,
+        control=control,
+        options=options,
+        rule=rule,
+        run=run,
+        levels=levels,
+        in_force=in_force,
+        residual=residual,
+        wanted=wanted,
+        grid=grid,
+        reference=reference,
+        doubts=doubts,
+        text=text,
+        read=read,
+        rounding=rounding,
+        measured=evaluate_correction(run.test, added),
+        without_drift=simulated_without_drift(run, added),
+        older=_older(in_force, rule, wanted.position, levels.target),
+    )
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """What is to be made, whatever the levels."""
-
-    arguments: argparse.Namespace
-    control: Control
-    options: Mapping[str, str]
-    rule: GridRule
-    in_force: InForce
+# ---- what the table is made of ------------------------------------------------------------------
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Filed:
-    """A control's file, and what it was made of."""
-
-    levels: AxisLevels
-    residual: CompensationTable
-    wanted: CompensationTable
-    grid: str
-    reference: ReferencePoint
-    doubts: tuple[str, ...]
-    text: TableText
-    read: ReadTable
-    rounding: float
+def _drift_free_levels(run: AxisRun) -> AxisLevels:
+    if run.drift is None:
+        raise DataError("no_drift_free_levels", place=Place(file=run.name), cause=run.why_no_drift)
+    return axis_levels(run.test.target, run.drift.level)
 
 
-def _levels_at_points(
-    asked: _Asked, run: AxisRun, levels: AxisLevels
+def _at_points(
+    arguments: argparse.Namespace,
+    rule: GridRule,
+    in_force: InForce,
+    run: AxisRun,
+    levels: AxisLevels,
 ) -> tuple[CompensationTable, ReferencePoint, str]:
     """Return the levels at the points of the table, where it is zero, and the grid in words."""
-    arguments, rule = asked.arguments, asked.rule
-    reference = reference_point(levels.target, arguments.reference, asked.in_force.read, rule)
-    older = asked.in_force.table
-    position, grid = _points(arguments, rule, levels.target, reference.position, older)
+    reference = reference_point(levels.target, arguments.reference, in_force.read, rule)
+    position, grid = _points(arguments, rule, levels.target, reference.position, in_force.table)
     table = compensation_table(
         levels,
         position,
@@ -195,69 +213,6 @@ def _levels_at_points(
         backlash=arguments.backlash,
     )
     return table, reference, grid
-
-
-def _filed(asked: _Asked, run: AxisRun, levels: AxisLevels) -> _Filed:
-    """Return the control's file, read back, with what it was made of."""
-    arguments, in_force = asked.arguments, asked.in_force
-    residual, reference, grid = _levels_at_points(asked, run, levels)
-    doubts = doubts_about_size(residual, "the mean deviation of the run")
-    wanted = _with_what_was_in_force(residual, in_force, asked.rule, asked.control)
-    if in_force.table is not None:
-        doubts += doubts_about_size(wanted, "the sum with the older table")
-    wanted = replace(wanted, source=_source(arguments), run_sha256=run.sha256)
-    origin = _origin(run, arguments, in_force)
-    request = TableRequest(table=wanted, origin=origin, options=asked.options)
-    text, again, rounding = _written(asked.control, request, asked.rule, arguments.output)
-    return _Filed(levels, residual, wanted, grid, reference, doubts, text, again, rounding)
-
-
-def _simulated(asked: _Asked, run: AxisRun, filed: _Filed) -> MadeTable:
-    """Return the table with what it makes of the run."""
-    arguments, control, rule, in_force = asked.arguments, asked.control, asked.rule, asked.in_force
-    levels, position = filed.levels, filed.wanted.position
-    # what was in force during the run is in its readings
-    added = control.correction(filed.read.table, run.test.target)
-    added = added - in_force.correction(control, run.test.target)
-    older = _older(in_force, rule, position, levels.target)
-    bound = interpolation_bound(
-        levels, position, per_direction=rule.per_direction, backlash=arguments.backlash
-    )
-    return MadeTable(
-        run=run,
-        control_name=arguments.control,
-        control=control,
-        options=asked.options,
-        rule=rule,
-        output=arguments.output,
-        drift_free=arguments.drift_free,
-        levels=levels,
-        wanted=filed.wanted,
-        apart=filed.residual.backlash,
-        grid=filed.grid,
-        reference=filed.reference,
-        doubts=filed.doubts,
-        text=filed.text,
-        read=filed.read,
-        rounding=filed.rounding,
-        bound=bound if older is None else bound + older.lost,
-        residual=_residual(levels, filed.residual),
-        measured=evaluate_correction(run.test, added),
-        without_drift=simulated_without_drift(run, added),
-        in_force=in_force,
-        older=older,
-    )
-
-
-# ---- what the table is made of ------------------------------------------------------------------
-
-
-def _levels(run: AxisRun, *, drift_free: bool) -> AxisLevels:
-    if not drift_free:
-        return measured_levels(run.test)
-    if run.drift is None:
-        raise DataError("no_drift_free_levels", place=Place(file=run.name), cause=run.why_no_drift)
-    return axis_levels(run.test.target, run.drift.level)
 
 
 def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> None:
@@ -271,7 +226,10 @@ def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> Non
 
 
 def _with_what_was_in_force(
-    residual: CompensationTable, in_force: InForce, rule: GridRule, control: Control
+    residual: CompensationTable,
+    in_force: InForce,
+    rule: GridRule,
+    control: Control,
 ) -> CompensationTable:
     """Return the table that takes the place of everything that was in force."""
     older = in_force.table
@@ -336,7 +294,10 @@ def _with(target: FloatArray, through: float | None, rule: GridRule) -> FloatArr
 
 
 def _points_of_both(
-    rule: GridRule, target: FloatArray, through: float | None, old: CompensationTable
+    rule: GridRule,
+    target: FloatArray,
+    through: float | None,
+    old: CompensationTable,
 ) -> tuple[FloatArray, str] | None:
     """Return points that hold the older table without loss, in words too; None if too many."""
     words = "those of the older table, so that nothing of it is lost"
@@ -383,7 +344,10 @@ def _old_and_new(new: FloatArray, old: CompensationTable, rule: GridRule) -> tup
 def _sampled(table: CompensationTable, points: FloatArray, at: FloatArray) -> FloatArray:
     """Return what a table is at positions if only its values at the points are kept, (p, 2)."""
     value = table.deviation_at(points)
-    return np.stack([np.interp(at, points, value[:, a]) for a in (FORWARD, BACKWARD)], axis=1)
+    return np.stack(
+        [np.interp(at, points, value[:, a]) for a in (FORWARD, BACKWARD)],
+        axis=1,
+    )
 
 
 def _source(arguments: argparse.Namespace) -> str:
@@ -424,7 +388,10 @@ def _written(
 
 
 def _check_read_back(
-    control: Control, wanted: CompensationTable, again: ReadTable, rule: GridRule
+    control: Control,
+    wanted: CompensationTable,
+    again: ReadTable,
+    rule: GridRule,
 ) -> float:
     """Return the largest rounding; refuse a file that the control would read otherwise."""
     unit = wanted.kind.units.deviation
@@ -447,18 +414,14 @@ def _check_read_back(
     return difference
 
 
-def _residual(levels: AxisLevels, table: CompensationTable) -> FloatArray:
-    """Return how far the table misses the levels, apart from the zero that was chosen, (m, 2)."""
-    value = values_at_points(levels, table.position)
-    zero = float(np.mean(value[:, FORWARD] + value[:, BACKWARD]) / 2 - np.mean(table.mean))
-    return levels.level - zero - table.deviation_at(levels.target)
-
-
 def _older(
-    in_force: InForce, rule: GridRule, position: FloatArray, target: FloatArray
+    in_force: InForce,
+    rule: GridRule,
+    position: FloatArray,
+    target: FloatArray,
 ) -> OlderTable | None:
     table = in_force.table
-    if in_force.read is None or table is None:
+    if table is None:
         return None
     table = _reversal_in_points(table) if rule.per_direction else replace(table, backlash=None)
     at_points = table.deviation_at(position)
@@ -466,5 +429,4 @@ def _older(
     own = table.position
     off = np.max(np.abs(_sampled(table, position, own) - table.deviation_at(own)), axis=1)
     k = int(np.argmax(off))
-    worst = (float(off[k]), float(own[k]))
-    return OlderTable(in_force.name, in_force.read, at_points, lost, worst)
+    return OlderTable(at_points, lost, (float(off[k]), float(own[k])))

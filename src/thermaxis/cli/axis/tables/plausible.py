@@ -5,6 +5,8 @@ Not protected: a unit that is wrong by less than the limits here passes, as does
 
 import numpy as np
 
+from thermaxis.cli.axis.tables.run import table_warning
+from thermaxis.codes import Message, Value
 from thermaxis.errors import DataError
 from thermaxis.positioning import CompensationTable
 
@@ -21,33 +23,24 @@ _SHORTEST = 1.0
 close together noise and rounding make a steep slope of no height. [mm or deg]"""
 
 
-def doubts_about_size(table: CompensationTable, what: str) -> tuple[str, ...]:
+def doubts_about_size(table: CompensationTable) -> tuple[Message, ...]:
     """Return why the values of a table are doubted; refuse what no axis can have."""
     units = table.kind.units
     per, unit = units.deviations_per_position, f"{units.deviation}/{units.position}"
     slope, low, high = _steepest(table)
-    where = f"from {low:.9g} to {high:.9g} {units.position}"
+    steep = table_warning(
+        "steep", slope=slope, unit=unit, low=low, high=high, position_unit=units.position
+    )
     if slope >= _REFUSED_SLOPE * per:
-        raise DataError(
-            "table_too_steep",
-            subject=what,
-            slope=slope,
-            unit=unit,
-            low=low,
-            high=high,
-            position_unit=units.position,
-            percent=100.0 * slope / per,
-            deviation_unit=units.deviation,
-        )
+        more: dict[str, Value] = {
+            "percent": 100.0 * slope / per,
+            "deviation_unit": units.deviation,
+        }
+        raise DataError.of(Message("error-table_too_steep", {**steep.values, **more}))
     largest = float(np.max(np.abs(table.deviation)))
-    said: list[str] = []
-    if slope >= _SUSPECT_SLOPE * per:
-        said.append(f"changes by {slope:.3g} {unit} {where}")
-    if largest > _SUSPECT_DEVIATION * per:
-        said.append(f"reaches {largest:.5g} {units.deviation}")
-    if not said:
-        return ()
-    return (f"{what} {' and '.join(said)}: check the unit of the run, few axes are that wrong",)
+    large = table_warning("large", largest=largest, unit=units.deviation)
+    found = ((steep, slope >= _SUSPECT_SLOPE * per), (large, largest > _SUSPECT_DEVIATION * per))
+    return tuple(message for message, doubted in found if doubted)
 
 
 def _steepest(table: CompensationTable) -> tuple[float, float, float]:

@@ -9,7 +9,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.cli.axis.tables.run import table_warning
+from thermaxis.codes import Message, Place
 from thermaxis.controls import GridRule, ReadTable
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import CompensationTable, FloatArray
@@ -30,7 +31,7 @@ class ReferencePoint:
     older: float | None
     """That of the older table: stated in its file, or where it is zero; None where it is nowhere
     zero, or there is no older table. [mm or deg]"""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     """What follows for the zero of the control."""
 
 
@@ -51,12 +52,9 @@ def reference_point(
     found = _nearest_zero(read.table, usual, near)
     if found is None:
         return ReferencePoint(usual, "", None, (_moved(read, usual),))
-    text = (
-        "the file of the older table does not state its reference point:"
-        f" {found:.9g} {read.table.kind.units.position} was taken, where it is zero. If the axis"
-        " has another one, give --reference"
-    )
-    return ReferencePoint(found, "where the older table is zero", found, (text,))
+    units = read.table.kind.units
+    taken = table_warning("reference_taken", position=found, position_unit=units.position)
+    return ReferencePoint(found, "where the older table is zero", found, (taken,))
 
 
 def _beside(read: ReadTable, known: float, stated: float | None, rule: GridRule) -> ReferencePoint:
@@ -82,12 +80,11 @@ def _stated(read: ReadTable, stated: float, near: float) -> ReferencePoint:
     return ReferencePoint(stated, "as stated", older, (_moved(read, stated),))
 
 
-def _moved(read: ReadTable, place: float) -> str:
+def _moved(read: ReadTable, place: float) -> Message:
     units, value = read.table.kind.units, _mean_at(read.table, place)
-    return (
-        f"the older table is {value:+.2f} {units.deviation} at {place:.9g} {units.position}, the"
-        " new one zero: all positions of the axis move by as much against what was set with the"
-        " older table, zero points of workpieces included"
+    unit, position_unit = units.deviation, units.position
+    return table_warning(
+        "zero_moves", value=value, unit=unit, position=place, position_unit=position_unit
     )
 
 
