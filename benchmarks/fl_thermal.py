@@ -23,6 +23,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.messages import text_of
 from thermaxis.thermal import (
     Experiment,
     SelectionOptions,
@@ -172,8 +173,8 @@ def compare_splits() -> None:
             if learn == SPLITS[0][0]:
                 print(line("published", np.array(PUBLISHED), f"wanted: <= {WANTED_UM:g} µm"))
     result = learned(full, *SPLITS[0][0])
-    print(result.rule)
-    for text in (*(f"{f.name} {f.reason}" for f in result.findings), *result.warnings):
+    print(text_of(result.rule))
+    for text in map(text_of, (*(f.message for f in result.findings), *result.warnings)):
         print(f"warning: {text}")
 
 

@@ -132,7 +132,7 @@ def test_the_simulated_output_error_record_gives_its_truth_and_biases_arx(therma
     assert result.noise_variance == pytest.approx(0.0103, abs=6e-5)
     biased = arx([Experiment(1.0, all_rows[:, 1:], all_rows[:, 0])], 1, 2, 2)
     assert biased.parameters[0] == pytest.approx(-0.2902, abs=5e-5)
-    assert any("not white" in text for text in biased.warnings)
+    assert "warning-residuals_not_white" in [w.code for w in biased.warnings]
 
 
 def test_the_heating_system_follows_its_output_error_model(thermal: Path) -> None:

@@ -28,6 +28,11 @@ def frozen_array(values: FloatArray | Sequence[float]) -> FloatArray:
     return array
 
 
+def significant(value: float, digits: int = 4) -> float:
+    """Return a number to significant digits, as a message states it."""
+    return float(f"{value:.{digits}g}")
+
+
 def rows_of_inputs(u: FloatArray, inputs: int) -> FloatArray:
     """Return inputs as numbers, one row per sample and one column per input of the model."""
     values = np.asarray(u, dtype=np.float64)

@@ -13,6 +13,7 @@ import numpy as np
 import pypdfium2
 import pytest
 
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -24,6 +25,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256
+from thermaxis.messages import text_of
 from thermaxis.report import (
     write_identification_figures,
     write_identification_report,
@@ -447,12 +449,13 @@ def test_faults_of_the_sensors_are_named(found: Identification, records: Records
 def test_an_unstable_model_is_reported_as_such(
     found: Identification, records: Records, log: ThermalLog
 ) -> None:
-    output = replace(found.outputs[0], model=None, std=(), warnings=("a pole lies outside",))
+    said = (Message("warning-not_stable"),)
+    output = replace(found.outputs[0], model=None, std=(), warnings=said)
     unstable = replace(found, outputs=(output,), stable=False)
     document = identification_document(unstable, records, [log], MODEL.provenance, reference_s=60.0)
     texts = texts_of(document)
     assert "NOT STABLE: must not run anywhere" in texts
-    assert "Z_um: a pole lies outside" in texts
+    assert text_of(replace(said[0], place=Place(channel="Z_um"))) in texts
     assert any("nothing was simulated" in text for text in texts)
 
 

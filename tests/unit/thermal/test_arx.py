@@ -118,7 +118,9 @@ def test_an_unstable_fit_says_so() -> None:
         y[k] = 1.05 * y[k - 1] + u[k]
     result = arx([Experiment(1.0, u[:, None], y)], 1, 1)
     assert not result.stable
-    assert any("must not act" in text for text in result.warnings)
+    assert [w.code for w in result.warnings] == ["warning-pole_unstable"]
+    assert result.warnings[0].values["inputs"] == ("u1",)
+    assert result.warnings[0].values["modulus"] == pytest.approx(1.05)
 
 
 def test_a_short_sample_time_biases_and_is_said_to() -> None:
@@ -135,8 +137,8 @@ def test_a_short_sample_time_biases_and_is_said_to() -> None:
     assert tau_s[1] == pytest.approx(2000.0, rel=0.05)
     assert tau_s[0] < 0.95 * tau_s[1]
     assert short.fit_percent < long.fit_percent - 5.0
-    assert any("short a sample time" in text for text in short.warnings)
-    assert any("not white" in text for text in short.warnings)
+    codes = [warning.code for warning in short.warnings]
+    assert codes == ["warning-sample_time_short", "warning-residuals_not_white"]
 
 
 def test_block_means_leave_out_what_is_missing() -> None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from tests.refusals import refused
+from thermaxis.codes import Message
 from thermaxis.thermal import (
     Experiment,
     ModalPart,
@@ -281,7 +282,8 @@ def test_the_most_useful_channels_come_first_and_the_fewest_can_be_asked_for() -
     two = select([own], candidate_names=NAMES, options=SelectionOptions(most_channels=2))
     assert set(two.channels) == {"bearing", "bed"}
     assert [p.input_name for p in two.model.parts] == list(two.channels)
-    assert "2 of 5 healthy candidates" in two.rule
+    kept = Message("rule-some_kept", {"kept": 2, "healthy": 5})
+    assert two.rule.values["channels"] == kept
 
 
 def frozen(u: Array, column: int, rows: slice) -> Array:
@@ -350,7 +352,7 @@ def test_two_exchanged_sensors_are_both_found() -> None:
         ("bed", SensorFault.EXCHANGED),
     ]
     assert findings[0].start_s == pytest.approx(row * STEP_S)
-    assert "bed" in findings[0].reason
+    assert findings[0].message.values["other"] == "bed"
 
 
 def test_a_noisy_sensor_stays_but_its_direct_gain_is_held_back() -> None:
@@ -380,8 +382,9 @@ def test_channels_that_move_together_and_act_against_each_other_are_flagged() ->
     options = SelectionOptions(sensor_uncertainties_k=(1e-4,), lag_sets_s=((),))
     own = Experiment(STEP_S, both, both @ [9.0, -8.0, 1.0])
     result = select([own], candidate_names=("a", "twin", "c"), options=options)
-    flags = result.outputs["displacement"].flags
-    assert any("a and twin move together" in f or "twin and a move together" in f for f in flags)
+    flags = {flag.code: flag for flag in result.outputs["displacement"].flags}
+    flag = flags["warning-inputs_opposed"]
+    assert {flag.values["first"], flag.values["second"]} == {"a", "twin"}
     held = SelectionOptions(sensor_uncertainties_k=(0.8,), lag_sets_s=((),))
     calm = select([own], candidate_names=("a", "twin", "c"), options=held)
     strongest = [
@@ -393,15 +396,15 @@ def test_channels_that_move_together_and_act_against_each_other_are_flagged() ->
 def test_temperatures_that_explain_nothing_are_said_to() -> None:
     walk = np.cumsum(np.random.default_rng(33).normal(size=ROWS)) * 0.5
     result = select([Experiment(STEP_S, temperatures(33, 0.01), walk)], candidate_names=NAMES)
-    said = (*result.warnings, *result.outputs["displacement"].flags)
-    assert any("hardly explain" in text or "repeating the last" in text for text in said)
+    said = {w.code for w in (*result.warnings, *result.outputs["displacement"].flags)}
+    assert said & {"warning-gains_held_small", "warning-hold_better"}
 
 
 def test_a_short_record_says_that_slow_things_were_not_judged() -> None:
     own = experiment(34, 0.1, 0.01)
     short = Experiment(STEP_S, own.u[:240], own.y[:240])
     result = select([short], candidate_names=NAMES)
-    assert any("24 min" in text for text in result.warnings)
+    assert Message("warning-parts_short", {"duration_min": 24.0}) in result.warnings
     assert max(result.time_constants_s, default=0.0) <= short.duration_s / 8
 
 

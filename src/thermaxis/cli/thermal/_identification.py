@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from thermaxis import __version__, thermal
-from thermaxis.codes import values_as_json
-from thermaxis.messages import remedy_of, sentence, sentence_of
+from thermaxis.codes import message_as_json, values_as_json
+from thermaxis.messages import remedy_of, sentence, sentence_of, text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
 
 _T = 1.96
@@ -48,16 +48,18 @@ def described(
     experiments = max(len(e) for e in records.experiments.values())
     step_s = records.sample_time_s
     sensors = finding_sentences(findings)
-    outputs = result.outputs
+    outputs, warnings = result.outputs, [*map(text_of, result.warnings)]
     return [
         (
             f"method {result.method}, {experiments} experiment(s) at {step_s:g} s;"
             f" {'stable' if result.stable else 'NOT STABLE'}"
         ),
-        result.rule,
+        text_of(result.rule),
         Value("version", __version__),
         Value("method", str(result.method)),
-        *values_of(result, "stable", "rule"),
+        Value("stable", result.stable),
+        Value("rule", text_of(result.rule)),
+        Value("rule_code", message_as_json(result.rule)),
         Value("sample_time_s", step_s),
         Section("", [Value("", remarks, "reading"), Value("", sensors, "sensor first")]),
         _selection(result),
@@ -71,8 +73,9 @@ def described(
         _joint(result),
         _beside(result),
         Value("findings", list(_findings(findings))),
-        Value("", result.warnings, "warning"),
-        Value("warnings", [*remarks, *sensors, *result.warnings]),
+        Value("", warnings, "warning"),
+        Value("warnings", [*remarks, *sensors, *warnings]),
+        Value("warning_codes", [*map(message_as_json, result.warnings)]),
     ]
 
 
@@ -176,10 +179,10 @@ def _output_text(output: thermal.IdentifiedOutput) -> Iterator[Part]:
         ]
         yield Table(_title(output), rows, words=1)
         for part, std in parts:
-            yield from (f"{part.input_name[:30]}: {flag}" for flag in std.flags)
+            yield from (f"{part.input_name[:30]}: {text_of(flag)}" for flag in std.flags)
     if output.polynomials is not None:
         yield from _polynomials_in_words(output.polynomials)
-    yield Value("", [f"{output.name[:30]}: {text}" for text in output.warnings], "warning")
+    yield Value("", [f"{output.name[:30]}: {text_of(w)}" for w in output.warnings], "warning")
 
 
 def _title(output: thermal.IdentifiedOutput) -> str:
@@ -205,9 +208,11 @@ def _polynomials_in_words(result: thermal.PolynomialResult) -> Iterator[str]:
 
 def _output(output: thermal.IdentifiedOutput, sample_time_s: float) -> list[Value]:
     keys = ("fit_percent", "fit_from_rest_percent", "noise_std_um", "slow_noise_std_um")
-    keys += ("validation_mae_um", "baseline_mae_um", "training_rmse_um", "warnings")
+    keys += ("validation_mae_um", "baseline_mae_um", "training_rmse_um")
     return [
         *values_of(output, *keys),
+        Value("warnings", [*map(text_of, output.warnings)]),
+        Value("warning_codes", [*map(message_as_json, output.warnings)]),
         Value("parts", [as_json(part) for part in _parts(output)]),
         Value("offset_um", None if output.model is None else output.model.offset_um),
         *_polynomials(output.polynomials, sample_time_s),
@@ -224,7 +229,8 @@ def _parts(output: thermal.IdentifiedOutput) -> Iterator[list[Value]]:
             *values_of(part, *gains, "delay_s", "dc_gain"),
             *(Value(f"std.{key}", getattr(std, key)) for key in gains),
             Value("dc_gain_std", std.dc_gain),
-            Value("flags", std.flags),
+            Value("flags", [*map(text_of, std.flags)]),
+            Value("flag_codes", [*map(message_as_json, std.flags)]),
         ]
 
 

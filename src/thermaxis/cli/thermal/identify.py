@@ -24,6 +24,7 @@ from thermaxis.codes import Place
 from thermaxis.compensation import Provenance
 from thermaxis.errors import ConfigurationError, DataError, require_unique
 from thermaxis.files import write_model
+from thermaxis.messages import text_of
 
 _DISPLACEMENTS = ("um", "mm", "nm", "m")
 _FEWEST_ROWS = 2
@@ -159,14 +160,15 @@ def run(arguments: argparse.Namespace) -> int:
         progress("identifying", 0, 0)
         result = _identified(arguments, records, logs)
         provenance = Provenance(
-            method=f"{arguments.method}: {result.rule}"[:2000],
+            method=f"{arguments.method}: {text_of(result.rule)}"[:2000],
             program=f"thermaxis {__version__}",
             date=arguments.date or "",
             logs=tuple(entry.training for entry in entries),
             figures={f"{o.name}.fit_percent": o.fit_percent for o in result.outputs},
         )
         if arguments.model is not None:
-            write_model(result.to_compensation_model(records, provenance), arguments.model)
+            model = result.to_compensation_model(records, provenance, sentence=text_of)
+            write_model(model, arguments.model)
         if arguments.report:
             progress("report", 0, 0)
             for path in arguments.report:

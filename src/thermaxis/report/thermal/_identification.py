@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from thermaxis import __version__
 from thermaxis.compensation import Provenance
-from thermaxis.messages import sentence_of
+from thermaxis.messages import sentence_of, text_of
 from thermaxis.report._document import (
     Block,
     Document,
@@ -100,7 +100,6 @@ def identification_document(
     fitted = {o.name: fitted_experiments(o, records) for o in result.outputs}
     names = ", ".join(name_text(log.name, 40) for log in logs[:3])
     outputs = ", ".join(name_text(o.name, 30) for o in result.outputs[:6])
-    own = [f"{o.name}: {w}" for o in result.outputs for w in o.warnings]
     sections = [
         Section("Results", (*_result_tables(result), *_with(pictures, "figure_04_fit"))),
         *_selection_section(result, pictures),
@@ -119,7 +118,7 @@ def identification_document(
         date=_date(provenance.date),
         footer=_footer(provenance, names),
         author=f"thermaxis {__version__}",
-        opening=(*warning_blocks(result.warnings, own), _summary(result, records)),
+        opening=(*warning_blocks([*map(text_of, result.messages)]), _summary(result, records)),
         sections=tuple(sections),
     )
 
@@ -174,7 +173,7 @@ def _result_tables(result: Identification) -> list[Block]:
         " drift that no input explains, standard deviations. In µm."
     )
     blocks: list[Block] = [
-        Paragraph(f"How it was chosen: {plain_text(result.rule, 900).rstrip('.')}."),
+        Paragraph(f"How it was chosen: {plain_text(text_of(result.rule), 900).rstrip('.')}."),
         Table(columns, rows, words),
     ]
     held_out = [o for o in result.outputs if o.validation_mae_um is not None]
@@ -310,7 +309,7 @@ def _parts_table(output: IdentifiedOutput) -> Table:
 def _flags(output: IdentifiedOutput) -> list[Block]:
     assert output.model is not None  # noqa: S101 - asked for only then
     said = [
-        plain_text(f"{output.name}, {part.input_name}: {flag}", 400)
+        plain_text(f"{output.name}, {part.input_name}: {text_of(flag)}", 400)
         for part, std in zip(output.model.parts, output.std, strict=True)
         for flag in std.flags
     ]

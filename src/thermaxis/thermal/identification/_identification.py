@@ -1,6 +1,6 @@
 """Identify a compensation model from records: one method for all outputs, one form of result."""
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -8,10 +8,10 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.identification._joint_gains import (
     JointGains,
     joint_gains,
@@ -84,8 +84,8 @@ class IdentifiedOutput:
     """Gains of the static regression, one per input of the records. [µm/K]"""
     polynomials: PolynomialResult | None = None
     """Numerators and denominators of ARX and output error."""
-    warnings: tuple[str, ...]
-    """What the user must know of this output, in words."""
+    warnings: tuple[Message, ...]
+    """What the user must know of this output."""
 
 
 @final
@@ -95,21 +95,31 @@ class Identification:
 
     method: Method
     """The estimator."""
-    rule: str
-    """How inputs and orders were chosen, in words."""
+    rule: Message
+    """How inputs and orders were chosen."""
     outputs: tuple[IdentifiedOutput, ...]
     """Every displacement."""
     stable: bool
     """Whether every model is stable."""
     selection: SelectionResult | None
     """Choice among candidates; None where the inputs were named."""
-    warnings: tuple[str, ...]
-    """What the user must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the user must know of all outputs."""
     joint: JointGains | None = None
     """Gains by workpiece diameter that were estimated with the parts; None where none were."""
 
+    @property
+    def messages(self) -> tuple[Message, ...]:
+        """What the user must know of all outputs and of each, its name as the place."""
+        own = [replace(w, place=Place(channel=o.name)) for o in self.outputs for w in o.warnings]
+        return (*self.warnings, *own)
+
     def to_compensation_model(
-        self, records: Records, provenance: Provenance | None = None
+        self,
+        records: Records,
+        provenance: Provenance | None = None,
+        *,
+        sentence: Callable[[Message], str] = str,
     ) -> CompensationModel:
         """Return the model that may run on the machine once its limits are set.
 
@@ -119,6 +129,9 @@ class Identification:
             What it was identified from.
         provenance : Provenance, optional
             Where it comes from.
+        sentence : callable
+            Makes the warnings that the model carries, such as `thermaxis.messages.text_of`.
+            Default: code, values and place as they are.
 
         Returns
         -------
@@ -136,13 +149,12 @@ class Identification:
             if output.model is None:
                 raise DataError("model_not_stable_lags", output=output.name)
             models[output.name] = output.model
-        said = [*self.warnings, *(f"{o.name}: {w}" for o in self.outputs for w in o.warnings)]
         model = compensation_model(
             models,
             records,
             static_gains_um_per_k=statics,
             provenance=provenance,
-            warnings=said,
+            warnings=[*map(sentence, self.messages)],
         )
         if self.joint is None:
             return model
@@ -230,17 +242,12 @@ def _identified(
             _from_modal(records, name, modal(e, input_names=names, options=options))
             for name, e in records.experiments.items()
         ]
-        rule = (
-            "number of lags by blocked cross-validation of the free run, time constants by"
-            " variable projection, gains held small where a mode is weakly excited"
-        )
+        rule = Message("rule-modal")
     else:
         results = [_polynomials(records, name, method, orders) for name in records.experiments]
-        rule = (
-            f"orders na, nb, nk = {orders[0]}, {orders[1]}, {orders[2]} as stated"
-            if orders is not None
-            else "orders up to four by the free run in parts that the fit did not see"
-        )
+        rule = Message("rule-orders_searched")
+        if orders is not None:
+            rule = Message("rule-orders_stated", dict(zip(("na", "nb", "nk"), orders, strict=True)))
     return Identification(
         method=method,
         rule=rule,
@@ -295,10 +302,7 @@ def identify_joint(
     identified = replace(identified, name=output, warnings=found.result.warnings)
     return Identification(
         method=Method.MODAL,
-        rule=(
-            f"parts common to all diameters, gain of the part {part} by least squares, in turn;"
-            f" errors on the training rows are those at {found.reference}"
-        ),
+        rule=Message("rule-joint", {"part": part, "reference": found.reference}),
         outputs=(identified,),
         stable=True,
         selection=None,
@@ -326,30 +330,21 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
 
 def _verdict(
     fit_percent: float, fit_from_rest_percent: float, rmse_um: Mapping[str, float]
-) -> tuple[str, ...]:
-    """Return a sentence where simple rules leave less of the training rows than the model."""
+) -> tuple[Message, ...]:
+    """Return a warning where simple rules leave less of the training rows than the model."""
     spread = rmse_um["model"] / max(1.0 - 0.01 * fit_from_rest_percent, 1e-9)
     own = spread * (1.0 - 0.01 * fit_percent)
-    said: list[str] = []
     if own >= rmse_um["static"]:
-        said.append(
-            f"the model is no better than a static regression on its own training rows"
-            f" ({own:.3g} against {rmse_um['static']:.3g} um): do not use it; check sensors, inputs"
-            " and rows first"
-        )
+        code, compared = "no_better_than_static", {"model_um": own, "static_um": rmse_um["static"]}
     elif rmse_um["model"] >= rmse_um["static"]:
-        said.append(
-            f"run from rest the model leaves {rmse_um['model']:.3g} um of its own training rows, a"
-            f" static regression {rmse_um['static']:.3g} um: either the test began warm, or the"
-            " model is not to be used; verify it on a test that began cold"
-        )
+        code = "worse_from_rest"
+        compared = {"model_um": rmse_um["model"], "static_um": rmse_um["static"]}
     elif own > _MUCH_WORSE * rmse_um["averages"]:
-        said.append(
-            f"fixed exponential averages leave far less of the training rows"
-            f" ({rmse_um['averages']:.3g} against {own:.3g} um): the model misses something that"
-            " these inputs show"
-        )
-    return tuple(said)
+        code, compared = "averages_better", {"averages_um": rmse_um["averages"], "model_um": own}
+    else:
+        return ()
+    values = {name: significant(value, 3) for name, value in compared.items()}
+    return (Message(f"warning-{code}", values),)
 
 
 def _dc_gains_alone(model: ThermalModel, std: Sequence[float | None]) -> tuple[PartStd, ...]:
@@ -381,7 +376,7 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
                 warnings=(*chosen.flags, *_verdict(fit, fit, beside)),
             )
         )
-    findings = [f"candidate {f.name}: {f.reason}" for f in result.findings]
+    findings = [finding.message for finding in result.findings]
     return Identification(
         method=Method.MODAL,
         rule=result.rule,
@@ -430,14 +425,14 @@ def _beside(
     return {"model": model_rmse_um, **rmse}, fitted["static"].gains_um_per_k[:, 0]
 
 
-def _as_lags(result: PolynomialResult) -> tuple[ThermalModel | None, tuple[str, ...]]:
+def _as_lags(result: PolynomialResult) -> tuple[ThermalModel | None, tuple[Message, ...]]:
     """Return polynomials as gains and time constants, or why they are none."""
     if not result.stable:
-        return None, ("a pole lies outside the unit circle: the model is not stable",)
+        return None, (Message("warning-not_stable"),)
     try:
         return thermal_model_of(result.model), ()
     except DataError as error:
-        return None, (f"the model has no form of gains and time constants: {error}",)
+        return None, (Message("warning-no_lags", {"cause": error.message}),)
 
 
 def _polynomials(

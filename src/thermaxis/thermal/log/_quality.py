@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, Value
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log._thermal_log import ThermalLog, common_names
 
 Flags: TypeAlias = NDArray[np.bool_]
@@ -122,16 +122,11 @@ def _finding(
     code: str = "",
 ) -> LogFinding:
     """Return a finding; ``log-`` and its code, or else its kind, is the sentence's key."""
-    shown = {k: _rounded(v) if isinstance(v, float) else v for k, v in values.items()}
+    shown = {k: significant(v) if isinstance(v, float) else v for k, v in values.items()}
     named = {"name": channel, **shown} if channel else shown
     message = Message(f"log-{code or kind}", named, Place(channel=channel))
     rows, time_s = at or (None, None)
     return LogFinding(kind, message, rows, time_s, extent)
-
-
-def _rounded(value: float, digits: int = 4) -> float:
-    """Return a number to significant digits, so that equal findings are one."""
-    return float(f"{value:.{digits}g}")
 
 
 @final
@@ -578,7 +573,7 @@ def _check_noise(group: Sequence[_Channel]) -> list[LogFinding]:
         _finding(
             FindingKind.NOISY,
             channel.name,
-            {"noise": _rounded(noise, 2), "unit": channel.unit, "times": noise / usual},
+            {"noise": significant(noise, 2), "unit": channel.unit, "times": noise / usual},
             extent=min(noise / usual / 1000.0, 1.0),
         )
         for channel, noise in zip(group, noises, strict=True)

@@ -2,8 +2,6 @@ from ._lags import (
     Refinement as Refinement,
 )
 from ._modal import (
-    DC_GAIN_FLAG as DC_GAIN_FLAG,
-    TIME_CONSTANT_FLAG as TIME_CONSTANT_FLAG,
     ModalOptions as ModalOptions,
     ModalResult as ModalResult,
     PartStd as PartStd,

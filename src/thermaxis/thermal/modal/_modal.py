@@ -19,7 +19,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
@@ -69,8 +69,6 @@ FREE_START = 4.0
 """Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
 experiment did not begin in a steady state. Default: cold tests of the virtual machine mostly stay
 below, warm ones mostly go beyond. [1]"""
-TIME_CONSTANT_FLAG = "time constant not supported by the record"
-DC_GAIN_FLAG = "DC gain not supported by the record"
 
 
 @final
@@ -117,8 +115,8 @@ class PartStd:
     """Of the time constants. [s]"""
     dc_gain: float | None
     """Of the DC gain. [µm/K]"""
-    flags: tuple[str, ...]
-    """What the record does not support, in words."""
+    flags: tuple[Message, ...]
+    """What the record does not support."""
 
 
 @final
@@ -143,13 +141,13 @@ class ModalResult:
     begin included; no property of the machine, so the model does not hold it. [µm]"""
     validation: BlockedValidation
     """How the number of lags was chosen."""
-    warnings: tuple[str, ...]
-    """What a user must know, in words."""
+    warnings: tuple[Message, ...]
+    """What a user must know."""
     stable: bool = True
     """Always: time constants are real and positive."""
 
     @property
-    def flags(self) -> tuple[tuple[str, ...], ...]:
+    def flags(self) -> tuple[tuple[Message, ...], ...]:
         """What the record does not support, per part."""
         return tuple(s.flags for s in self.std)
 
@@ -357,14 +355,14 @@ def _part_std(
         refined.time_constants_s <= SUPPORTED_SHARE * longest_s
     )
     flags = [
-        f"{TIME_CONSTANT_FLAG}: {tau_s:.0f} s"
-        for tau_s, known in zip(refined.time_constants_s, supported, strict=True)
+        Message("flag-time_constant", {"time_constant_s": tau_s})
+        for tau_s, known in zip(refined.time_constants_s.tolist(), supported, strict=True)
         if not known
     ]
     dc_std = wider * unit * math.sqrt(float(average.dc_variance[number]))
     known_dc = dc_std <= LARGEST_DC_SHARE * abs(dc_gain)
     if not known_dc:
-        flags.append(DC_GAIN_FLAG)
+        flags.append(Message("flag-dc_gain"))
     return PartStd(
         direct_gain=float(gains[0]),
         gains=tuple(
@@ -421,9 +419,9 @@ def _result(
     )
 
 
-def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[str, ...]:
+def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[Message, ...]:
     """Return what a user must know of the record as a whole."""
-    warnings: list[str] = []
+    warnings: list[Message] = []
     started = {
         segment.experiment
         for segment, size in zip(
@@ -433,17 +431,9 @@ def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[str,
     }
     count = 1 + max(s.experiment for s in evidence.segments)
     if len(started) == count:
-        warnings.append(
-            "no experiment begins in a steady state: what the machine did before the start is"
-            " estimated, and slow time constants and DC gains with it"
-            " (add a test that starts cold)"
-        )
+        warnings.append(Message("warning-no_steady_start"))
     if any(s.dc_gain is None for s in stds):
-        warnings.append(
-            "the record does not support every DC gain: the model holds for changes that last as"
-            " long as the record's, not for longer ones (add a longer test, or one that starts"
-            " cold)"
-        )
+        warnings.append(Message("warning-dc_gains_not_supported"))
     return tuple(warnings)
 
 

@@ -10,13 +10,13 @@ all outputs together. An average of such models is again one: gains and first-or
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import combinations, pairwise
 from types import MappingProxyType
 from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
@@ -151,8 +151,8 @@ class SelectedOutput:
     baseline_mae_um: Mapping[str, float]
     """Errors on the same parts of `hold` (the last displacement before), `static` (ridge
     regression without lags) and `averages` (with four fixed lags), by the same rule. [µm]"""
-    flags: tuple[str, ...] = ()
-    """What the record does not support, in words."""
+    flags: tuple[Message, ...] = ()
+    """What the record does not support."""
 
 
 @final
@@ -179,10 +179,10 @@ class SelectionResult:
     findings: tuple[SensorFinding, ...]
     """Candidates with a fault; those `left_out` are not in the models, of the others the direct
     gain is held back by their noise."""
-    rule: str
-    """How everything was chosen, in words."""
-    warnings: tuple[str, ...] = ()
-    """What the reader of the result must know, in words."""
+    rule: Message
+    """How everything was chosen."""
+    warnings: tuple[Message, ...] = ()
+    """What the reader of the result must know."""
     stable: bool = field(default=True, init=False)
     """Real positive time constants: always stable."""
 
@@ -493,20 +493,18 @@ def _models(
     ]
 
 
-def _opposed(model: ThermalModel, correlation: FloatArray) -> list[str]:
+def _opposed(model: ThermalModel, correlation: FloatArray) -> list[Message]:
     """Name channels that move together and act against each other."""
     dc = np.array([part.dc_gain for part in model.parts])
     floor = _OPPOSED_SHARE * float(np.max(np.abs(dc)))
-    found: list[str] = []
-    for i in range(dc.size):
-        for j in range(i + 1, dc.size):
-            strong = min(abs(dc[i]), abs(dc[j])) > floor and dc[i] * dc[j] < 0
-            if strong and correlation[i, j] > _OPPOSED_CORRELATION:
-                found.append(
-                    f"{model.parts[i].input_name} and {model.parts[j].input_name} move together"
-                    f" (correlation {correlation[i, j]:.3f}) and act against each other"
-                    f" ({dc[i]:+.2f} and {dc[j]:+.2f} µm/K): only their sum is known well"
-                )
+    found: list[Message] = []
+    for i, j in combinations(range(dc.size), 2):
+        strong = min(abs(dc[i]), abs(dc[j])) > floor and dc[i] * dc[j] < 0
+        if strong and correlation[i, j] > _OPPOSED_CORRELATION:
+            values = {"first": model.input_names[i], "first_um_per_k": float(dc[i])}
+            values |= {"second": model.input_names[j], "second_um_per_k": float(dc[j])}
+            values |= {"correlation": float(correlation[i, j])}
+            found.append(Message("warning-inputs_opposed", values))
     return found
 
 
@@ -545,67 +543,50 @@ def _structures(
     return tuple(found)
 
 
-def _rule(search: _Search, parts: Sequence[RecordPart], kept: int) -> str:
-    settings = search.settings
-    uncertainties = ", ".join(f"{u:g}" for u in settings.sensor_uncertainties_k)
-    lags = ", ".join("none" if not s else "+".join(f"{t:g}" for t in s) for s in search.lag_sets_s)
-    healthy = len(search.channels)
+def _rule(search: _Search, parts: Sequence[RecordPart], kept: int) -> Message:
+    settings, healthy = search.settings, len(search.channels)
+    channels = Message("rule-some_kept", {"kept": kept, "healthy": healthy})
     if kept == healthy:
-        channels = f"all {healthy} healthy candidates are kept"
-    else:
-        channels = (
-            f"{kept} of {healthy} healthy candidates are kept, the least useful left out one by one"
-        )
-    return (
-        f"The record is cut into {len(parts)} parts of {parts[0].duration_s / 3600:.1f} h. Each is"
-        " predicted in free run from the temperatures by models learned from all other parts, each"
-        " of the later half also from the parts before it. Models with the time constants"
-        f" {lags} s, common to all channels, are averaged. Their score is the mean absolute error"
-        " over that of each output's best, mean over all outputs; their weight is the score to the"
-        f" power of -{len(parts)}, one independent observation per part, and less than"
-        f" {100 * LEAST_WEIGHT:g} % is left out. Each takes the uncertainty of the temperatures"
-        f" ({uncertainties} K, as ridge penalty, with the noise of each sensor on its direct gain)"
-        f" with the best score. The displacement at the reference is"
-        f" {'free' if settings.offset else 'zero'}; {channels}."
-    )
+        channels = Message("rule-all_kept", {"healthy": healthy})
+    sets = tuple("+".join(f"{t:g}" for t in s) or "none" for s in search.lag_sets_s)
+    values = {
+        "parts": len(parts),
+        "part_h": parts[0].duration_s / 3600,
+        "lag_sets_s": sets,
+        "least_percent": 100 * LEAST_WEIGHT,
+        "uncertainties_k": tuple(f"{u:g}" for u in settings.sensor_uncertainties_k),
+        "reference": "free" if settings.offset else "zero",
+        "channels": channels,
+    }
+    return Message("rule-averaged", values)
 
 
 def _warnings(
     search: _Search,
     members: Sequence[Member],
     parts: Sequence[RecordPart],
-) -> tuple[str, ...]:
-    found: list[str] = []
+) -> tuple[Message, ...]:
+    found: list[Message] = []
     longest = max((t for s in search.lag_sets_s for t in s), default=0.0)
     limited = LAG_RATIO * longest <= LONGEST_LAG_S
     if limited and longest in search.time_constants_s[list(members[0].structure.lags)]:
-        found.append(
-            f"the largest time constant tried, {longest:g} s, belongs to the best model: the"
-            " record may be too short for the slowest one of the machine"
-        )
+        found.append(Message("warning-largest_lag_chosen", {"time_constant_s": longest}))
     shortest_s = min(part.duration_s for part in parts)
     if shortest_s < SHORTEST_PART_S:
-        found.append(
-            f"the parts held out are {shortest_s / 60:.0f} min long: what is slower was not judged"
-        )
+        found.append(Message("warning-parts_short", {"duration_min": shortest_s / 60}))
     if members[0].position == len(search.settings.sensor_uncertainties_k) - 1:
-        found.append(
-            "the gains were held as small as was allowed: the temperatures hardly explain the"
-            " displacement"
-        )
+        found.append(Message("warning-gains_held_small"))
     return tuple(found)
 
 
 def _output_flags(
     model: ThermalModel, correlation: FloatArray, own_um: float, baselines: Mapping[str, float]
-) -> tuple[str, ...]:
+) -> tuple[Message, ...]:
     flags = _opposed(model, correlation)
-    for name, words in (("hold", "repeating the last displacement"), ("static", "a static model")):
+    for name in ("hold", "static"):
         if baselines[name] < own_um:
-            flags.append(
-                f"{words} is better on the parts held out ({baselines[name]:.2f} against"
-                f" {own_um:.2f} µm)"
-            )
+            values = {"rule_um": baselines[name], "model_um": own_um}
+            flags.append(Message(f"warning-{name}_better", values))
     return tuple(flags)
 
 

@@ -4,13 +4,14 @@ A wrong sensor is found before a model is blamed. Only what no temperature does 
 that stands still while its noise is known, or two readings that exchange their values.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Message, Value
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
 
@@ -71,8 +72,8 @@ class SensorFinding:
     """Where it begins, from the experiment's first row. [s]"""
     duration_s: float
     """How long it lasts. [s]"""
-    reason: str
-    """The finding in words, with its numbers."""
+    message: Message
+    """The finding with its numbers."""
 
     @property
     def left_out(self) -> bool:
@@ -163,17 +164,20 @@ def _stuck(
     if not known_to_move or not _others_move(experiment.u, column, begin, end):
         return None
     start_s = begin * experiment.sample_time_s
+    values = {
+        "start_h": start_s / 3600,
+        "duration_h": duration_s / 3600,
+        "next_s": int(lengths[1]) * experiment.sample_time_s,
+    }
+    return _finding(name, SensorFault.STUCK, (label, start_s, duration_s), values)
+
+
+def _finding(
+    name: str, fault: SensorFault, place: tuple[str, float, float], values: Mapping[str, Value]
+) -> SensorFinding:
+    """Return a finding at a place: experiment, begin and duration."""
     return SensorFinding(
-        name=name,
-        fault=SensorFault.STUCK,
-        experiment=label,
-        start_s=start_s,
-        duration_s=duration_s,
-        reason=(
-            f"stands still for {duration_s / 3600:.2f} h from {start_s / 3600:.2f} h on while"
-            f" other channels move; its next longest halt is"
-            f" {int(lengths[1]) * experiment.sample_time_s:g} s"
-        ),
+        name, fault, *place, Message(f"candidate-{fault}", {"name": name, **values})
     )
 
 
@@ -210,37 +214,27 @@ def _exchanged(experiment: Experiment, label: str, names: Sequence[str]) -> list
                 if i == j or i in found or size <= LEAST_JUMP_K or apart > 0.2 * size:
                     continue
                 start_s = (row + 1) * experiment.sample_time_s
-                found[i] = SensorFinding(
-                    name=names[i],
-                    fault=SensorFault.EXCHANGED,
-                    experiment=label,
-                    start_s=start_s,
-                    duration_s=experiment.duration_s - start_s,
-                    reason=(
-                        f"jumps by {lasting[i]:+.2f} K at {start_s / 3600:.2f} h while {names[j]}"
-                        f" jumps by {lasting[j]:+.2f} K, as if both were exchanged"
-                    ),
-                )
+                values = {"start_h": start_s / 3600, "step_k": lasting[i]}
+                values |= {"other": names[j], "other_step_k": lasting[j]}
+                place = (label, start_s, experiment.duration_s - start_s)
+                found[i] = _finding(names[i], SensorFault.EXCHANGED, place, values)
     return [found[i] for i in sorted(found)]
-
-
-def _throughout(
-    experiments: Sequence[Experiment], name: str, fault: SensorFault, reason: str
-) -> SensorFinding:
-    """Return a finding about all experiments."""
-    return SensorFinding(name, fault, "all", 0.0, sum(e.duration_s for e in experiments), reason)
 
 
 def _useless(experiments: Sequence[Experiment], column: int, name: str) -> SensorFinding | None:
     """Return that a channel never changes or is mostly missing."""
-    values = np.concatenate([e.u[:, column] for e in experiments])
+    values, place = np.concatenate([e.u[:, column] for e in experiments]), _throughout(experiments)
     if not float(np.nanmax(values)) > float(np.nanmin(values)):
-        return _throughout(experiments, name, SensorFault.CONSTANT, "never changes")
+        return _finding(name, SensorFault.CONSTANT, place, {})
     absent = int(np.count_nonzero(np.isnan(values)))
     if absent <= MOST_MISSING * values.size:
         return None
-    reason = f"is missing in {absent} of {values.size} rows"
-    return _throughout(experiments, name, SensorFault.MISSING, reason)
+    counts = {"missing": absent, "rows": values.size}
+    return _finding(name, SensorFault.MISSING, place, counts)
+
+
+def _throughout(experiments: Sequence[Experiment]) -> tuple[str, float, float]:
+    return "all", 0.0, sum(e.duration_s for e in experiments)
 
 
 def _noisy(
@@ -248,10 +242,9 @@ def _noisy(
 ) -> list[SensorFinding]:
     if max(e.sample_time_s for e in experiments) > LONGEST_NOISE_STEP_S:
         return []
-    usual = float(np.median(noise_k))
-    more = f"mK of noise, the median channel {1000 * usual:.0f} mK"
+    usual, place = float(np.median(noise_k)), _throughout(experiments)
     return [
-        _throughout(experiments, name, SensorFault.NOISY, f"has {1000 * own:.0f} {more}")
+        _finding(name, SensorFault.NOISY, place, {"noise_mk": 1e3 * own, "median_mk": 1e3 * usual})
         for name, own in zip(names, noise_k.tolist(), strict=True)
         if usual > 0 and own > NOISY_TIMES * usual
     ]

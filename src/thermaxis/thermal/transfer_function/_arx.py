@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.log import Experiment, common_shape
@@ -362,15 +362,13 @@ def _warnings(
     orders: ArxOrders,
     *,
     constant: bool,
-) -> tuple[str, ...]:
-    said = list(pole_warnings(model, experiments))
+) -> tuple[Message, ...]:
+    said = pole_warnings(model, experiments)
     rows = model.transfer_functions[0].time_constants_s(1.0)
     if rows.size and np.isfinite(rows[0]) and rows[0] > SLOWEST_ROWS:
-        better = rows[0] / 30.0 * model.sample_time_s
-        said.append(
-            f"the slowest time constant is {rows[0]:.0f} rows: an equation error at so short a"
-            f" sample time is biased; take block means of about {better:.0f} s, or the method oe"
-        )
+        better_s = float(rows[0]) / 30.0 * model.sample_time_s
+        values = {"rows": float(rows[0]), "better_s": better_s}
+        said.append(Message("warning-sample_time_short", values))
     errors: list[FloatArray] = []
     for experiment in experiments:
         table = regressors(experiment.u, experiment.y, orders, constant=constant)
@@ -382,40 +380,33 @@ def _warnings(
     own, pairs = values[WHITENESS_LAGS + 1 :], pairs[WHITENESS_LAGS + 1 :]
     largest = float(np.max(np.abs(own)))
     if largest > LEAST_CORRELATION and portmanteau_p(own, pairs) < WHITENESS_LEVEL:
-        said.append(
-            f"the residuals are not white (correlation {largest:.2f} within {WHITENESS_LAGS} rows):"
-            " the coefficients are biased and their standard deviations do not hold;"
-            " compare with the method oe"
-        )
+        values = {"correlation": largest, "lags": WHITENESS_LAGS}
+        said.append(Message("warning-residuals_not_white", values))
     return tuple(said)
 
 
-def pole_warnings(model: PolynomialModel, experiments: Sequence[Experiment]) -> tuple[str, ...]:
+def pole_warnings(model: PolynomialModel, experiments: Sequence[Experiment]) -> list[Message]:
     """Return what must be said about the poles of a model."""
-    longest = max(e.duration_s for e in experiments)
-    said: list[str] = []
+    longest_s = max(e.duration_s for e in experiments)
+    said: list[Message] = []
     shared: dict[tuple[float, ...], list[str]] = {}
     for name, part in zip(model.input_names, model.transfer_functions, strict=True):
         shared.setdefault(tuple(float(b) for b in part.denominator), []).append(name)
     for denominator, names in shared.items():
         part = TransferFunction(np.ones(1), np.array(denominator))
-        poles, said_of = part.poles, " and ".join(names)
+        poles, inputs = part.poles, {"inputs": tuple(names)}
         if poles.size == 0:
             continue
         if not part.stable:
-            said.append(
-                f"{said_of}: unstable, a pole has the modulus {np.max(np.abs(poles)):.6f};"
-                " the model must not act on a machine"
-            )
+            modulus = float(np.max(np.abs(poles)))
+            said.append(Message("warning-pole_unstable", {**inputs, "modulus": modulus}))
         if bool(np.any((poles.imag != 0.0) | (poles.real < 0.0))):
-            said.append(f"{said_of}: a pole oscillates, which is no heat conduction")
-        slowest = part.time_constants_s(model.sample_time_s)[0]
-        if part.stable and slowest > LONGEST_SHARE * longest:
-            said.append(
-                f"{said_of}: the slowest time constant, {slowest:.0f} s, is longer than a third of"
-                f" the longest test ({longest:.0f} s); it and the DC gain are extrapolated"
-            )
-    return tuple(said)
+            said.append(Message("warning-pole_oscillates", inputs))
+        slowest_s = float(part.time_constants_s(model.sample_time_s)[0])
+        if part.stable and slowest_s > LONGEST_SHARE * longest_s:
+            values = {"time_constant_s": slowest_s, "longest_s": longest_s}
+            said.append(Message("warning-extrapolated", inputs | values))
+    return said
 
 
 def block_means(experiment: Experiment, rows: int) -> Experiment:

@@ -7,9 +7,9 @@ from typing import final
 import numpy as np
 from scipy.linalg import solve_toeplitz  # pyright: ignore[reportUnknownVariableType]
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray, frozen_array
+from thermaxis.thermal._arrays import FloatArray, frozen_array, significant
 from thermaxis.thermal.log import FEWEST_READINGS, Experiment, common_shape
 from thermaxis.thermal.transfer_function._arx import (
     block_means,
@@ -675,13 +675,18 @@ def _result(
     return replace(result, warnings=(*result.warnings, *_unsupported_gains(result)))
 
 
-def _unsupported_gains(result: PolynomialResult) -> list[str]:
+def _unsupported_gains(result: PolynomialResult) -> list[Message]:
+    gains = zip(result.model.input_names, result.dc_gain, result.dc_gain_std, strict=True)
     return [
-        f"{name}: the DC gain is {gain:.4g} µm/K with a standard deviation of {std:.3g} µm/K; the"
-        " record does not determine it"
-        for name, gain, std in zip(
-            result.model.input_names, result.dc_gain, result.dc_gain_std, strict=True
+        Message(
+            "warning-dc_gain_undetermined",
+            {
+                "input": name,
+                "gain_um_per_k": significant(gain),
+                "std_um_per_k": significant(std, 3),
+            },
         )
+        for name, gain, std in gains
         if std > LARGEST_RELATIVE_STD * abs(gain)
     ]
 
@@ -705,25 +710,16 @@ def _warnings(
     experiments: Sequence[Experiment],
     *,
     undetermined: int,
-) -> tuple[str, ...]:
-    said = list(pole_warnings(model, experiments))
+) -> tuple[Message, ...]:
+    said = pole_warnings(model, experiments)
     if undetermined:
-        said.append(
-            f"the rows leave {undetermined} combinations of parameters open: standard deviations"
-            " do not count them; lower the orders"
-        )
+        said.append(Message("warning-parameters_open", {"count": undetermined}))
     if not fit.converged:
-        said.append(
-            f"the iteration did not settle in {MOST_ITERATIONS} steps: the rows hardly determine"
-            " the coefficients; lower the orders or use the method modal"
-        )
+        said.append(Message("warning-iteration_not_settled", {"steps": MOST_ITERATIONS}))
     missing = sum(held(e.u)[1] for e in experiments)
     if missing:
-        said.append(f"{missing} missing inputs were held at their last value")
+        said.append(Message("warning-inputs_held", {"count": missing}))
     for name, part in zip(model.input_names, model.transfer_functions, strict=True):
         if part.poles.size and np.max(np.abs(part.poles)) >= problem.slowest * (1.0 - 1e-12):
-            said.append(
-                f"{name}: a time constant lies at its bound, twenty times the longest test; the"
-                " record does not show it"
-            )
+            said.append(Message("warning-time_constant_at_bound", {"input": name}))
     return tuple(said)

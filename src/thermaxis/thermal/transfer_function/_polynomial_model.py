@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import (
     FloatArray,
@@ -438,8 +438,8 @@ class PolynomialResult:
     """Fit of the free run over all experiments, equation (4). [%]"""
     search: tuple[OrderTrial, ...]
     """The orders that were tried; empty where they were given."""
-    warnings: tuple[str, ...]
-    """What the reader of the result must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader of the result must know."""
 
     @property
     def stable(self) -> bool:

@@ -1,0 +1,48 @@
+## What the reader of an identification must know
+
+warning-no_steady_start = no experiment begins in a steady state: what the machine did before the start is estimated, and slow time constants and DC gains with it (add a test that starts cold)
+warning-dc_gains_not_supported = the record does not support every DC gain: the model holds for changes that last as long as the record's, not for longer ones (add a longer test, or one that starts cold)
+warning-pole_unstable = { $inputs }: unstable, a pole has the modulus { FIXED($modulus, decimals: 6) }; the model must not act on a machine
+warning-pole_oscillates = { $inputs }: a pole oscillates, which is no heat conduction
+warning-extrapolated = { $inputs }: the slowest time constant, { FIXED($time_constant_s, decimals: 0) } s, is longer than a third of the longest test ({ FIXED($longest_s, decimals: 0) } s); it and the DC gain are extrapolated
+warning-sample_time_short = the slowest time constant is { FIXED($rows, decimals: 0) } rows: an equation error at so short a sample time is biased; take block means of about { FIXED($better_s, decimals: 0) } s, or the method oe
+warning-residuals_not_white = the residuals are not white (correlation { FIXED($correlation, decimals: 2) } within { $lags } rows): the coefficients are biased and their standard deviations do not hold; compare with the method oe
+warning-parameters_open = the rows leave { $count } combinations of parameters open: standard deviations do not count them; lower the orders
+warning-iteration_not_settled = the iteration did not settle in { $steps } steps: the rows hardly determine the coefficients; lower the orders or use the method modal
+warning-inputs_held = { $count } missing inputs were held at their last value
+warning-time_constant_at_bound = { $input }: a time constant lies at its bound, twenty times the longest test; the record does not show it
+warning-dc_gain_undetermined = { $input }: the DC gain is { $gain_um_per_k } µm/K with a standard deviation of { $std_um_per_k } µm/K; the record does not determine it
+warning-largest_lag_chosen = the largest time constant tried, { $time_constant_s } s, belongs to the best model: the record may be too short for the slowest one of the machine
+warning-parts_short = the parts held out are { FIXED($duration_min, decimals: 0) } min long: what is slower was not judged
+warning-gains_held_small = the gains were held as small as was allowed: the temperatures hardly explain the displacement
+warning-inputs_opposed = { $first } and { $second } move together (correlation { FIXED($correlation, decimals: 3) }) and act against each other ({ SIGNED($first_um_per_k, decimals: 2) } and { SIGNED($second_um_per_k, decimals: 2) } µm/K): only their sum is known well
+warning-hold_better = repeating the last displacement is better on the parts held out ({ FIXED($rule_um, decimals: 2) } against { FIXED($model_um, decimals: 2) } µm)
+warning-static_better = a static model is better on the parts held out ({ FIXED($rule_um, decimals: 2) } against { FIXED($model_um, decimals: 2) } µm)
+warning-no_better_than_static = the model is no better than a static regression on its own training rows ({ $model_um } against { $static_um } um): do not use it; check sensors, inputs and rows first
+warning-worse_from_rest = run from rest the model leaves { $model_um } um of its own training rows, a static regression { $static_um } um: either the test began warm, or the model is not to be used; verify it on a test that began cold
+warning-averages_better = fixed exponential averages leave far less of the training rows ({ $averages_um } against { $model_um } um): the model misses something that these inputs show
+warning-not_stable = a pole lies outside the unit circle: the model is not stable
+warning-no_lags = the model has no form of gains and time constants: { $cause }
+
+## What the record does not support of a part
+
+flag-time_constant = time constant not supported by the record: { FIXED($time_constant_s, decimals: 0) } s
+flag-dc_gain = DC gain not supported by the record
+
+## Candidates that cannot be trusted
+
+candidate-constant = candidate { $name }: never changes
+candidate-missing = candidate { $name }: is missing in { $missing } of { $rows } rows
+candidate-stuck = candidate { $name }: stands still for { FIXED($duration_h, decimals: 2) } h from { FIXED($start_h, decimals: 2) } h on while other channels move; its next longest halt is { $next_s } s
+candidate-exchanged = candidate { $name }: jumps by { SIGNED($step_k, decimals: 2) } K at { FIXED($start_h, decimals: 2) } h while { $other } jumps by { SIGNED($other_step_k, decimals: 2) } K, as if both were exchanged
+candidate-noisy = candidate { $name }: has { FIXED($noise_mk, decimals: 0) } mK of noise, the median channel { FIXED($median_mk, decimals: 0) } mK
+
+## How inputs and orders were chosen
+
+rule-modal = number of lags by blocked cross-validation of the free run, time constants by variable projection, gains held small where a mode is weakly excited
+rule-orders_stated = orders na, nb, nk = { $na }, { $nb }, { $nk } as stated
+rule-orders_searched = orders up to four by the free run in parts that the fit did not see
+rule-joint = parts common to all diameters, gain of the part { $part } by least squares, in turn; errors on the training rows are those at { $reference }
+rule-averaged = The record is cut into { $parts } parts of { FIXED($part_h, decimals: 1) } h. Each is predicted in free run from the temperatures by models learned from all other parts, each of the later half also from the parts before it. Models with the time constants { NAME($lag_sets_s) } s, common to all channels, are averaged. Their score is the mean absolute error over that of each output's best, mean over all outputs; their weight is the score to the power of -{ $parts }, one independent observation per part, and less than { $least_percent } % is left out. Each takes the uncertainty of the temperatures ({ NAME($uncertainties_k) } K, as ridge penalty, with the noise of each sensor on its direct gain) with the best score. The displacement at the reference is { $reference }; { $channels }.
+rule-all_kept = all { $healthy } healthy candidates are kept
+rule-some_kept = { $kept } of { $healthy } healthy candidates are kept, the least useful left out one by one
