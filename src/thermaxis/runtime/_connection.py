@@ -7,7 +7,7 @@ from typing import Final, final
 from urllib.parse import SplitResult, urlsplit
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 
 SECURITIES: Final = ("none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss")
 """Security policies that are offered; all but ``none`` sign and encrypt every message. The older
@@ -106,15 +106,8 @@ class ConnectionSettings:
         self._check_url()
         self._check_security()
         for name in ("timeout_s", "retry_s"):
-            value: float = getattr(self, name)
-            if not SHORTEST_TIMEOUT_S <= value <= LONGEST_TIMEOUT_S:
-                raise ConfigurationError(
-                    "outside_range",
-                    value=value,
-                    least=SHORTEST_TIMEOUT_S,
-                    most=LONGEST_TIMEOUT_S,
-                    place=self._place._replace(key=f"{self._place.key}.{name}"),
-                )
+            key = f"{self._place.key}.{name}"
+            require_range(key, getattr(self, name), SHORTEST_TIMEOUT_S, LONGEST_TIMEOUT_S)
 
     @property
     def encrypted(self) -> bool:

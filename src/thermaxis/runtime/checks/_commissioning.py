@@ -13,7 +13,7 @@ from typing import Final, final
 
 from thermaxis.codes import Message, Place
 from thermaxis.compensation import Limits, limit_step
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import DataError, require_range
 from thermaxis.runtime._ports import Clock, Sink
 
 DEFAULT_STEP_UM = 10.0
@@ -63,22 +63,9 @@ class CommissioningPlan:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        if not SMALLEST_STEP_UM <= abs(self.step_um) <= self.limits.largest_um:
-            raise ConfigurationError(
-                "outside_range",
-                value=abs(self.step_um),
-                least=SMALLEST_STEP_UM,
-                most=self.limits.largest_um,
-                place=Place(key="step_um", channel=self.output),
-            )
-        if not _SHORTEST_CYCLE_S <= self.cycle_s <= _LONGEST_CYCLE_S:
-            raise ConfigurationError(
-                "outside_range",
-                value=self.cycle_s,
-                least=_SHORTEST_CYCLE_S,
-                most=_LONGEST_CYCLE_S,
-                place=Place(key="cycle_s"),
-            )
+        largest_um = self.limits.largest_um
+        require_range("step_um", abs(self.step_um), SMALLEST_STEP_UM, largest_um, self.output)
+        require_range("cycle_s", self.cycle_s, _SHORTEST_CYCLE_S, _LONGEST_CYCLE_S)
 
 
 @final

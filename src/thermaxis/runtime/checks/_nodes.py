@@ -1,12 +1,12 @@
 """What a server says of its nodes, judged by what the configuration expects: no connection here."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from thermaxis.compensation import CompensationModel, Limits, SensorRules
 from thermaxis.runtime._findings import Finding, error, ok, warning
-from thermaxis.runtime._flag import flag_of
+from thermaxis.runtime._machine_values import WHOLE_RANGES, converted, flag_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 from thermaxis.runtime.config import (
     DiameterSettings,
@@ -26,25 +26,10 @@ ten and more. [1]"""
 LARGEST_DIAMETER_MM: Final = 30_000.0
 """Largest diameter of a workpiece that is believed: the largest vertical lathes turn about 25 m
 [trade]. [mm]"""
-_WHOLE: Final[Mapping[str, tuple[int, int]]] = {
-    "SByte": (-(2**7), 2**7 - 1),
-    "Byte": (0, 2**8 - 1),
-    "Int16": (-(2**15), 2**15 - 1),
-    "UInt16": (0, 2**16 - 1),
-    "Int32": (-(2**31), 2**31 - 1),
-    "UInt32": (0, 2**32 - 1),
-    "Int64": (-(2**63), 2**63 - 1),
-    "UInt64": (0, 2**64 - 1),
-}
-_NUMBERS: Final = frozenset({"Double", "Float", *_WHOLE})
-_FLAGS: Final = frozenset({"Boolean", *_WHOLE})
-_TO_C: Final[Mapping[str, Callable[[float], float]]] = {
-    "degC": lambda value: value,
-    "K": lambda value: value - 273.15,
-    "degF": lambda value: (value - 32.0) / 1.8,
-}
+_NUMBERS: Final = frozenset({"Double", "Float", *WHOLE_RANGES})
+_FLAGS: Final = frozenset({"Boolean", *WHOLE_RANGES})
+_TEMPERATURES: Final = ("degC", "K", "degF")
 _SCALES: Final = (1.0, 0.1, 0.01, 0.001)
-_TO_MM: Final = {"mm": 1.0, "inch": 25.4}
 
 
 def _lacking(
@@ -72,22 +57,6 @@ def judge_input(
 
     A value that is bad at the moment is a warning, for the compensation judges every value of
     every cycle; what cannot get better by itself is an error.
-
-    Parameters
-    ----------
-    key : str
-        Table and key.
-    node : NodeDescription
-        What the server says.
-    settings : InputSettings
-        Unit of the value.
-    rules : SensorRules
-        What is plausible.
-
-    Yields
-    ------
-    Finding
-        At least one.
     """
     lacking = list(_lacking(key, node, "node_no_number", _NUMBERS))
     if lacking:
@@ -135,36 +104,20 @@ def _judge_temperature(
 
 
 def _temperature_c(value: float, settings: InputSettings) -> float:
-    return _TO_C[settings.unit](float(value) * settings.scale)
+    return converted(float(value) * settings.scale, settings.unit)
 
 
 def units_that_fit(raw: float, settings: InputSettings, rules: SensorRules) -> tuple[str, ...]:
-    """Return the units and scales in which a value would be a plausible temperature.
-
-    Parameters
-    ----------
-    raw : float
-        The value as it was read. [unit of the node]
-    settings : InputSettings
-        Unit and scale that the configuration states.
-    rules : SensorRules
-        What is plausible.
-
-    Returns
-    -------
-    tuple of str
-        Lines of the configuration, the likeliest first; empty where the value is plausible as it
-        is, and where no unit makes it plausible.
-    """
+    """Return the units and scales in which a value would be a plausible temperature."""
 
     def plausible(unit: str, scale: float) -> bool:
-        return rules.lowest_c <= _TO_C[unit](raw * scale) <= rules.highest_c
+        return rules.lowest_c <= converted(raw * scale, unit) <= rules.highest_c
 
     if plausible(settings.unit, settings.scale):
         return ()
     units = [
         f'unit = "{unit}"'
-        for unit in _TO_C
+        for unit in _TEMPERATURES
         if unit != settings.unit and plausible(unit, settings.scale)
     ]
     scales = [
@@ -182,24 +135,7 @@ def judge_redundant(
     settings: InputSettings,
     rules: SensorRules,
 ) -> Iterator[Finding]:
-    """Judge whether two sensors of one channel agree.
-
-    Parameters
-    ----------
-    key : str
-        Table of the input.
-    first, second : NodeDescription
-        What the server says of both.
-    settings : InputSettings
-        Their unit.
-    rules : SensorRules
-        Largest difference.
-
-    Yields
-    ------
-    Finding
-        A warning if they disagree.
-    """
+    """Judge whether two sensors of one channel agree."""
     if first.value is None or second.value is None:
         return  # said of the sensor itself
     difference_k = _temperature_c(second.value, settings) - _temperature_c(first.value, settings)
@@ -212,22 +148,7 @@ def judge_redundant(
 
 
 def judge_interlock(key: str, node: "NodeDescription", settings: FlagSettings) -> Finding:
-    """Judge an interlock: one that is not met now is a warning.
-
-    Parameters
-    ----------
-    key : str
-        Table of the interlock.
-    node : NodeDescription
-        What the server says.
-    settings : FlagSettings
-        Value at which it is met.
-
-    Returns
-    -------
-    Finding
-        What was found.
-    """
+    """Judge an interlock: one that is not met now is a warning."""
     flag = _flag_or_finding(key, node, "interlock_no_value")
     if isinstance(flag, Finding):
         return flag
@@ -246,22 +167,7 @@ def _flag_or_finding(key: str, node: "NodeDescription", without: str) -> bool | 
 
 
 def judge_other_compensation(key: str, node: "NodeDescription", settings: FlagSettings) -> Finding:
-    """Judge the flag of another compensation: while it is active, nothing may be enabled.
-
-    Parameters
-    ----------
-    key : str
-        Table of the flag.
-    node : NodeDescription
-        What the server says.
-    settings : FlagSettings
-        Value at which the other compensation is active.
-
-    Returns
-    -------
-    Finding
-        What was found.
-    """
+    """Judge the flag of another compensation: while it is active, nothing may be enabled."""
     flag = _flag_or_finding(key, node, "other_compensation_no_value")
     if isinstance(flag, Finding):
         return flag
@@ -273,30 +179,13 @@ def judge_other_compensation(key: str, node: "NodeDescription", settings: FlagSe
 def judge_diameter(
     key: str, node: "NodeDescription", settings: DiameterSettings, model: CompensationModel
 ) -> Finding:
-    """Judge the node of the workpiece's diameter.
-
-    Parameters
-    ----------
-    where : str
-        Its table.
-    node : NodeDescription
-        What the server says.
-    settings : DiameterSettings
-        Its unit.
-    model : CompensationModel
-        The model, with gains by diameter or without.
-
-    Returns
-    -------
-    Finding
-        What was found.
-    """
+    """Judge the node of the workpiece's diameter."""
     lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
     if lacking is not None:
         return lacking
     if node.value is None:
         return warning("diameter_no_value", key, status=node.status)
-    diameter_mm = float(node.value) * settings.scale * _TO_MM[settings.unit]
+    diameter_mm = converted(float(node.value) * settings.scale, settings.unit)
     if not 0.0 <= diameter_mm <= LARGEST_DIAMETER_MM:
         return warning("diameter_implausible", key, diameter_mm=diameter_mm)
     points = [
@@ -320,22 +209,7 @@ def judge_diameter(
 
 
 def judge_probe(key: str, node: "NodeDescription", settings: ProbeSettings) -> Finding:
-    """Judge the node of a probe: nothing that is wrong with it forbids a correction.
-
-    Parameters
-    ----------
-    where : str
-        Its table.
-    node : NodeDescription
-        What the server says.
-    settings : ProbeSettings
-        Unit and scale.
-
-    Returns
-    -------
-    Finding
-        Never an error.
-    """
+    """Judge the node of a probe: nothing that is wrong with it forbids a correction."""
     lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
     if lacking is not None:
         return warning("probe_unusable", key, why=lacking.message)
@@ -353,24 +227,7 @@ def judge_probe(key: str, node: "NodeDescription", settings: ProbeSettings) -> F
 def judge_output(
     key: str, node: "NodeDescription", settings: OutputSettings, limits: Limits
 ) -> Iterator[Finding]:
-    """Judge the node that a correction is written to.
-
-    Parameters
-    ----------
-    key : str
-        Table and key.
-    node : NodeDescription
-        What the server says.
-    settings : OutputSettings
-        Unit and sign.
-    limits : Limits
-        Limits of the correction.
-
-    Yields
-    ------
-    Finding
-        At least one.
-    """
+    """Judge the node that a correction is written to."""
     lacking = list(_lacking(key, node, "node_no_number", _NUMBERS))
     if lacking:
         yield from lacking
@@ -388,10 +245,10 @@ def _judge_counts(
     key: str, node: "NodeDescription", settings: OutputSettings, limits: Limits
 ) -> Iterator[Finding]:
     """Judge a node with whole numbers: how coarse it is, and whether it is wide enough."""
-    if node.data_type not in _WHOLE:
+    if node.data_type not in WHOLE_RANGES:
         return
     per_um = abs(offset_factor(settings.unit, settings.sign))
-    lowest, highest = _WHOLE[node.data_type]
+    lowest, highest = WHOLE_RANGES[node.data_type]
     largest = limits.total_um * per_um
     unit, total_um = settings.unit, limits.total_um
     if largest < 1.0:
@@ -431,24 +288,7 @@ def judge_read_back(
     settings: OutputSettings,
     tolerance_um: float,
 ) -> Finding:
-    """Judge a node at which the machine reports an offset.
-
-    Parameters
-    ----------
-    key : str
-        Table and key.
-    node, written : NodeDescription
-        What the server says of it, and of the node that is written.
-    settings : OutputSettings
-        Unit and sign.
-    tolerance_um : float
-        Difference that is believed. [µm]
-
-    Returns
-    -------
-    Finding
-        What was found.
-    """
+    """Judge a node at which the machine reports an offset."""
     lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
     if lacking is not None:
         return lacking
@@ -466,20 +306,7 @@ def judge_read_back(
 
 
 def judge_heartbeat(key: str, node: "NodeDescription") -> Finding:
-    """Judge the node of the heartbeat.
-
-    Parameters
-    ----------
-    key : str
-        Table and key.
-    node : NodeDescription
-        What the server says.
-
-    Returns
-    -------
-    Finding
-        What was found.
-    """
+    """Judge the node of the heartbeat."""
     lacking = next(_lacking(key, node, "node_no_beat", _FLAGS | _NUMBERS), None)
     if lacking is not None:
         return lacking

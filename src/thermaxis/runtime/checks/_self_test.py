@@ -21,7 +21,7 @@ from thermaxis.runtime.checks._nodes import (
 from thermaxis.runtime.config import MachineConfiguration
 
 if TYPE_CHECKING:
-    from thermaxis.runtime.opcua import NodeDescription
+    from thermaxis.runtime.opcua import NodeDescription, OpcUaSession
 
 DEADLINE_S: Final = 2.0
 """Longest time for one question to a server. [s]"""
@@ -32,40 +32,11 @@ CLOCK_WARNING_S: Final = 2.0
 _NO_ANSWER: Final = Message("error-machine_silent")
 
 
-class Session(Protocol):
-    """What the self-test asks of a connection."""
-
-    @property
-    def connected(self) -> bool:
-        """Whether the server can be asked."""
-        ...
-
-    @property
-    def failure(self) -> Message | None:
-        """Why not, as far as is known."""
-        ...
-
-    @property
-    def clock_difference_s(self) -> float | None:
-        """The server's clock minus the own. [s]"""
-        ...
-
-    async def describe(self, node: str, deadline_s: float) -> "NodeDescription | None":
-        """Return what the server says of a node; None if it does not answer."""
-        ...
-
-    async def write(
-        self, values: Sequence[tuple[str, float]], deadline_s: float
-    ) -> list[str] | None:
-        """Write numbers; return the names of the status codes."""
-        ...
-
-
 class MachineParts(Protocol):
     """The parts that the self-test looks through."""
 
     @property
-    def sessions(self) -> Mapping[str, Session]:
+    def sessions(self) -> "Mapping[str, OpcUaSession]":
         """Connections by name."""
         ...
 
@@ -75,7 +46,7 @@ class MachineParts(Protocol):
         ...
 
     @property
-    def probes(self) -> Session | None:
+    def probes(self) -> "OpcUaSession | None":
         """The connection of the probes; looked at only where the configuration has some."""
         ...
 
@@ -168,7 +139,9 @@ class _SelfTest:
         elif sink.kind == "linuxcnc":
             self.findings.append(judge_linuxcnc(self.parts.sink))
 
-    async def _look(self, connection: str, look: Callable[[Session], Awaitable[None]]) -> None:
+    async def _look(
+        self, connection: str, look: "Callable[[OpcUaSession], Awaitable[None]]"
+    ) -> None:
         session = self.parts.sessions[connection]
         if not session.connected:
             return
@@ -178,7 +151,7 @@ class _SelfTest:
             why = session.failure or _NO_ANSWER
             self.findings.append(error("no_more_answers", f"connection.{connection}", why=why))
 
-    async def _node(self, session: Session, node: str) -> "NodeDescription":
+    async def _node(self, session: "OpcUaSession", node: str) -> "NodeDescription":
         described = await session.describe(node, self.deadline_s)
         if described is None:
             raise _NoAnswerError
@@ -186,7 +159,7 @@ class _SelfTest:
 
     # ---- what is read ---------------------------------------------------------------------------
 
-    async def _look_at_values(self, session: Session) -> None:
+    async def _look_at_values(self, session: "OpcUaSession") -> None:
         configuration, findings = self.configuration, self.findings
         for name, entry in configuration.inputs.items():
             key, rules = f"input.{name}", configuration.rules.sensors[name]
@@ -210,7 +183,7 @@ class _SelfTest:
             model = configuration.model.model
             findings.append(judge_diameter("diameter", node, diameter, model))
 
-    async def _look_at_probes(self, session: Session | None) -> None:
+    async def _look_at_probes(self, session: "OpcUaSession | None") -> None:
         """Look at the probes, by their own connection: what it lacks forbids nothing."""
         for name, settings in self.configuration.probes.items():
             key = f"probe.{name}"
@@ -225,7 +198,7 @@ class _SelfTest:
 
     # ---- what is written ------------------------------------------------------------------------
 
-    async def _look_at_offsets(self, session: Session) -> None:
+    async def _look_at_offsets(self, session: "OpcUaSession") -> None:
         heartbeat = self.configuration.sink.heartbeat_node
         if heartbeat:
             node = await self._node(session, heartbeat)
@@ -233,7 +206,7 @@ class _SelfTest:
         for name in self.configuration.outputs:
             await self._look_at_output(session, name)
 
-    async def _look_at_output(self, session: Session, name: str) -> None:
+    async def _look_at_output(self, session: "OpcUaSession", name: str) -> None:
         settings, rules = self.configuration.outputs[name], self.configuration.rules
         table = f"output.{name}"
         written = await self._node(session, settings.node)
@@ -250,7 +223,7 @@ class _SelfTest:
         if self.write and written.value is not None and not reasons_against(found):
             self.findings.append(await self._write_back(session, table, settings.node))
 
-    async def _write_back(self, session: Session, key: str, node: str) -> Finding:
+    async def _write_back(self, session: "OpcUaSession", key: str, node: str) -> Finding:
         """Write the offset that stands in the machine once more: nothing moves."""
         found = await self._node(session, node)
         if found.value is None or not math.isfinite(found.value):
@@ -261,7 +234,7 @@ class _SelfTest:
         return ok("offset_written_back", key)
 
 
-def judge_connection(key: str, session: Session) -> Finding:
+def judge_connection(key: str, session: "OpcUaSession") -> Finding:
     """Judge a connection and the clock behind it."""
     if not session.connected:
         return error("not_connected", key, why=session.failure or _NO_ANSWER)

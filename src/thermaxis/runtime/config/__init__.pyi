@@ -1,5 +1,6 @@
 from ._connection import (
     ConnectionSection as ConnectionSection,
+    Section as Section,
     explain as explain,
     problem as problem,
     read_tables as read_tables,

@@ -40,6 +40,13 @@ from thermaxis.runtime.sinks import HalUnit, LinuxCncOutput, LinuxCncSettings
 
 _VALIDITY = {"margin_k": "validity_margin_k", "lowest_weight": "lowest_weight"}
 _KEYS = {field: f"validity.{key}" for key, field in _VALIDITY.items()}
+_NOT_REPLAYED: Mapping[str, object] = {
+    "interlock": {},
+    "other_compensation": None,
+    "diameter": None,
+    "probe": {},
+}
+"""Tables of nodes that are not read while a log is replayed."""
 _LINUXCNC_KEYS = ("watchdog_s", "thread", "halcmd")
 
 
@@ -72,11 +79,12 @@ class _Build:
         self.sections = sections
         self.problems = Problems(file.parent)
         self.replayed = sections.source.kind == "replay"
+        self.read = sections.model_copy(update=_NOT_REPLAYED) if self.replayed else sections
 
     def build(self) -> MachineConfiguration | tuple[Message, ...]:
         """Return the configuration, or everything that is wrong."""
-        sections, problems = self.sections, self.problems
-        machine = sections.machine
+        sections, problems, read = self.sections, self.problems, self.read
+        machine, other = sections.machine, read.other_compensation
         model = problems.guarded(
             "machine.model", lambda: read_model_file(self._path(machine.model))
         )
@@ -118,10 +126,10 @@ class _Build:
             source=source,
             sink=sink,
             inputs=inputs,
-            interlocks=self._interlocks(),
-            other_compensation=self._other_compensation(),
-            diameter=self._diameter(),
-            probes=self._probes(),
+            interlocks={n: FlagSettings(e.node, e.met) for n, e in read.interlock.items()},
+            other_compensation=None if other is None else FlagSettings(other.node, other.active),
+            diameter=read.diameter and DiameterSettings(**read.diameter.model_dump()),
+            probes={n: ProbeSettings(**entry.model_dump()) for n, entry in read.probe.items()},
             outputs=outputs,
             historian_url=historian[0],
             historian=historian[1],
@@ -221,29 +229,6 @@ class _Build:
                 section.node, section.unit, section.redundant_node, section.scale
             )
         return inputs
-
-    def _interlocks(self) -> dict[str, FlagSettings]:
-        tables = {} if self.replayed else self.sections.interlock
-        return {name: FlagSettings(entry.node, entry.met) for name, entry in tables.items()}
-
-    def _other_compensation(self) -> FlagSettings | None:
-        section = self.sections.other_compensation
-        if section is None or self.replayed:
-            return None
-        return FlagSettings(section.node, section.active)
-
-    def _diameter(self) -> DiameterSettings | None:
-        section = self.sections.diameter
-        if section is None or self.replayed:
-            return None
-        return DiameterSettings(section.node, section.unit, section.scale)
-
-    def _probes(self) -> dict[str, ProbeSettings]:
-        tables = {} if self.replayed else self.sections.probe
-        return {
-            name: ProbeSettings(entry.node, entry.unit, entry.scale)
-            for name, entry in tables.items()
-        }
 
     def _outputs(self) -> dict[str, OutputSettings]:
         kind = self.sections.sink.kind
@@ -400,7 +385,7 @@ class _Build:
             limits=limits,
             supervisor=supervisor,
             redundant=frozenset() if self.replayed else frozenset(redundant),
-            interlocks=() if self.replayed else tuple(sections.interlock),
+            interlocks=tuple(self.read.interlock),
             validity={
                 field: getattr(sections.validity, key)
                 for key, field in _VALIDITY.items()

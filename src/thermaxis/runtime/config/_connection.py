@@ -15,6 +15,7 @@ from types import UnionType
 from typing import (
     TYPE_CHECKING,
     Annotated,
+    ClassVar,
     Final,
     Literal,
     TypeAlias,
@@ -31,7 +32,7 @@ from pydantic_core import PydanticCustomError
 from thermaxis.codes import Message, Place, Value
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime.host import read_secret as secret_in, refuse_readable, unreadable
+from thermaxis.runtime.host import read_limited, read_secret as secret_in, refuse_readable
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -41,6 +42,7 @@ Security: TypeAlias = Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "
 FILE_LIMIT_BYTES: Final = 1_000_000
 """Largest configuration file. [byte]"""
 _MOST_PROBLEMS = 8
+_FILES = ("certificate", "private_key", "server_certificate")
 _CODES: Final[Mapping[str, str]] = {
     "dict_type": "not_a_table",
     "model_type": "not_a_table",
@@ -73,8 +75,33 @@ def refused(code: str, key: str, **values: str) -> PydanticCustomError:
     return PydanticCustomError("refused", "{code}", {"code": code, "key": key, "values": values})
 
 
+class Section(BaseModel):
+    """A table: an unknown key, a wrong type, infinity and NaN are errors."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        strict=True,
+        allow_inf_nan=False,
+        hide_input_in_errors=True,
+        use_attribute_docstrings=True,
+    )
+
+    secret_keys: ClassVar[frozenset[str]] = frozenset()
+    """Keys that somebody might write a secret into; each is refused with the way to do it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_secret_inside(cls, table: object) -> object:
+        if not isinstance(table, dict):
+            return table
+        for key in cls.secret_keys & set(cast("dict[str, object]", table)):
+            raise refused("secret_in_file", key, name=key)
+        return cast("object", table)
+
+
 @final
-class ConnectionSection(BaseModel):
+class ConnectionSection(Section):
     """One OPC UA connection as it stands in a configuration file.
 
     A password never stands in the file itself, and is never sent without encryption.
@@ -85,13 +112,7 @@ class ConnectionSection(BaseModel):
         If a key is unknown, has the wrong type or range, or keys contradict each other.
     """
 
-    model_config = ConfigDict(
-        extra="forbid",
-        frozen=True,
-        strict=True,
-        hide_input_in_errors=True,
-        use_attribute_docstrings=True,
-    )
+    secret_keys: ClassVar[frozenset[str]] = frozenset({"password"})
 
     url: Annotated[str, Field(max_length=1000)]
     """Where the server is, such as ``opc.tcp://192.168.214.241:4840``."""
@@ -119,20 +140,13 @@ class ConnectionSection(BaseModel):
     """Pause before a lost connection is tried again. Default: as measured: working again 0.1 to
     0.5 s after the server's return. [s]"""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _no_password_inside(cls, table: object) -> object:
-        if isinstance(table, dict) and "password" in table:
-            raise refused("secret_in_file", "password", name="password")
-        return cast("object", table)
-
     @model_validator(mode="after")
     def _check_together(self) -> "ConnectionSection":
         if self.password_file and self.password_environment:
             raise refused("stated_twice", "password_environment", name="password")
         if self.user and not (self.password_file or self.password_environment):
             raise refused("user_needs_password", "user")
-        for key in ("certificate", "private_key", "server_certificate"):
+        for key in _FILES:
             if self.security == "none" and getattr(self, key):
                 raise refused("certificate_unused", key)
         return self
@@ -161,22 +175,16 @@ class ConnectionSection(BaseModel):
             a file is missing, or others can read a secret.
         """
         table = f"connection.{name}"
+        plain = ("url", "security", "user", "application_uri", "timeout_s", "retry_s")
         settings = ConnectionSettings(
             name=name,
-            url=self.url,
-            security=self.security,
-            user=self.user,
             password=self._password(folder, table) if used else Secret("unread" * bool(self.user)),
-            certificate=_path(self.certificate, folder),
-            private_key=_path(self.private_key, folder),
-            server_certificate=_path(self.server_certificate, folder),
-            application_uri=self.application_uri,
-            timeout_s=self.timeout_s,
-            retry_s=self.retry_s,
+            **{key: folder / file for key in _FILES if (file := getattr(self, key))},
+            **{key: getattr(self, key) for key in plain},
         )
         if not used:
             return settings
-        for key in ("certificate", "private_key", "server_certificate"):
+        for key in _FILES:
             file: Path | None = getattr(settings, key)
             if file is not None:
                 require_file(file, f"{table}.{key}")
@@ -229,10 +237,6 @@ def read_secret(
     return secret_in(folder / file, key=f"{table}.{key}_file")
 
 
-def _path(name: str, folder: Path) -> Path | None:
-    return folder / name if name else None
-
-
 def require_file(path: Path, key: str) -> None:
     """Check that a file that a key names is there."""
     try:
@@ -264,15 +268,7 @@ def read_tables(path: Path) -> dict[str, object]:
     ConfigurationError
         If it cannot be read, is too large or no TOML.
     """
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(FILE_LIMIT_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise unreadable(path, error) from None
-    if len(content) > FILE_LIMIT_BYTES:
-        raise ConfigurationError(
-            "file_too_long", most_bytes=FILE_LIMIT_BYTES, place=Place(str(path))
-        )
+    content = read_limited(path, limit_bytes=FILE_LIMIT_BYTES)
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
@@ -336,11 +332,8 @@ def _problem(detail: "ErrorDetails", model: type[BaseModel]) -> Message:
     kind = detail["type"]
     context = cast("Mapping[str, Value]", detail.get("ctx", {}))
     if kind == "refused":
-        key, said = (
-            ".".join((*loc, str(context["key"]))),
-            cast("Mapping[str, str]", context["values"]),
-        )
-        return problem(str(context["code"]), key, **said)
+        said = cast("Mapping[str, str]", context["values"])
+        return problem(str(context["code"]), ".".join((*loc, str(context["key"]))), **said)
     key = ".".join(loc)
     if kind == "extra_forbidden":
         return _unknown_key(loc, model)

@@ -31,6 +31,11 @@ _LABEL = r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?"
 _HOST = re.compile(rf"(?P<name>{_LABEL}(?:\.{_LABEL})*|\[[0-9a-f:.]+\])(?::(?P<port>\d{{1,5}}))?")
 _LONGEST_HOST = 253
 _MOST_PORTS = 65_535
+_PLAIN = {
+    *("address", "port", "view_without_login", "language", "user"),
+    *("idle_s", "longest_login_s", "evaluation_s"),
+}
+"""Keys that the settings have as they stand in the file."""
 
 
 def screen_settings(
@@ -70,22 +75,14 @@ def screen_settings(
     password = stated_secret(
         TABLE, section.password_file, section.password_environment, problems, key="password"
     )
-    hosts = tuple(host.lower() for host in section.hosts)
     settings = ScreenSettings(
-        address=section.address,
-        port=section.port,
-        hosts=hosts,
+        hosts=tuple(host.lower() for host in section.hosts),
         certificate=certificate,
         private_key=private_key,
-        view_without_login=section.view_without_login,
-        language=section.language,
-        user=section.user,
         password=password or Secret(""),
         client_certificate=own,
         client_private_key=own_key,
-        idle_s=section.idle_s,
-        longest_login_s=section.longest_login_s,
-        evaluation_s=section.evaluation_s,
+        **section.model_dump(include=_PLAIN),
     )
     _check_reach(settings, problems)
     _check_times(settings, problems)

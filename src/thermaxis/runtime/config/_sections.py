@@ -5,14 +5,14 @@ to that class, so that a default stands in one place.
 """
 
 from dataclasses import fields
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias, TypeVar, cast, final
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, TypeVar, final
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field
 from pydantic_core import PydanticCustomError
 
 from thermaxis.compensation import Limits, SensorRules, SupervisorRules
 from thermaxis.messages import Language
-from thermaxis.runtime.config._connection import ConnectionSection, refused
+from thermaxis.runtime.config._connection import ConnectionSection, Section
 from thermaxis.runtime.historian import HistorianSettings
 from thermaxis.runtime.sinks import LinuxCncSettings
 
@@ -48,29 +48,8 @@ Factor = Annotated[float, Field(ge=-1e6, le=1e6), AfterValidator(_not_zero)]
 _MOST_ENTRIES = 200
 
 
-class Section(BaseModel):
-    """A table: an unknown key, a wrong type, infinity and NaN are errors."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-        frozen=True,
-        strict=True,
-        allow_inf_nan=False,
-        hide_input_in_errors=True,
-        use_attribute_docstrings=True,
-    )
-
-    secret_keys: ClassVar[frozenset[str]] = frozenset()
-    """Keys that somebody might write a secret into; each is refused with the way to do it."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _no_secret_inside(cls, table: object) -> object:
-        if not isinstance(table, dict):
-            return table
-        for key in cls.secret_keys & set(cast("dict[str, object]", table)):
-            raise refused("secret_in_file", key, name=key)
-        return cast("object", table)
+class RulesSection(Section):
+    """A table with keys that are fields of a class of rules, which has their defaults."""
 
     def stated(self, rules: type[Rules]) -> dict[str, Any]:
         """Return what the file states of the fields of a class of rules.
@@ -127,7 +106,7 @@ class SourceSection(Section):
 
 
 @final
-class SinkSection(Section):
+class SinkSection(RulesSection):
     """``[sink]``: where the corrections go."""
 
     kind: Literal["opcua", "linuxcnc", "dry"]
@@ -146,7 +125,7 @@ class SinkSection(Section):
 
 
 @final
-class InputSection(Section):
+class InputSection(RulesSection):
     """``[input.NAME]``: one temperature; the name is the model's channel."""
 
     node: Text = ""
@@ -221,7 +200,7 @@ class ProbeSection(Section):
 
 
 @final
-class OutputSection(Section):
+class OutputSection(RulesSection):
     """``[output.NAME]``: one correction; the name is the model's output."""
 
     node: Text = ""
@@ -253,7 +232,7 @@ class OutputSection(Section):
 
 
 @final
-class SupervisorSection(Section):
+class SupervisorSection(RulesSection):
     """``[supervisor]``: how long what is tolerated."""
 
     settle_s: float | None = None
@@ -299,7 +278,7 @@ class ValiditySection(Section):
 
 
 @final
-class HistorianSection(Section):
+class HistorianSection(RulesSection):
     """``[historian]``: where every cycle is recorded."""
 
     secret_keys: ClassVar[frozenset[str]] = frozenset({"password"})
@@ -366,7 +345,7 @@ class ScreenSection(Section):
     """Address at which the pages are served."""
     port: Annotated[int, Field(ge=0, le=65_535)] = 8450
     """Port; 0 takes a free one. [1]"""
-    hosts: Annotated[list[Word], Field(max_length=20)] = []
+    hosts: Annotated[list[Word], Field(max_length=20)] = []  # noqa: RUF012 - pydantic copies it
     """Further names by which browsers reach it, as host or host:port."""
     certificate: Text = ""
     """Certificate for TLS of the pages."""

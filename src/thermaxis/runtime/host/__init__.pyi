@@ -1,18 +1,18 @@
 from ._lock import (
     FileLock as FileLock,
+    held_lock as held_lock,
+    sole_runner as sole_runner,
 )
 from ._loopback import (
     is_loopback as is_loopback,
 )
 from ._private_files import (
+    read_limited as read_limited,
     read_private as read_private,
     read_secret as read_secret,
     refuse_readable as refuse_readable,
     unreadable as unreadable,
     whole_file as whole_file,
-)
-from ._sole_runner import (
-    sole_runner as sole_runner,
 )
 from ._tls import (
     server_context as server_context,

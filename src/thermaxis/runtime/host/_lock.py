@@ -1,6 +1,8 @@
 """A lock on a file: what one program does, a second one must not do at the same time."""
 
 import os
+from collections.abc import Generator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Self, final
 
@@ -62,3 +64,41 @@ def _reason(failure: OSError | ImportError) -> str:
     if isinstance(failure, OSError):
         return f"the disk keeps no locks ({failure.strerror or type(failure).__name__})"
     return "the system has no locks on files"
+
+
+@contextmanager
+def held_lock(path: Path, taken: ConfigurationError, *, required: bool) -> Generator[None]:
+    """Hold a lock; its folder is made where it is missing."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(path, taken, required=required)
+    except OSError as error:
+        cause = error.strerror or type(error).__name__
+        place = Place(str(path.parent))
+        raise ConfigurationError("folder_unwritable", cause=cause, place=place) from None
+    with lock:
+        yield
+
+
+def sole_runner(state_file: Path, machine: str) -> AbstractContextManager[None]:
+    """Hold the lock of a machine: two programs that write one offset fight each other.
+
+    Not protected: a second program on another computer, or with another configuration file for
+    the same machine. The self-test and the read-back notice it.
+
+    Parameters
+    ----------
+    state_file : Path
+        The machine's state file; the lock stands beside it.
+    machine : str
+        Name of the machine.
+
+    Returns
+    -------
+    context manager
+        Raises ConfigurationError if another program holds the lock, the folder cannot be written
+        to, or there are no locks here.
+    """
+    path = state_file.with_name(f"{state_file.name}.lock")
+    taken = ConfigurationError("machine_in_use", machine=machine, place=Place(str(path)))
+    return held_lock(path, taken, required=True)

@@ -26,14 +26,19 @@ def refuse_readable(path: Path, *, key: str = "") -> None:
     _check(path, mode, key)
 
 
+def read_limited(path: Path, *, limit_bytes: int) -> bytes:
+    """Return the content of a file that is not larger than a limit."""
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(limit_bytes + 1)
+    except (OSError, ValueError) as error:
+        raise unreadable(path, error) from None
+    return _not_longer(content, path, limit_bytes)
+
+
 def read_private(path: Path, *, limit_bytes: int, key: str = "") -> bytes:
     """Return the content of a file that nobody but its owner may read."""
-    content = _begin_of(path, limit_bytes, key)
-    if len(content) > limit_bytes:
-        raise ConfigurationError(
-            "file_too_long", most_bytes=limit_bytes, place=Place(str(path), key=key)
-        )
-    return content
+    return _not_longer(_begin_of(path, limit_bytes, key), path, limit_bytes, key)
 
 
 def read_secret(path: Path, *, key: str = "") -> Secret:
@@ -64,6 +69,13 @@ def _begin_of(path: Path, limit_bytes: int, key: str) -> bytes:
     except OSError as error:
         raise unreadable(path, error, key=key) from None
     _check(path, mode, key)
+    return content
+
+
+def _not_longer(content: bytes, path: Path, limit_bytes: int, key: str = "") -> bytes:
+    if len(content) > limit_bytes:
+        place = Place(str(path), key=key)
+        raise ConfigurationError("file_too_long", most_bytes=limit_bytes, place=place)
     return content
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime.host._private_files import read_private, unreadable
+from thermaxis.runtime.host._private_files import read_limited, read_private
 
 LARGEST_FILE_BYTES = 1_000_000
 """Largest certificate, with its chain, and largest key. [byte]"""
@@ -20,15 +20,7 @@ def server_context(certificate: Path, private_key: Path) -> ssl.SSLContext:
     for a moment, as the library reads PEM files only. Nobody else may read that file, but a disk
     or a backup may keep it. Where both are PEM there is no such file.
     """
-    try:
-        with certificate.open("rb") as stream:
-            content = stream.read(LARGEST_FILE_BYTES + 1)
-    except OSError as error:
-        raise unreadable(certificate, error) from None
-    if len(content) > LARGEST_FILE_BYTES:
-        raise ConfigurationError(
-            "file_too_long", most_bytes=LARGEST_FILE_BYTES, place=Place(str(certificate))
-        )
+    content = read_limited(certificate, limit_bytes=LARGEST_FILE_BYTES)
     key = read_private(private_key, limit_bytes=LARGEST_FILE_BYTES)
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2

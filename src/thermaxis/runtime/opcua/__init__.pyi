@@ -41,7 +41,6 @@ from ._session import (
     take_leave as take_leave,
 )
 from ._values import (
-    WHOLE_TYPES as WHOLE_TYPES,
     WRONG_TYPE as WRONG_TYPE,
     next_beat as next_beat,
     plain_number as plain_number,

@@ -15,8 +15,8 @@ from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from thermaxis.codes import Message, Place, printable
-from thermaxis.errors import ConfigurationError
-from thermaxis.runtime.host import read_private, unreadable, whole_file
+from thermaxis.errors import ConfigurationError, require_range
+from thermaxis.runtime.host import read_limited, read_private, whole_file
 
 WARNED_DAYS: Final = 30
 """The end of a certificate is warned of so early. [day]"""
@@ -89,7 +89,7 @@ class PrivateKey:
 
 def certificate_of(path: Path) -> Certificate:
     """Read a certificate."""
-    return certificate_from(_content(path), file=str(path))
+    return certificate_from(read_limited(path, limit_bytes=LARGEST_FILE_BYTES), file=str(path))
 
 
 def certificate_from(content: bytes, *, file: str) -> Certificate:
@@ -170,19 +170,6 @@ def _pem_of(key: rsa.RSAPrivateKey) -> bytes:
     )
 
 
-def _content(path: Path) -> bytes:
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(LARGEST_FILE_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise unreadable(path, error) from None
-    if len(content) > LARGEST_FILE_BYTES:
-        raise ConfigurationError(
-            "file_too_long", most_bytes=LARGEST_FILE_BYTES, place=Place(str(path))
-        )
-    return content
-
-
 def check_own_pair(
     certificate: Certificate, key: PrivateKey, application_uri: str, *, file: str
 ) -> None:
@@ -231,14 +218,7 @@ class NewCertificate:
 
     def __post_init__(self) -> None:
         """Check what a certificate cannot say."""
-        if not 1 <= self.days <= LONGEST_DAYS:
-            raise ConfigurationError(
-                "outside_range",
-                value=self.days,
-                least=1,
-                most=LONGEST_DAYS,
-                place=Place(key="days"),
-            )
+        require_range("days", self.days, 1, LONGEST_DAYS)
         uri = self.application_uri
         if not 1 <= len(uri) <= 200 or not uri.isascii() or not uri.isprintable() or " " in uri:
             raise ConfigurationError("no_application_uri", place=Place(key="uri"))

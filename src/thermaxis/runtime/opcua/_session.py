@@ -121,15 +121,15 @@ class NodeDescription:
     """Whether the server knows it."""
     status: str
     """Status of its value, such as ``Good`` or ``BadNodeIdUnknown``."""
-    data_type: str
+    data_type: str = ""
     """Exact type, such as ``Double`` or ``Int32``; empty if it is no plain one."""
-    readable: bool
+    readable: bool = False
     """Whether its value could be read."""
-    writable: bool
+    writable: bool = False
     """Whether the server lets this user write it, as far as it says."""
-    value: float | bool | None
+    value: float | bool | None = None
     """Its number; None where it has none."""
-    age_s: float | None
+    age_s: float | None = None
     """Time since the value was stamped; None where there is no time stamp. [s]"""
 
 
@@ -473,7 +473,7 @@ class OpcUaSession:
             return None
         one = link.id_of(node)
         if one is None:
-            return _no_such_node(node, "BadNodeIdUnknown")
+            return NodeDescription(node, exists=False, status="BadNodeIdUnknown")
         request = link.client.uaclient.session.read(
             attribute_request([(one, attribute) for attribute in _DESCRIBED])
         )
@@ -482,7 +482,7 @@ class OpcUaSession:
             return None
         node_class, data_type, access, user_access, value = found
         if not _is_good(node_class):
-            return _no_such_node(node, status_name(node_class))
+            return NodeDescription(node, exists=False, status=status_name(node_class))
         kind = node_type(_content(data_type), value)
         level = _content(user_access if _is_good(user_access) else access)
         return NodeDescription(
@@ -690,19 +690,6 @@ def _is_good(value: ua.DataValue) -> bool:
 
 def _content(value: ua.DataValue) -> object:
     return None if value.Value is None else cast("object", value.Value.Value)
-
-
-def _no_such_node(node: str, status: str) -> NodeDescription:
-    return NodeDescription(
-        node=node,
-        exists=False,
-        status=status,
-        data_type="",
-        readable=False,
-        writable=False,
-        value=None,
-        age_s=None,
-    )
 
 
 async def discard(client: Client) -> None:

@@ -6,6 +6,8 @@ from typing import Final, cast
 
 from asyncua import ua
 
+from thermaxis.runtime._machine_values import WHOLE_RANGES
+
 NOT_WRITTEN: Final = "BadRequestCancelledByClient"
 """What is said of a value that was not sent because another one of its request could not be."""
 NOT_A_NUMBER: Final = "BadOutOfRange"
@@ -16,17 +18,8 @@ LARGEST_FLOAT: Final = 3.4028234663852886e38
 """Largest number of 32 bits. [1]"""
 
 _RANGES: Final[dict[ua.VariantType | None, tuple[int, int]]] = {
-    ua.VariantType.SByte: (-(2**7), 2**7 - 1),
-    ua.VariantType.Byte: (0, 2**8 - 1),
-    ua.VariantType.Int16: (-(2**15), 2**15 - 1),
-    ua.VariantType.UInt16: (0, 2**16 - 1),
-    ua.VariantType.Int32: (-(2**31), 2**31 - 1),
-    ua.VariantType.UInt32: (0, 2**32 - 1),
-    ua.VariantType.Int64: (-(2**63), 2**63 - 1),
-    ua.VariantType.UInt64: (0, 2**64 - 1),
+    ua.VariantType[name]: bounds for name, bounds in WHOLE_RANGES.items()
 }
-WHOLE_TYPES: Final = frozenset(kind.name for kind in _RANGES if kind is not None)
-"""Names of the types that have whole numbers only."""
 _NUMBERS: Final = frozenset(
     {*_RANGES, ua.VariantType.Boolean, ua.VariantType.Float, ua.VariantType.Double}
 )
@@ -70,7 +63,7 @@ def next_beat(last: float | None, kind: str) -> int:
     """Return the heartbeat after another one."""
     if kind == "Boolean":
         return 0 if last else 1
-    highest = _RANGES[ua.VariantType[kind]][1] if kind in WHOLE_TYPES else _BEAT_LIMIT
+    highest = WHOLE_RANGES[kind][1] if kind in WHOLE_RANGES else _BEAT_LIMIT
     if last is None or not 0 <= last < math.inf:
         return 1
     return int(last) + 1 if last < highest else 0

@@ -21,13 +21,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final, TypeAlias, final
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.logs import parse_log_heading
 from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime.config import ConnectionSection, explain, problem, read_tables, refuse
+from thermaxis.runtime.config import (
+    ConnectionSection,
+    Section,
+    explain,
+    problem,
+    read_tables,
+    refuse,
+)
 from thermaxis.runtime.opcua import parse_node
 from thermaxis.thermal.log import unit_named, unit_of_name
 
@@ -44,25 +51,14 @@ _CHANNEL_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.\-]{0,99}")
 _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,59}")
 _RESERVED = frozenset({"date", "datum", "day", "tag", "den"})
 _MEGABYTE = 1_000_000
-_STRICT = ConfigDict(
-    extra="forbid",
-    frozen=True,
-    strict=True,
-    hide_input_in_errors=True,
-    use_attribute_docstrings=True,
-)
-_Period: TypeAlias = Annotated[
-    float, Field(ge=SHORTEST_PERIOD_S, le=LONGEST_PERIOD_S, allow_inf_nan=False)
-]
-_Bounded: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
-_Repeat: TypeAlias = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False)]
+_Period: TypeAlias = Annotated[float, Field(ge=SHORTEST_PERIOD_S, le=LONGEST_PERIOD_S)]
+_Bounded: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9)]
+_Repeat: TypeAlias = Annotated[float, Field(ge=0.0, le=1e7)]
 
 
 @final
-class RecordSection(BaseModel):
+class RecordSection(Section):
     """The table ``[record]``: files and what holds for all channels."""
-
-    model_config = _STRICT
 
     name: str = "log"
     """Begin of the file names: letters, digits, ``_``, ``-`` and points."""
@@ -88,10 +84,8 @@ class RecordSection(BaseModel):
 
 
 @final
-class ChannelSection(BaseModel):
+class ChannelSection(Section):
     """A table ``[channel.NAME]``; the name is the column's, and must not state another unit."""
-
-    model_config = _STRICT
 
     node: str
     """Node id, such as ``ns=2;s=/Plc/T_spindle`` or ``nsu=urn:machine;s=T_spindle``."""
@@ -111,10 +105,8 @@ class ChannelSection(BaseModel):
 
 
 @final
-class RecordFile(BaseModel):
+class RecordFile(Section):
     """A whole file ``record.toml``."""
-
-    model_config = _STRICT
 
     record: RecordSection = RecordSection()
     """Files and what holds for all channels."""

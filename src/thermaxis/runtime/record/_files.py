@@ -15,8 +15,8 @@ Not protected: a disk that reports a write as done and loses it; a folder on a n
 import errno
 import os
 import re
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from pathlib import Path
@@ -25,7 +25,7 @@ from typing import Final, NamedTuple, final
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
-from thermaxis.runtime.host import FileLock
+from thermaxis.runtime.host import held_lock
 from thermaxis.runtime.record._clock import as_text, moment_of
 
 SOURCES_FOLDER: Final = "sources"
@@ -483,18 +483,7 @@ def _row_ms(line: bytes, cells: int) -> float | None:
     return None if moment.tzinfo is None else moment.timestamp() * 1000.0
 
 
-@contextmanager
-def sole_writer(folder: Path, name: str) -> Generator[None]:
+def sole_writer(folder: Path, name: str) -> AbstractContextManager[None]:
     """Keep other recordings of the same name out of a folder, as long as this one runs."""
     taken = ConfigurationError("recording_in_use", name=name, place=Place(str(folder)))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / f".{name}.lock", taken, required=False)
-    except OSError as error:
-        raise ConfigurationError(
-            "folder_unwritable",
-            cause=error.strerror or type(error).__name__,
-            place=Place(str(folder)),
-        ) from None
-    with lock:
-        yield
+    return held_lock(folder / f".{name}.lock", taken, required=False)

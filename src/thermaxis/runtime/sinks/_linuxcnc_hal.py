@@ -21,7 +21,7 @@ from typing import Literal, NamedTuple, final, get_args
 
 from thermaxis.codes import Message, Place, Value
 from thermaxis.compensation import LONGEST_CYCLE_S, SHORTEST_CYCLE_S, Limits
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 from thermaxis.runtime.sinks._halcmd import HalRefusedError, number_of
 
@@ -78,28 +78,15 @@ class LinuxCncOutput:
 
     def __post_init__(self) -> None:
         """Check the values and work out the factor."""
-        if not 0 <= self.joint <= _LAST_JOINT:
-            raise ConfigurationError(
-                "outside_range",
-                value=self.joint,
-                least=0,
-                most=_LAST_JOINT,
-                place=Place(key="joint"),
-            )
+        require_range("joint", self.joint, 0, _LAST_JOINT)
         if self.unit not in get_args(HalUnit):
             raise ConfigurationError("no_linear_unit", unit=self.unit, place=Place(key="unit"))
         stated = self.largest_acceleration_um_per_s2
         if stated == 0.0:
             stated = ACCELERATION_PER_RATE * self.limits.largest_rate_um_per_s
             object.__setattr__(self, "largest_acceleration_um_per_s2", stated)
-        if not 0.0 < stated <= LARGEST_ACCELERATION_UM_PER_S2:
-            raise ConfigurationError(
-                "outside_range",
-                value=stated,
-                least=0.0,
-                most=LARGEST_ACCELERATION_UM_PER_S2,
-                place=Place(key="largest_acceleration_um_per_s2"),
-            )
+        key = "largest_acceleration_um_per_s2"
+        require_positive(key, stated, LARGEST_ACCELERATION_UM_PER_S2)
         object.__setattr__(self, "factor", offset_factor(self.unit, self.sign))
 
     @property
@@ -171,14 +158,7 @@ class LinuxCncSettings:
                     joint=output.joint,
                     place=Place(key=f"output.{name}", channel=name),
                 )
-        if not SHORTEST_CYCLE_S <= self.cycle_s <= LONGEST_CYCLE_S:
-            raise ConfigurationError(
-                "outside_range",
-                value=self.cycle_s,
-                least=SHORTEST_CYCLE_S,
-                most=LONGEST_CYCLE_S,
-                place=Place(key="cycle_s"),
-            )
+        require_range("cycle_s", self.cycle_s, SHORTEST_CYCLE_S, LONGEST_CYCLE_S)
         if self.watchdog_s == 0.0:
             longer = max(SHORTEST_WATCHDOG_S, 2.0 * self.cycle_s)
             object.__setattr__(self, "watchdog_s", longer)
@@ -190,14 +170,7 @@ class LinuxCncSettings:
                 most_s=2.0 * LONGEST_CYCLE_S,
                 place=Place(key="watchdog_s"),
             )
-        if not 0.0 < self.retry_s <= LONGEST_CYCLE_S:
-            raise ConfigurationError(
-                "outside_range",
-                value=self.retry_s,
-                least=0.0,
-                most=LONGEST_CYCLE_S,
-                place=Place(key="retry_s"),
-            )
+        require_positive("retry_s", self.retry_s, LONGEST_CYCLE_S)
         if re.fullmatch(r"[A-Za-z0-9_.-]{1,40}", self.thread) is None:
             raise ConfigurationError("no_hal_thread", place=Place(key="thread"))
         object.__setattr__(self, "outputs", MappingProxyType(dict(self.outputs)))

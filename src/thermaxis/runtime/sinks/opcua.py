@@ -8,9 +8,10 @@ from typing import Final, final
 from asyncua import ua
 
 from thermaxis.codes import Message
+from thermaxis.runtime._machine_values import WHOLE_RANGES
 from thermaxis.runtime._ports import Applied, Sink
 from thermaxis.runtime._sign import offset_factor
-from thermaxis.runtime.opcua import WHOLE_TYPES, OpcUaSession, next_beat, parse_node, plain_number
+from thermaxis.runtime.opcua import OpcUaSession, next_beat, parse_node, plain_number
 
 HEARTBEAT = "heartbeat"
 """What the heartbeat's node is called among the refused ones."""
@@ -191,7 +192,7 @@ class OpcUaSink(Sink):
         coarse = [
             name
             for name, output in self._outputs.items()
-            if kinds[output.node] in WHOLE_TYPES and abs(self._factors[name]) < 1.0
+            if kinds[output.node] in WHOLE_RANGES and abs(self._factors[name]) < 1.0
         ]
         if coarse:
             self.failure = self._hindrance = _failure("unit_too_coarse", coarse)

@@ -3,29 +3,15 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, final
+from typing import final
 
 from asyncua import ua
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._flag import flag_of
+from thermaxis.runtime._machine_values import VALUE_UNITS, converted, flag_of
 from thermaxis.runtime._ports import NOT_READ, Source, SourceSample
 from thermaxis.runtime.opcua import WRONG_TYPE, OpcUaSession, parse_node, plain_number
-
-VALUE_UNITS: Final = {
-    "degC": (1.0, 0.0),
-    "K": (1.0, -273.15),
-    "degF": (1.0 / 1.8, -32.0 / 1.8),
-    "bool": (1.0, 0.0),
-    "um": (1.0, 0.0),
-    "mm": (1.0, 0.0),
-    "inch": (25.4, 0.0),
-    "1": (1.0, 0.0),
-}
-"""Units of values on a machine, and what a value is multiplied by and then increased by to give
-degrees Celsius, micrometres, millimetres, or the plain number. ``K`` is a temperature, not a
-difference."""
 
 
 @final
@@ -137,9 +123,8 @@ def _number_in(value: ua.DataValue, settings: NodeSettings) -> tuple[float | Non
         return (None if flag is None else float(flag)), flag is not None
     if isinstance(raw, bool):
         return None, False
-    factor, shift = VALUE_UNITS[settings.unit]
     try:
-        number = float(raw) * settings.scale * factor + shift
+        number = converted(float(raw) * settings.scale, settings.unit)
     except OverflowError:
         return None, True
     return (number if math.isfinite(number) else None), True
