@@ -39,7 +39,7 @@ def largest_difference_um(model: CompensationModel, *, compensated: bool) -> tup
     settings = wide(model, double=False)
     single = block_of(settings, compensated=compensated)
     largest_um = highest_um = lowest_um = 0.0
-    for inputs, wanted in scenario_steps(wide(model, double=True), hours=8.0, seed=1, faults=False):
+    for inputs, wanted in scenario_steps(wide(model, double=True), hours=8.0, seed=1):
         said_um, wanted_um = model_um(single, settings, inputs), wanted.model_um[0]
         assert single.state == wanted.state
         largest_um = max(largest_um, abs(said_um - wanted_um))
@@ -72,7 +72,7 @@ def largest_after_a_step_um(model: CompensationModel, *, compensated: bool) -> f
     """Return how far REAL is from LREAL while one temperature rises by 9 K and then stands."""
     kinds = [wide(model, double=kind) for kind in (False, True)]
     blocks = [block_of(kinds[0], compensated=compensated), block_of(kinds[1])]
-    calm = next(iter(scenario_steps(kinds[1], hours=1.0, seed=0, faults=False))).inputs
+    calm = next(iter(scenario_steps(kinds[1], hours=1.0, seed=0))).inputs
     largest_um = 0.0
     for call in range(28_800):
         rise_k = 0.09 * min(call, 100)

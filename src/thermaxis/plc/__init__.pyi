@@ -39,10 +39,6 @@ from .vectors import (
     PlcOutputs as PlcOutputs,
     PlcStep as PlcStep,
     Vectors as Vectors,
-    course_steps as course_steps,
-    line_vectors_csv as line_vectors_csv,
-    scenario as scenario,
     scenario_steps as scenario_steps,
-    vectors_csv as vectors_csv,
     vectors_of as vectors_of,
 )

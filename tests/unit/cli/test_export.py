@@ -5,7 +5,6 @@ import json
 import re
 import shlex
 import shutil
-import subprocess
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
@@ -15,15 +14,15 @@ import numpy as np
 import pytest
 
 from tests.unit.cli.refusals import code_of, refusal
-from tests.unit.plc.scl_normal import scl_normal
-from tests.unit.plc.st_interpreter import INPUT, Machine
+from tests.unit.plc.equal_parts import CBlock, CLibrary, c_library
+from tests.unit.plc.st_to_c import st_as_c
 from thermaxis import plc
 from thermaxis.cli import main
 from thermaxis.cli.exchange import export
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_model, write_model
-from thermaxis.plc import vectors_of
+from thermaxis.plc import CText, vectors_of
 
 STATED = ("--limit", "280", "--rate", "0.5", "--plausible", "5:80")
 FILES = {"scl": {"scl"}, "st": {"st"}, "c": {"c", "h"}}
@@ -583,145 +582,54 @@ def test_two_models_without_positions_are_refused_with_what_to_do(tmp_path: Path
 
 # ---- the vectors, as a user would run them ------------------------------------------------------
 
-READER = """\
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include "BLOCK.h"
-
-static char line[100000];
-
-static double cell(void)
-{
-    char *text = strtok(NULL, ",\\n");
-    if (text == NULL) exit(3);
-    return strtod(text, NULL);
-}
-
-static int differs(double said, double wanted)
-{
-    return !(said == wanted);
-}
-
-int main(void)
-{
-    static BLOCK b;
-    long rows = 0;
-    BLOCK_init(&b);
-    while (fgets(line, sizeof line, stdin) != NULL) {
-        if (line[0] == '#' || line[0] == 'c') continue;
-        strtok(line, ",\\n");
-        long calls = (long)cell();
-        if (cell() != 0.0) BLOCK_init(&b);
-INPUTS
-        for (long k = 0; k < calls; k++) BLOCK_step(&b);
-OUTPUTS
-        rows++;
-    }
-    printf("%ld\\n", rows);
-    return 0;
-}
-"""
-
 
 @pytest.mark.usefixtures("whole_vectors")
-@pytest.mark.parametrize("bits", ["64", "32"])
-@pytest.mark.parametrize("dialect", ["scl", "st", "sinumerik-tempcomp"])
+@pytest.mark.parametrize(
+    ("dialect", "bits"),
+    [("st", "64"), ("scl", "32"), ("c", "64"), ("c", "32"), ("sinumerik-tempcomp", "64"),
+     ("sinumerik-tempcomp", "32")],
+)  # fmt: skip
 def test_the_exported_text_says_what_the_exported_vectors_say(
     root: Path, tmp_path: Path, dialect: str, bits: str
 ) -> None:
-    models = [root / "examples" / "models" / f"x_at_{mm}.json" for mm in (100, 500, 900)]
-    line = ("--at", "100", "--at", "500", "--at", "900", "--positive", "away")
-    order = (*models, *line) if dialect == "sinumerik-tempcomp" else models[:1]
-    folder = tmp_path / "plc"
-    limits = ("--limit", "20", "--rate", "0.5", "--plausible", "5:80")
-    kind = ("--dialect", dialect, "--real", bits, "--name", "m", "--cycle-s", "10")
-    run(*order, *kind, *limits, "-o", folder)
-    text = next(p for p in folder.iterdir() if p.suffix in {".scl", ".st"}).read_text("ascii")
-    if dialect != "st":
-        text = scl_normal(text, "s7-1500" if bits == "64" else "s7-300")
-    machine = Machine(text)
-    vectors = (folder / "tx_m.vectors.csv").read_text(encoding="ascii")
-    rows = [row.split(",") for row in vectors.splitlines() if not row.startswith("#")]
-    names = rows[0]
-    kinds = {v.name: v.kind for v in machine.block.of(INPUT)}
-    block, compared = machine.start(), 0
-    for row in rows[1:]:
-        cells = dict(zip(names, row, strict=True))
-        if cells["restart"] == "1":
-            block = machine.start()
-        inputs = {
-            name: cells[name] == "1" if kinds[name] == "BOOL" else float(cells[name])
-            for name in machine.inputs
-        }
-        assert int(cells["calls"]) > 0
-        said = [block.call(**inputs) for _ in range(int(cells["calls"]))][-1]
-        for name in names[names.index("read_ok") + 1 :]:
-            assert float(said[name]) == float(read_as(cells[name], bits)), (row[0], name)
-            compared += 1
-    assert compared > 6000
-
-
-def read_as(cell: str, bits: str) -> float:
-    return float(cell) if bits == "64" else float(np.float32(cell))
-
-
-@pytest.mark.system
-@pytest.mark.parametrize("bits", ["64", "32"])
-def test_the_exported_c_says_what_the_exported_vectors_say(tmp_path: Path, bits: str) -> None:
-    if shutil.which("gcc") is None:
-        pytest.fail("gcc is not there, and nothing of the exported C can be shown: install gcc")
+    sections = tuple(Section(1.0 + k, 100.0 * 2.5**k) for k in range(8))
+    gains = (GainPoint(0.0, 1.0), GainPoint(1000.0, 2.0))
     parts = (
-        Part(
-            *("p", "T1", "T2", 2.0),
-            tuple(Section(1.0 + k, 100.0 * 2.5**k) for k in range(8)),
-            gain_by_diameter=(GainPoint(0.0, 1.0), GainPoint(1000.0, 2.0)),
-        ),
+        Part("p", "T1", "T2", 2.0, sections, gain_by_diameter=gains),
         Part("q", "T2", "", 0.0, (Section(-4.0, 700.0),), delay_s=20.0),
     )
     path = tmp_path / "m.json"
     write_model(CompensationModel(outputs=(Output("X_um", parts), Output("Y_um", parts[:1]))), path)
+    models = [root / "examples" / "models" / f"x_at_{mm}.json" for mm in (100, 500, 900)]
+    line = ("--at", "100", "--at", "500", "--at", "900", "--positive", "away")
+    order = (*models, *line) if dialect == "sinumerik-tempcomp" else (path,)
     folder = tmp_path / "plc"
-    run(path, "--dialect", "c", "--real", bits, "--cycle-s", "2", *STATED, "-o", folder)
+    limits = ("--limit", "20", "--rate", "0.5", "--plausible", "5:80")
+    kind = ("--dialect", dialect, "--real", bits, "--name", "m", "--cycle-s", "10")
+    run(*order, *kind, *limits, "-o", folder)
+    if dialect == "c":
+        text = CText(*((folder / f"tx_m.{end}").read_text("ascii") for end in "hc"))
+    else:
+        made = next(p for p in folder.iterdir() if p.suffix in {".scl", ".st"})
+        text = st_as_c(made.read_text("ascii"), "tx_m")
     vectors = (folder / "tx_m.vectors.csv").read_text(encoding="ascii")
-    rows = [row for row in vectors.splitlines() if not row.startswith("#")]
-    names = rows[0].split(",")
+    names, *rows = [row.split(",") for row in vectors.splitlines() if not row.startswith("#")]
     ends = names.index("read_ok") + 1
-    told = 'if (differs(b.{0}, cell())) {{ printf("row %ld {0}\\n", rows); return 1; }}'
-    inputs = "\n".join(f"        b.{name} = cell();" for name in names[3:ends])
-    outputs = "\n".join("        " + told.format(name) for name in names[ends:])
-    text = READER.replace("INPUTS", inputs).replace("OUTPUTS", outputs)
-    if bits == "32":
-        text = text.replace("return strtod(text, NULL);", "return (float)strtod(text, NULL);")
-    (folder / "main.c").write_text(text.replace("BLOCK", "tx_m"), encoding="ascii")
-    flags = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-O1")
-    strict = ["gcc", *flags, "-c", "tx_m.c", "-o", "tx_m.o"]
-    subprocess.run(strict, cwd=folder, check=True, timeout=60)
-    linked = ["gcc", "-std=c99", "-ffp-contract=off", "main.c", "tx_m.o", "-o", "run"]
-    subprocess.run(linked, cwd=folder, check=True, timeout=60)
-    done = subprocess.run(
-        [str(folder / "run")],
-        input=vectors,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-    assert (done.returncode, done.stdout) == (0, f"{len(rows) - 1}\n")
-    # Another number in one row must be found.
-    k = next(i for i, row in enumerate(rows) if i > 100 and row.split(",")[ends] != "0.0")
-    wrong = rows[k].split(",")
-    wrong[ends] = str(float(wrong[ends]) + 1e-3)
-    spoiled = vectors.replace(rows[k], ",".join(wrong))
-    done = subprocess.run(
-        [str(folder / "run")],
-        input=spoiled,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-    assert done.stdout == f"row {k - 1} {names[ends]}\n"
+    calls = [int(row[1]) for row in rows]
+    told = [
+        tuple(map(float, row[3:ends])) for row, n in zip(rows, calls, strict=True) for _ in range(n)
+    ]
+    starts = [
+        k == 0 and row[2] == "1" for row, n in zip(rows, calls, strict=True) for k in range(n)
+    ]
+    starts[0] = True
+    block = CBlock(text, tuple(names[3:ends]), tuple(names[ends:]))
+    library = CLibrary(c_library({"tx_m": block}, tmp_path / "built", "-O1"))
+    said = library.called("tx_m", told, starts, len(names) - ends)
+    wanted = np.array([row[ends:] for row in rows], dtype=float)
+    wanted = wanted if bits == "64" else wanted.astype(np.float32).astype(float)
+    assert np.array_equal(said[np.cumsum(calls) - 1], wanted)
+    assert wanted.size > 6000
 
 
 # ---- the page -----------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import random
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from operator import itemgetter
@@ -20,29 +20,24 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from tests.unit.plc.c_program import FLAGS
-from tests.unit.plc.plc_scenarios import CycleBlock, CycleDriver, random_settings
-from tests.unit.plc.scl_normal import scl_normal
-from tests.unit.plc.st_interpreter import Machine, StRunError, Value
-from thermaxis.compensation import Compensation
+from tests.unit.plc.plc_scenarios import CycleBlock, MoodPlant, random_settings
+from tests.unit.plc.st_to_c import st_as_c
 from thermaxis.plc import (
     Block,
+    BlockInstance,
     CText,
     PlcOutputs,
     PlcSettings,
     PlcStep,
     Program,
     build_program,
-    export_settings,
     print_c,
     print_scl,
     print_st,
-    scenario_steps,
 )
-from thermaxis.plc.tree import Kind
 from thermaxis.plc.vectors import by_variable
 
-Row = tuple[Value, ...]
+Row = tuple[float | bool | int, ...]
 Numbers = Any
 """Array of numbers, one row per call."""
 
@@ -52,6 +47,8 @@ _DURATIONS = (
     "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s",
 )  # fmt: skip
 _IDENTITY = ("model_id_1", "model_id_2")
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")
+"""What the exported source must stand without a warning."""
 
 
 # ---- settings -----------------------------------------------------------------------------------
@@ -59,7 +56,7 @@ _IDENTITY = ("model_id_1", "model_id_2")
 
 def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings:
     """Return a random model; its rules are quick, quick in cycles, or those of a machine."""
-    plain = _repeated(random_settings(seed, cycle_s=cycle_s, double=double, quick=seed % 3 != 0))
+    plain = random_settings(seed, cycle_s=cycle_s, double=double, quick=seed % 3 != 0)
     if seed % 3 != 1:
         return plain
     rules = plain.compensation.supervisor
@@ -75,28 +72,7 @@ def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings
         supervisor=replace(rules, **longer),
         sensors=sensors,
     )
-    return same_but(plain, changed)
-
-
-def _repeated(settings: PlcSettings) -> PlcSettings:
-    """Return the settings with references that are the same in every process.
-
-    Those of `random_settings` are drawn in the order of a set, which differs from one to another.
-    """
-    model = settings.compensation.model
-    if not model.reference_c:
-        return settings
-    rng = random.Random(settings.name)  # noqa: S311 - a test that can be repeated
-    references_c = {channel: rng.uniform(18.0, 24.0) for channel in model.channels}
-    changed = replace(settings.compensation, model=replace(model, reference_c=references_c))
-    return same_but(settings, changed)
-
-
-def same_but(settings: PlcSettings, compensation: Compensation) -> PlcSettings:
-    """Return the settings with another compensation."""
-    return export_settings(
-        compensation, cycle_s=settings.cycle_s, name=settings.name, double=settings.double
-    )
+    return replace(plain, compensation=changed)
 
 
 # ---- records ------------------------------------------------------------------------------------
@@ -162,11 +138,6 @@ class Record:
     """Whether the PLC was switched on before a call."""
     wanted: Numbers
 
-    def segments(self) -> Iterator[tuple[int, int]]:
-        """Yield the calls from one start to the next."""
-        first = [k for k, start in enumerate(self.starts) if start]
-        yield from zip(first, [*first[1:], len(self.rows)], strict=True)
-
 
 def columns(block: Block) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names of a block's inputs, and of its outputs without the model's identity."""
@@ -174,29 +145,15 @@ def columns(block: Block) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(v.name for v in block.inputs), tuple(outputs)
 
 
-def recorded(
-    settings: PlcSettings,
-    steps: Iterable[PlcStep],
-    seen: Seen | None = None,
-    *,
-    from_steps: bool = False,
-) -> Record:
-    """Run `cycle` over a scenario, or believe what its steps say.
-
-    In REAL there is no `cycle`, so what the executed tree said in the steps is what must come out.
-    """
-    block = build_program(settings).blocks[-1]
-    names_in, names_out = columns(block)
+def recorded(settings: PlcSettings, steps: Iterable[PlcStep], seen: Seen | None = None) -> Record:
+    """Return the calls of a block as a record: what it has said is what must come out."""
+    names_in, names_out = columns(build_program(settings).blocks[-1])
     told, said = itemgetter(*names_in), itemgetter(*names_out)
-    driver = CycleDriver(settings)
-    use_cycle = settings.double and not from_steps
     rows: list[Row] = []
     starts: list[bool] = []
     wanted: list[Row] = []
     before: PlcOutputs | None = None
     for inputs, outputs in steps:
-        if use_cycle:
-            outputs = driver.said(inputs)  # noqa: PLW2901 - of `cycle` in place of the steps'
         starts.append(inputs.restart or not rows)
         rows.append(told(by_variable(settings.names, inputs)))
         wanted.append(said(by_variable(settings.names, outputs)))
@@ -207,13 +164,10 @@ def recorded(
 
 
 def shift(settings: PlcSettings, *, hours: float, seed: int, seen: Seen | None = None) -> Record:
-    """Record a scenario with faults, led by `cycle` in LREAL and by the tree in REAL.
-
-    Each is asked once a call: its correction is what the machine reports in the next one.
-    """
-    block = CycleBlock(settings) if settings.double else None
-    steps = scenario_steps(settings, hours=hours, seed=seed, block=block)
-    return recorded(settings, steps, seen, from_steps=True)
+    """Record hours with every fault, led by `cycle` in LREAL and by the executed tree in REAL."""
+    block = CycleBlock(settings) if settings.double else BlockInstance(settings)
+    calls = round(hours * 3600.0 / settings.cycle_s)
+    return recorded(settings, MoodPlant(settings, seed).steps(block, calls), seen)
 
 
 @lru_cache
@@ -237,53 +191,6 @@ def difference(record: Record, got: Numbers) -> str:
     return f"call {call}: {name} is {b!r} ({b.hex()}) instead of {a!r} ({a.hex()})"
 
 
-# ---- Structured Text and SCL --------------------------------------------------------------------
-
-
-def run_st(machine: Machine, record: Record) -> Numbers:
-    """Run Structured Text over a record; what it must not do ends the run with an error."""
-    columns_used = [machine.outputs.index(name) for name in record.outputs]
-    said: list[Row] = []
-    for first, last in record.segments():
-        said += machine.start().run(record.rows[first:last])
-    return np.array(said, dtype=np.float64)[:, columns_used]
-
-
-def st_is_noticed(text: str, record: Record, *, stride: int = 200) -> str:
-    """Return how a text differs from a record, empty where it does not; stops where it does."""
-    machine = Machine(text)
-    columns_used = [machine.outputs.index(name) for name in record.outputs]
-    for first, last in record.segments():
-        block = machine.start()
-        for begin in range(first, last, stride):
-            end = min(begin + stride, last)
-            try:
-                said = block.run(record.rows[begin:end])
-            except StRunError as error:
-                return str(error)
-            part = Record(record.outputs, [], [], record.wanted[begin:end])
-            found = difference(part, np.array(said, dtype=np.float64)[:, columns_used])
-            if found:
-                return found
-    return ""
-
-
-class Texts(NamedTuple):
-    """Every text that one program gives as Structured Text, by name."""
-
-    st: str
-    scl: Mapping[str, str]
-    """SCL by CPU, normalised."""
-
-
-def texts_of(program: Program) -> Texts:
-    """Return Structured Text, and SCL of the CPUs that know the program's numbers."""
-    scl = {"s7-1500": scl_normal(print_scl(program, "s7-1500"), "s7-1500")}
-    if not program.double:
-        scl["s7-300"] = scl_normal(print_scl(program, "s7-300"), "s7-300")
-    return Texts(print_st(program), scl)
-
-
 # ---- C ------------------------------------------------------------------------------------------
 
 
@@ -293,36 +200,37 @@ def require_gcc() -> None:
         pytest.fail("gcc is missing: install it (Debian: apt-get install gcc libc6-dev)")
 
 
+class CBlock(NamedTuple):
+    """A text in C with what goes in and comes out of its main block."""
+
+    text: CText
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+def c_block(program: Program) -> CBlock:
+    """Return the C of a program."""
+    return CBlock(print_c(program), *columns(program.blocks[-1]))
+
+
+def st_block(program: Program, text: str, name: str) -> CBlock:
+    """Return a text of a program, which is no C, as C with another name."""
+    return CBlock(st_as_c(text, name), *columns(program.blocks[-1]))
+
+
 def c_library(
-    blocks: Mapping[str, tuple[CText, Block]],
-    folder: Path,
-    *flags: str,
-    contracted: bool = False,
+    blocks: Mapping[str, CBlock], folder: Path, *flags: str, contracted: bool = False
 ) -> Path:
     """Make one shared object of many blocks of one kind of number, with one call of gcc.
 
-    Parameters
-    ----------
-    blocks : mapping
-        Text and main block by the name of the block in the text.
-    folder : Path
-        Where the files go; one folder for every library.
-    *flags : str
-        Flags of gcc besides those that the exported text must stand.
-    contracted : bool
-        Whether gcc may contract a product and a sum.
-
-    Returns
-    -------
-    Path
-        The shared object.
+    By the name of each in its text; the flags are those besides what the exported text must stand.
     """
     require_gcc()
     folder.mkdir(parents=True, exist_ok=True)
     driver: list[str] = []
-    for name, (text, block) in blocks.items():
-        (folder / f"{name}.h").write_text(text.header, encoding="ascii")
-        (folder / f"{name}.c").write_text(text.source, encoding="ascii")
+    for name, block in blocks.items():
+        (folder / f"{name}.h").write_text(block.text.header, encoding="ascii")
+        (folder / f"{name}.c").write_text(block.text.source, encoding="ascii")
         driver += _c_driver(name, block)
     (folder / "driver.c").write_text("\n".join(driver) + "\n", encoding="ascii")
     path = folder / "blocks.so"
@@ -354,10 +262,16 @@ class CLibrary:
 
     def run(self, name: str, record: Record) -> Numbers:
         """Return what a block says in every call of a record."""
-        rows = np.empty((len(record.rows), 1 + len(record.rows[0])))
-        rows[:, 0] = record.starts
-        rows[:, 1:] = record.rows
-        said = np.empty((len(rows), len(record.outputs)))
+        return self.called(name, record.rows, record.starts, len(record.outputs))
+
+    def called(
+        self, name: str, inputs: Sequence[Row], starts: Sequence[bool], outputs: int
+    ) -> Numbers:
+        """Return what a block says in every call, with so many outputs."""
+        rows = np.empty((len(inputs), 1 + len(inputs[0])))
+        rows[:, 0] = starts
+        rows[:, 1:] = inputs
+        said = np.empty((len(rows), outputs))
         run: Callable[..., None] = getattr(self._library, f"run_{name}")
         run(rows.ctypes.data_as(_DOUBLES), said.ctypes.data_as(_DOUBLES), ctypes.c_long(len(rows)))
         return said
@@ -366,11 +280,9 @@ class CLibrary:
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 
-def _c_driver(name: str, block: Block) -> list[str]:
+def _c_driver(name: str, block: CBlock) -> list[str]:
     """Return a function that runs a block over rows of numbers, the first of each a start."""
-    inputs, outputs = columns(block)
-    kinds = {v.name: v.kind for v in (*block.inputs, *block.outputs)}
-    lines = [
+    return [
         f'#include "{name}.h"',
         f"void run_{name}(const double *in, double *out, long rows);",
         f"void run_{name}(const double *in, double *out, long rows)",
@@ -378,19 +290,14 @@ def _c_driver(name: str, block: Block) -> list[str]:
         f"    static {name} b;",
         "    for (long row = 0; row < rows; row++) {",
         f"        if (in[0] != 0.0) {name}_init(&b);",
+        *(f"        b.{variable} = in[{k}];" for k, variable in enumerate(block.inputs, start=1)),
+        f"        {name}_step(&b);",
+        *(f"        out[{k}] = b.{variable};" for k, variable in enumerate(block.outputs)),
+        f"        in += {len(block.inputs) + 1};",
+        f"        out += {len(block.outputs)};",
+        "    }",
+        "}",
     ]
-    for k, variable in enumerate(inputs, start=1):
-        value = f"(tx_number)in[{k}]" if kinds[variable] is Kind.NUMBER else f"in[{k}] != 0.0"
-        lines.append(f"        b.{variable} = {value};")
-    lines.append(f"        {name}_step(&b);")
-    lines += [f"        out[{k}] = (double)b.{variable};" for k, variable in enumerate(outputs)]
-    lines += [f"        in += {len(inputs) + 1};", f"        out += {len(outputs)};"]
-    return [*lines, "    }", "}"]
-
-
-def c_block(program: Program) -> tuple[CText, Block]:
-    """Return the C of a program, and its main block."""
-    return print_c(program), program.blocks[-1]
 
 
 # ---- a whole comparison -------------------------------------------------------------------------
@@ -405,8 +312,8 @@ class Task(NamedTuple):
     hours: float
     optimised: bool = True
     """Whether its C is compiled with -O2 too, not only with -O0."""
-    libraries: tuple[tuple[str, Path], ...] = ()
-    """Shared objects in which its C is, by what they are called."""
+    libraries: tuple[tuple[str, Path, str], ...] = ()
+    """What its texts are called, in which shared object each is, and what its name begins with."""
 
     @property
     def label(self) -> str:
@@ -440,38 +347,42 @@ def compared(task: Task) -> Comparison:
     begin_s = clock()
     record = shift(settings, hours=task.hours, seed=task.seed, seen=seen)
     seconds["what must come out"] = clock() - begin_s
-    texts = texts_of(program)
-    said = dict[object, str]()
-    for name, text in {"st": texts.st, **texts.scl}.items():
+    for name, path, symbol in task.libraries:
         begin_s = clock()
-        machine = Machine(text)
-        if machine.meaning not in said:
-            try:
-                said[machine.meaning] = difference(record, run_st(machine, record))
-            except StRunError as error:
-                said[machine.meaning] = str(error)
-        # Texts that mean the same, statement by statement, say the same: one run is enough.
-        differences[name] = said[machine.meaning]
-        seconds[name] = clock() - begin_s
-    for name, path in task.libraries:
-        begin_s = clock()
-        differences[name] = difference(record, CLibrary(path).run(program.name, record))
-        seconds[name] = clock() - begin_s
+        found = difference(record, CLibrary(path).run(f"{symbol}{program.name}", record))
+        differences[name], seconds[name] = found, clock() - begin_s
     return Comparison(task, differences, seen, seconds)
 
 
+def texts_of(program: Program) -> dict[str, str]:
+    """Return Structured Text, and SCL of the CPUs that know the program's numbers, by name."""
+    texts = {"st": print_st(program), "s7-1500": print_scl(program, "s7-1500")}
+    if not program.double:
+        texts["s7-300"] = print_scl(program, "s7-300")
+    return texts
+
+
 def compared_together(tasks: Sequence[Task], folder: Path) -> list[Comparison]:
-    """Compile the C of some models of one kind of number together, and run every text of each."""
+    """Compile every text of some models of one kind of number together, and run each of them."""
     begin_s = time.perf_counter()
     programs = [build_program(task.settings()) for task in tasks]
-    blocks = {program.name: c_block(program) for program in programs}
-    some = {p.name: blocks[p.name] for p, t in zip(programs, tasks, strict=True) if t.optimised}
-    libraries = (("-O0", c_library(blocks, folder / "-O0", "-O0")),)
-    both = libraries
-    if some:
-        both += (("-O2", c_library(some, folder / "-O2", "-O2")),)
+    c = {program.name: c_block(program) for program in programs}
+    some = {p.name: c[p.name] for p, t in zip(programs, tasks, strict=True) if t.optimised}
+    texts: dict[str, CBlock] = {}
+    for program in programs:
+        symbol = f"st_{program.name}"
+        made = {st_block(program, text, symbol) for text in texts_of(program).values()}
+        # Texts that mean the same, word by word, say the same: one is run for all.
+        assert len(made) == 1, symbol
+        texts[symbol] = made.pop()
+    every = c_library(c | texts, folder / "-O0", "-O0")
+    ways = [("-O0", every, ""), *((name, every, "st_") for name in texts_of(programs[0]))]
+    optimised = [("-O2", c_library(some, folder / "-O2", "-O2"), "")] if some else []
     built_s = time.perf_counter() - begin_s
-    found = [compared(t._replace(libraries=both if t.optimised else libraries)) for t in tasks]
+    found = [
+        compared(task._replace(libraries=(*ways, *(optimised if task.optimised else ()))))
+        for task in tasks
+    ]
     found[0].seconds["gcc"] = built_s
     return found
 

@@ -1,4 +1,4 @@
-"""Random compensations for a PLC, and `cycle` driven as the block is."""
+"""Random compensations for a PLC, a plant with moods, and `cycle` driven as the block is."""
 
 import math
 import random
@@ -32,29 +32,21 @@ from thermaxis.compensation import (
     cycle_state,
 )
 from thermaxis.files import read_model
-from thermaxis.plc import PlcInputs, PlcOutputs, PlcSettings, export_settings
-from thermaxis.plc.vectors import by_variable, variable_names
+from thermaxis.plc import (
+    BlockInstance,
+    PlcInputs,
+    PlcOutputs,
+    PlcSettings,
+    PlcStep,
+    export_settings,
+)
+from thermaxis.plc.vectors import ODD, by_variable, variable_names
 
 STATES = list(SupervisorState)
 REASONS = list(Reason)
 OUTCOMES = list(Outcome)
 SAMPLE_QUALITIES = list(SampleQuality)
 QUALITIES = list(Quality)
-NEVER = {
-    Outcome.CLOCK_BACKWARD,
-    Outcome.CLOCK_STILL,
-    Outcome.GAP,
-    Outcome.STATE_UNUSABLE,
-    Outcome.DIAMETER_UNKNOWN,
-}
-"""Outcomes that a block without a clock and without a memory never has."""
-NEVER_SAMPLE = {
-    SampleQuality.REDUNDANT,
-    SampleQuality.OLD,
-    SampleQuality.NO_TIME_STAMP,
-    SampleQuality.DISAGREES,
-}
-"""Qualities of what a block has not: redundant sensors and time stamps."""
 MODELS = Path(__file__).parents[3] / "examples" / "models"
 
 QUICK = SupervisorRules(
@@ -177,6 +169,135 @@ def refuses(answer: Answer) -> bool:
     """Whether the block says that this is refused: of hold only the rising edge."""
     level = answer.request.kind is RequestKind.HOLD and answer.request.text != RISING
     return not (answer.accepted or level)
+
+
+class MoodPlant:
+    """A seeded plant that keeps its moods for some calls, so that every state is visited."""
+
+    def __init__(self, settings: PlcSettings, seed: int) -> None:
+        self.rng = random.Random(seed)  # noqa: S311 - a seeded plant
+        self.settings = settings
+        channels, outputs = settings.names.channels, settings.names.outputs
+        self.temperature = [20.0 + self.rng.random() for _ in channels]
+        self.drift = [0.0] * len(channels)
+        # What stands in the control before the first call, now and then beyond the limits.
+        self.sent = [self.rng.choice((0.0, 0.0, 1.5, -3.0, 40.0)) for _ in outputs]
+        self.moods: dict[str, bool] = {}
+        self.level = {"enable": False, "hold": False}
+        self.trims = [0.0] * len(outputs)
+        self.diameter: tuple[float, bool] = (0.0, False)
+        self.wrong_um = 0.0
+
+    def mood(self, name: str, begin: float, end: float) -> bool:
+        now = self.moods.get(name, False)
+        self.moods[name] = self.rng.random() >= end if now else self.rng.random() < begin
+        return self.moods[name]
+
+    def write(self, said: PlcOutputs) -> None:
+        """Take what the block says; in Off or out of reach somebody else may set an offset."""
+        if said.linked and said.state != 0:
+            self.sent = list(said.correction_um)
+        elif self.rng.random() < 0.1:
+            self.sent = [self.rng.choice((0.0, 1.5, -3.0, 4.0, 40.0)) for _ in self.sent]
+
+    def inputs(self) -> dict[str, Any]:
+        """Return what the block is told in a call; `sent` holds what stands in the control."""
+        rng, settings = self.rng, self.settings
+        calm = self.mood("calm", 0.01, 0.01)
+        told: dict[str, Any] = {"cycle_time_s": settings.cycle_s * rng.uniform(0.92, 1.08)}
+        if self.mood("late", 0.01, 0.5) and not calm:
+            told["cycle_time_s"] = settings.cycle_s * rng.choice((0.89, 1.11, 0.0, math.nan, 1e30))
+        for name, begin, end in (("enable", 0.15, 0.01), ("hold", 0.02, 0.15)):
+            if rng.random() < (end if self.level[name] else begin) and not (
+                calm and name == "hold"
+            ):
+                self.level[name] = not self.level[name]
+            told[name] = self.level[name]
+        told["reset"] = rng.random() < 0.06
+        if rng.random() < 0.05:
+            value = rng.choice((*ODD, 5.0, 100.0, 500.0, 899.0, 1e5, 1e6, -1.0))
+            self.diameter = (value, rng.random() < 0.7)
+        told["diameter_mm"], told["diameter_known"] = self.diameter
+        self._temperatures(told, calm)
+        for k, stem in enumerate(settings.names.outputs):
+            if rng.random() < 0.03:
+                self.trims[k] = rng.choice((0.0, 1.0, -2.5, 3.0, 3.1, math.nan, math.inf, 1e300))
+            told[f"trim_{stem}"] = self.trims[k]
+        told["interlocks_met"] = calm or not self.mood("open", 0.02, 0.2)
+        told["connected"] = calm or not self.mood("lost", 0.02, 0.2)
+        told["other_compensation"] = self.mood("other", 0.005, 0.4) and not calm
+        self._read_back(told, calm)
+        return told
+
+    def _temperatures(self, told: dict[str, Any], calm: bool) -> None:
+        rng = self.rng
+        fast = self.mood("fast", 0.02, 0.1)
+        for k, stem in enumerate(self.settings.names.channels):
+            if rng.random() < 0.03:
+                self.drift[k] = rng.choice((-0.12, -0.02, 0.0, 0.02, 0.12)) * (3 if fast else 1)
+            frozen = self.mood(f"frozen {k}", 0.01, 0.04) and not calm
+            if not frozen:
+                self.temperature[k] += self.drift[k] + rng.gauss(0.0, 0.01)
+                if not 15.0 < self.temperature[k] < 30.0:
+                    self.drift[k] = math.copysign(0.05, 20.0 - self.temperature[k])
+            value = self.temperature[k]
+            if not calm and self.mood(f"odd {k}", 0.01, 0.3):
+                value = rng.choice(ODD)
+            if not calm and self.mood(f"jump {k}", 0.005, 0.1):
+                value += 6.0
+            told[f"t_{stem}"] = value
+            told[f"ok_{stem}"] = calm or not self.mood(f"status {k}", 0.01, 0.25)
+
+    def _read_back(self, told: dict[str, Any], calm: bool) -> None:
+        rng = self.rng
+        if self.mood("differs", 0.01, 0.15) and not calm:
+            if self.wrong_um == 0.0:
+                self.wrong_um = rng.choice((0.4, -3.0, 5.0, 50.0))
+        else:
+            self.wrong_um = 0.0
+        for k, stem in enumerate(self.settings.names.outputs):
+            value = self.sent[k] + self.wrong_um
+            if self.mood("unreadable", 0.005, 0.3) and not calm:
+                value = rng.choice((math.nan, math.inf, 2e6, -2e6))
+            told[f"read_{stem}"] = value
+        told["read_ok"] = calm or not self.mood("unread", 0.01, 0.3)
+
+    def steps(self, block: "CycleBlock | BlockInstance", calls: int) -> Iterator[PlcStep]:
+        """Yield calls of a block; the PLC is switched off and on now and then."""
+        for call in range(calls):
+            restart = call > 0 and self.rng.random() < 0.004
+            inputs = inputs_of(self.settings, self.inputs())._replace(restart=restart)
+            said = block.step(inputs)
+            self.write(said)
+            yield PlcStep(inputs, said)
+
+
+def quiet_inputs(
+    settings: PlcSettings, values: list[float], sent: tuple[float, ...]
+) -> dict[str, Any]:
+    """Return what the block is told where everything is well and it is enabled."""
+    told: dict[str, Any] = {
+        "cycle_time_s": settings.cycle_s,
+        "enable": True,
+        "hold": False,
+        "reset": False,
+        "diameter_mm": 0.0,
+        "diameter_known": False,
+        "interlocks_met": True,
+        "connected": True,
+        "other_compensation": False,
+        "read_ok": True,
+    }
+    for stem, value in zip(settings.names.channels, values, strict=True):
+        told |= {f"t_{stem}": value, f"ok_{stem}": True}
+    for stem, value in zip(settings.names.outputs, sent, strict=True):
+        told |= {f"trim_{stem}": 0.0, f"read_{stem}": value}
+    return told
+
+
+def tell(block: Any, told: dict[str, Any]) -> None:
+    for name, value in told.items():
+        setattr(block, name, value)
 
 
 class CycleDriver:

@@ -157,7 +157,7 @@ def small(*, double: bool = True) -> Program:
                 ((two("beats", ">=", 3), (let("beats", 0),)),),
                 (let("beats", two("beats", "+", 1)),),
             ),
-            let("beat", two("beats", "*", 2)),
+            let("beat", two("beats", "+", 2)),
         ),
     )
     return Program(
@@ -228,4 +228,4 @@ def said(rows: list[Asked], *, double: bool) -> Iterator[Said]:
         rest = r(0.5 / largest) if row.reset else y
         beats = 0 if beats >= 3 else beats + 1
         word = far + 2 * row.reset + 4 * (row.offset == -7)
-        yield Said(limit if far else rest, far and not row.reset, 2 * beats, word)
+        yield Said(limit if far else rest, far and not row.reset, beats + 2, word)

@@ -2,8 +2,9 @@
 
 import math
 import random
+from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -11,15 +12,17 @@ import numpy as np
 import pytest
 
 from tests.unit.plc.plc_scenarios import (
-    NEVER,
-    NEVER_SAMPLE,
     REASONS,
     STATES,
+    CycleBlock,
     CycleDriver,
+    MoodPlant,
+    as_block,
+    quiet_inputs,
     random_settings,
+    tell,
 )
 from thermaxis.compensation import (
-    START,
     STATED,
     Compensation,
     CompensationModel,
@@ -42,14 +45,24 @@ from thermaxis.compensation import (
 )
 from thermaxis.plc import (
     Block,
+    BlockInstance,
+    CallSequence,
+    PlcInputs,
+    PlcOutputs,
     PlcSettings,
+    PlcStep,
     Program,
     build_program,
     check_program,
     export_settings,
-    scenario_steps,
 )
-from thermaxis.plc.blocks import head_of, number_of, statements
+from thermaxis.plc.blocks import (
+    NEVER_OUTCOMES,
+    NEVER_QUALITIES,
+    head_of,
+    number_of,
+    statements,
+)
 from thermaxis.plc.tree import (
     Assign,
     Expression,
@@ -60,234 +73,90 @@ from thermaxis.plc.tree import (
     Statement,
     Two,
     executable,
-    is_legal,
     unused,
 )
-from thermaxis.plc.vectors import by_variable
+from thermaxis.plc.vectors import by_variable, variable_names
 
-ODD = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e7, 0.0, -40.0)
 EXACT_CYCLES_S = (1.0, 10.0, 0.5, 0.125, 2.0)
 
 
-# ---- models -------------------------------------------------------------------------------------
+# ---- settings and blocks ------------------------------------------------------------------------
+
+DURATIONS = (
+    "settle_s", "recovery_delay_s", "input_timeout_s", "hold_input_s", "hold_connection_s",
+    "hold_interlock_s", "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s",
+)  # fmt: skip
 
 
-def a_model(rng: random.Random, cycle_s: float, *, reference: str) -> CompensationModel:
-    """Return a model with up to 8 sections, 4 inputs and two outputs, and every trait by chance."""
-    channels = [f"T{k}" for k in range(rng.randint(1, 4))]
-    left = rng.randint(1, 8)
-    outputs: list[Output] = []
-    for name in ("Z_um", "X_um")[: rng.randint(1, 2)]:
-        parts: list[Part] = []
-        for n in range(rng.randint(1, 3)):
-            sections = min(left, rng.randint(0, 4))
-            left -= sections
-            parts.append(a_part(rng, f"p{n}", channels, sections, cycle_s))
-        outputs.append(Output(name, tuple(parts), offset_um=rng.choice((0.0, 0.25, -3.1))))
-    return CompensationModel(
-        outputs=tuple(outputs),
-        sample_time_s=cycle_s,
-        reference=reference,
-        reference_c={c: rng.uniform(18.0, 24.0) for c in channels} if reference == STATED else {},
-        input_filter_s=rng.choice((0.0, 0.0, 7.3 * cycle_s)),
-        longest_hold_s=rng.choice((0.0, 3.0, 4.5)) * cycle_s,
-        longest_gap_s=1e4,
-    )
-
-
-def a_part(
-    rng: random.Random, name: str, channels: list[str], sections: int, cycle_s: float
-) -> Part:
-    plus = rng.choice(channels)
-    others = [c for c in channels if c != plus]
-    points: tuple[GainPoint, ...] = ()
-    if rng.random() < 0.4:
-        diameters = sorted(rng.sample(range(10, 900), rng.randint(1, 4)))
-        points = tuple(GainPoint(float(d), rng.uniform(0.2, 2.0)) for d in diameters)
-    ranged = rng.random() < 0.5
-    return Part(
-        name,
-        plus,
-        rng.choice(others) if others and rng.random() < 0.5 else "",
-        rng.choice((0.0, rng.uniform(-3.0, 3.0))),
-        tuple(
-            Section(rng.uniform(-6.0, 6.0), cycle_s * 10 ** rng.uniform(0.5, 3.0))
-            for _ in range(sections)
-        ),
-        delay_s=rng.choice((0.0, 0.0, 1.0, 3.0, 5.0)) * cycle_s,
-        gain_by_diameter=points,
-        tool_gain=rng.uniform(0.5, 1.5),
-        lowest_k=-1.0 if ranged else None,
-        highest_k=rng.uniform(0.5, 4.0) if ranged else None,
-    )
-
-
-def a_compensation(rng: random.Random, cycle_s: float, *, reference: str) -> Compensation:
-    model = a_model(rng, cycle_s, reference=reference)
-    seconds = dict.fromkeys(
-        ("settle_s", "recovery_delay_s", "input_timeout_s",
-         "hold_input_s", "hold_connection_s", "hold_interlock_s",
-         "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s"),
-        0.0,
-    )  # fmt: skip
-    for name in seconds:
-        seconds[name] = rng.choice((0.0, 1.0, 2.5, 4.0, 7.0, 12.0)) * cycle_s
+def some_settings(seed: int, *, double: bool = True) -> PlcSettings:
+    """Return a random model whose rules are a few cycles long, each of them by chance."""
+    rng = random.Random(seed)  # noqa: S311 - a test that can be repeated
+    cycle_s = EXACT_CYCLES_S[seed % len(EXACT_CYCLES_S)]
+    plain = random_settings(seed, cycle_s=cycle_s, double=double)
+    cycles = {name: rng.choice((0.0, 1.0, 2.5, 4.0, 7.0, 12.0)) for name in DURATIONS}
+    held_s = rng.choice((0.0, 3.0, 4.5)) * cycle_s
+    compensation = plain.compensation
+    sensors = {
+        channel: replace(
+            sensor,
+            largest_rate_k_per_s=rng.choice((0.1, 0.37)) / cycle_s,
+            frozen_s=rng.choice((0.0, 6.0, 20.0)) * cycle_s,
+        )
+        for channel, sensor in compensation.sensors.items()
+    }
     limits = {
-        output.name: Limits(
+        name: Limits(
             rng.choice((4.0, 9.0, 30.0)),
             rng.choice((0.3, 2.0, 11.0)) / cycle_s,
             rng.choice((0.0, 31.0)),
             rng.choice((0.0, 0.4)),
             largest_trim_um=3.0,
         )
-        for output in model.outputs
+        for name in compensation.limits
     }
-    rules = {
-        channel: SensorRules(
-            lowest_c=5.0,
-            highest_c=60.0,
-            largest_rate_k_per_s=rng.choice((0.1, 0.37)) / cycle_s,
-            step_k=rng.choice((0.0, 0.5, 1.0)),
-            frozen_s=rng.choice((0.0, 6.0, 20.0)) * cycle_s,
-        )
-        for channel in model.channels
-    }
-    return Compensation(
-        model=model,
-        sensors=rules,
+    changed = replace(
+        compensation,
+        model=replace(compensation.model, longest_hold_s=held_s),
+        supervisor=SupervisorRules(**{name: n * cycle_s for name, n in cycles.items()}),
+        sensors=sensors,
         limits=limits,
-        supervisor=SupervisorRules(**seconds),
-        cycle_s=cycle_s,
-        interlocks=("plc",),
         validity_margin_k=rng.choice((0.7, 5.0)),
-        lowest_weight=rng.choice((0.0, 0.2)),
     )
+    return replace(plain, compensation=changed)
 
 
-def some_settings(seed: int, *, double: bool = True) -> PlcSettings:
-    rng = random.Random(seed)  # noqa: S311 - a seeded world
-    cycle_s = EXACT_CYCLES_S[seed % len(EXACT_CYCLES_S)]
-    compensation = a_compensation(rng, cycle_s, reference=(START, STATED)[seed % 2])
-    return export_settings(compensation, cycle_s=cycle_s, name=f"axis {seed}", double=double)
+class ProgramBlock:
+    """A program executed, such as one with a mistake."""
+
+    def __init__(self, settings: PlcSettings, program: Program) -> None:
+        self._make, self._names = executable(program), settings.names
+        self._block = self._make()
+        self._said = variable_names(settings.names, PlcOutputs._fields).values()
+
+    def step(self, inputs: PlcInputs) -> PlcOutputs:
+        if inputs.restart:
+            self._block = self._make()
+        tell(self._block, by_variable(self._names, inputs))
+        self._block.step()
+        of = partial(getattr, self._block)
+        return PlcOutputs(*(of(n) if isinstance(n, str) else tuple(map(of, n)) for n in self._said))
 
 
-# ---- the world ----------------------------------------------------------------------------------
-
-
-class SimulatedPlant:
-    """A seeded world that keeps its moods for some calls, so that every state is visited."""
-
-    def __init__(self, settings: PlcSettings, seed: int) -> None:
-        self.rng = random.Random(seed)  # noqa: S311 - a seeded world
-        self.settings = settings
-        channels, outputs = settings.names.channels, settings.names.outputs
-        self.temperature = [20.0 + self.rng.random() for _ in channels]
-        self.drift = [0.0] * len(channels)
-        # What stands in the control before the first call, now and then beyond the limits.
-        self.sent = [self.rng.choice((0.0, 0.0, 1.5, -3.0, 40.0)) for _ in outputs]
-        self.moods: dict[str, bool] = {}
-        self.level = {"enable": False, "hold": False}
-        self.trims = [0.0] * len(outputs)
-        self.diameter: tuple[float, bool] = (0.0, False)
-        self.wrong_um = 0.0
-
-    def mood(self, name: str, begin: float, end: float) -> bool:
-        now = self.moods.get(name, False)
-        self.moods[name] = self.rng.random() >= end if now else self.rng.random() < begin
-        return self.moods[name]
-
-    def write(self, state: int, correction_um: tuple[float, ...]) -> None:
-        """Take what the block says, but for Off, where somebody else may set an offset."""
-        if state != 0:
-            self.sent = list(correction_um)
-        elif self.rng.random() < 0.1:
-            self.sent = [self.rng.choice((0.0, 1.5, -3.0, 4.0, 40.0)) for _ in self.sent]
-
-    def inputs(self) -> dict[str, Any]:
-        """Return what the block is told in a call; `sent` holds what stands in the control."""
-        rng, settings = self.rng, self.settings
-        calm = self.mood("calm", 0.01, 0.01)
-        told: dict[str, Any] = {"cycle_time_s": settings.cycle_s * rng.uniform(0.92, 1.08)}
-        if self.mood("late", 0.01, 0.5) and not calm:
-            told["cycle_time_s"] = settings.cycle_s * rng.choice((0.89, 1.11, 0.0, math.nan, 1e30))
-        for name, begin, end in (("enable", 0.15, 0.01), ("hold", 0.02, 0.15)):
-            if rng.random() < (end if self.level[name] else begin) and not (
-                calm and name == "hold"
-            ):
-                self.level[name] = not self.level[name]
-            told[name] = self.level[name]
-        told["reset"] = rng.random() < 0.06
-        if rng.random() < 0.05:
-            value = rng.choice((*ODD, 5.0, 100.0, 500.0, 899.0, 1e5, 1e6, -1.0))
-            self.diameter = (value, rng.random() < 0.7)
-        told["diameter_mm"], told["diameter_known"] = self.diameter
-        self._temperatures(told, calm)
-        for k, stem in enumerate(settings.names.outputs):
-            if rng.random() < 0.03:
-                self.trims[k] = rng.choice((0.0, 1.0, -2.5, 3.0, 3.1, math.nan, math.inf, 1e300))
-            told[f"trim_{stem}"] = self.trims[k]
-        told["interlocks_met"] = calm or not self.mood("open", 0.02, 0.2)
-        told["connected"] = calm or not self.mood("lost", 0.02, 0.2)
-        told["other_compensation"] = self.mood("other", 0.005, 0.4) and not calm
-        self._read_back(told, calm)
-        return told
-
-    def _temperatures(self, told: dict[str, Any], calm: bool) -> None:
-        rng = self.rng
-        fast = self.mood("fast", 0.02, 0.1)
-        for k, stem in enumerate(self.settings.names.channels):
-            if rng.random() < 0.03:
-                self.drift[k] = rng.choice((-0.12, -0.02, 0.0, 0.02, 0.12)) * (3 if fast else 1)
-            frozen = self.mood(f"frozen {k}", 0.01, 0.04) and not calm
-            if not frozen:
-                self.temperature[k] += self.drift[k] + rng.gauss(0.0, 0.01)
-                if not 15.0 < self.temperature[k] < 30.0:
-                    self.drift[k] = math.copysign(0.05, 20.0 - self.temperature[k])
-            value = self.temperature[k]
-            if not calm and self.mood(f"odd {k}", 0.01, 0.3):
-                value = rng.choice(ODD)
-            if not calm and self.mood(f"jump {k}", 0.005, 0.1):
-                value += 6.0
-            told[f"t_{stem}"] = value
-            told[f"ok_{stem}"] = calm or not self.mood(f"status {k}", 0.01, 0.25)
-
-    def _read_back(self, told: dict[str, Any], calm: bool) -> None:
-        rng = self.rng
-        if self.mood("differs", 0.01, 0.15) and not calm:
-            if self.wrong_um == 0.0:
-                self.wrong_um = rng.choice((0.4, -3.0, 5.0, 50.0))
-        else:
-            self.wrong_um = 0.0
-        for k, stem in enumerate(self.settings.names.outputs):
-            value = self.sent[k] + self.wrong_um
-            if self.mood("unreadable", 0.005, 0.3) and not calm:
-                value = rng.choice((math.nan, math.inf, 2e6, -2e6))
-            told[f"read_{stem}"] = value
-        told["read_ok"] = calm or not self.mood("unread", 0.01, 0.3)
-
-
-def tell(block: Any, told: dict[str, Any]) -> None:
-    for name, value in told.items():
-        setattr(block, name, value)
-
-
-def run(settings: PlcSettings, calls: int, seed: int) -> list[CycleOutput]:
+def run(
+    settings: PlcSettings, steps: Callable[[BlockInstance], Iterable[PlcStep]]
+) -> list[CycleOutput]:
     """Run block and `cycle()` side by side, and fail at the first difference."""
-    block = executable(build_program(settings))()
-    driver, world = CycleDriver(settings), SimulatedPlant(settings, seed)
+    driver = CycleDriver(settings)
     said: list[CycleOutput] = []
-    for call in range(calls):
-        told = world.inputs()
-        tell(block, told)
-        block.step()
-        output = driver.told(told)
-        wanted = driver.by_name(output)
-        got = {name: getattr(block, name) for name in wanted}
-        assert got == wanted, (call, {n: (got[n], w) for n, w in wanted.items() if got[n] != w})
-        if driver.linked:
-            world.write(STATES.index(output.state), output.correction_um)
-        said.append(output)
+    for call, (inputs, got) in enumerate(steps(BlockInstance(settings))):
+        said.append(driver.step(inputs))
+        wanted = as_block(said[-1], driver)
+        assert got == wanted, (call, inputs)
     return said
+
+
+def moods(settings: PlcSettings, calls: int, seed: int) -> list[CycleOutput]:
+    return run(settings, lambda block: MoodPlant(settings, seed).steps(block, calls))
 
 
 # ---- equality -----------------------------------------------------------------------------------
@@ -303,7 +172,7 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
     refusals: set[str] = set()
     moved = limited = weighted = 0
     for seed in (*range(24), 51):  # the last finds an offset outside its limits
-        said = run(some_settings(seed), 700, 1000 + seed)
+        said = moods(some_settings(seed), 700, 1000 + seed)
         states |= {(a.state, b.state) for a, b in pairwise(said)}
         for output in said:
             reasons |= set(output.reasons)
@@ -318,8 +187,8 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
     assert {a for a, _ in states} == set(SupervisorState)
     assert reasons == set(Reason)
     assert "offset_outside" in refusals
-    assert outcomes == set(Outcome) - NEVER
-    assert samples == set(SampleQuality) - NEVER_SAMPLE
+    assert outcomes == set(Outcome) - NEVER_OUTCOMES
+    assert samples == set(SampleQuality) - NEVER_QUALITIES
     assert qualities == set(Quality)
     assert refused >= {"enable", "hold", "trim", "diameter", "acknowledge"}
     assert moved > 1000
@@ -343,19 +212,21 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
     }
 
 
+@pytest.mark.parametrize(("seed", "cycle_s"), [(0, 10.0), (3, 10.0), (5, 1.0)])
+def test_the_sequence_of_the_test_vectors_is_what_the_cycle_does(seed: int, cycle_s: float) -> None:
+    settings = random_settings(seed, cycle_s=cycle_s)
+    said = run(settings, lambda block: CallSequence(settings, seed=1, block=block).steps())
+    assert {output.state for output in said} == set(SupervisorState)
+
+
 @pytest.mark.parametrize("seed", range(2))
-def test_a_long_run_equals_the_cycle(seed: int) -> None:
-    assert len(run(some_settings(200 + seed), 4000, 5 + seed)) == 4000
-
-
-@pytest.mark.parametrize("seed", range(4))
 def test_with_a_cycle_that_binary_numbers_do_not_hold_the_first_minute_differs_by_rounding_only(
     seed: int,
 ) -> None:
     """No time limit is met within it, so that only the elapsed times differ in their last bit."""
     cycle_s = 0.1
     rng = random.Random(seed)  # noqa: S311 - a seeded world
-    plain = a_compensation(rng, cycle_s, reference=(START, STATED)[seed % 2])
+    plain = random_settings(seed, cycle_s=cycle_s).compensation
     rules = {c: replace(r, frozen_s=0.0) for c, r in plain.sensors.items()}
     quiet = SupervisorRules(settle_s=0.25, recovery_delay_s=0.15)
     settings = export_settings(
@@ -417,11 +288,11 @@ def test_a_large_model_equals_the_cycle_and_keeps_the_rules_of_the_tree() -> Non
     program = build_program(settings)
     check_program(program)
     assert unused(program) == ()
-    states = {output.state for output in run(settings, 200, 3)}
+    states = {output.state for output in moods(settings, 200, 3)}
     assert len(states) > 2
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(2))
 def test_in_real_only_the_lag_and_the_rounding_differ_from_the_program_that_equals_the_cycle(
     seed: int,
 ) -> None:
@@ -450,63 +321,11 @@ def test_the_lag_in_real_is_kahans_sum_of_increments_bit_for_bit() -> None:
         assert lag.x_k == float(x)
 
 
-def first_difference(settings: PlcSettings, hours: float, seed: int) -> str:
-    """Run block and `cycle()` over the scenario of the test vectors."""
-    made, driver = executable(build_program(settings)), CycleDriver(settings)
-    block = made()
-    steps = scenario_steps(settings, hours=hours, seed=seed)
-    for call, (inputs, _) in enumerate(steps):
-        if inputs.restart:
-            block = made()
-        told = by_variable(settings.names, inputs)
-        tell(block, told)
-        block.step()
-        wanted = by_variable(settings.names, driver.said(inputs))
-        got = {name: getattr(block, name) for name in wanted}
-        if got != wanted:
-            wrong = {n: (got[n], w) for n, w in wanted.items() if got[n] != w}
-            return f"call {call}: block and cycle say {wrong} of {told}"
-    return ""
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_the_tree_equals_the_cycle_through_the_scenario_at_ten_seconds(seed: int) -> None:
-    assert first_difference(random_settings(seed, cycle_s=10.0), 1.0, seed) == ""
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_the_tree_equals_the_cycle_through_the_scenario_at_a_second(seed: int) -> None:
-    assert first_difference(random_settings(seed), 0.6, seed) == ""
-
-
-def quiet_inputs(
-    settings: PlcSettings, values: list[float], sent: tuple[float, ...]
-) -> dict[str, Any]:
-    """Return what the block is told where everything is well and it is enabled."""
-    told: dict[str, Any] = {
-        "cycle_time_s": settings.cycle_s,
-        "enable": True,
-        "hold": False,
-        "reset": False,
-        "diameter_mm": 0.0,
-        "diameter_known": False,
-        "interlocks_met": True,
-        "connected": True,
-        "other_compensation": False,
-        "read_ok": True,
-    }
-    for stem, value in zip(settings.names.channels, values, strict=True):
-        told |= {f"t_{stem}": value, f"ok_{stem}": True}
-    for stem, value in zip(settings.names.outputs, sent, strict=True):
-        told |= {f"trim_{stem}": 0.0, f"read_{stem}": value}
-    return told
-
-
 # ---- the program --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("double", [True, False])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(2))
 def test_every_program_keeps_the_rules_of_the_tree_and_has_nothing_that_is_not_used(
     seed: int, double: bool
 ) -> None:
@@ -516,21 +335,6 @@ def test_every_program_keeps_the_rules_of_the_tree_and_has_nothing_that_is_not_u
     assert program.double is double
     assert all(len(line) <= 90 for line in program.head)
     assert all(len(line) <= 90 for block in program.blocks for line in block.remarks)
-
-
-def test_the_same_settings_give_the_same_program() -> None:
-    assert build_program(some_settings(3)) == build_program(some_settings(3))
-    assert build_program(some_settings(3)) != build_program(some_settings(8))
-
-
-def test_every_name_is_legal_in_every_target() -> None:
-    for seed in range(10):
-        for block in build_program(some_settings(seed)).blocks:
-            variables = (*block.inputs, *block.outputs, *block.states)
-            variables += (*block.temporaries, *block.constants)
-            assert is_legal(block.name)
-            assert all(is_legal(v.name) for v in variables)
-            assert all(is_legal(i.name) for i in block.instances)
 
 
 def test_the_block_has_the_inputs_and_outputs_that_the_interface_names() -> None:
@@ -1332,34 +1136,20 @@ def changed(program: Program, block: str, edit: Any) -> Program:
 
 
 @lru_cache
-def of_cycle(
-    seed: int, calls: int = 400
-) -> tuple[Program, list[tuple[dict[str, Any], dict[str, Any]]]]:
-    """Return a program, and what `cycle()` is told and says in a world of its own."""
+def of_cycle(seed: int) -> tuple[Program, PlcSettings, list[PlcStep]]:
+    """Return a program, and what `cycle()` is told and says in a plant of its own."""
     settings = some_settings(seed)
-    driver, world = CycleDriver(settings), SimulatedPlant(settings, 77 + seed)
-    record: list[tuple[dict[str, Any], dict[str, Any]]] = []
-    for _ in range(calls):
-        told = world.inputs()
-        output = driver.told(told)
-        record.append((dict(told), driver.by_name(output)))
-        if driver.linked:
-            world.write(STATES.index(output.state), output.correction_um)
-    return build_program(settings), record
+    steps = MoodPlant(settings, 77 + seed).steps(CycleBlock(settings), 400)
+    return build_program(settings), settings, list(steps)
 
 
-def differs(program: Program, record: list[tuple[dict[str, Any], dict[str, Any]]]) -> bool:
+def differs(program: Program, settings: PlcSettings, steps: list[PlcStep]) -> bool:
     """Whether a mutant differs; to read what was never written is a difference too."""
-    block = executable(program)()
+    block = ProgramBlock(settings, program)
     try:
-        for told, wanted in record:
-            tell(block, told)
-            block.step()
-            if any(getattr(block, name) != value for name, value in wanted.items()):
-                return True
+        return any(block.step(inputs) != wanted for inputs, wanted in steps)
     except (AttributeError, TypeError):
         return True
-    return False
 
 
 def statements_of(program: Program, block: str) -> dict[str, str]:
@@ -1421,8 +1211,9 @@ def named(statement: Assign) -> str:
      "tx_limit", "tx_trim"],
 )  # fmt: skip
 def test_every_statement_that_is_left_out_is_noticed(block: str) -> None:
-    rows = [of_cycle(seed) for seed in range(12)]
-    assert all(block in {b.name for b in program.blocks} for program, _ in rows)
+    # The last one trims beyond a total, and by no number and back.
+    rows = [of_cycle(seed) for seed in (*range(10), 21)]
+    assert all(block in {b.name for b in program.blocks} for program, *_ in rows)
     missed: list[str] = []
     for text, short in statements_of(rows[0][0], block).items():
         if short in REPEATS.get(block, set()):
@@ -1433,6 +1224,6 @@ def test_every_statement_that_is_left_out_is_noticed(block: str) -> None:
                 return Assign(statement.target, statement.target)
             return statement
 
-        if not any(differs(changed(p, block, without), record) for p, record in rows):
+        if not any(differs(changed(p, block, without), *rest) for p, *rest in rows):
             missed.append(f"{short}: {text}")
     assert missed == []

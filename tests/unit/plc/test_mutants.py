@@ -13,22 +13,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 
 from tests.unit.plc.equal_parts import (
+    CBlock,
     CLibrary,
     Record,
     Row,
+    c_block,
     c_library,
     columns,
     difference,
     next_number,
     recorded,
     shuffled,
-    st_is_noticed,
+    st_block,
 )
-from tests.unit.plc.plc_scenarios import STATES, CycleDriver
-from tests.unit.plc.st_interpreter import Value
-from tests.unit.plc.test_build import SimulatedPlant, quiet_inputs
+from tests.unit.plc.plc_scenarios import CycleBlock, CycleDriver, MoodPlant, quiet_inputs
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -44,14 +45,15 @@ from thermaxis.compensation import (
 )
 from thermaxis.plc import (
     BlockInstance,
+    CallSequence,
     CText,
     PlcSettings,
     PlcStep,
+    Program,
     build_program,
     export_settings,
     print_c,
     print_st,
-    scenario_steps,
 )
 from thermaxis.plc.tree import number_text
 
@@ -122,24 +124,6 @@ def settings_with_everything(*, double: bool = True) -> PlcSettings:
     return export_settings(compensation, cycle_s=CYCLE_S, name="mutant", double=double)
 
 
-def world_record(settings: PlcSettings, calls: int, seed: int) -> Record:
-    """Record `cycle` in a world with moods of its own."""
-    names, outputs = columns(build_program(settings).blocks[-1])
-    driver, world = CycleDriver(settings), SimulatedPlant(settings, seed)
-    rows: list[Row] = []
-    wanted: list[Row] = []
-    for _ in range(calls):
-        told = world.inputs()
-        said = driver.told(told)
-        if driver.linked:
-            world.write(STATES.index(said.state), said.correction_um)
-        by_name = driver.by_name(said)
-        rows.append(tuple(told[name] for name in names))
-        wanted.append(tuple(by_name[name] for name in outputs))
-    starts = [call == 0 for call in range(calls)]
-    return Record(outputs, rows, starts, np.array(wanted, dtype=np.float64))
-
-
 class Stand:
     """Calls the block by hand: everything is well but for what is stated, and the machine obeys."""
 
@@ -156,7 +140,7 @@ class Stand:
         self.sent = (0.0,) * len(self.settings.names.outputs)
         self.begins = True
 
-    def calls(self, number: int, **different: Value) -> SupervisorState:
+    def calls(self, number: int, **different: float) -> SupervisorState:
         said = None
         for _ in range(number):
             noise_c = 0.01 * (len(self.rows) % 2)  # else the sensors would count as frozen
@@ -224,26 +208,30 @@ def borders() -> Record:
 
 @lru_cache
 def records() -> tuple[Record, ...]:
-    """Return what a mutant is run over: moods first, then the course with faults."""
+    """Return what a mutant is run over: borders, moods, and the sequence of the test vectors."""
     settings = settings_with_everything()
-    worlds = [world_record(settings, 1500, 40 + k) for k in range(6)]
-    course = recorded(settings, scenario_steps(settings, hours=1.5, seed=5))
-    return borders(), *worlds, course
+    moods = [
+        recorded(settings, MoodPlant(settings, 40 + k).steps(CycleBlock(settings), 1500))
+        for k in range(6)
+    ]
+    sequence = CallSequence(settings, seed=5, block=CycleBlock(settings)).steps()
+    return borders(), *moods, recorded(settings, sequence)
 
 
 @lru_cache
 def records_in_real() -> tuple[Record, ...]:
-    """Return the course with faults in REAL, where the executed tree says what must come out.
+    """Return moods and the sequence in REAL, where the executed tree says what must come out.
 
-    Before it comes the same beginning with a diameter a little beyond the last point.
+    Before them comes a beginning with a diameter a little beyond the last point.
     """
     settings = settings_with_everything(double=False)
-    steps = list(scenario_steps(settings, hours=1.5, seed=5))
+    steps = list(CallSequence(settings, seed=5).steps())
     beyond_mm = next_number(333.0, double=False, up=True)
     block = BlockInstance(settings)
     told = [s.inputs._replace(diameter_known=True, diameter_mm=beyond_mm) for s in steps[:60]]
     beginning = [PlcStep(inputs, block.step(inputs)) for inputs in told]
-    return recorded(settings, beginning), recorded(settings, steps)
+    moods = MoodPlant(settings, 44).steps(BlockInstance(settings), 1500)
+    return tuple(recorded(settings, some) for some in (beginning, moods, steps))
 
 
 # ---- making mutants -----------------------------------------------------------------------------
@@ -368,49 +356,48 @@ def excuses_used(names: Sequence[str]) -> set[str]:
     return {pattern for pattern in NOT_NOTICED if any(re.search(pattern, n) for n in names)}
 
 
-def unnoticed_in_st(chosen: Sequence[Mutant], *, double: bool = True) -> list[str]:
-    """Return the mutants of Structured Text that no record shows."""
+def unnoticed(
+    chosen: Sequence[Mutant], folder: Path, dialect: str, *, double: bool = True
+) -> list[str]:
+    """Return the mutants of a text that no record shows; all are compiled in one go."""
+    program = build_program(settings_with_everything(double=double))
     shown = records() if double else records_in_real()
-    return [m.name for m in chosen if not any(st_is_noticed(m.text, r) for r in shown)]
-
-
-def unnoticed_in_real(chosen: Sequence[Mutant]) -> list[str]:
-    """Return the mutants of Structured Text in REAL that no record shows."""
-    return unnoticed_in_st(chosen, double=False)
-
-
-def unnoticed_in_c(chosen: Sequence[Mutant], folder: Path) -> list[str]:
-    """Return the mutants of C that no record shows; all of them are compiled in one go."""
-    program = build_program(settings_with_everything())
-    header, block = print_c(program).header, program.blocks[-1]
-    blocks = {"tx_mutant": (CText(header, print_c(program).source), block)}
-    for k, mutant in enumerate(chosen):
-        name = f"tx_m{k}"
-        texts = (
-            text.replace("tx_mutant", name).replace("TX_MUTANT", name.upper())
-            for text in (header, mutant.text)
-        )
-        blocks[name] = (CText(*texts), block)
+    texts = {"tx_mutant": text_of(dialect, double=double)}
+    texts |= {f"tx_m{k}": mutant.text for k, mutant in enumerate(chosen)}
+    blocks = {name: _block(program, text, name, dialect) for name, text in texts.items()}
     library = CLibrary(c_library(blocks, folder, "-O0"))
-    assert [difference(r, library.run("tx_mutant", r)) for r in records()] == [""] * len(records())
+    assert [difference(r, library.run("tx_mutant", r)) for r in shown] == [""] * len(shown)
     return [
         mutant.name
         for k, mutant in enumerate(chosen)
-        if not any(difference(r, library.run(f"tx_m{k}", r)) for r in records())
+        if not any(difference(r, library.run(f"tx_m{k}", r)) for r in shown)
     ]
+
+
+def _block(program: Program, text: str, name: str, dialect: str) -> CBlock:
+    if dialect == "st":
+        return st_block(program, text, name)
+    texts = (
+        one.replace("tx_mutant", name).replace("TX_MUTANT", name.upper())
+        for one in (print_c(program).header, text)
+    )
+    return c_block(program)._replace(text=CText(*texts))
+
+
+def text_of(dialect: str, *, double: bool = True) -> str:
+    """Return the text of the model with everything that has the statements."""
+    program = build_program(settings_with_everything(double=double))
+    return print_st(program) if dialect == "st" else print_c(program).source
 
 
 def every_mutant(dialect: str) -> list[Mutant]:
     """Return every mutant of the model with everything, in a seeded order."""
-    program = build_program(settings_with_everything())
-    text = print_st(program) if dialect == "st" else print_c(program).source
-    return shuffled(mutants(text, dialect), 8)
+    return shuffled(mutants(text_of(dialect), dialect), 8)
 
 
 def coefficients_in_real() -> list[Mutant]:
     """Return a mutant of Structured Text in REAL for every number that is no threshold."""
-    text = print_st(build_program(settings_with_everything(double=False)))
-    made = constants(text, "st", double=False)
+    made = constants(text_of("st", double=False), "st", double=False)
     return [m for m in made if _FINE.search(m.name.split()[1]) and " 0.0 " not in m.name]
 
 
@@ -429,22 +416,17 @@ def test_there_is_a_mutant_of_every_coefficient_and_every_transition() -> None:
         assert sum(name.startswith("line ") for name in names) >= 40
 
 
-def test_a_change_that_changes_nothing_is_not_noticed() -> None:
-    text = print_st(build_program(settings_with_everything()))
-    other = text.replace("1.0;", "1.00;")
-    assert other != text
-    assert not any(st_is_noticed(other, record) for record in records())
+@pytest.mark.parametrize(("dialect", "sample"), [("st", 16), ("c", 12)])
+def test_a_sample_of_the_mutants_is_noticed_and_a_change_that_changes_nothing_is_not(
+    dialect: str, sample: int, tmp_path: Path
+) -> None:
+    text = text_of(dialect)
+    same = Mutant("the same", text.replace("1.0;", "1.00;"))
+    assert same.text != text
+    missed = unnoticed([*every_mutant(dialect)[:sample], same], tmp_path, dialect)
+    assert [name for name in missed if not excused(name)] == [same.name]
 
 
-def test_a_sample_of_the_mutants_of_structured_text_is_noticed() -> None:
-    chosen = every_mutant("st")[:16]
-    assert [name for name in unnoticed_in_st(chosen) if not excused(name)] == []
-
-
-def test_a_sample_of_the_coefficients_in_real_is_noticed() -> None:
-    assert unnoticed_in_st(shuffled(coefficients_in_real(), 3)[:6], double=False) == []
-
-
-def test_a_sample_of_the_mutants_of_c_is_noticed(tmp_path: Path) -> None:
-    chosen = every_mutant("c")[:12]
-    assert [name for name in unnoticed_in_c(chosen, tmp_path) if not excused(name)] == []
+def test_a_sample_of_the_coefficients_in_real_is_noticed(tmp_path: Path) -> None:
+    chosen = shuffled(coefficients_in_real(), 3)[:6]
+    assert unnoticed(chosen, tmp_path, "st", double=False) == []

@@ -3,13 +3,16 @@
 import re
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
+import numpy as np
 import pytest
+from blark.parse import parse_source_code
 from hypothesis import given, strategies as st
 
-from tests.unit.plc.small_programs import Asked, asked, let, number, said, small, two, when
-from tests.unit.plc.st_interpreter import Machine, first_difference, parse_with_blark
-from thermaxis.plc import Program, print_st
+from tests.unit.plc.equal_parts import CLibrary, c_block, c_library, st_block
+from tests.unit.plc.small_programs import asked, let, number, said, small, two, when
+from thermaxis.plc import Program, print_scl, print_st
 from thermaxis.plc.printers._text import broken, remark_lines
 from thermaxis.plc.tree import Name, Not, Operation, Remark, Two, number_text
 
@@ -39,23 +42,6 @@ def long_program() -> Program:
     return replace(program, head=(text,), blocks=(program.blocks[0], main))
 
 
-@pytest.mark.parametrize("double", [True, False])
-@pytest.mark.parametrize("flavour", FLAVOURS)
-def test_the_text_computes_what_plain_python_computes(flavour: str, double: bool) -> None:
-    machine = Machine(print_st(small(double=double), flavour))
-    assert machine.inputs == Asked._fields
-    rows = asked(400)
-    got = machine.start().run(rows)
-    assert first_difference(machine.outputs, said(rows, double=double), got) is None
-    columns = list(zip(*got, strict=True))
-    assert set(columns[1]) == {True, False}
-    assert {row[3] for row in got} >= {0, 1, 2, 4}
-
-
-def test_before_the_first_call_everything_has_its_start() -> None:
-    assert Machine(print_st(small())).start().first == (0.25, True, -3, 0)
-
-
 @pytest.mark.parametrize("flavour", FLAVOURS)
 @pytest.mark.parametrize("program", [small(), small(double=False), long_program()])
 def test_the_text_is_ascii_in_lines_of_a_hundred_signs(flavour: str, program: Program) -> None:
@@ -68,12 +54,25 @@ def test_the_text_is_ascii_in_lines_of_a_hundred_signs(flavour: str, program: Pr
     assert "\t" not in text
 
 
-def test_lines_that_were_broken_compute_the_same() -> None:
-    text = print_st(long_program())
-    assert any(len(line) > 90 for line in text.splitlines())
-    rows = asked(50)
-    names, got = Machine(text).outputs, Machine(text).start().run(rows)
-    assert first_difference(names, said(rows, double=True), got) is None
+@pytest.mark.parametrize("double", [True, False])
+def test_every_text_computes_what_plain_python_computes(double: bool, tmp_path: Path) -> None:
+    program = small(double=double)
+    blocks = {
+        "tx_small": c_block(program),
+        "st_small": st_block(program, print_st(program), "st_small"),
+        "scl_small": st_block(program, print_scl(program), "scl_small"),
+    }
+    if double:
+        assert any(len(line) > 90 for line in print_st(long_program()).splitlines())
+        blocks["long_small"] = st_block(program, print_st(long_program()), "long_small")
+    library = CLibrary(c_library(blocks, tmp_path, "-O2"))
+    rows = asked(400)
+    wanted = np.array([*said(rows, double=double)], dtype=float)
+    assert set(wanted[:, 1]) == {0.0, 1.0}
+    assert {*wanted[:, 3]} >= {0.0, 1.0, 2.0, 4.0}
+    for name in blocks:
+        got = library.called(name, rows, [row is rows[0] for row in rows], 4)
+        assert np.array_equal(got, wanted), name
 
 
 @given(
@@ -104,8 +103,9 @@ def test_a_word_that_no_line_has_room_for_is_cut_and_nothing_of_it_is_lost() -> 
 
 
 def test_another_grammar_reads_it() -> None:
-    parse_with_blark(print_st(small(), "twincat"))
-    parse_with_blark(print_st(long_program()))
+    for text in (print_st(small(), "twincat"), print_st(long_program())):
+        assert parse_source_code(text).exception is None
+    assert parse_source_code(print_st(small()).replace("low := one.y;", "low := ;")).exception
 
 
 def test_remarks_are_never_nested_and_stand_in_one_line() -> None:

@@ -38,7 +38,6 @@ from thermaxis.plc import (
     check_program,
     export_settings,
     guide_text,
-    line_vectors_csv,
     print_c,
     print_scl,
     print_st,
@@ -352,8 +351,8 @@ def test_the_program_keeps_every_rule_and_is_printed_in_every_dialect(double: bo
 def test_vectors_have_a_column_for_everything_and_are_the_same_twice() -> None:
     exported = settings_at((0.0, 500.0))
     line = LineSettings(positions_mm=(0.0, 500.0), away=True)
-    text = line_vectors_csv(exported, line, most_rows=50)
-    assert text == line_vectors_csv(exported, line, most_rows=50)
+    text = vectors_of(exported, line, most_rows=50).text
+    assert text == vectors_of(exported, line, most_rows=50).text
     lines = [row for row in text.splitlines() if not row.startswith("#")]
     program = build_line_program(exported, line)
     names = lines[0].split(",")

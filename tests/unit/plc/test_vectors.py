@@ -13,15 +13,14 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model
 from thermaxis.plc import (
     BlockInstance,
+    CallSequence,
     PlcOutputs,
     PlcSettings,
     export_settings,
-    scenario_steps,
-    vectors_csv,
     vectors_of,
 )
 from thermaxis.plc.tree import Kind, rounding
-from thermaxis.plc.vectors import MOST_ROWS, by_variable
+from thermaxis.plc.vectors import MOST_ROWS, ODD, by_variable
 from thermaxis.runtime import read_machine
 
 
@@ -45,7 +44,7 @@ def replayed(settings: PlcSettings, row: dict[str, str], block: BlockInstance) -
 def test_a_reader_of_the_text_alone_gets_every_output_again(double: bool) -> None:
     settings = random_settings(3, double=double)
     block, rounded = BlockInstance(settings), rounding(double=double)
-    rows = rows_of(vectors_csv(settings))
+    rows = rows_of(vectors_of(settings).text)
     assert len(rows) > 300
     for row in rows:
         said = by_variable(settings.names, replayed(settings, row, block))
@@ -154,7 +153,7 @@ def test_the_vectors_of_a_random_model_have_everything_or_name_it(seed: int) -> 
 
 def test_a_trim_expires_in_a_row_that_stands_for_a_shift() -> None:
     settings = of_example(MODELS / "eps1.json", cycle_s=10.0)
-    rows = rows_of(vectors_csv(settings))
+    rows = rows_of(vectors_of(settings).text)
     (stem,) = settings.names.outputs
     trimmed = [row for row in rows if float(row[f"trim_{stem}"]) and int(row["calls"]) > 1000]
     assert trimmed
@@ -173,22 +172,21 @@ def test_what_does_not_fit_into_the_calls_is_named_and_said_where_it_was_cut() -
 
 
 def test_the_same_settings_give_the_same_bytes() -> None:
-    assert vectors_csv(random_settings(5)) == vectors_csv(random_settings(5))
+    assert vectors_of(random_settings(5)).text == vectors_of(random_settings(5)).text
 
 
 def test_a_table_ends_after_its_rows_and_says_so() -> None:
     settings = random_settings(5)
-    text = vectors_csv(settings, most_rows=20)
+    text = vectors_of(settings, most_rows=20).text
     assert len(rows_of(text)) <= 20
     assert "\n# cut: " in text
     with pytest.raises(ConfigurationError):
-        vectors_csv(settings, most_rows=0)
+        vectors_of(settings, most_rows=0)
 
 
 def test_the_head_says_model_cycle_numbers_and_units() -> None:
     settings = random_settings(6, double=False)
-    steps = scenario_steps(settings, hours=0.01, seed=1)
-    lines = vectors_csv(settings, steps).splitlines()
+    lines = vectors_of(settings, most_rows=20).text.splitlines()
     head = [line for line in lines if line.startswith("# ") and not line.startswith("# unit")]
     assert "# model sha256: not stated" in head
     assert "# cycle: 1 s" in head
@@ -197,3 +195,21 @@ def test_the_head_says_model_cycle_numbers_and_units() -> None:
     assert len(names) == len(set(names)) == len(units)
     assert all(line.count(",") == len(names) - 1 for line in lines[len(head) :])
     assert all(re.fullmatch(r"# [\w .:+-]+", line) for line in head)
+
+
+def test_every_channel_reads_every_odd_value_alone_and_then_jumps() -> None:
+    settings = random_settings(3)
+    seen = [step.inputs.temperatures_c for step in CallSequence(settings, seed=1).steps()]
+    assert len(seen[0]) > 1
+    rules = settings.compensation.rules
+    for k, rule in enumerate(rules):
+        alone = [
+            row[k]
+            for row in seen
+            if all(rules[i].lowest_c < c < rules[i].highest_c for i, c in enumerate(row) if i != k)
+        ]
+        odd = {*ODD, rule.lowest_c - 0.5, rule.highest_c + 0.5}
+        assert {repr(value) for value in alone} >= {repr(value) for value in odd}
+        believed_k = rule.step_k + rule.largest_rate_k_per_s * settings.cycle_s
+        jumps_k = [abs(b - a) for a, b in pairwise(alone) if rule.lowest_c < b < rule.highest_c]
+        assert any(believed_k < jump_k < 10.0 for jump_k in jumps_k)

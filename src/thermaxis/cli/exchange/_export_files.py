@@ -130,11 +130,11 @@ def program_files(program: plc.Program, target: plc.Target) -> dict[str, str]:
 
 def measured_difference(settings: plc.PlcSettings) -> plc.Difference:
     """Return how far the model in REAL is from that in LREAL, along a scenario without faults."""
-    single, double = plc.BlockInstance(settings), plc.BlockInstance(replace(settings, double=True))
+    double = plc.BlockInstance(replace(settings, double=True))
     hours = _COMPARED_CALLS * settings.cycle_s / 3600.0
     largest_um, calls = 0.0, 0
-    for inputs in plc.scenario(settings, hours, _SCENARIO_SEED, faults=False):
-        pairs = zip(single.step(inputs).model_um, double.step(inputs).model_um, strict=True)
+    for inputs, said in plc.scenario_steps(settings, hours=hours, seed=_SCENARIO_SEED):
+        pairs = zip(said.model_um, double.step(inputs).model_um, strict=True)
         largest_um = max(largest_um, *(abs(a - b) for a, b in pairs))
         calls += 1
     return plc.Difference(largest_um, calls)

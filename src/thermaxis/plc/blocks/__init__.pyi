@@ -1,16 +1,16 @@
 from ._build import (
     build_program as build_program,
 )
-from ._draft import (
-    number_of as number_of,
-    statements as statements,
-)
 from ._head import (
     NEVER_OUTCOMES as NEVER_OUTCOMES,
     NEVER_QUALITIES as NEVER_QUALITIES,
     head_of as head_of,
     restart_warning as restart_warning,
     wrapped as wrapped,
+)
+from ._library import (
+    number_of as number_of,
+    statements as statements,
 )
 from ._tempcomp import (
     LARGEST_READ as LARGEST_READ,

@@ -20,7 +20,7 @@ from thermaxis.compensation import (
 from thermaxis.messages import sentence
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc._texts import paragraphs, text
-from thermaxis.plc.blocks._draft import numbered
+from thermaxis.plc.blocks._library import numbered
 from thermaxis.plc.blocks._warnings import never_corrects, setting_warnings
 from thermaxis.plc.tree import noted, remark_text
 

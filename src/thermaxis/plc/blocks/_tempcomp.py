@@ -7,21 +7,22 @@ control reports of its setting data is compared, and taken over once it is read,
 the positions.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
 from math import isfinite, nextafter
-from typing import final
+from typing import Any, final
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.blocks._build import build_program
-from thermaxis.plc.blocks._draft import Body, Draft, statements
+from thermaxis.plc.blocks._library import library_block
 from thermaxis.plc.tree import (
+    Assign,
     Block,
-    Kind,
+    Name,
     Program,
     noted,
     outward_text,
@@ -249,9 +250,22 @@ def build_line_program(settings: PlcSettings, line: LineSettings) -> Program:
             "block_name_taken", name=settings.names.block, place=Place(key="name")
         )
     program = build_program(settings)
-    main = _joined(settings, line, program.blocks[-1])
-    own = _line_back_block(settings, line), _line_block(settings, line)
-    blocks = (*program.blocks[:-1], *own, main)
+    k0_mm, slope = line.bounds(tuple(bounds.total_um for bounds in settings.compensation.bounds))
+    values: dict[str, Any] = {
+        "position": _position_values(settings, line),
+        "um_per_mm": line.um_per_mm,
+        "largest_k0_mm": k0_mm,
+        "largest_slope": slope,
+        "largest": LARGEST_READ,
+        "unread_um": UNREAD_UM,
+        "origin_mm": line.origin_mm,
+    }
+    back, laid, first, last = (
+        library_block(part, double=settings.double, **values)
+        for part in ("line_back", "line", "read_line", "written_line")
+    )
+    main = _joined(program.blocks[-1], first, last)
+    blocks = (*program.blocks[:-1], back, laid, main)
     return replace(program, head=(*program.head, *_head(settings, line)), blocks=blocks)
 
 
@@ -275,194 +289,41 @@ def _head(settings: PlcSettings, line: LineSettings) -> tuple[str, ...]:
     )
 
 
-def _target_offsets(settings: PlcSettings, line: LineSettings) -> list[float]:
+def _position_values(settings: PlcSettings, line: LineSettings) -> list[dict[str, Any]]:
+    """Return what the texts of the library know of every position."""
     # The reference position that the control has is the rounded one.
-    origin = stored(line.origin_mm, double=settings.double)
-    return [stored(p, double=settings.double) - origin for p in line.positions_mm]
+    origin_mm = stored(line.origin_mm, double=settings.double)
+    return [
+        {
+            "k": k,
+            "stem": stem,
+            "position_mm": position_mm,
+            "way_mm": stored(position_mm, double=settings.double) - origin_mm,
+            "k0_mm_per_um": k0_mm_per_um,
+            "slope_per_um": slope_per_um,
+        }
+        for k, (stem, position_mm, k0_mm_per_um, slope_per_um) in enumerate(
+            zip(settings.names.outputs, line.positions_mm, *line.weights(), strict=True), 1
+        )
+    ]
 
 
-def _line_block(settings: PlcSettings, line: LineSettings) -> Block:
-    """Return the block that lays the line."""
-    draft = Draft(
-        LINE,
-        "The straight line through the corrections at the positions, by least squares.",
-        double=settings.double,
-    )
-    totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
-    numbers = range(1, len(line.positions_mm) + 1)
-    for k in numbers:
-        draft.input(f"c{k}_um", f"correction at position {k} [um]")
-    draft.input("free", "whether a correction lies outside its limits", Kind.BOOL)
-    draft.output("k0_mm", "line at the reference position [mm]")
-    draft.output("slope", "slope of the line, mm/mm [1]")
-    draft.output("residual_um", "largest distance of a correction from it [um]")
-    draft.output("limited", "whether a bound of the line acts", Kind.BOOL)
-    draft.temporary("term", "a term of a sum")
-    draft.temporary("at_um", "the line at a position, as a correction [um]")
-    draft.constant("zero", "nothing", 0.0)
-    draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
-    for k, k0, slope in zip(numbers, *line.weights(), strict=True):
-        draft.constant(f"k0_{k}", f"to K0 of position {k} [mm/um]", k0, "--at")
-        draft.constant(f"slope_{k}", f"to the slope of position {k} [1/um]", slope, "--at")
-    k0_bound_mm, slope_bound = line.bounds(totals_um)
-    draft.constant("largest_k0_mm", "largest magnitude of K0 [mm]", k0_bound_mm, "slope")
-    draft.constant("largest_slope", "largest magnitude of the slope [1]", slope_bound, "slope")
-    for k, way_mm in zip(numbers, _target_offsets(settings, line), strict=True):
-        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm, "--at")
-    sums = "".join(
-        f"""
-        term = k0_{k} * c{k}_um
-        k0_mm += term
-        term = slope_{k} * c{k}_um
-        slope += term"""
-        for k in numbers
-    )
-    limits = "".join(
-        f"""
-        if not free and {value} > {bound}:
-            {value} = {bound}
-            limited = True
-        if not free and {value} < -{bound}:
-            {value} = -{bound}
-            limited = True"""
-        for value, bound in (("k0_mm", "largest_k0_mm"), ("slope", "largest_slope"))
-    )
-    distances = "".join(
-        f"""
-        term = slope * way{k}_mm
-        term = k0_mm + term
-        at_um = term * um_per_mm
-        term = c{k}_um - at_um
-        if term < zero:
-            term = -term
-        if term > residual_um:
-            residual_um = term"""
-        for k in numbers
-    )
-    return draft.block(
-        f"""
-        k0_mm = zero
-        slope = zero{sums}
-        limited = False{limits}
-        residual_um = zero{distances}
-        """
-    )
-
-
-def _line_back_block(settings: PlcSettings, line: LineSettings) -> Block:
-    """Return the block that says how far the control's line is from the one written."""
-    draft = Draft(
-        LINE_BACK,
-        "How far the line in the control is from the one that was written, at every position.",
-        double=settings.double,
-    )
-    draft.input("k0_mm", "K0 in the control [mm]")
-    draft.input("slope", "slope in the control, mm/mm [1]")
-    draft.input("reference_mm", "reference position in the control [mm]")
-    draft.input("written_k0_mm", "K0 that was written [mm]")
-    draft.input("written_slope", "slope that was written [1]")
-    draft.temporary("term", "a term of a sum")
-    draft.temporary("own_mm", "the line that was written, at a position [mm]")
-    draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
-    draft.constant("largest", "more is no line: it was not read", LARGEST_READ)
-    draft.constant("unread_um", "said where it was not read [um]", UNREAD_UM)
-    distances = unread = ""
-    for k, (position_mm, way_mm) in enumerate(
-        zip(line.positions_mm, _target_offsets(settings, line), strict=True), 1
-    ):
-        draft.constant(f"position{k}_mm", f"position {k} [mm]", position_mm, "--at")
-        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm, "--at")
-        draft.output(f"apart{k}_um", f"distance at position {k} [um]")
-        distances += f"""
-            own_mm = written_slope * way{k}_mm
-            own_mm = written_k0_mm + own_mm
-            term = position{k}_mm - reference_mm
-            term = slope * term
-            term = k0_mm + term
-            term -= own_mm
-            apart{k}_um = term * um_per_mm"""
-        unread += f"""
-            apart{k}_um = unread_um"""
-    return draft.block(
-        f"""
-        if (
-            -largest <= k0_mm <= largest
-            and -largest <= slope <= largest
-            and -largest <= reference_mm <= largest
-        ):{distances}
-        else:{unread}
-        """
-    )
-
-
-def _joined(settings: PlcSettings, line: LineSettings, main: Block) -> Block:
-    """Return the main block with the line."""
-    stems = settings.names.outputs
-    draft = Draft(settings.names.block, double=settings.double)
-    reported = {f"read_{stem}": k for k, stem in enumerate(stems, 1)}
-    first = _read_line(draft, reported)
-    last = _written_line(draft, line)
-    own = draft.block("")
+def _joined(main: Block, first: Block, last: Block) -> Block:
+    """Return the main block with what stands before and behind it: corrections come from there."""
+    reported = {
+        statement.target.name
+        for statement in first.body
+        if isinstance(statement, Assign) and isinstance(statement.target, Name)
+    }
     kept = [v for v in main.inputs if v.name not in reported]
     ends = kept.pop()  # read_ok stays the last
     return replace(
         main,
-        inputs=(*kept, *own.inputs, ends),
-        outputs=(*own.outputs, *main.outputs),
-        states=(*main.states, *own.states),
+        inputs=(*kept, *first.inputs, ends),
+        outputs=(*last.outputs, *main.outputs),
+        states=(*main.states, *first.states),
         temporaries=(*main.temporaries, *(v for v in main.inputs if v.name in reported)),
-        constants=(*main.constants, *own.constants),
-        instances=(*main.instances, *own.instances),
-        body=(*first, *main.body, *last),
-    )
-
-
-def _read_line(draft: Draft, reported: Mapping[str, int]) -> Body:
-    draft.input("read_k0_mm", "SD43900 that the control reports [mm]")
-    draft.input("read_slope", "SD43910 that the control reports, mm/mm [1]")
-    draft.input("read_reference_mm", "SD43920 that the control reports [mm]")
-    draft.state("line_k0_mm", "K0 that was said last [mm]")
-    draft.state("line_slope", "slope that was said last [1]")
-    draft.instance("fb_line_back", LINE_BACK)
-    read = "".join(
-        f"""
-        {name} = in_force{k}_um + fb_line_back.apart{k}_um"""
-        for name, k in reported.items()
-    )
-    return statements(
-        f"""
-        # The line in the control, as corrections at the positions.
-        fb_line_back(
-            k0_mm=read_k0_mm,
-            slope=read_slope,
-            reference_mm=read_reference_mm,
-            written_k0_mm=line_k0_mm,
-            written_slope=line_slope,
-        ){read}
-        """
-    )
-
-
-def _written_line(draft: Draft, line: LineSettings) -> Body:
-    draft.instance("fb_line", LINE)
-    draft.constant("origin_mm", "reference position of the line [mm]", line.origin_mm)
-    draft.output("k0_mm", "K0, for SD43900 [mm]")
-    draft.output("slope", "slope, for SD43910, mm/mm [1]")
-    draft.output("reference_mm", "reference position, for SD43920 [mm]")
-    draft.output("residual_um", "largest distance of a correction from it [um]")
-    draft.output("line_limited", "whether a bound of the line acts", Kind.BOOL)
-    numbers = range(1, len(line.positions_mm) + 1)
-    corrections = ", ".join(f"c{k}_um=in_force{k}_um" for k in numbers)
-    return statements(
-        f"""
-        # The line through the corrections.
-        fb_line({corrections}, free=outside)
-        line_k0_mm = fb_line.k0_mm
-        line_slope = fb_line.slope
-        k0_mm = line_k0_mm
-        slope = line_slope
-        reference_mm = origin_mm
-        residual_um = fb_line.residual_um
-        line_limited = fb_line.limited
-        """
+        constants=(*main.constants, *last.constants),
+        instances=(*main.instances, *first.instances, *last.instances),
+        body=(*first.body, *main.body, *last.body),
     )

@@ -1,14 +1,13 @@
 """Check that everything is written before it is read, on every path through a block."""
 
 from thermaxis.codes import Place
-from thermaxis.plc.tree._tree import Assign, Element, If, Name, Statement
+from thermaxis.plc.tree._tree import Assign, If, Name, Statement
 from thermaxis.plc.tree._walk import (
     ProgramError,
     Scope,
     branches_of,
-    expressions_of,
-    parts_of,
     placed,
+    variables_read,
 )
 
 
@@ -32,7 +31,9 @@ def _written(
     """Return what is written for certain behind some statements."""
     written = set(before)
     for statement, place in placed(body, where):
-        _check_reads(scope, statement, written, place)
+        for name in variables_read(statement):
+            if name in scope.fresh and name not in written:
+                raise ProgramError("read_before_written", name=name, place=Place(key=place))
         if isinstance(statement, Assign):
             if isinstance(statement.target, Name):
                 written.add(statement.target.name)
@@ -45,23 +46,3 @@ def _written(
             if statement.otherwise:
                 written |= {name for name in ends[0] if all(name in end for end in ends)}
     return frozenset(written)
-
-
-def _check_reads(scope: Scope, statement: Statement, written: set[str], where: str) -> None:
-    names = [
-        name
-        for root in expressions_of(statement)
-        for part in parts_of(root)
-        for name in (
-            (part.name,)
-            if isinstance(part, Name)
-            else (part.index,)
-            if isinstance(part, Element)
-            else ()
-        )
-    ]
-    if isinstance(statement, Assign) and isinstance(statement.target, Element):
-        names.append(statement.target.index)
-    for name in names:
-        if name in scope.fresh and name not in written:
-            raise ProgramError("read_before_written", name=name, place=Place(key=where))

@@ -1,17 +1,15 @@
 """Check that no whole number overflows and no index leaves its array: with intervals.
 
 Every variable of kind INT is followed as the interval of values that it can have, through every
-path and from call to call, until nothing grows any more. Conditions that compare whole numbers
-narrow the intervals in their branches; conditions kept in a BOOL do not. So an index is accepted
-where the program itself keeps it inside, as in
+path of one call. What lasts from call to call may begin with any value, but for a state that is an
+index: it begins within its arrays, and must be there again at the end, as in
 
     place := place + 1;  IF place >= length THEN place := 0;
 
-and a count where it is held or set back before it overflows. What is refused may still be right;
-what is accepted is.
+Conditions that compare whole numbers narrow the intervals in their branches; conditions kept in a
+BOOL do not. What is refused may still be right; what is accepted is.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias, final
 
@@ -32,7 +30,7 @@ from thermaxis.plc.tree._tree import (
     Two,
     Variable,
 )
-from thermaxis.plc.tree._walk import ProgramError, Scope, expressions_of, parts_of, placed, walk
+from thermaxis.plc.tree._walk import ProgramError, Scope, expressions_of, placed, touched, walk
 
 SMALLEST_INT, LARGEST_INT = -32768, 32767
 """Range of INT. [1]"""
@@ -40,8 +38,6 @@ SMALLEST_INT, LARGEST_INT = -32768, 32767
 _Span: TypeAlias = tuple[int, int]
 _Spans: TypeAlias = dict[str, _Span]
 _EVERY: _Span = (SMALLEST_INT, LARGEST_INT)
-_PATIENCE = 3
-_LONGEST_SEARCH = 60
 _OPPOSITE = {
     Operation.LESS: Operation.MORE_EQUAL,
     Operation.LESS_EQUAL: Operation.MORE,
@@ -59,66 +55,45 @@ _MIRRORED = {
 
 def check_ranges(scopes: tuple[Scope, ...]) -> None:
     """Check the whole numbers of every block."""
-    outputs: dict[str, _Spans] = {}
     for scope in scopes:
-        outputs[scope.block.name] = _Ranges(scope, outputs).checked()
+        _Ranges(scope).check()
 
 
 @final
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Ranges:
     """The intervals of one block."""
 
     scope: Scope
     """The block."""
-    outputs: Mapping[str, _Spans]
-    """Intervals of the outputs of the blocks before, by block."""
-    strict: bool = False
-    """Whether what leaves its range is an error now: once nothing grows any more."""
 
-    def checked(self) -> _Spans:
-        """Check the block and return the intervals of its outputs."""
+    def check(self) -> None:
+        """Check one call, from whatever the one before has left."""
         block = self.scope.block
         where = f"block {block.name}"
-        lasting = [v for v in (*block.outputs, *block.states) if v.kind is Kind.INT]
-        entry = self._at_start()
-        borders = self._borders()
-        for turn in range(_LONGEST_SEARCH):
-            end = self._run(block.body, entry, where)
-            grown = dict(entry)
-            for variable in lasting:
-                name = variable.name
-                wider = _joined(entry[name], end[name])
-                grown[name] = wider if turn < _PATIENCE else _widened(entry[name], wider, borders)
-            if grown == entry:
-                break
-            entry = grown
-        else:
-            entry |= {variable.name: _EVERY for variable in lasting}
-        self.strict = True
+        whole = [v for v in self.scope.variables.values() if v.kind is Kind.INT]
+        entry: _Spans = {v.name: _EVERY for v in whole}
+        entry |= {v.name: _start(v) for v in block.constants if v.kind is Kind.INT}
+        indices = self._indices()
+        entry |= {i.index: (0, self._last(i)) for i in indices}
         end = self._run(block.body, entry, where)
-        return {v.name: _joined(_start(v), end[v.name]) for v in block.outputs if v.name in end}
+        for element in indices:
+            start = _start(self.scope.variables[element.index])
+            self._require_inside(element, _joined(start, end[element.index]), where)
 
-    def _at_start(self) -> _Spans:
-        block = self.scope.block
-        spans = {v.name: _EVERY for v in block.inputs if v.kind is Kind.INT}
-        spans |= {v.name: _EVERY for v in block.temporaries if v.kind is Kind.INT}
-        own = (*block.outputs, *block.states, *block.constants)
-        return spans | {v.name: _start(v) for v in own if v.kind is Kind.INT}
+    def _indices(self) -> list[Element]:
+        """Return the elements with a state as index, the longest arrays first."""
+        states = {v.name for v in self.scope.block.states}
+        found = [
+            part
+            for statement, _ in walk(self.scope.block.body, "")
+            for part in touched(statement)
+            if isinstance(part, Element) and part.index in states
+        ]
+        return sorted(found, key=self._last, reverse=True)
 
-    def _borders(self) -> tuple[int, ...]:
-        """Return the whole numbers at which an interval may stop to grow."""
-        numbers = {SMALLEST_INT, LARGEST_INT, 0}
-        for variable in self.scope.variables.values():
-            numbers.add(variable.length)
-        for constant in self.scope.block.constants:
-            if constant.kind is Kind.INT:
-                numbers.add(int(constant.start))
-        for statement, _ in walk(self.scope.block.body, ""):
-            for root in expressions_of(statement):
-                numbers |= {part.value for part in parts_of(root) if isinstance(part, Count)}
-        near = {number + step for number in numbers for step in (-1, 0, 1)}
-        return tuple(sorted(n for n in near if SMALLEST_INT <= n <= LARGEST_INT))
+    def _last(self, element: Element) -> int:
+        return self.scope.variables[element.array].length - 1
 
     def _run(self, body: tuple[Statement, ...], before: _Spans, where: str) -> _Spans:
         spans = dict(before)
@@ -136,9 +111,7 @@ class _Ranges:
     def _assign(self, target: Name | Element, value: Expression, spans: _Spans, where: str) -> None:
         span = self._evaluate(value, spans, where)
         if isinstance(target, Element):
-            self._check_index(target, spans, where)
-            if span is not None and target.array in spans:
-                spans[target.array] = _joined(spans[target.array], span)
+            self._require_inside(target, spans[target.index], where)
         elif span is not None:
             spans[target.name] = span
 
@@ -166,9 +139,10 @@ class _Ranges:
             case Name(name):
                 return spans.get(name)
             case OutputOf(instance, output):
-                return self.outputs[self.scope.blocks[instance].name].get(output)
-            case Element(array):
-                self._check_index(expression, spans, where)
+                kinds = {v.name: v.kind for v in self.scope.blocks[instance].outputs}
+                return _EVERY if kinds[output] is Kind.INT else None
+            case Element(array, index):
+                self._require_inside(expression, spans[index], where)
                 return spans.get(array)
             case Count(value):
                 return value, value
@@ -193,25 +167,25 @@ class _Ranges:
         else:
             return None
         low, high = min(ends), max(ends)
-        if self.strict and (low < SMALLEST_INT or high > LARGEST_INT):
+        if low < SMALLEST_INT or high > LARGEST_INT:
             raise ProgramError(
                 "whole_number_overflow",
                 value=high if high > LARGEST_INT else low,
                 place=Place(key=where),
             )
-        return max(low, SMALLEST_INT), min(high, LARGEST_INT)
+        return low, high
 
-    def _check_index(self, element: Element, spans: _Spans, where: str) -> None:
-        low, high = spans[element.index]
-        length = self.scope.variables[element.array].length
-        if self.strict and (low < 0 or high >= length):
+    def _require_inside(self, element: Element, span: _Span, where: str) -> None:
+        low, high = span
+        last = self._last(element)
+        if low < 0 or high > last:
             raise ProgramError(
                 "index_outside_array",
                 index=element.index,
                 lowest=low,
                 highest=high,
                 array=element.array,
-                last=length - 1,
+                last=last,
                 place=Place(key=where),
             )
 
@@ -273,16 +247,6 @@ def _joined(a: _Span, b: _Span) -> _Span:
 
 def _together(a: _Spans, b: _Spans) -> _Spans:
     return {name: _joined(span, b[name]) for name, span in a.items()}
-
-
-def _widened(old: _Span, new: _Span, borders: tuple[int, ...]) -> _Span:
-    """Return an interval that grew, extended to the next numbers of the program."""
-    low, high = new
-    if low < old[0]:
-        low = max(n for n in borders if n <= low)
-    if high > old[1]:
-        high = min(n for n in borders if n >= high)
-    return low, high
 
 
 def _kept_span(a: _Span, operation: Operation, b: _Span) -> _Span | None:

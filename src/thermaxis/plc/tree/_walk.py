@@ -107,17 +107,28 @@ def reachable(program: Program) -> frozenset[str]:
     return frozenset(found)
 
 
+def touched(statement: Statement) -> Iterator[Expression]:
+    """Yield what a statement evaluates, and the element that it writes to."""
+    if isinstance(statement, Assign) and isinstance(statement.target, Element):
+        yield statement.target
+    for root in expressions_of(statement):
+        yield from parts_of(root)
+
+
+def variables_read(statement: Statement) -> Iterator[str]:
+    """Yield the variables that a statement reads itself."""
+    written = statement.target if isinstance(statement, Assign) else None
+    for part in touched(statement):
+        if isinstance(part, Name):
+            yield part.name
+        elif isinstance(part, Element):
+            yield part.index
+            if part is not written:
+                yield part.array
+
+
 def names_read(block: Block) -> frozenset[str]:
     """Return the variables that a block reads."""
-    found: set[str] = set()
-    for statement, _ in walk(block.body, ""):
-        roots = expressions_of(statement)
-        if isinstance(statement, Assign) and isinstance(statement.target, Element):
-            found.add(statement.target.index)
-        for root in roots:
-            for part in parts_of(root):
-                if isinstance(part, Name):
-                    found.add(part.name)
-                elif isinstance(part, Element):
-                    found |= {part.array, part.index}
-    return frozenset(found)
+    return frozenset(
+        name for statement, _ in walk(block.body, "") for name in variables_read(statement)
+    )

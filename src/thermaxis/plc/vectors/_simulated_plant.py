@@ -1,25 +1,27 @@
-"""The world around an exported block in a scenario: machine, sensors and people.
+"""The simulated plant around an exported block: machine, sensors and people.
 
-The world is closed: what the machine reports as its offset is what the block has
-written in the call before, rounded as a control displays it. Seeded, and made of sums, products
-and a small generator of its own alone: the same settings give the same inputs on every computer.
+It is closed: what the machine reports as its offset follows what the block has written in the call
+before. Seeded, and made of sums, products and a small generator of its own alone: the same
+settings give the same inputs on every computer.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol, TypeVar, final
+from typing import NamedTuple, Protocol, final
 
-from thermaxis.compensation import SupervisorState
+from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.vectors._instance import BlockInstance, PlcInputs, PlcOutputs
+from thermaxis.plc.vectors._instance import PlcInputs, PlcOutputs
 
-ODD = (float("nan"), float("inf"), float("-inf"), 1e300, -1e300, 1e7, 0.0, -40.0)
-"""What is no temperature, or none that is plausible. [degC]"""
+NEAR_SHARE = 0.8
+"""Share of the read-back's tolerance by which the reported offset may be away. [1]"""
 _STEP_C = 0.01
-_NEAR_UM = 0.25
 _OFF = list(SupervisorState).index(SupervisorState.OFF)
 _MASK = 2**64 - 1
 _MARGIN_CALLS = 3
-_T = TypeVar("_T")
+_SHARES = (0.95, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.03)
+_HALVINGS = 12
+_ALIVE_K = 0.03
+_GRID_UM = 1024.0
 
 
 class PlcStep(NamedTuple):
@@ -29,6 +31,14 @@ class PlcStep(NamedTuple):
     """Inputs of the block."""
     outputs: PlcOutputs
     """Outputs after the call."""
+
+
+class SequenceBlock(Protocol):
+    """What a sequence is led through: an instance, or what answers in its place."""
+
+    def step(self, inputs: PlcInputs) -> PlcOutputs:
+        """Do what one call of the block does."""
+        ...
 
 
 @final
@@ -43,7 +53,7 @@ class _Chance:
     def __init__(self, seed: int) -> None:
         self._state = seed & _MASK
 
-    def uniform(self, lowest: float = 0.0, highest: float = 1.0) -> float:
+    def uniform(self, lowest: float, highest: float) -> float:
         """Return a number from the lowest to below the highest."""
         self._state = (self._state + 0x9E3779B97F4A7C15) & _MASK
         z = self._state
@@ -52,37 +62,37 @@ class _Chance:
         z ^= z >> 31
         return lowest + (highest - lowest) * ((z >> 11) * 2.0**-53)
 
-    def one_of(self, choices: tuple[_T, ...]) -> _T:
-        """Return one of some values."""
-        return choices[int(self.uniform() * len(choices))]
 
-
-class SequenceBlock(Protocol):
-    """What a course is led through: an instance, or what answers in its place."""
-
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
-        """Do what one call of the block does."""
-        ...
-
-
+@final
 class SimulatedPlant:
-    """Machine, sensors and people around the block."""
+    """Machine, sensors and people around the block; without noise little changes between calls."""
 
     def __init__(
-        self, settings: PlcSettings, seed: int, block: SequenceBlock | None = None
+        self,
+        settings: PlcSettings,
+        seed: int,
+        block: SequenceBlock,
+        near_share: float = NEAR_SHARE,
     ) -> None:
         compensation = settings.compensation
         self.rules, self.model = compensation.supervisor, compensation.model
         self.bounds, self.sensors = compensation.bounds, compensation.rules
         self.cycle_s = settings.cycle_s
-        self.chance = _Chance(seed)
-        self.block: SequenceBlock = block or BlockInstance(settings)
         self.base_c = [self._base_c(k) for k in range(len(self.model.channels))]
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)
         self.noise_c = 0.0
         self.restart = False
+        self.calls_left = 0
+        self.alive = self._up = False
+        self._stood = 0
+        self._block = block
+        self._chance = _Chance(seed)
+        self._margin_k = compensation.validity_margin_k
+        self._lowest_weight = compensation.lowest_weight
+        self._near_um = near_share * compensation.supervisor.read_back_tolerance_um
         self.offset_um = [0.0] * len(self.bounds)
+        self._reported_um = [0.0] * len(self.bounds)
         self.usual: PlcInputs = PlcInputs(
             cycle_time_s=settings.cycle_s,
             enable=False,
@@ -99,6 +109,8 @@ class SimulatedPlant:
             read_um=(0.0,) * len(self.bounds),
             read_ok=True,
         )
+        self._first: PlcInputs = self.usual
+        self._new = True
 
     def _base_c(self, k: int) -> float:
         """Return a usual temperature of a channel: its reference, or somewhere in its range."""
@@ -107,58 +119,109 @@ class SimulatedPlant:
         base_c = self.model.reference_c.get(self.model.channels[k], min(20.0, middle_c))
         return base_c if rules.lowest_c < base_c < rules.highest_c else middle_c
 
+    # ---- calls ----------------------------------------------------------------------------------
+
     def step(self, **different: object) -> PlcStep:
         """Let a call go by in which some inputs differ from the usual."""
-        self.warm()
+        self._warm()
         inputs = self.usual._replace(
             temperatures_c=tuple([self._seen(t) for t in self.now_c]),
-            read_um=self.reported_um(),
+            read_um=self._reported(),
             restart=self.restart,
         )
         self.restart = False
         inputs = inputs._replace(**different)  # pyright: ignore[reportArgumentType] - by name
-        outputs = self.block.step(inputs)
+        outputs = self._block.step(inputs)
         if outputs.linked and outputs.state != _OFF:
             self.offset_um = list(outputs.correction_um)
         return PlcStep(inputs, outputs)
-
-    def reported_um(self) -> tuple[float, ...]:
-        """Return what the machine reports as its offset, by output. [µm]"""
-        return tuple([round(c / _NEAR_UM) * _NEAR_UM for c in self.offset_um])
-
-    def stand(self, offset_um: Sequence[float]) -> None:
-        """Let another offset stand in the control, as somebody sets it."""
-        self.offset_um = list(offset_um)
-
-    def _seen(self, true_c: float) -> float:
-        noise_c = self.chance.uniform(-self.noise_c, self.noise_c) if self.noise_c else 0.0
-        return round((true_c + noise_c) / _STEP_C) * _STEP_C
-
-    def warm(self) -> None:
-        """Move every temperature towards its goal, no faster than is believed."""
-        for k, (goal_c, rules) in enumerate(zip(self.goal_c, self.sensors, strict=True)):
-            most_k = 0.4 * rules.step_k + 0.8 * rules.largest_rate_k_per_s * self.cycle_s
-            away_k = goal_c - self.now_c[k]
-            self.now_c[k] += min(max(away_k, -most_k), most_k)
 
     def stay(self, seconds: float, **different: object) -> Iterator[PlcStep]:
         """Let some time go by in the same circumstances; at least one call."""
         for _ in range(max(1, round(seconds / self.cycle_s))):
             yield self.step(**different)
 
+    def calls(self, number: int, **different: object) -> Iterator[PlcStep]:
+        """Let some calls go by in the same circumstances."""
+        for _ in range(number):
+            yield self.step(**different)
+
+    def jump(self, **different: object) -> Iterator[PlcStep]:
+        """Let every temperature be at its goal at once, and let a person say that it is right."""
+        yield self.step(**different)
+        self.now_c = list(self.goal_c)
+        yield self.step(**{**different, "reset": True})
+
+    def again(self, offset_um: tuple[float, ...] | None = None) -> None:
+        """Begin with a new instance: nothing moves, and an offset stands in the control."""
+        self.restart, self._new = not self._new or self.restart, False
+        self.usual = self._first
+        self.noise_c = 0.0
+        self.alive, self._stood = False, 0
+        self.back()
+        self.now_c = list(self.base_c)
+        self.stand(offset_um if offset_um is not None else [0.0] * len(self.bounds))
+
+    # ---- machine and sensors --------------------------------------------------------------------
+
+    def stand(self, offset_um: Sequence[float]) -> None:
+        """Let another offset stand in the control, and be reported as it is."""
+        self.offset_um = list(offset_um)
+        self._reported_um = list(offset_um)
+
+    def _reported(self) -> tuple[float, ...]:
+        """Return what the machine reports: it stays until it is too far from its offset. [µm]"""
+        for k, (now_um, bounds) in enumerate(zip(self.offset_um, self.bounds, strict=True)):
+            away_um = now_um - self._reported_um[k]
+            if now_um == 0.0:
+                self._reported_um[k] = 0.0
+            elif abs(away_um) > self._near_um:
+                ahead_um = now_um + (0.9 if away_um > 0.0 else -0.9) * self._near_um
+                held_um = min(max(ahead_um, -bounds.total_um), bounds.total_um)
+                near_um = round(held_um * _GRID_UM) / _GRID_UM
+                fits = abs(near_um - now_um) <= self._near_um and abs(near_um) <= bounds.total_um
+                self._reported_um[k] = near_um if fits else now_um
+        return tuple(self._reported_um)
+
+    def _seen(self, true_c: float) -> float:
+        noise_c = self._chance.uniform(-self.noise_c, self.noise_c) if self.noise_c else 0.0
+        return round((true_c + noise_c) / _STEP_C) * _STEP_C
+
+    def _warm(self) -> None:
+        """Move temperatures only while there is noise, or so little that no sensor is frozen."""
+        if self.noise_c:
+            # Towards the goal, no faster than is believed.
+            for k, (goal_c, rules) in enumerate(zip(self.goal_c, self.sensors, strict=True)):
+                most_k = 0.4 * rules.step_k + 0.8 * rules.largest_rate_k_per_s * self.cycle_s
+                away_k = goal_c - self.now_c[k]
+                self.now_c[k] += min(max(away_k, -most_k), most_k)
+        elif self.alive:
+            self._stood += 1
+            frozen_s = [s.frozen_s for s in self.sensors if s.frozen_s > 0.0]
+            if frozen_s and self._stood * self.cycle_s > 0.5 * min(frozen_s):
+                self._stood, self._up = 0, not self._up
+                self.now_c = [c + (_ALIVE_K if self._up else -_ALIVE_K) for c in self.now_c]
+
+    # ---- times ----------------------------------------------------------------------------------
+
     def beyond(self, seconds: float) -> float:
         """Return a time that is longer by some calls. [s]"""
         return seconds + _MARGIN_CALLS * self.cycle_s
-
-    def fade_s(self) -> float:
-        """Return the time in which every correction reaches zero, and a little more. [s]"""
-        slowest_s = max(b.total_um / b.largest_rate_um_per_s for b in self.bounds)
-        return self.beyond(min(slowest_s, 1800.0))
 
     def ready_s(self) -> float:
         """Return the time after which everything is there again. [s]"""
         rules = self.rules
         return self.beyond(max(rules.settle_s, rules.recovery_delay_s, rules.input_timeout_s))
+
+    def fits(self, seconds: float) -> bool:
+        """Return whether a time fits into what is left of the phase's calls."""
+        return round(seconds / self.cycle_s) < self.calls_left
+
+    # ---- goals of the temperatures --------------------------------------------------------------
+
+    def back(self) -> None:
+        """Let every temperature go back to the usual."""
+        self.goal_c = list(self.base_c)
 
     def towards(self, output: int, sign: float, share: float = 0.95) -> None:
         """Heat and cool so that the model of an output goes up or down as far as is plausible."""
@@ -173,109 +236,73 @@ class SimulatedPlant:
             end_c = rules.highest_c if gain * sign > 0.0 else rules.lowest_c
             self.goal_c[k] = self.base_c[k] + (share * (end_c - self.base_c[k]) if gain else 0.0)
 
-    def back(self) -> None:
-        """Let every temperature go back to the usual."""
-        self.goal_c = list(self.base_c)
+    def extreme_um(self, output: int, sign: float) -> float:
+        """Set the goals at which an output's model is largest; return what it is then."""
+        best_um, best_share = 0.0, _SHARES[0]
+        for share in _SHARES:
+            self.towards(output, sign, share)
+            said_um = sign * self._at_rest_um(output)
+            if said_um > best_um:
+                best_um, best_share = said_um, share
+        self.towards(output, sign, best_share)
+        return best_um
 
+    def some(self, share: float) -> None:
+        """Set goals a share of the way to the extreme, at which no output comes near its limit."""
+        self.extreme_um(0, 1.0)
+        ends_c = list(self.goal_c)
+        for _ in range(_HALVINGS):
+            pairs = zip(self.base_c, ends_c, strict=True)
+            self.goal_c = [base_c + share * (end_c - base_c) for base_c, end_c in pairs]
+            if all(self._most_um(k) < 0.6 * b.largest_um for k, b in enumerate(self.bounds)):
+                return
+            share *= 0.5
 
-# ---- what both courses live through -------------------------------------------------------------
+    def apart(self) -> None:
+        """Set goals that differ from their references, each by another amount."""
+        pairs = zip(self.base_c, self.sensors, strict=True)
+        self.goal_c = [
+            base_c + min(0.5 * (k + 1), (0.9 - 0.01 * k) * (rules.highest_c - base_c))
+            for k, (base_c, rules) in enumerate(pairs)
+        ]
 
+    def near_um(self) -> tuple[float, ...]:
+        """Return corrections near to those at the goals, by output. [µm]"""
+        said_um = [-self._at_rest_um(k) for k in range(len(self.bounds))]
+        most_um = [b.largest_um - 0.1 * min(b.largest_um, 20.0) for b in self.bounds]
+        return tuple([min(max(c, -m), m) for c, m in zip(said_um, most_um, strict=True)])
 
-def odd_start(world: SimulatedPlant) -> Iterator[PlcStep]:
-    """Start with a wrong cycle time and with channels that are not there yet; off."""
-    channels = len(world.base_c)
-    yield world.step(cycle_time_s=5.0 * world.cycle_s)
-    yield world.step(ok=(False,) * channels)
-    yield world.step(ok=(*(True,) * (channels - 1), False))
-    yield world.step(hold=True)
-    yield from world.stay(4 * world.cycle_s)
+    def _rise_k(self, part: Part) -> float:
+        """Return the input of a part at the goals. [K]"""
+        model = self.model
+        stated = model.reference == STATED
+        rise_k = [
+            self.goal_c[k] - (model.reference_c[name] if stated else self.base_c[k])
+            for k, name in enumerate(model.channels)
+        ]
+        plus, minus = (model.channels.index(n) if n else -1 for n in (part.plus, part.minus))
+        return rise_k[plus] - (rise_k[minus] if part.minus else 0.0)
 
+    def _most_um(self, output: int) -> float:
+        """Return a bound of an output's model on the way to the goals, for any workpiece."""
+        of = self.model.outputs[output]
+        total_um = abs(of.offset_um)
+        for part in of.parts:
+            size = abs(part.direct_gain_um_per_k) + sum(abs(s.gain_um_per_k) for s in part.sections)
+            gains = [abs(p.gain) for p in part.gain_by_diameter]
+            largest = max(abs(part.tool_gain), *gains) if gains else 1.0
+            total_um += size * abs(self._rise_k(part)) * largest
+        return total_um
 
-def changed_in_off(world: SimulatedPlant) -> Iterator[PlcStep]:
-    """Let somebody change the offset while it is Off, and enable it unread, then read."""
-    yield world.step()
-    for share in (0.25, -0.125):
-        world.stand([share * bounds.total_um for bounds in world.bounds])
-        yield world.step()
-    world.stand([0.5 * bounds.total_um for bounds in world.bounds])
-    yield from world.stay(2 * world.cycle_s, read_ok=False)
-    yield from world.stay(3 * world.cycle_s, read_ok=False, enable=True)
-    yield from world.stay(world.ready_s(), enable=True)
-    yield from world.stay(5 * world.cycle_s, enable=True)
-    yield from world.stay(2 * world.cycle_s, enable=False)
-
-
-def trims_and_hold(world: SimulatedPlant) -> Iterator[PlcStep]:
-    """Trim every output, trim by what is refused, hold, enable while held, and give reset."""
-    outputs = len(world.bounds)
-    for k, bounds in enumerate(world.bounds):
-        for trim_um in (0.5 * bounds.largest_trim_um, 2.0 * bounds.largest_trim_um, ODD[0]):
-            trims = tuple([trim_um if i == k else 0.0 for i in range(outputs)])
-            yield from world.stay(3 * world.cycle_s, trims_um=trims)
-        yield world.step()
-    for trim_um in (ODD[1], -0.25 * world.bounds[0].largest_trim_um, 0.0):
-        yield from world.stay(3 * world.cycle_s, trims_um=(trim_um,) * outputs)
-    yield from world.stay(4 * world.cycle_s, hold=True)
-    yield from world.stay(4 * world.cycle_s)
-    yield from world.stay(2 * world.cycle_s, hold=True, enable=False)
-    yield from world.stay(world.ready_s(), hold=True)
-    yield from world.stay(2 * world.cycle_s)
-    yield world.step(reset=True)
-
-
-def odd_values(world: SimulatedPlant) -> Iterator[PlcStep]:
-    """Read what is no temperature, what is not plausible, and what jumps."""
-    for k, rules in enumerate(world.sensors):
-        for odd in (*ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
-            seen = list(world.now_c)
-            seen[k] = odd
-            yield world.step(temperatures_c=tuple(seen))
-        yield from world.stay(2 * world.cycle_s)
-        jump_k = 2.5 * rules.step_k + 2.0 * rules.largest_rate_k_per_s * world.cycle_s + 1.0
-        up = world.now_c[k] + jump_k < rules.highest_c
-        jumped = list(world.now_c)
-        jumped[k] += jump_k if up else -jump_k
-        yield from world.stay(4 * world.cycle_s, temperatures_c=tuple(jumped))
-        yield world.step(temperatures_c=tuple(jumped), reset=True)
-        yield from world.stay(2 * world.cycle_s)
-        yield world.step(reset=True)
-    yield from world.stay(world.ready_s())
-
-
-def wrong_cycle_times(world: SimulatedPlant) -> Iterator[PlcStep]:
-    """Be called too late, too early, at the borders, and with no number."""
-    for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *ODD[:4]):
-        yield world.step(cycle_time_s=factor * world.cycle_s)
-        yield world.step()
-    wrong = 1.5 * world.cycle_s
-    yield from world.stay(world.beyond(world.rules.input_timeout_s), cycle_time_s=wrong)
-    yield from world.stay(world.ready_s())
-
-
-def other_offsets(world: SimulatedPlant) -> Iterator[PlcStep]:
-    """Report another offset than was written, for shorter and longer than is believed; none."""
-    rules, outputs = world.rules, len(world.bounds)
-    stuck = tuple([c + 4.0 * rules.read_back_tolerance_um for c in world.offset_um])
-    yield from world.stay(2 * world.cycle_s, read_um=stuck)
-    yield from world.stay(4 * world.cycle_s)
-    yield from world.stay(world.beyond(rules.read_back_s), read_um=stuck)
-    yield from world.stay(4 * world.cycle_s, read_um=stuck, reset=True)
-    half = tuple([0.5 * c for c in stuck])
-    yield from world.stay(4 * world.cycle_s, read_um=half)
-    yield from world.stay(3 * world.cycle_s, read_um=(ODD[0],) * outputs)
-    yield from world.stay(world.beyond(rules.read_back_s), read_ok=False)
-
-
-def second_compensation(world: SimulatedPlant) -> Iterator[PlcStep]:
-    """Let another compensation be active; try to enable and to acknowledge meanwhile."""
-    other = {"other_compensation": True}
-    yield from world.stay(2 * world.cycle_s, **other)
-    yield world.step(reset=True, **other)
-    yield world.step(enable=False, **other)
-    yield world.step(hold=True, **other)
-    yield world.step()
-    trims = tuple([0.5 * bounds.largest_trim_um for bounds in world.bounds])
-    yield world.step(trims_um=trims, enable=False)
-    yield world.step(enable=False)
-    yield world.step(reset=True, enable=False)
-    yield world.step(enable=True, **other)
+    def _at_rest_um(self, output: int) -> float:
+        """Return an output's model at the goals, weighted, when nothing moves any more."""
+        of = self.model.outputs[output]
+        total_um, outside_k = of.offset_um, 0.0
+        for part in of.parts:
+            u = self._rise_k(part)
+            gain = part.tool_gain if part.gain_by_diameter else 1.0
+            total_um += part.dc_gain_um_per_k * gain * u
+            if part.lowest_k is not None and part.highest_k is not None:
+                outside_k = max(outside_k, part.lowest_k - u, u - part.highest_k)
+        weight = max(self._lowest_weight, 1.0 - outside_k / self._margin_k)
+        return weight * total_um

@@ -17,10 +17,8 @@ from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.blocks import NEVER_OUTCOMES, NEVER_QUALITIES, LineSettings
 from thermaxis.plc.tree import Kind, Variable, rounding
 from thermaxis.plc.vectors._call_sequence import (
-    LONG_ROW_CALLS,
     MOST_CALLS,
     MOST_ROWS,
-    NEAR_SHARE,
     CallSequence,
     words_of,
 )
@@ -31,7 +29,8 @@ from thermaxis.plc.vectors._instance import (
     PlcOutputs,
     by_variable,
 )
-from thermaxis.plc.vectors._simulated_plant import PlcStep
+from thermaxis.plc.vectors._phases import LONG_ROW_CALLS
+from thermaxis.plc.vectors._simulated_plant import NEAR_SHARE
 
 DEFAULT_SEED = 1
 """Seed of the noise in the vectors. [1]"""
@@ -64,11 +63,10 @@ def vectors_of(
     settings: PlcSettings,
     line: LineSettings | None = None,
     *,
-    steps: Iterable[PlcStep] | None = None,
     most_rows: int = MOST_ROWS,
     most_calls: int = MOST_CALLS,
 ) -> Vectors:
-    """Return the test vectors.
+    """Return the test vectors: the sequence through every state and every refusal it can reach.
 
     Parameters
     ----------
@@ -76,14 +74,11 @@ def vectors_of(
         What is exported.
     line : LineSettings, optional
         The line. Default: there is none.
-    steps : iterable of PlcStep, optional
-        Calls of a block without a line, as `scenario_steps` makes them. Default: the fixed
-        course, which leads through every state and every refusal that the model can reach.
     most_rows : int
-        Rows after which the table ends; the phases of the course share them. Default:
+        Rows after which the table ends; the phases of the sequence share them. Default:
         `MOST_ROWS`. [1]
     most_calls : int
-        Calls after which the course ends. Default: `MOST_CALLS`. [1]
+        Calls after which the sequence ends. Default: `MOST_CALLS`. [1]
 
     Returns
     -------
@@ -104,7 +99,7 @@ def vectors_of(
             place=Place(key="most_rows"),
         )
     block = BlockInstance(settings, line)
-    course = CallSequence(
+    sequence = CallSequence(
         settings,
         seed=DEFAULT_SEED,
         most_rows=most_rows,
@@ -116,15 +111,18 @@ def vectors_of(
     rows: list[str] = []
     calls = 0
     cuts: list[str] = []
-    led = course.steps() if steps is None else steps
-    for run in _runs(_calls_of(led, None if line is None else block)):
+    made = (
+        _Call(inputs, outputs, {} if line is None else block.values())
+        for inputs, outputs in sequence.steps()
+    )
+    for run in _runs(made):
         if len(rows) == most_rows:
             cuts.append(f"the table after {calls} calls for want of rows")
             break
         seen.note(run)
         rows.append(_row(settings, run, block.variables, first=calls + 1))
         calls += run.calls
-    cuts += course.cuts
+    cuts += sequence.cuts
     missing = seen.missing()
     lines = [
         *(f"# {text}" for text in _head(settings, line, calls, (*missing,), (*cuts,))),
@@ -135,60 +133,6 @@ def vectors_of(
     return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, tuple(cuts))
 
 
-def vectors_csv(
-    settings: PlcSettings, steps: Iterable[PlcStep] | None = None, *, most_rows: int = MOST_ROWS
-) -> str:
-    """Return the test vectors of a block without a line as comma-separated text.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-    steps : iterable of PlcStep, optional
-        Calls. Default: the fixed course.
-    most_rows : int
-        Rows after which the table ends. Default: `MOST_ROWS`. [1]
-
-    Returns
-    -------
-    str
-        What `vectors_of` has as text.
-
-    Raises
-    ------
-    ConfigurationError
-        As `vectors_of` says.
-    """
-    return vectors_of(settings, steps=steps, most_rows=most_rows).text
-
-
-def line_vectors_csv(
-    settings: PlcSettings, line: LineSettings, *, most_rows: int = MOST_ROWS
-) -> str:
-    """Return the test vectors of a block with a line.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported; an output for every position.
-    line : LineSettings
-        Positions and direction.
-    most_rows : int
-        Rows after which the table ends. Default: `MOST_ROWS`. [1]
-
-    Returns
-    -------
-    str
-        What `vectors_of` has as text.
-
-    Raises
-    ------
-    ConfigurationError
-        As `vectors_of` says.
-    """
-    return vectors_of(settings, line, most_rows=most_rows).text
-
-
 # ---- calls --------------------------------------------------------------------------------------
 
 
@@ -197,11 +141,6 @@ class _Call(NamedTuple):
     outputs: PlcOutputs
     line: Mapping[str, Cell]
     """The block's own values where there is a line; else empty."""
-
-
-def _calls_of(steps: Iterable[PlcStep], block: BlockInstance | None) -> Iterator[_Call]:
-    for inputs, outputs in steps:
-        yield _Call(inputs, outputs, {} if block is None else block.values())
 
 
 class _Run(NamedTuple):
