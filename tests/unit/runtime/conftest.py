@@ -1,6 +1,7 @@
 """OPC UA servers that all tests of a worker share: they are put back before each of them."""
 
 import asyncio
+import inspect
 from collections.abc import Iterator
 
 import pytest
@@ -9,6 +10,17 @@ from asyncua import ua
 from tests.opcua_server import KINDS, Machine, start_machine
 
 FLOATS = {**KINDS, "Offset": (0.0, ua.VariantType.Float)}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Run a test that is a coroutine in the event loop of the servers."""
+    if not inspect.iscoroutinefunction(pyfuncitem.obj):
+        return None
+    names = inspect.signature(pyfuncitem.obj).parameters
+    runner = pyfuncitem._request.getfixturevalue("runner")
+    runner.run(pyfuncitem.obj(**{name: pyfuncitem.funcargs[name] for name in names}))
+    return True
 
 
 @pytest.fixture(scope="session")

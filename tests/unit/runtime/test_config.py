@@ -408,28 +408,6 @@ def test_a_password_is_read_from_a_file_and_never_shown(tmp_path: Path) -> None:
     assert "hunter2" not in f"{found}"
 
 
-def test_a_password_is_read_from_the_environment(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    change = encrypted(tmp_path, 'user = "thermaxis"', 'password_environment = "LATHE_PASSWORD"')
-    path = machine_file(tmp_path, change)
-    monkeypatch.delenv("LATHE_PASSWORD", raising=False)
-    assert only_problem(path).values == {"name": "LATHE_PASSWORD"}
-    monkeypatch.setenv("LATHE_PASSWORD", "hunter3")
-    assert read_machine(path).connections["control"].password.reveal() == "hunter3"
-
-
-def test_a_secret_or_a_private_key_that_others_can_read_is_refused(tmp_path: Path) -> None:
-    secret = secret_file(tmp_path, mode=0o640)
-    change = encrypted(tmp_path, 'user = "thermaxis"', 'password_file = "secret"')
-    for file, key in ((secret, "password_file"), (tmp_path / "own.pem", "private_key")):
-        file.chmod(0o640)
-        problem = only_problem(machine_file(tmp_path, change))
-        assert problem.code == "error-file_open_to_others"
-        assert problem.place.key == f"connection.control.{key}"
-        file.chmod(0o600)
-
-
 def test_a_secret_in_the_file_itself_is_refused_with_the_way_to_do_it(tmp_path: Path) -> None:
     path = machine_file(tmp_path)
     for table, key in (
@@ -442,12 +420,6 @@ def test_a_secret_in_the_file_itself_is_refused_with_the_way_to_do_it(tmp_path: 
         assert problem.values == {"name": key}
         assert problem.place.line == line_of(path, "hunter2")
         assert "hunter2" not in str(problem)
-
-
-def test_a_password_is_not_sent_over_a_plain_connection(tmp_path: Path) -> None:
-    secret_file(tmp_path)
-    plain = ('security = "none"', 'security = "none"\nuser = "a"\npassword_file = "secret"')
-    assert only_problem(machine_file(tmp_path, plain)).code == "error-user_unencrypted"
 
 
 # ---- historian, servers -------------------------------------------------------------------------

@@ -246,17 +246,6 @@ def test_a_successor_in_time_goes_on_without_an_edge_and_a_late_one_needs_it() -
         assert edges(hal, ARM) == wanted
 
 
-def test_an_idle_sink_notices_that_the_watchdog_tripped() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
-        await write_for(sink, 2.0, 10.0)
-        await asyncio.sleep(10.0)
-        assert await sink.found(DEADLINE_S) == {"Z_um": 0.0, "X_um": 0.0}
-
-    beside(hal, act)
-
-
 def test_a_watchdog_that_does_not_start_is_no_accepted_write() -> None:
     hal = MemoryHal(hal_text(SETTINGS))
 
@@ -424,18 +413,6 @@ def test_another_program_that_sets_the_offset_is_noticed() -> None:
         )
         assert await sink.found(DEADLINE_S) is not None
         assert await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
-
-    beside(hal, act)
-
-
-def test_a_narrower_clamp_on_the_machine_shows_as_what_it_accepts() -> None:
-    hal = MemoryHal(hal_text(SETTINGS).replace("limit-2.max 0.1", "limit-2.max 0.02"))
-
-    async def act(sink: LinuxCncSink) -> None:
-        await write_for(sink, 6.0, 50.0)
-        back = (await sink.read_back(DEADLINE_S))["Z_um"]
-        assert back.requested_um == 50.0
-        assert back.accepted_um == back.effective_um == pytest.approx(20.0, rel=1e-6)
 
     beside(hal, act)
 

@@ -27,7 +27,7 @@ from tests.unit.runtime.simulated import freeze
 from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
 from thermaxis.messages import sentence_of
-from thermaxis.runtime import RecordSummary, VirtualClock, run_in_virtual_time
+from thermaxis.runtime import VirtualClock, run_in_virtual_time
 from thermaxis.runtime.record import _files as _recorder_files, bytes_per_day, try_once
 
 NAME = "lathe-2026-11-21.csv"
@@ -167,17 +167,6 @@ def test_a_source_that_is_slower_than_the_recorder_is_not_called_dead(tmp_path: 
     assert [value for value in column(tmp_path / NAME, 1) if value] == [
         str(43200 + 20 * k) for k in range(6)
     ]
-    assert "stands_still" not in recording.codes()
-
-
-def test_a_channel_whose_server_stamps_changes_only_may_be_repeated(tmp_path: Path) -> None:
-    def on_change(node: str, now: datetime) -> ua.DataValue:
-        return good(20.0, now.replace(minute=now.minute // 10 * 10, second=0, microsecond=0))
-
-    recording = Recording(settings(channel("T_a_C", 60_000, repeat_unchanged_s=300.0)), tmp_path)
-    recording.run(1200.0, answer=on_change)
-    assert column(tmp_path / NAME, 1) == [*["20"] * 6, *[""] * 4] * 2
-    assert column(tmp_path / "sources" / NAME, 3) == ["", *["unchanged"] * 9] * 2
     assert "stands_still" not in recording.codes()
 
 
@@ -505,14 +494,3 @@ def test_a_trial_says_what_would_be_recorded_and_whose_time_stamp_stands_still()
         ("still", "3", "Good", Message("remark-stamp_stood_still", {"lasts_s": 2.0})),
         ("bare", "4", "Good", Message("remark-no_stamp")),
     ]
-
-
-def test_a_recording_of_nothing_but_losses_still_adds_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    disk = FullDisk(monkeypatch)
-    disk.full = True
-    recording = Recording(settings(channel("T_a_C"), memory_bytes=1000), tmp_path)
-    summary: RecordSummary = recording.run(100.0)
-    assert (summary.rows, summary.lost) == (0, 100)
-    assert list(tmp_path.rglob("*.csv")) == []

@@ -1,12 +1,8 @@
 """Files of a recording: whole lines, no overwritten file, on full disks and after a kill."""
 
-import ctypes
 import errno
 import os
 import resource
-import subprocess
-import sys
-from collections.abc import Iterator
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
@@ -344,68 +340,6 @@ def test_a_limit_that_no_file_may_pass_leaves_no_empty_files(tmp_path: Path) -> 
     assert list(tmp_path.rglob("*.csv")) == []
     assert files.store([row(0)]) == (1, "")
     assert files.written == [tmp_path / NAME]
-
-
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """Return a folder on a disk of 64 kB of its own."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    system = ctypes.CDLL(None, use_errno=True)
-    where = os.fsencode(folder)
-    if os.geteuid() != 0 or system.mount(b"tmpfs", where, b"tmpfs", 0, b"size=64k") != 0:
-        pytest.skip("only root can make a disk; the limit of file sizes is tested everywhere")
-    yield folder
-    assert system.umount(where) == 0
-
-
-def test_a_disk_that_is_really_full_is_tried_again_until_it_has_room(small_disk: Path) -> None:
-    ballast = small_disk / "ballast"
-    ballast.write_bytes(b"x" * 20_000)
-    files = recording(small_disk / "logs")
-    entries = [row(k) for k in range(2000)]
-    stored = files.store(entries)
-    assert stored.error == os.strerror(errno.ENOSPC)
-    assert 0 < stored.entries < 2000
-    assert files.store(entries[stored.entries :]).error
-    log = small_disk / "logs" / NAME
-    assert len(times(log)) >= stored.entries
-    assert log.read_bytes().endswith(b"\n")
-    done = len(times(log))
-    ballast.unlink()
-    more = files.store(entries[done : done + 100])
-    assert more == (100, "")
-    files.close()
-    assert times(log) == [at(k) for k in range(done + 100)]
-    assert times(small_disk / "logs" / "sources" / NAME) == times(log)
-
-
-@pytest.mark.system
-def test_a_killed_writer_leaves_every_row_that_it_had_stored(tmp_path: Path) -> None:
-    program = (
-        "import sys\n"
-        "from pathlib import Path\n"
-        "from tests.unit.runtime.test_recorder_files import recording, row\n"
-        "files = recording(Path(sys.argv[1]))\n"
-        "for k in range(10**5):\n"
-        "    files.store([row(k)])\n"
-        "    print(k, flush=True)\n"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", program, str(tmp_path)], stdout=subprocess.PIPE, text=True
-    ) as writer:
-        assert writer.stdout is not None
-        told = [int(writer.stdout.readline()) for _ in range(200)]
-        writer.kill()
-        told += [int(line) for line in writer.stdout if line.endswith("\n")]
-    files = recording(tmp_path)
-    files.store([row(200_000.0)])
-    files.close()
-    found = [t for path in sorted(tmp_path.glob("*.csv")) for t in times(path)]
-    assert told == list(range(len(told)))
-    assert len(told) < 10**5  # it was killed on its way
-    assert found[: told[-1] + 1] == [at(k) for k in range(told[-1] + 1)]
-    assert found[-1] == at(200_000.0)
 
 
 # What waits --------------------------------------------------------------------------------------
