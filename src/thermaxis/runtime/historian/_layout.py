@@ -85,13 +85,13 @@ class Layout:
     @cached_property
     def series(self) -> tuple[SeriesColumn, ...]:
         """The numbers that have a name, each name once."""
-        found = [*_named_by_output(self), *_named_by_part(self), *_named_samples(self)]
         taken: dict[str, SeriesColumn] = {}
-        for column in found:
-            name = column.name
-            while name in taken:
-                name += "'"
-            taken[name] = column._replace(name=name)
+        for place, named in enumerate(_named(self)):
+            if named is not None:
+                name, unit, good = named
+                while name in taken:
+                    name += "'"
+                taken[name] = SeriesColumn(name, unit, place, good)
         return tuple(taken.values())
 
     def as_text(self) -> str:
@@ -117,38 +117,22 @@ def _name(names: Sequence[str], index: int) -> str:
     return names[index] if index < len(names) else str(index + 1)
 
 
-def _named_by_output(layout: Layout) -> Iterator[SeriesColumn]:
-    for name, unit in (("lateness_s", "s"), ("diameter_mm", "mm")):
-        yield SeriesColumn(name, unit, OF_RECORD.index(name))
-    index = len(OF_RECORD) + len(layout.scalars)
+def _named(layout: Layout) -> Iterator[tuple[str, str, int | None] | None]:
+    """Yield name, unit and flag of each number of a row, in their order; None for the nameless."""
+    yield from (None, ("lateness_s", "s", None), ("diameter_mm", "mm", None))  # OF_RECORD
+    yield from (None for _ in layout.scalars)
     for field, length in zip(layout.by_output, layout.lengths, strict=True):
         quantity = field.removesuffix("_um")
         unit = "1" if quantity == field else "um"
         for o in range(length):
-            yield SeriesColumn(f"{_name(layout.outputs, o)}.{quantity}", unit, index)
-            index += 1
-
-
-def _named_by_part(layout: Layout) -> Iterator[SeriesColumn]:
-    index = len(OF_RECORD) + len(layout.scalars) + sum(layout.lengths)
-    for quantity, unit, counts in (
-        ("part", "um", layout.contribution),
-        ("gain", "1", layout.gain),
-    ):
+            yield f"{_name(layout.outputs, o)}.{quantity}", unit, None
+    for quantity, unit, counts in (("part", "um", layout.contribution), ("gain", "1", layout.gain)):
         for o, count in enumerate(counts):
             parts = layout.parts[o] if o < len(layout.parts) else ()
-            for p in range(count):
-                name = f"{_name(layout.outputs, o)}.{quantity}.{_name(parts, p)}"
-                yield SeriesColumn(name, unit, index)
-                index += 1
-
-
-def _named_samples(layout: Layout) -> Iterator[SeriesColumn]:
-    index = layout.counts[0] - 3 * len(layout.applied) - 2 * len(layout.samples)
-    for k, name in enumerate(layout.samples):
-        yield SeriesColumn(name, "", index + k, good=k)
-    index += 2 * len(layout.samples)
+            for k in range(count):
+                yield f"{_name(layout.outputs, o)}.{quantity}.{_name(parts, k)}", unit, None
+    yield from (None for _ in range(layout.values))
+    yield from ((name, "", k) for k, name in enumerate(layout.samples))
+    yield from (None for _ in layout.samples)  # their ages
     for quantity in ("requested", "accepted", "effective"):
-        for name in layout.applied:
-            yield SeriesColumn(f"{name}.{quantity}", "um", index)
-            index += 1
+        yield from ((f"{name}.{quantity}", "um", None) for name in layout.applied)

@@ -220,25 +220,7 @@ class HistoryReader:
     def layouts(
         self, first: datetime | None = None, last: datetime | None = None
     ) -> tuple[Layout, ...]:
-        """Return the layouts of the cycles in a span, in the order of their first use.
-
-        Parameters
-        ----------
-        first : datetime, optional
-            Begin of the span. Default: that of the history.
-        last : datetime, optional
-            End, not included. Default: that of the history.
-
-        Returns
-        -------
-        tuple of Layout
-            The layouts, each once.
-
-        Raises
-        ------
-        DataError
-            If the history cannot be read.
-        """
+        """Return the layouts of the cycles in a span, in the order of their first use."""
         first_us, last_us = _span_us(first, last)
         block, cycle = t.block.c, t.cycle.c
         wanted = (
@@ -257,25 +239,7 @@ class HistoryReader:
     def pieces(
         self, first: datetime | None = None, last: datetime | None = None
     ) -> Iterator[Piece]:
-        """Return cycles as they are stored; the first and last pieces reach beyond the span.
-
-        Parameters
-        ----------
-        first : datetime, optional
-            Begin of the span. Default: that of the history.
-        last : datetime, optional
-            End, not included. Default: that of the history.
-
-        Yields
-        ------
-        Piece
-            Cycles.
-
-        Raises
-        ------
-        DataError
-            If the history cannot be read.
-        """
+        """Return cycles as they are stored; the first and last pieces reach beyond the span."""
         first_us, last_us = _span_us(first, last)
         block, cycle = t.block.c, t.cycle.c
         wanted = (block.utc_max_us >= first_us) & (block.utc_min_us < last_us)
@@ -474,7 +438,10 @@ class HistoryReader:
                 if values is None:
                     continue
                 kept = inside & (np.abs(values) <= LARGEST)
-                _add_steps(found[name], step[kept], values[kept])
+                for number in np.unique(step[kept]).tolist():
+                    some = values[kept & (step == number)]
+                    new = Tally(some.size, float(some.min()), float(some.max()), float(some.sum()))
+                    _add(found[name], number, new)
         return found
 
     def _from_minutes(
@@ -511,32 +478,16 @@ class HistoryReader:
             active = Piece(layout, words, b"", {}).active_code
             for (column, minute), new in tally(layout, [r.row for r in some], active).items():
                 if column.name in found:
-                    steps, number = found[column.name], (minute * MINUTE_US - first_us) // step_us
-                    steps[number] = steps[number] | new if number in steps else new
+                    _add(found[column.name], (minute * MINUTE_US - first_us) // step_us, new)
         return found
 
 
 def values_of(
     piece: Piece, rows: NDArray[np.void], name: str, *, bad_too: bool = False
 ) -> NDArray[np.float64] | None:
-    """Return the values of a series in a piece.
+    """Return the values of a series in a piece, whose rows are given; None where it has none.
 
-    Parameters
-    ----------
-    piece : Piece
-        The piece.
-    rows : array
-        Its rows, as `Piece.array` gives them.
-    name : str
-        Name of the series.
-    bad_too : bool
-        Whether values whose status was not good are given as well. Default: no.
-
-    Returns
-    -------
-    array or None
-        One value for each row, NaN where there was none or its status was not good; None where
-        the layout has no such series.
+    A value whose status was not good is NaN unless bad ones are wanted too.
     """
     if name == ACTIVE.name:
         code = piece.active_code
@@ -550,13 +501,8 @@ def values_of(
     return np.where(rows["flags"][:, column.good] > 0, values, np.nan)
 
 
-def _add_steps(
-    steps: dict[int, Tally], number: NDArray[np.int64], values: NDArray[np.float64]
-) -> None:
-    for one in np.unique(number).tolist():
-        some = values[number == one]
-        new = Tally(some.size, float(some.min()), float(some.max()), float(some.sum()))
-        steps[one] = steps[one] | new if one in steps else new
+def _add(steps: dict[int, Tally], number: int, new: Tally) -> None:
+    steps[number] = steps[number] | new if number in steps else new
 
 
 def _trend_of(

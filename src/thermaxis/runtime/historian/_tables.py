@@ -30,55 +30,51 @@ metadata = sa.MetaData()
 _INTEGER = sa.BigInteger().with_variant(sa.Integer(), "sqlite")  # SQLite: INTEGER is the row's id
 _REAL: sa.Double[float] = sa.Double()
 
+
+def _keys(*names: str) -> list[sa.Column[int]]:
+    """Return columns of the primary key."""
+    return [sa.Column(n, _INTEGER, primary_key=True, autoincrement=False) for n in names]
+
+
+def _numbers(*names: str) -> list[sa.Column[int]]:
+    """Return columns of whole numbers."""
+    return [sa.Column(name, _INTEGER, nullable=False) for name in names]
+
+
+def _texts(*names: str) -> list[sa.Column[str]]:
+    """Return columns of text."""
+    return [sa.Column(name, sa.Text, nullable=False) for name in names]
+
+
 version = sa.Table(
     "thermaxis_version",
     metadata,
     sa.Column("name", sa.Text, primary_key=True),
-    sa.Column("value", _INTEGER, nullable=False),
+    *_numbers("value"),
 )
 run = sa.Table(
     "thermaxis_run",
     metadata,
-    sa.Column("id", _INTEGER, primary_key=True, autoincrement=False),
+    *_keys("id"),
     sa.Column("key", sa.Text, nullable=False, unique=True),
-    sa.Column("utc_us", _INTEGER, nullable=False),
-    sa.Column("program", sa.Text, nullable=False),
+    *_numbers("utc_us"),
+    *_texts("program"),
 )
-word = sa.Table(
-    "thermaxis_word",
-    metadata,
-    sa.Column("run", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("code", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("text", sa.Text, nullable=False),
-)
-layout = sa.Table(
-    "thermaxis_layout",
-    metadata,
-    sa.Column("run", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("code", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("text", sa.Text, nullable=False),
-)
+word = sa.Table("thermaxis_word", metadata, *_keys("run", "code"), *_texts("text"))
+layout = sa.Table("thermaxis_layout", metadata, *_keys("run", "code"), *_texts("text"))
 cycle = sa.Table(
     "thermaxis_cycle",
     metadata,
-    sa.Column("id", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("run", _INTEGER, nullable=False),
-    sa.Column("seq", _INTEGER, nullable=False),
-    sa.Column("layout", _INTEGER, nullable=False),
-    sa.Column("utc_us", _INTEGER, nullable=False),
+    *_keys("id"),
+    *_numbers("run", "seq", "layout", "utc_us"),
     sa.Column("row", sa.LargeBinary, nullable=False),
     sa.Column("text", sa.Text),
 )
 block = sa.Table(
     "thermaxis_block",
     metadata,
-    sa.Column("id", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("run", _INTEGER, nullable=False),
-    sa.Column("last_seq", _INTEGER, nullable=False),
-    sa.Column("layout", _INTEGER, nullable=False),
-    sa.Column("entries", _INTEGER, nullable=False),
-    sa.Column("utc_min_us", _INTEGER, nullable=False),
-    sa.Column("utc_max_us", _INTEGER, nullable=False),
+    *_keys("id"),
+    *_numbers("run", "last_seq", "layout", "entries", "utc_min_us", "utc_max_us"),
     sa.Column("rows", sa.LargeBinary, nullable=False),
     sa.Column("texts", sa.Text),
     sa.Index("thermaxis_block_utc", "utc_max_us", "utc_min_us"),
@@ -87,33 +83,24 @@ block = sa.Table(
 series = sa.Table(
     "thermaxis_series",
     metadata,
-    sa.Column("id", _INTEGER, primary_key=True, autoincrement=False),
+    *_keys("id"),
     sa.Column("name", sa.Text, nullable=False, unique=True),
-    sa.Column("unit", sa.Text, nullable=False),
+    *_texts("unit"),
 )
 trend = sa.Table(
     "thermaxis_trend",
     metadata,
-    sa.Column("series", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("minute", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("entries", _INTEGER, nullable=False),
-    sa.Column("lowest", _REAL, nullable=False),
-    sa.Column("highest", _REAL, nullable=False),
-    sa.Column("total", _REAL, nullable=False),
+    *_keys("series", "minute"),
+    *_numbers("entries"),
+    *(sa.Column(name, _REAL, nullable=False) for name in ("lowest", "highest", "total")),
     sqlite_with_rowid=False,
 )
 event = sa.Table(
     "thermaxis_event",
     metadata,
-    sa.Column("id", _INTEGER, primary_key=True, autoincrement=False),
-    sa.Column("run", _INTEGER, nullable=False),
-    sa.Column("seq", _INTEGER, nullable=False),
-    sa.Column("cycle_id", _INTEGER, nullable=False),
-    sa.Column("utc_us", _INTEGER, nullable=False),
-    sa.Column("kind", sa.Text, nullable=False),
-    sa.Column("who", sa.Text, nullable=False),
-    sa.Column("text", sa.Text, nullable=False),
-    sa.Column("details", sa.Text, nullable=False),
+    *_keys("id"),
+    *_numbers("run", "seq", "cycle_id", "utc_us"),
+    *_texts("kind", "who", "text", "details"),
     sa.Index("thermaxis_event_utc", "utc_us"),
     sa.Index("thermaxis_event_run", "run", "seq"),
 )
