@@ -1,6 +1,7 @@
 """Log-in, roles, guard and answers of the screen."""
 
 from thermaxis.screen.access._access import (
+    RefusedError,
     Visitor,
     answer_json,
     json_of,
@@ -54,6 +55,7 @@ __all__ = [
     "Guard",
     "Outcome",
     "Question",
+    "RefusedError",
     "ScreenParts",
     "UserSession",
     "UserSessions",

@@ -30,6 +30,16 @@ Endpoint = Callable[[Request], Awaitable[Response]]
 """What answers a request."""
 
 
+class RefusedError(Exception):
+    """A request is refused in words."""
+
+    def __init__(self, status: int, key: str, **values: Value) -> None:
+        super().__init__(key)
+        self.status = status
+        self.key = key
+        self.values = values
+
+
 class Visitor(NamedTuple):
     """Somebody who looks at a page."""
 
@@ -124,7 +134,10 @@ def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:
-    """Let only those through who may; others are sent to the log-in, or refused in words."""
+    """Let only those through who may; others are sent to the log-in, or refused in words.
+
+    What the endpoint itself refuses by a `RefusedError` is answered here.
+    """
 
     def decorate(endpoint: Endpoint) -> Endpoint:
         @wraps(endpoint)
@@ -136,7 +149,12 @@ def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[E
                     return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
                 return refuse(request, _UNAUTHORIZED, why_out(request) or "login-needed")
             refusal = _refusal(request, visitor, role, acts=named and unsafe)
-            return await endpoint(request) if refusal is None else refusal
+            if refusal is not None:
+                return refusal
+            try:
+                return await endpoint(request)
+            except RefusedError as error:
+                return refuse(request, error.status, error.key, **error.values)
 
         return guarded
 

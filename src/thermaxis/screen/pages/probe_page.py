@@ -24,10 +24,7 @@ from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render
 from thermaxis.screen.pages.history import (
     LENGTHS,
     Json,
-    NoHistoryError,
-    asker_of,
-    away,
-    history_of,
+    found_in_history,
     line_of,
     points_of,
     points_within,
@@ -43,7 +40,7 @@ if TYPE_CHECKING:
 MOST_CYCLES: Final = 200_000
 """Cycles up to which each is compared by itself; longer spans by the means of minutes. [1]"""
 COMPENSATED, UNCOMPENSATED, MODEL = "compensated", "uncompensated", "model"
-_BAD_REQUEST, _NOT_FOUND = 400, 404
+_NOT_FOUND = 404
 _LARGEST_UM = 1e9
 
 Column = NDArray[np.float64]
@@ -91,20 +88,13 @@ async def _page(request: Request) -> Response:
 
 @needs(Role.VIEWER)
 async def _values(request: Request) -> Response:
-    parts, span = parts_of(request), span_of(request)
-    name = request.query_params.get("name", "")
+    parts, name = parts_of(request), request.query_params.get("name", "")
     if name not in parts.configuration.probes:
         return refuse(request, _NOT_FOUND, "probe-unknown")
-    if span is None:
-        return refuse(request, _BAD_REQUEST, "history-no_span")
-    cycle_s, points = parts.configuration.rules.cycle_s, points_of(request)
-    try:
-        found = await history_of(request).ask(
-            lambda reader: comparison(reader, name, span, cycle_s, points), who=asker_of(request)
-        )
-    except NoHistoryError as error:
-        return away(request, error)
-    return answer_json(found)
+    asked = span_of(request), parts.configuration.rules.cycle_s, points_of(request)
+    return answer_json(
+        await found_in_history(request, lambda reader: comparison(reader, name, *asked))
+    )
 
 
 # ---- comparison ---------------------------------------------------------------------------------
@@ -124,25 +114,18 @@ def comparison(
     a part of a step only, the offset is that of the whole step.
     """
     if (span[1] - span[0]) / timedelta(seconds=cycle_s) <= MOST_CYCLES:
-        compared = by_cycle(reader, name, span)
-        means_s = 0.0
+        compared, means_s = by_cycle(reader, name, span), 0.0
         steps = points_within(*span, cycle_s, points)
         step_us = max(1, -(-((span[1] - span[0]) // timedelta(microseconds=1)) // steps))
-        series = {
-            key: line_of(trend, span[1], cycle_s)
-            for key, trend in _trends_of(compared, to_ms(span[0]) * 1000, step_us).items()
-        }
+        first_us = to_ms(span[0]) * 1000
     else:
         compared, step_us = by_minute(reader, name, span, points)
-        means_s = step_us / 1e6
-        series = {
-            key: line_of(trend, span[1], cycle_s)
-            for key, trend in _trends_of(compared, int(compared.time_us[0]), step_us).items()
-        }
+        means_s, first_us = step_us / 1e6, int(compared.time_us[0])
+    trends = _trends_of(compared, first_us, step_us)
     return {
         "first": to_ms(span[0]),
         "last": to_ms(span[1]),
-        "series": series,
+        "series": {key: line_of(trend, span[1], cycle_s) for key, trend in trends.items()},
         "figures": figures_of(compared),
         "means_s": means_s,
     }

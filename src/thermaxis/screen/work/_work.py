@@ -105,7 +105,7 @@ class WorkFolder:
         """Remove it with everything in it; again is no error."""
         self._remove()
 
-    def leave_only(self, kept: Collection[Path]) -> int:
+    def leave_only(self, kept: Collection[Path]) -> None:
         """Remove everything in it but some files."""
         names = {path.name for path in kept}
         for path in self.path.iterdir():
@@ -115,7 +115,6 @@ class WorkFolder:
                 shutil.rmtree(path, ignore_errors=True)
             else:
                 path.unlink(missing_ok=True)
-        return sum(path.lstat().st_size for path in self.path.iterdir())
 
 
 class Outcome(NamedTuple):

@@ -4,8 +4,8 @@ from thermaxis.screen.pages.history._events import said_event
 from thermaxis.screen.pages.history._rows import (
     Kept,
     NoHistoryError,
-    asker_of,
     close_history,
+    found_in_history,
     history_of,
 )
 from thermaxis.screen.pages.history._series import (
@@ -18,7 +18,6 @@ from thermaxis.screen.pages.history._series import (
 )
 from thermaxis.screen.pages.history.page import (
     LENGTHS,
-    away,
     points_of,
 )
 
@@ -27,9 +26,8 @@ __all__ = [
     "Json",
     "Kept",
     "NoHistoryError",
-    "asker_of",
-    "away",
     "close_history",
+    "found_in_history",
     "history_of",
     "line_of",
     "points_of",

@@ -17,7 +17,7 @@ from starlette.requests import HTTPConnection
 from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime import Clock
-from thermaxis.screen.access import parts_of, visitor_of
+from thermaxis.screen.access import RefusedError, parts_of, visitor_of
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian import HistoryReader
@@ -28,6 +28,7 @@ _BUSY: Final = Message("history-busy")
 _LIMIT_S: Final = 8.0
 _MOST_WAITING: Final = 24
 _MOST_OF_ONE: Final = 8
+_UNAVAILABLE: Final = 503
 
 
 @final
@@ -249,10 +250,14 @@ def history_of(connection: HTTPConnection) -> History:
     return cast("History", state.history)
 
 
-def asker_of(connection: HTTPConnection) -> str:
-    """Return who asks: the name of a log-in, or the address of who only looks."""
+async def found_in_history(connection: HTTPConnection, work: "Callable[[HistoryReader], T]") -> T:
+    """Return what a question of whoever asks finds: a log-in, or the address of who only looks."""
     name = visitor_of(connection).name
-    return name or f"@{'' if connection.client is None else connection.client.host}"
+    asker = name or f"@{'' if connection.client is None else connection.client.host}"
+    try:
+        return await history_of(connection).ask(work, who=asker)
+    except NoHistoryError as error:
+        raise RefusedError(_UNAVAILABLE, error.message.code, **error.message.values) from error
 
 
 async def close_history(state: State) -> None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from starlette.requests import HTTPConnection
 
+from thermaxis.screen.access import RefusedError
+
 if TYPE_CHECKING:
     from thermaxis.runtime.historian import HistoryReader, Trend
 
@@ -19,6 +21,7 @@ LONGEST: Final = timedelta(days=3660)
 """Longest span of one question."""
 _SINGLE_CYCLES: Final = 600
 _DIGITS: Final = 7
+_BAD_REQUEST: Final = 400
 _UNITS: Final = {"um": "µm", "degC": "°C", "1": ""}
 _UNIT_OF_NAME: Final = re.compile(r"_(um|mm|C|c|K|k|rpm|s|V|A|kW|W|Nm|bar|pct)(?:\.redundant)?$")
 _SHOWN_UNITS: Final = {"um": "µm", "C": "°C", "c": "°C", "k": "K", "rpm": "1/min", "pct": "%"}
@@ -44,12 +47,12 @@ def moment_of(text: str | None) -> datetime | None:
     return found.astimezone(UTC)
 
 
-def span_of(connection: HTTPConnection) -> tuple[datetime, datetime] | None:
-    """Return the span that a request states as ``first`` and ``last``."""
+def span_of(connection: HTTPConnection) -> tuple[datetime, datetime]:
+    """Return the span that a request states as ``first`` and ``last``; refuse what is none."""
     first = moment_of(connection.query_params.get("first"))
     last = moment_of(connection.query_params.get("last"))
     if first is None or last is None or not timedelta(0) < last - first <= LONGEST:
-        return None
+        raise RefusedError(_BAD_REQUEST, "history-no_span")
     return first, last
 
 

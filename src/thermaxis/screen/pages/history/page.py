@@ -26,7 +26,7 @@ from thermaxis.screen.pages.history._events import (
     said_event,
     trend8,
 )
-from thermaxis.screen.pages.history._rows import Kept, NoHistoryError, asker_of, history_of
+from thermaxis.screen.pages.history._rows import Kept, NoHistoryError, found_in_history, history_of
 from thermaxis.screen.pages.history._series import Json, lines_of, span_of, to_ms, unit_of
 from thermaxis.screen.work import (
     BusyError,
@@ -95,11 +95,6 @@ async def _page(request: Request) -> Response:
     )
 
 
-def away(connection: HTTPConnection, error: NoHistoryError) -> Response:
-    """Return the refusal of a question that the history did not answer."""
-    return refuse(connection, _UNAVAILABLE, error.message.code, **error.message.values)
-
-
 def points_of(connection: HTTPConnection) -> int:
     """Return the number of steps that a request asks for, within bounds. [1]"""
     text = connection.query_params.get("points", "")
@@ -116,18 +111,12 @@ async def _series(request: Request) -> Response:
             "last": None if span is None else to_ms(span[1]),
         }
 
-    try:
-        return answer_json(await history_of(request).ask(found, who=asker_of(request)))
-    except NoHistoryError as error:
-        return away(request, error)
+    return answer_json(await found_in_history(request, found))
 
 
 @needs(Role.VIEWER)
 async def _trend(request: Request) -> Response:
-    span = span_of(request)
-    names = request.query_params.getlist("names")
-    if span is None:
-        return refuse(request, _BAD_REQUEST, "history-no_span")
+    span, names = span_of(request), request.query_params.getlist("names")
     if not names:
         return refuse(request, _BAD_REQUEST, "history-no_series")
     if len(names) > MOST_SERIES:
@@ -139,10 +128,7 @@ async def _trend(request: Request) -> Response:
         series = lines_of(reader, names, span, cycle_s, points)
         return {"first": to_ms(span[0]), "last": to_ms(span[1]), "series": series}
 
-    try:
-        answer = await history_of(request).ask(found, who=asker_of(request))
-    except NoHistoryError as error:
-        return away(request, error)
+    answer = await found_in_history(request, found)
     unknown = [name for name in names if name not in answer["series"]]
     if unknown:
         return refuse(request, _BAD_REQUEST, "history-unknown_series", name=unknown[0][:80])
@@ -153,14 +139,7 @@ async def _trend(request: Request) -> Response:
 async def _events(request: Request) -> Response:
     span = span_of(request)
     kinds = [kind for kind in request.query_params.getlist("kinds") if kind in EVENT_KINDS]
-    if span is None:
-        return refuse(request, _BAD_REQUEST, "history-no_span")
-    try:
-        events, more = await history_of(request).ask(
-            lambda reader: events_of(reader, span, kinds), who=asker_of(request)
-        )
-    except NoHistoryError as error:
-        return away(request, error)
+    events, more = await found_in_history(request, lambda reader: events_of(reader, span, kinds))
     return answer_json({"events": _said(request, events), "more": more})
 
 
@@ -208,15 +187,10 @@ def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":
 @needs(Role.VIEWER, named=True)
 async def _export(request: Request) -> Response:
     span, ending = span_of(request), request.query_params.get("format", "")
-    if span is None:
-        return refuse(request, _BAD_REQUEST, "history-no_span")
     if ending not in FORMATS:
         return refuse(request, _BAD_REQUEST, "history-export_format")
-    try:
-        if await history_of(request).ask(lambda r: _is_empty(r, span), who=asker_of(request)):
-            return refuse(request, _UNAVAILABLE, "history-export_empty")
-    except NoHistoryError as error:
-        return away(request, error)
+    if await found_in_history(request, lambda reader: _is_empty(reader, span)):
+        return refuse(request, _UNAVAILABLE, "history-export_empty")
     return await _made(request, span, ending)
 
 

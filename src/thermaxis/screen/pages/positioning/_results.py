@@ -43,14 +43,14 @@ class Result(NamedTuple):
     """When it was made, monotonic. [s]"""
     at_utc: datetime
     """The same by the calendar."""
-    size_bytes: int
-    """What lies in its folder. [byte]"""
     shown: Json
     """What the page shows."""
     report: Path
     """The report as HTML."""
     certificate: Path
     """The certificate as PDF."""
+    size_bytes: int
+    """What lies in its folder. [byte]"""
     folder: WorkFolder
     """Where both are."""
 
@@ -67,22 +67,21 @@ class KeptResults:
     def keep(
         self,
         person: "UserSession",
-        *,
         name: str,
         shown: Json,
-        report: Path,
-        certificate: Path,
+        files: tuple[Path, Path],
         folder: WorkFolder,
-        size_bytes: int,
     ) -> Result:
-        """Keep a result."""
+        """Keep a result with its report and its certificate, which alone lie in its folder."""
         key, now_s = secrets.token_hex(16), self._clock.monotonic_s()
-        facts = (size_bytes, shown, report, certificate, folder)
-        self._results[key] = Result(key, person, name, now_s, self._clock.utc(), *facts)
+        size_bytes = sum(file.stat().st_size for file in files)
+        facts = (shown, *files, size_bytes, folder)
+        made = Result(key, person, name, now_s, self._clock.utc(), *facts)
+        self._results[key] = made
         self.sweep()
         if self._sweeps is None:
             self._sweep_on()
-        return self._results[key]
+        return made
 
     def _sweep_on(self) -> None:
         """Look again and again while there are results: a log-in ends without a question here."""

@@ -20,10 +20,19 @@ from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.codes import Message, Value, printable, value_of_json, values_of_json
+from thermaxis.codes import Message, printable, value_of_json, values_of_json
 from thermaxis.messages import sentence, text_of
 from thermaxis.runtime import Role
-from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render, spoken, visitor_of
+from thermaxis.screen.access import (
+    RefusedError,
+    answer_json,
+    needs,
+    parts_of,
+    refuse,
+    render,
+    spoken,
+    visitor_of,
+)
 from thermaxis.screen.pages.positioning._results import (
     MOST_OF_A_PERSON,
     Json,
@@ -74,16 +83,6 @@ _REPORT_HEADERS = {
     "Cache-Control": "no-store",
 }
 _log = logging.getLogger(__name__)
-
-
-class RefusedError(Exception):
-    """An upload or an evaluation is refused in words."""
-
-    def __init__(self, status: int, key: str, **values: Value) -> None:
-        super().__init__(key)
-        self.status = status
-        self.key = key
-        self.values = values
 
 
 class _Asked(NamedTuple):
@@ -152,8 +151,6 @@ async def _upload(request: Request) -> Response:
             )
     except BusyError as error:
         return refuse(request, _BUSY, "positioning-own" if error.own else "positioning-busy")
-    except RefusedError as error:
-        return refuse(request, error.status, error.key, **error.values)
     except OSError as error:
         _log.warning("an upload could not be stored: %s", printable(str(error), 500))
         return refuse(request, _NO_ROOM, "positioning-not_stored")
@@ -163,26 +160,18 @@ async def _upload(request: Request) -> Response:
 
 @needs(Role.ENGINEER, named=True)
 async def _result(request: Request) -> Response:
-    found = _found(request)
-    if found is None:
-        return refuse(request, _NOT_FOUND, "positioning-gone")
-    return answer_json(_told(found, spoken(request)))
+    return answer_json(_told(_found(request), spoken(request)))
 
 
 @needs(Role.ENGINEER, named=True)
 async def _report(request: Request) -> Response:
-    found = _found(request)
-    if found is None:
-        return refuse(request, _NOT_FOUND, "positioning-gone")
     kind = "text/html; charset=utf-8"
-    return FileResponse(found.report, media_type=kind, headers=_REPORT_HEADERS)
+    return FileResponse(_found(request).report, media_type=kind, headers=_REPORT_HEADERS)
 
 
 @needs(Role.ENGINEER, named=True)
 async def _certificate(request: Request) -> Response:
     found = _found(request)
-    if found is None:
-        return refuse(request, _NOT_FOUND, "positioning-gone")
     return FileResponse(
         found.certificate,
         media_type="application/pdf",
@@ -199,8 +188,11 @@ def _kept(connection: HTTPConnection) -> KeptResults:
     return cast("KeptResults", state.positioning_results)
 
 
-def _found(request: Request) -> Result | None:
-    return _kept(request).of(visitor_of(request).person, request.path_params["id"])
+def _found(request: Request) -> Result:
+    found = _kept(request).of(visitor_of(request).person, request.path_params["id"])
+    if found is None:
+        raise RefusedError(_NOT_FOUND, "positioning-gone")
+    return found
 
 
 def _told(result: Result, language: str) -> Json:
@@ -312,18 +304,11 @@ async def _evaluated(request: Request, work: Work, asked: _Asked, person: "UserS
         )
         found = await asyncio.to_thread(_judged, outcome, asked, parts.settings.evaluation_s)
         stays = (outcome.files[_HTML], outcome.files[_PDF])
-        size_bytes = await asyncio.to_thread(folder.leave_only, stays)
-        kept = _kept(request).keep(
-            person,
-            name=asked.name,
-            shown=found,
-            report=outcome.files[_HTML],
-            certificate=outcome.files[_PDF],
-            folder=folder,
-            size_bytes=size_bytes,
-        )
+        await asyncio.to_thread(folder.leave_only, stays)
+        kept = _kept(request)
+        result = kept.keep(person, asked.name, found, stays, folder)
         undone.pop_all()
-    return kept
+    return result
 
 
 async def _stored(request: Request, folder: Path, asked: _Asked) -> None:

@@ -7,8 +7,8 @@ import { eventMark } from "./event_marks.js";
 import { showEvents } from "./events.js";
 import { bySeries, labelOf } from "./series.js";
 import {
-  asked, clearField, fieldTime, newQuestion, pointsFor, query, Refused, refused, saved,
-  setField, shows, spanOf, stateSpan, tellWrong, told, wireSpan,
+  asked, clearField, fieldTime, pageOfPast, pointsFor, query, Refused, saved, setField, tellWrong,
+  told,
 } from "./past.js";
 import { duration, moment, shortNames, word } from "../words.js";
 
@@ -23,39 +23,27 @@ const KEPT = "thermaxis.history";
 let units = {};
 /** @type {string[]} */
 let chosen = [];
-/** @type {Span | null} */
-let span = null;
-/** @type {Span | null} */
-let before = null;
 /** @type {number | null} */
 let secondFirst = null;
 const chart = byId("chart");
 
-/** @param {Span} wanted @param {number | null} hours */
-async function show(wanted, hours = null) {
-  const shown = stateSpan(wanted, hours);
-  span = shown;
-  keep();
-  const question = questionOf(shown);
-  const signal = newQuestion();
-  byId("told").textContent = word("history-loading");
-  let found;
-  try {
-    found = await Promise.all([
+const page = pageOfPast({
+  chart,
+  question: questionOf,
+  recorded,
+  find: (shown, signal) => {
+    keep(shown);
+    return Promise.all([
       linesOf(shown, signal),
       secondLines(shown, signal),
       asked(`/history/events?${query(shown, {})}`, signal),
     ]);
-  } catch (error) {
-    if (!signal.aborted) refused(error, question);
-    return;
-  }
-  const [lines, second, happened] = found;
-  tellWrong("");
-  draw(shown, lines, second, happened.events.map(eventMark));
-  showEvents(happened);
-  shows(question);
-}
+  },
+  draw: (shown, [lines, second, happened]) => {
+    draw(shown, lines, second, happened.events.map(eventMark));
+  },
+  tell: ([, , happened]) => showEvents(happened),
+});
 
 /** @param {Span | null} stated null: the fields state none @returns {import("./past.js").Question} */
 function questionOf(stated) {
@@ -100,14 +88,9 @@ function draw(shown, lines, second, marks) {
     yTitle: left,
     rightTitle: right ?? "",
     label: word("history-series"),
-    onSpan: (wanted) => {
-      if (before === null) before = shown;
-      void show(wanted ?? before);
-      if (wanted === null) before = null;
-    },
+    onSpan: page.pointedAt,
   });
   tell(shown, lines, second);
-  chart.dataset.drawn = String(Number(chart.dataset.drawn ?? "0") + 1);
 }
 
 /**
@@ -204,7 +187,7 @@ function choose(name, pressed) {
   }
   chosen = wanted;
   pressed.setAttribute("aria-pressed", String(chosen.includes(name)));
-  if (span) void show(span);
+  page.showAgain();
 }
 
 /** @param {string[]} names @returns {string[]} corrections and temperatures */
@@ -215,17 +198,6 @@ function firstChoice(names) {
 }
 
 // ---- begin ---------------------------------------------------------------------------------
-
-/** @param {number} hours */
-async function showLength(hours) {
-  const signal = newQuestion();
-  const all = await told(() => recorded(signal), signal);
-  if (!all || signal.aborted) return; // another length was pressed meanwhile
-  const found = spanOf(hours, all);
-  before = null;
-  if (found) await show(found, hours);
-  else tellWrong(word("history-nothing_recorded"));
-}
 
 /** @param {AbortSignal} [signal] */
 async function recorded(signal) {
@@ -238,8 +210,8 @@ async function recorded(signal) {
   return found;
 }
 
-/** What a page that loads itself again goes on with. */
-function keep() {
+/** Keep what a page that loads itself again goes on with. @param {Span} span */
+function keep(span) {
   try {
     sessionStorage.setItem(KEPT, JSON.stringify({ span, chosen, secondFirst }));
   } catch {
@@ -265,11 +237,14 @@ function layOver(first) {
   secondFirst = first;
   if (first !== null) setField("second-from", first);
   else clearField("second-from");
-  if (span) void show(span);
+  page.showAgain();
 }
 
 function wireSecond() {
-  const back = (/** @type {number} */ ms) => () => span && layOver(span.first - ms);
+  const back = (/** @type {number} */ ms) => () => {
+    const span = page.span();
+    if (span) layOver(span.first - ms);
+  };
   byId("second-day").addEventListener("click", back(DAY_MS));
   byId("second-week").addEventListener("click", back(7 * DAY_MS));
   byId("second-off").addEventListener("click", () => layOver(null));
@@ -286,6 +261,7 @@ function wireExport() {
   const turn = (/** @type {boolean} */ off) => buttons.forEach((one) => { one.disabled = off; });
   for (const one of buttons) {
     one.addEventListener("click", async () => {
+      const span = page.span();
       if (!span || !place) return;
       place.textContent = word("history-export_works");
       turn(true);
@@ -304,10 +280,6 @@ function wireExport() {
 }
 
 async function start() {
-  wireSpan((hours) => void showLength(hours), (wanted) => {
-    before = null;
-    void show(wanted);
-  }, () => refused(new Refused(word("history-no_span")), questionOf(null)));
   wireSecond();
   wireExport();
   const last = kept();
@@ -315,10 +287,10 @@ async function start() {
   secondFirst = last.secondFirst;
   if (secondFirst !== null) setField("second-from", secondFirst);
   if (last.span === null) {
-    await showLength(8);
+    await page.showLength(8);
     return;
   }
-  if (await told(() => recorded())) await show(last.span);
+  if (await told(() => recorded())) await page.show(last.span);
 }
 
 void start();

@@ -32,7 +32,7 @@ let drawn = null;
 let asking = null;
 
 /** Give up what was asked before, and return the signal of the next questions. */
-export function newQuestion() {
+function newQuestion() {
   asking?.abort();
   asking = new AbortController();
   return asking.signal;
@@ -145,7 +145,7 @@ function sayField(id) {
  * @param {number | null} hours which length it is; null: none of them
  * @returns {Span}
  */
-export function stateSpan(wanted, hours) {
+function stateSpan(wanted, hours) {
   const span = {
     first: Math.floor(wanted.first / 1000) * 1000,
     last: Math.ceil(wanted.last / 1000) * 1000,
@@ -238,35 +238,95 @@ export function pointsFor(chart) {
 }
 
 /**
- * Wire the buttons of lengths and the fields of a span.
- * @param {(hours: number) => void} onLength 0: everything
- * @param {(span: Span) => void} onSpan
- * @param {() => void} onNoSpan what the fields state is none
- */
-export function wireSpan(onLength, onSpan, onNoSpan) {
-  for (const field of document.querySelectorAll("input[type=datetime-local]")) {
-    field.addEventListener("input", () => sayField(field.id));
-  }
-  byId("lengths").addEventListener("click", (event) => {
-    const button = /** @type {HTMLElement} */ (event.target).closest("button");
-    if (button) onLength(Number(button.dataset.hours));
-  });
-  byId("span").addEventListener("submit", (event) => {
-    event.preventDefault();
-    const span = { first: fieldTime("from"), last: fieldTime("to") };
-    if (span.last > span.first) onSpan(span);
-    else onNoSpan();
-  });
-}
-
-/**
  * The span of a length at the end of what is recorded.
  * @param {number} hours 0: everything
  * @param {{first: number | null, last: number | null}} recorded
  * @returns {Span | null}
  */
-export function spanOf(hours, recorded) {
+function spanOf(hours, recorded) {
   if (recorded.first === null || recorded.last === null) return null;
   const last = Math.ceil((recorded.last + 1) / 1000) * 1000;
   return { first: hours ? last - hours * 3_600_000 : recorded.first, last };
+}
+
+/**
+ * A page of past hours: it shows a span that is stated, chosen as a length, or pointed at.
+ * @template T
+ * @param {object} page
+ * @param {HTMLElement} page.chart
+ * @param {(span: Span | null) => Question} page.question null: the fields state no span
+ * @param {(signal: AbortSignal) => Promise<{first: number | null, last: number | null}>} page.recorded
+ * @param {(shown: Span, signal: AbortSignal) => Promise<T>} page.find
+ * @param {(shown: Span, found: T) => void} page.draw the chart
+ * @param {(found: T) => void} page.tell what stands beside it: a fault there takes no chart
+ */
+export function pageOfPast({ chart, question, recorded, find, draw, tell }) {
+  /** @type {Span | null} */
+  let span = null;
+  /** @type {Span | null} what was shown before somebody pointed at a part of it */
+  let before = null;
+
+  /** @param {Span} wanted @param {number | null} hours */
+  async function show(wanted, hours = null) {
+    const shown = stateSpan(wanted, hours);
+    span = shown;
+    const asks = question(shown);
+    const signal = newQuestion();
+    byId("told").textContent = word("history-loading");
+    let found;
+    try {
+      found = await find(shown, signal);
+    } catch (error) {
+      if (!signal.aborted) refused(error, asks);
+      return;
+    }
+    tellWrong("");
+    draw(shown, found);
+    chart.dataset.drawn = String(Number(chart.dataset.drawn ?? "0") + 1);
+    tell(found);
+    shows(asks);
+  }
+
+  /** @param {number} hours 0: everything */
+  async function showLength(hours) {
+    const signal = newQuestion();
+    const all = await told(() => recorded(signal), signal);
+    if (!all || signal.aborted) return; // another length was pressed meanwhile
+    const found = spanOf(hours, all);
+    before = null;
+    if (found) await show(found, hours);
+    else tellWrong(word("history-nothing_recorded"));
+  }
+
+  /** Go into a part of what is shown, and with null back. @param {Span | null} wanted */
+  function pointedAt(wanted) {
+    before ??= drawn?.span ?? span;
+    if (before) void show(wanted ?? before);
+    if (wanted === null) before = null;
+  }
+
+  for (const field of document.querySelectorAll("input[type=datetime-local]")) {
+    field.addEventListener("input", () => sayField(field.id));
+  }
+  byId("lengths").addEventListener("click", (event) => {
+    const button = /** @type {HTMLElement} */ (event.target).closest("button");
+    if (button) void showLength(Number(button.dataset.hours));
+  });
+  byId("span").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const stated = { first: fieldTime("from"), last: fieldTime("to") };
+    if (stated.last > stated.first) {
+      before = null;
+      void show(stated);
+    } else {
+      refused(new Refused(word("history-no_span")), question(null));
+    }
+  });
+  return {
+    span: () => span,
+    show,
+    showLength,
+    showAgain: () => { if (span) void show(span); },
+    pointedAt,
+  };
 }

@@ -4,19 +4,12 @@
 import { drawChart } from "../chart/chart.js";
 import { byId } from "../elements.js";
 import { onNoData, onStatus } from "../live.js";
-import {
-  asked, newQuestion, pointsFor, query, Refused, refused, shows, spanOf, stateSpan,
-  tellWrong, told, wireSpan,
-} from "./past.js";
+import { asked, pageOfPast, pointsFor, query } from "./past.js";
 import { duration, moment, number, shortNames, word } from "../words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */
 
-/** @type {Span | null} */
-let span = null;
-/** @type {Span | null} */
-let before = null;
 const chart = byId("chart");
 const which = /** @type {HTMLSelectElement} */ (byId("which"));
 const NAMES = {
@@ -27,31 +20,17 @@ const NAMES = {
 const COLORS = { uncompensated: 3, compensated: 1, model: 2 };
 const DASHES = { uncompensated: "solid", compensated: "solid", model: "dash" };
 
-/** @param {Span} wanted @param {number | null} hours */
-async function show(wanted, hours = null) {
-  const shown = stateSpan(wanted, hours);
-  span = shown;
-  const question = questionOf(shown);
-  const signal = newQuestion();
-  byId("told").textContent = word("history-loading");
-  let found;
-  try {
+const page = pageOfPast({
+  chart,
+  question: (span) => ({ span, of: [which.value], said: shortNames(which.value) }),
+  recorded: (signal) => asked("/history/series", signal),
+  find: (shown, signal) => {
     const more = { name: which.value, points: pointsFor(chart) };
-    found = await asked(`/probe/values?${query(shown, more)}`, signal);
-  } catch (error) {
-    if (!signal.aborted) refused(error, question);
-    return;
-  }
-  tellWrong("");
-  draw(shown, found.series);
-  tell(found.figures, found.means_s);
-  shows(question);
-}
-
-/** @param {Span | null} asked null: the fields state none @returns {import("./past.js").Question} */
-function questionOf(asked) {
-  return { span: asked, of: [which.value], said: shortNames(which.value) };
-}
+    return asked(`/probe/values?${query(shown, more)}`, signal);
+  },
+  draw: (shown, found) => draw(shown, found.series),
+  tell: (found) => tell(found.figures, found.means_s),
+});
 
 /** @param {Span} shown @param {Record<string, Past>} series */
 function draw(shown, series) {
@@ -72,13 +51,8 @@ function draw(shown, series) {
     last: shown.last,
     yTitle: "µm",
     label: word("probe-chart"),
-    onSpan: (wanted) => {
-      if (before === null) before = shown;
-      void show(wanted ?? before);
-      if (wanted === null) before = null;
-    },
+    onSpan: page.pointedAt,
   });
-  chart.dataset.drawn = String(Number(chart.dataset.drawn ?? "0") + 1);
 }
 
 /** @param {Record<string, any>} figures @param {number} meansS */
@@ -101,17 +75,6 @@ function tell(figures, meansS) {
     : meansS ? word("probe-told_means", values) : word("probe-told_values", values);
 }
 
-/** @param {number} hours */
-async function showLength(hours) {
-  const signal = newQuestion();
-  const recorded = await told(() => asked("/history/series", signal), signal);
-  if (!recorded || signal.aborted) return; // another length was pressed meanwhile
-  const found = spanOf(hours, recorded);
-  before = null;
-  if (found) await show(found, hours);
-  else tellWrong(word("history-nothing_recorded"));
-}
-
 /** @param {number | null} value @param {string} id */
 function tellNow(id, value) {
   byId(id).textContent = `${number(value, 1)}\u00a0µm`;
@@ -129,11 +92,5 @@ onNoData(() => {
   tellNow("now", null);
   tellNow("now-without", null);
 });
-which.addEventListener("change", () => {
-  if (span) void show(span);
-});
-wireSpan((hours) => void showLength(hours), (wanted) => {
-  before = null;
-  void show(wanted);
-}, () => refused(new Refused(word("history-no_span")), questionOf(null)));
-void showLength(8);
+which.addEventListener("change", page.showAgain);
+void page.showLength(8);
