@@ -338,18 +338,7 @@ DIAMETER = "diameter"
 
 
 def redundant_name(channel: str) -> str:
-    """Return the name under which a channel's redundant sensor is read.
-
-    Parameters
-    ----------
-    channel : str
-        The channel.
-
-    Returns
-    -------
-    str
-        The name.
-    """
+    """Return the name under which a channel's redundant sensor is read."""
     return f"{channel}.redundant"
 
 
@@ -357,31 +346,10 @@ def probe_name(output: str) -> str:
     """Return the name under which a displacement is read that is measured at an output.
 
     It is recorded and shown; nothing is decided by it.
-
-    Parameters
-    ----------
-    output : str
-        The output of the model, such as ``Z_um``.
-
-    Returns
-    -------
-    str
-        The name; its end is that of the output, and says the unit.
     """
     return f"probe.{output}"
 
 
 def interlock_name(interlock: str) -> str:
-    """Return the name under which an interlock is read.
-
-    Parameters
-    ----------
-    interlock : str
-        The interlock, as the configuration names it.
-
-    Returns
-    -------
-    str
-        The name.
-    """
+    """Return the name under which an interlock is read."""
     return f"interlock.{interlock}"

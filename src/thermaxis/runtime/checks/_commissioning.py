@@ -225,13 +225,7 @@ class _Mover:
             await self._write(limit_step(self.plan.limits, self.now_um, goal_um, self.plan.cycle_s))
 
     async def come_back(self, goal_um: float) -> None:
-        """Go back whatever happens: writes that fail are tried again for a bounded time.
-
-        Raises
-        ------
-        DataError
-            If the offset does not come back; the message names where it stands.
-        """
+        """Go back whatever happens: writes that fail are tried again for a bounded time."""
         self.returning = True
         until_s = self.clock.monotonic_s() + BACK_WITHIN_S
         while self.now_um != goal_um:

@@ -52,18 +52,7 @@ class MachineParts(Protocol):
 
 
 def reasons_against(findings: Sequence[Finding]) -> tuple[Message, ...]:
-    """Return what forbids a correction.
-
-    Parameters
-    ----------
-    findings : sequence of Finding
-        What was found.
-
-    Returns
-    -------
-    tuple of Message
-        One for each error; empty if there is none.
-    """
+    """Return what forbids a correction."""
     return tuple(finding.message for finding in findings if finding.level is Level.ERROR)
 
 
@@ -78,25 +67,9 @@ async def self_test(
 
     Not protected: a node that is the wrong one but looks right, such as a neighbouring sensor; the
     sign of an offset, which commissioning proves; a unit whose values look plausible. With
-    `write`, whoever changes an offset between the question and the answer is overwritten once; the
+    `write`, every offset that is found is written back, which moves nothing and proves that it can
+    be written; whoever changes it between the question and the answer is overwritten once, and the
     loop must not be writing at the same time.
-
-    Parameters
-    ----------
-    parts : MachineParts
-        Connections and sink, opened before.
-    configuration : MachineConfiguration
-        What should be.
-    write : bool
-        Whether every offset that is found is written back, which moves nothing and proves that it
-        can be written. Default: the access level is believed.
-    deadline_s : float
-        Longest time for one question. Default: two seconds. [s]
-
-    Returns
-    -------
-    tuple of Finding
-        In the order of the configuration's tables; what is as it should be is among them.
     """
     test = _SelfTest(parts, configuration, deadline_s, write=write)
     await test.run()

@@ -53,20 +53,7 @@ _LINUXCNC_KEYS = ("watchdog_s", "thread", "halcmd")
 def build_configuration(
     file: Path, sections: MachineFile
 ) -> MachineConfiguration | tuple[Message, ...]:
-    """Read what the tables name, and fit the parts together.
-
-    Parameters
-    ----------
-    file : Path
-        The configuration file, absolute.
-    sections : MachineFile
-        Its tables.
-
-    Returns
-    -------
-    MachineConfiguration or tuple of Message
-        The configuration, or everything that is wrong.
-    """
+    """Read what the tables name, and fit the parts together."""
     return _Build(file, sections).build()
 
 

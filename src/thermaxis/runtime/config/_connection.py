@@ -105,11 +105,6 @@ class ConnectionSection(Section):
     """One OPC UA connection as it stands in a configuration file.
 
     A password never stands in the file itself, and is never sent without encryption.
-
-    Raises
-    ------
-    ValidationError
-        If a key is unknown, has the wrong type or range, or keys contradict each other.
     """
 
     secret_keys: ClassVar[frozenset[str]] = frozenset({"password"})
@@ -152,28 +147,7 @@ class ConnectionSection(Section):
         return self
 
     def settings(self, name: str, folder: Path, *, used: bool = True) -> ConnectionSettings:
-        """Read the secrets and return what a session needs.
-
-        Parameters
-        ----------
-        name : str
-            Name of the connection.
-        folder : Path
-            Folder of the configuration file: relative paths count from there.
-        used : bool
-            Whether anything connects by it: if not, neither secrets nor files are read.
-
-        Returns
-        -------
-        ConnectionSettings
-            With the password masked.
-
-        Raises
-        ------
-        ConfigurationError
-            If the address is none, a password cannot be read or would be sent without encryption,
-            a file is missing, or others can read a secret.
-        """
+        """Read the secrets and return what a session needs; where it is not used none is read."""
         table = f"connection.{name}"
         plain = ("url", "security", "user", "application_uri", "timeout_s", "retry_s")
         settings = ConnectionSettings(
@@ -203,31 +177,7 @@ class ConnectionSection(Section):
 def read_secret(
     file: str, environment: str, *, folder: Path, table: str, key: str = "password"
 ) -> Secret:
-    """Read a secret from a file or an environment variable.
-
-    Parameters
-    ----------
-    file : str
-        File whose first line is the secret; empty: the variable counts.
-    environment : str
-        Environment variable.
-    folder : Path
-        Folder from which a relative path counts.
-    table : str
-        The table of the configuration, for errors.
-    key : str
-        What the secret is called in the configuration: `KEY_file` and `KEY_environment`.
-
-    Returns
-    -------
-    Secret
-        Never empty.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is missing, empty, too long, no text, or readable by others.
-    """
+    """Read a secret from a file or an environment variable."""
     if not file:
         text = os.environ.get(environment, "")
         if not text:
@@ -251,23 +201,7 @@ def require_file(path: Path, key: str) -> None:
 
 
 def read_tables(path: Path) -> dict[str, object]:
-    """Read a configuration file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, TOML.
-
-    Returns
-    -------
-    dict
-        Its tables.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be read, is too large or no TOML.
-    """
+    """Read a configuration file."""
     content = read_limited(path, limit_bytes=FILE_LIMIT_BYTES)
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
@@ -281,20 +215,9 @@ def read_tables(path: Path) -> dict[str, object]:
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> list[Message]:
-    """Say what is wrong with a configuration.
+    """Say what is wrong with a configuration, table by table; its values do not occur in it.
 
-    Parameters
-    ----------
-    error : ValidationError
-        What pydantic found.
-    model : type of BaseModel
-        The model that was validated: its keys are the known ones.
-
-    Returns
-    -------
-    list of Message
-        Table by table; never empty. Unknown keys stand first in their table, as a key that is
-        missing may be one that is misspelt. Values of the file do not occur in it.
+    Unknown keys stand first in their table, as a key that is missing may be one that is misspelt.
     """
     details = error.errors(include_url=False, include_input=False)
     tables = [detail["loc"][:-1] for detail in details]
@@ -303,21 +226,7 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[Message]:
 
 
 def refuse(problems: Sequence[Message], path: Path | str) -> ConfigurationError:
-    """Make one error of everything that is wrong in a file.
-
-    Parameters
-    ----------
-    problems : sequence of Message
-        At least one.
-    path : Path or str
-        The file.
-
-    Returns
-    -------
-    ConfigurationError
-        The only problem at its place; several as one error about the file, with the first of them
-        as values.
-    """
+    """Make one error of everything that is wrong in a file: of several the first are its values."""
     if len(problems) > 1:
         shown, count = tuple(problems[:_MOST_PROBLEMS]), len(problems)
         place = Place(str(path))

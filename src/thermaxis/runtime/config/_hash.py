@@ -19,18 +19,7 @@ def configuration_sha256(configuration: MachineConfiguration) -> str:
     where the history lies, which another computer names otherwise. Two versions of the program may
     understand one file differently, and then have two hashes: a status names its version too.
 
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-
-    Returns
-    -------
-    str
-        SHA-256, 64 hexadecimal digits, of JSON with keys in alphabetical order, no blanks, ASCII:
-        name of the machine, cycle, limits by output, rules by input, redundant sensors, rules
-        of the supervisor, validity, values at which interlocks and another compensation count,
-        whether a diameter is read, and names of the probes.
+    It is the SHA-256 of JSON with keys in alphabetical order, no blanks, ASCII.
     """
     other = configuration.other_compensation
     content = {

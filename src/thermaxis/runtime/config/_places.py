@@ -12,21 +12,7 @@ _KEY = re.compile(r"""^\s*([\w-]+|"[^"]*"|'[^']*')\s*=""")
 
 
 def with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:
-    """Name the file and the line of every mistake, where they can be found.
-
-    Parameters
-    ----------
-    problems : sequence of Message
-        What is wrong; a place without a file has a key of this one.
-    file : Path
-        The file; it has been read before.
-
-    Returns
-    -------
-    tuple of Message
-        Where a key is missing, the line is that of its table. No line where the text has forms
-        that only a whole reader of TOML follows, such as texts over several lines.
-    """
+    """Name the file and the line of every mistake, where they can be found."""
     try:
         text = file.read_text(encoding="utf-8-sig")
     except (OSError, ValueError):

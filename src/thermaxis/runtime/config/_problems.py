@@ -14,13 +14,7 @@ _T = TypeVar("_T")
 
 @final
 class Problems:
-    """What is wrong, in the order in which it was found.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the configuration file; relative names of files count from there.
-    """
+    """What is wrong, in the order in which it was found."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

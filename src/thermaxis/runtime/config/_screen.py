@@ -46,26 +46,7 @@ def screen_settings(
     *,
     server_stated: bool,
 ) -> ScreenSettings | None:
-    """Return the settings of the pages.
-
-    Parameters
-    ----------
-    section : ScreenSection or None
-        The table, if there is one.
-    server : ServerSettings or None
-        The status server, whose words the pages show.
-    metrics : MetricsSettings or None
-        Figures for Prometheus, which may want the same port.
-    problems : Problems
-        Takes what is wrong.
-    server_stated : bool
-        Whether there is a status server in the file, right or wrong.
-
-    Returns
-    -------
-    ScreenSettings or None
-        None if there is no table, or a secret cannot be read.
-    """
+    """Return the settings of the pages."""
     if section is None:
         return None
     certificate, private_key = key_pair(TABLE, section.certificate, section.private_key, problems)
@@ -111,18 +92,7 @@ def _check_reach(settings: ScreenSettings, problems: Problems) -> None:
 
 
 def is_host(text: str) -> bool:
-    """Return whether a text names a computer, perhaps with a port.
-
-    Parameters
-    ----------
-    text : str
-        In small letters; an address of IPv6 in square brackets.
-
-    Returns
-    -------
-    bool
-        False for a URL, a pattern, an empty name and a port that cannot be.
-    """
+    """Return whether a text in small letters names a computer, perhaps with a port."""
     found = _HOST.fullmatch(text)
     if found is None or len(found["name"]) > _LONGEST_HOST:
         return False
@@ -170,17 +140,6 @@ def page_certificate_findings(configuration: MachineConfiguration) -> Iterator[F
     """Look at the certificate with which the pages are served, as a browser will.
 
     Whether it is one, and its dates, are looked at with all other certificates: see `warnings_of`.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-
-    Yields
-    ------
-    Finding
-        An error where the pages could not be served with it, a warning for every name by which
-        browsers reach the pages and that it does not contain.
     """
     screen = configuration.screen
     if screen is None or screen.certificate is None or screen.private_key is None:

@@ -52,18 +52,7 @@ class RulesSection(Section):
     """A table with keys that are fields of a class of rules, which has their defaults."""
 
     def stated(self, rules: type[Rules]) -> dict[str, Any]:
-        """Return what the file states of the fields of a class of rules.
-
-        Parameters
-        ----------
-        rules : type
-            The class, a dataclass.
-
-        Returns
-        -------
-        dict
-            Values by field; what is not in the file is not in it.
-        """
+        """Return what the file states of the fields of a class of rules."""
         return {
             entry.name: getattr(self, entry.name)
             for entry in fields(rules)

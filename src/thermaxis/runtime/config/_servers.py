@@ -17,24 +17,7 @@ _POSTGRESQL = ("postgresql", "postgresql+psycopg")
 def historian_settings(
     section: HistorianSection, problems: Problems, default: str
 ) -> tuple[str, HistorianSettings] | None:
-    """Return where cycles are recorded.
-
-    Parameters
-    ----------
-    section : HistorianSection
-        The table.
-    problems : Problems
-        Takes what is wrong.
-    default : str
-        File of the database where the table states no URL.
-
-    Returns
-    -------
-    url : str
-        The database, without a password; a file of SQLite with its whole path.
-    settings : HistorianSettings
-        The rest. None instead of both if something is wrong.
-    """
+    """Return where cycles are recorded."""
     table, key = "historian", "historian.url"
     url = section.url or f"sqlite:///{default}"
     scheme = problems.guarded(key, lambda: _scheme_of(url, key))
@@ -78,18 +61,6 @@ def server_settings(section: ServerSection | None, problems: Problems) -> Server
 
     A password is taken over an encrypted connection only, also on this computer; other computers
     reach the server with a user's name only.
-
-    Parameters
-    ----------
-    section : ServerSection or None
-        The table, if there is one.
-    problems : Problems
-        Takes what is wrong.
-
-    Returns
-    -------
-    ServerSettings or None
-        None if there is no table, or nobody could connect as it is, or everybody.
     """
     if section is None:
         return None
@@ -107,20 +78,7 @@ def server_settings(section: ServerSection | None, problems: Problems) -> Server
 
 
 def metrics_settings(section: MetricsSection | None, problems: Problems) -> MetricsSettings | None:
-    """Return the settings of the figures for Prometheus.
-
-    Parameters
-    ----------
-    section : MetricsSection or None
-        The table, if there is one.
-    problems : Problems
-        Takes what is wrong.
-
-    Returns
-    -------
-    MetricsSettings or None
-        None if there is no table, or the token cannot be read.
-    """
+    """Return the settings of the figures for Prometheus."""
     if section is None:
         return None
     table = "metrics"
@@ -141,26 +99,7 @@ def metrics_settings(section: MetricsSection | None, problems: Problems) -> Metr
 def stated_secret(
     table: str, file: str, environment: str, problems: Problems, *, key: str
 ) -> Secret | None:
-    """Return a secret that a table states.
-
-    Parameters
-    ----------
-    table : str
-        The table.
-    file : str
-        File whose first line is the secret; may be empty.
-    environment : str
-        Environment variable that holds it; may be empty.
-    problems : Problems
-        Takes what is wrong.
-    key : str
-        What the secret is called: the keys are `KEY_file` and `KEY_environment`.
-
-    Returns
-    -------
-    Secret or None
-        An empty one where none is stated; None where it cannot be read.
-    """
+    """Return a secret that a table states."""
     if file and environment:
         problems.add("stated_twice", f"{table}.{key}_environment", name=key)
         return None
@@ -174,25 +113,7 @@ def stated_secret(
 def key_pair(
     table: str, certificate: str, private_key: str, problems: Problems, *, prefix: str = ""
 ) -> tuple[Path | None, Path | None]:
-    """Return a certificate and its key that a table states.
-
-    Parameters
-    ----------
-    table : str
-        The table.
-    certificate, private_key : str
-        Names of the files; may be empty.
-    problems : Problems
-        Takes what is wrong: one without the other, a file that is missing, a key that others can
-        read.
-    prefix : str
-        What stands before the names of both keys in the table. Default: nothing.
-
-    Returns
-    -------
-    certificate, private_key : Path or None
-        None where none is stated.
-    """
+    """Return a certificate and its key that a table states."""
     if bool(certificate) != bool(private_key):
         lacking = "private_key" if certificate else "certificate"
         problems.add("pair_incomplete", table, name=f"{prefix}{lacking}")

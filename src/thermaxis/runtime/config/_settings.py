@@ -299,24 +299,7 @@ class MachineRules:
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def applied_to(self, model: CompensationModel) -> Compensation:
-        """Return a compensation with a model.
-
-        Parameters
-        ----------
-        model : CompensationModel
-            The model. Every channel of it must be an input, and its outputs must be those that
-            the limits are stated for.
-
-        Returns
-        -------
-        Compensation
-            The model with the rules of its channels.
-
-        Raises
-        ------
-        ConfigurationError
-            If model and rules do not fit together.
-        """
+        """Return a compensation with a model."""
         sensors = {name: r for name, r in self.sensors.items() if name in model.channels}
         return Compensation(
             model=model,
@@ -399,24 +382,8 @@ class MachineConfiguration:
     def screen_connection(self, user: str, password: Secret) -> ConnectionSettings:
         """Return the connection of a person, or of every page, to the status server.
 
-        Parameters
-        ----------
-        user : str
-            Name of the user; empty: anonymous.
-        password : Secret
-            The user's password; empty for nobody.
-
-        Returns
-        -------
-        ConnectionSettings
-            Encrypted with the status server's own certificate pinned, wherever both sides have
-            one; without encryption nobody but an anonymous viewer of this computer gets in.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is no table ``[server]`` or ``[screen]``, or a user needs an encrypted
-            connection and a certificate is missing.
+        It is encrypted, with the status server's own certificate pinned, wherever both sides have
+        one; without encryption nobody but an anonymous viewer of this computer gets in.
         """
         server, screen = self.server, self.screen
         if server is None or screen is None:
@@ -438,20 +405,7 @@ class MachineConfiguration:
     def find_model(self, name: str) -> Path:
         """Return the file of a model that an operator names.
 
-        Parameters
-        ----------
-        name : str
-            Name of a file in the folder of the models, also in a folder below it.
-
-        Returns
-        -------
-        Path
-            The file, with every link followed.
-
-        Raises
-        ------
-        ConfigurationError
-            If no folder is configured, or the file is not there or lies outside, also by a link.
+        Every link is followed: what lies outside of the folder is refused.
         """
         if self.model_folder is None:
             raise ConfigurationError("no_model_folder", place=Place(self.path.name))
@@ -473,23 +427,7 @@ class MachineConfiguration:
     def other_model(self, name: str) -> tuple[Compensation, str]:
         """Read another model, by the name that an operator gives; the loop's `Models`.
 
-        Parameters
-        ----------
-        name : str
-            Name of a file in the folder of the models.
-
-        Returns
-        -------
-        compensation : Compensation
-            The rules of this machine with the model.
-        sha256 : str
-            Hash of the model.
-
-        Raises
-        ------
-        ConfigurationError
-            If the file is outside of the folder, is no model, needs a channel that is no input,
-            or has other outputs. It names the file without its folder: people read it on pages.
+        An error names the file without its folder: people read it on pages.
         """
         file = self.find_model(name)
         try:
@@ -502,17 +440,8 @@ class MachineConfiguration:
     def models_to_choose(self, most: int | None = None) -> tuple[str, ...]:
         """Return the names of the files that an operator may choose from, in order.
 
-        Parameters
-        ----------
-        most : int, optional
-            Only so many, the first by name. Default: all. [1]
-
-        Returns
-        -------
-        tuple of str
-            Names of the files ending in .json inside the folder, without those that are hidden
-            (they begin with a dot) or that nobody could ask for; whether they are models, and fit
-            the machine, is found when one is chosen. Empty where there is no folder.
+        Hidden ones, and those that nobody could ask for, are left out. Whether one is a model and
+        fits the machine is found when it is chosen.
         """
         if self.model_folder is None or not self.model_folder.is_dir():
             return ()
@@ -536,23 +465,7 @@ def _may_be_named(name: str) -> bool:
 
 
 def read_model_file(path: Path) -> ModelFile:
-    """Read a model together with its hash.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    ModelFile
-        Path, hash and model.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be read or is no model.
-    """
+    """Read a model together with its hash."""
     from thermaxis.files import model_sha256, read_model  # noqa: PLC0415  numpy comes with it
 
     model = read_model(path)

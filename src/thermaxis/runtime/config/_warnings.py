@@ -25,20 +25,7 @@ WIDE_LIMIT: Final = 3.0
 
 
 def warnings_of(configuration: MachineConfiguration, now: datetime) -> tuple[Finding, ...]:
-    """Return what somebody should know of a configuration.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-    now : datetime
-        Time of day, aware: certificates expire.
-
-    Returns
-    -------
-    tuple of Finding
-        Warnings, and errors of what would stop the program at its start; empty if there is none.
-    """
+    """Return what somebody should know of a configuration; errors would stop the program."""
     return (
         *_about_the_model(configuration),
         *_about_inputs(configuration),
@@ -129,18 +116,10 @@ def _about_outputs(configuration: MachineConfiguration) -> Iterator[Finding]:
 
 
 def largest_of_training(output: Output) -> float | None:
-    """Return the largest displacement that a model gives in the range of its training.
+    """Return the largest displacement [µm] that a model gives in the range of its training.
 
-    Parameters
-    ----------
-    output : Output
-        An output of the model.
-
-    Returns
-    -------
-    float or None
-        Every input at that end of its range, for long, and at that diameter, at which its part is
-        largest, all of one sign; None where a range is not known. [µm]
+    Every input stands for long at that end of its range, and at that diameter, at which its part
+    is largest, all of one sign. None where a range is not known.
     """
     lowest_um, highest_um = output.offset_um, output.offset_um
     for part in output.parts:

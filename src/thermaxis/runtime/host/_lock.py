@@ -85,19 +85,6 @@ def sole_runner(state_file: Path, machine: str) -> AbstractContextManager[None]:
 
     Not protected: a second program on another computer, or with another configuration file for
     the same machine. The self-test and the read-back notice it.
-
-    Parameters
-    ----------
-    state_file : Path
-        The machine's state file; the lock stands beside it.
-    machine : str
-        Name of the machine.
-
-    Returns
-    -------
-    context manager
-        Raises ConfigurationError if another program holds the lock, the folder cannot be written
-        to, or there are no locks here.
     """
     path = state_file.with_name(f"{state_file.name}.lock")
     taken = ConfigurationError("machine_in_use", machine=machine, place=Place(str(path)))

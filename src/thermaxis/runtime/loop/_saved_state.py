@@ -69,12 +69,7 @@ class SavedState:
 
 @final
 class StateFile:
-    """Two files that hold the state by turns.
-
-    Parameters
-    ----------
-    path : Path
-        The first file; the second has ``.other`` added.
+    """Two files that hold the state by turns: a path, and the same with ``.other`` added.
 
     Notes
     -----
@@ -91,20 +86,7 @@ class StateFile:
         """Why the last save failed; None if it did not."""
 
     def save(self, saved: SavedState, compensation: Compensation) -> bool:
-        """Save the state; a full disk is said in `failure` and stops nothing.
-
-        Parameters
-        ----------
-        saved : SavedState
-            The state.
-        compensation : Compensation
-            What it is the state of: gives names to its numbers.
-
-        Returns
-        -------
-        bool
-            Whether it was saved.
-        """
+        """Save the state; a full disk is said in `failure` and stops nothing."""
         place = self._places[self._turn]
         fields = {**_to_json(saved, compensation), "saves": self._saves + 1}
         body = json.dumps(fields, separators=(",", ":"))
@@ -128,17 +110,8 @@ class StateFile:
     def load(self, compensation: Compensation) -> tuple[SavedState | None, Message | None]:
         """Return the whole state that was saved last, in the shape of a compensation.
 
-        Parameters
-        ----------
-        compensation : Compensation
-            What the loop runs with now; what it does not know of is left out.
-
-        Returns
-        -------
-        saved : SavedState or None
-            The state.
-        why : Message or None
-            Why there is none: `NO_FILE`, `DAMAGED`, or `OTHER_VERSION`, which is not guessed at.
+        Where there is none the message says why: `NO_FILE`, `DAMAGED`, or `OTHER_VERSION`, which
+        is not guessed at.
         """
         found: list[tuple[int, datetime, int, SavedState]] = []
         why = Message(NO_FILE)

@@ -17,11 +17,6 @@ EVERY_S: Final = 1.0
 class SignOfLife:
     """Sends a sign of life after cycles, where the program was started by systemd.
 
-    Parameters
-    ----------
-    address : str, optional
-        Where systemd listens. Default: what the environment says; empty: nothing is sent.
-
     Notes
     -----
     Not protected: systemd starts the loop anew after its own time; until then the machine's
@@ -39,13 +34,7 @@ class SignOfLife:
         self._at = float("-inf")
 
     def tell(self, status: RuntimeStatus) -> None:
-        """Send a sign of life; a failure to send is no failure of the loop.
-
-        Parameters
-        ----------
-        status : RuntimeStatus
-            Status after a cycle.
-        """
+        """Send a sign of life; a failure to send is no failure of the loop."""
         now_s = status.output.time_s
         if not self._address or (now_s - self._at < EVERY_S and now_s >= self._at):
             return

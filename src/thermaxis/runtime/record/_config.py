@@ -170,24 +170,7 @@ class RecordSettings:
 
 
 def read_record(path: Path | str) -> RecordSettings:
-    """Read the configuration of a recording.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file; relative names in it count from its folder.
-
-    Returns
-    -------
-    RecordSettings
-        With the secrets read, and masked.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, a key is unknown or wrong, channels contradict each other, or
-        a secret cannot be read; all that is wrong is told at once.
-    """
+    """Read the configuration of a recording."""
     path = Path(path)
     tables = read_tables(path)
     try:

@@ -55,13 +55,7 @@ _THREAD = re.compile(r"\s*\d+\s+(?:YES|NO)\s+(?P<thread>\S+)\s+\(.*")
 @final
 @dataclass(frozen=True, slots=True)
 class LinuxCncOutput:
-    """One output on one joint.
-
-    Raises
-    ------
-    ConfigurationError
-        If joint, unit, sign or acceleration cannot be.
-    """
+    """One output on one joint."""
 
     joint: int
     """Number of the joint, from 0. [1]"""
@@ -124,13 +118,7 @@ class LinuxCncOutput:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinuxCncSettings:
-    """What the sink and the HAL file are made from.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is no output, two act on one joint, or a time or name cannot be.
-    """
+    """What the sink and the HAL file are made from."""
 
     outputs: Mapping[str, LinuxCncOutput]
     """Outputs by the name that the model gives them."""
@@ -246,18 +234,6 @@ def hal_text(settings: LinuxCncSettings, file: str = "thermal.hal") -> str:
 
     Clamp, rate and acceleration are those of the configuration: what thermaxis never asks for, the
     machine never does.
-
-    Parameters
-    ----------
-    settings : LinuxCncSettings
-        Joints and limits.
-    file : str
-        Name of the file, for the instruction at its head. Default: ``thermal.hal``.
-
-    Returns
-    -------
-    str
-        Lines of HAL, ASCII.
     """
     outputs = sorted(settings.outputs.values(), key=lambda output: output.joint)
     thread = settings.thread

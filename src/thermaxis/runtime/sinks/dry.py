@@ -11,11 +11,6 @@ from thermaxis.runtime._ports import Applied, Sink
 class DrySink(Sink):
     """A machine that accepts everything and does nothing.
 
-    Parameters
-    ----------
-    outputs : sequence of str
-        Names of the outputs.
-
     Notes
     -----
     Not protected: that a dry run went well says nothing about sign and unit of the real axis.

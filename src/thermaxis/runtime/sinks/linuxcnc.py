@@ -83,15 +83,6 @@ class LinuxCncSink(Sink):
     the same signals in the instant between two looks. The soft limits do not see the offset: the
     hard stops must lie outside them by its bound.
 
-    Parameters
-    ----------
-    settings : LinuxCncSettings
-        Joints, limits and times.
-    clock : Clock
-        Time.
-    open_hal : callable, optional
-        Makes the connection to HAL. Default: starts ``halcmd``.
-
     Notes
     -----
     A set is confirmed by a get of the same signal. A period counter of the servo thread proves
@@ -199,18 +190,10 @@ class LinuxCncSink(Sink):
     # ---- what the loop asks ---------------------------------------------------------------------
 
     async def found(self, deadline_s: float) -> Mapping[str, float | None] | None:
-        """Return where the offsets stand, when that is news. [µm]
+        """Return where the offsets stand [µm], when that is news.
 
-        Parameters
-        ----------
-        deadline_s : float
-            Time within which it returns. [s]
-
-        Returns
-        -------
-        mapping or None
-            Once after LinuxCNC came or its joints were homed, and once after the watchdog tripped;
-            then it may be on its way to zero.
+        That is once after LinuxCNC came or its joints were homed, and once after the watchdog
+        tripped; then an offset may be on its way to zero.
         """
         if not (self.connected and self._news):
             return None
@@ -229,18 +212,8 @@ class LinuxCncSink(Sink):
     async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
         """Write corrections and move the heartbeat, or do neither.
 
-        Parameters
-        ----------
-        correction_um : mapping of str to float
-            One finite number per output. [µm]
-        deadline_s : float
-            Time within which it returns. [s]
-
-        Returns
-        -------
-        bool
-            Whether the machine has all of them, and its watchdog is satisfied. False, with nothing
-            written, while what `found` has to tell was not read.
+        Returns whether the machine has all of them, and its watchdog is satisfied. Nothing is
+        written while what `found` has to tell was not read.
         """
         lacking = [n for n, _ in self._outputs if not math.isfinite(correction_um.get(n, math.nan))]
         if lacking:
@@ -299,16 +272,8 @@ class LinuxCncSink(Sink):
     async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
         """Return what was asked, what the machine's limiter accepts, and what acts now.
 
-        Parameters
-        ----------
-        deadline_s : float
-            Time within which it returns. [s]
-
-        Returns
-        -------
-        mapping of str to Applied
-            Accepted is where the limiter goes: the request within its bounds, and zero without a
-            heartbeat. Effective is the offset that is added. [µm]
+        Accepted is where the limiter goes: the request within its bounds, and zero without a
+        heartbeat. Effective is the offset that is added.
         """
         read = await self._in_turn(self._read, deadline_s)
         if read is not None:

@@ -22,13 +22,7 @@ _NOT_ANSWERED: Final = Message("error-machine_silent")
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpcUaOutput:
-    """Where one offset goes.
-
-    Raises
-    ------
-    ConfigurationError
-        If a node is none, or unit or sign are not known.
-    """
+    """Where one offset goes."""
 
     node: str
     """The node that is written."""
@@ -52,15 +46,6 @@ class OpcUaOutput:
 @final
 class OpcUaSink(Sink):
     """Writes all offsets and the heartbeat with one request per cycle.
-
-    Parameters
-    ----------
-    session : OpcUaSession
-        The connection.
-    outputs : mapping of str to OpcUaOutput
-        Where each offset goes, by the output's name.
-    heartbeat_node : str, optional
-        A truth value or number that moves with every write. Default: none.
 
     Notes
     -----

@@ -27,18 +27,8 @@ class ProbedSource(Source):
     leaves the samples without a value. While the inputs are lost, probes are lost as well.
 
     Not protected: a server that does one thing after the other answers the inputs late if a probe
-    keeps it busy. Whether probe and correction have one sign is not looked at.
-
-    Parameters
-    ----------
-    source : Source
-        Where everything else comes from. Whether it is connected, and has ended, counts alone.
-    probes : Source
-        Where probes are read; it must share no connection with `source`.
-    names : sequence of str
-        Names of the probes, as `probe_name` gives them.
-    clock : Clock
-        Time.
+    keeps it busy. Whether probe and correction have one sign is not looked at. The probes' source
+    must share no connection with the other one.
     """
 
     def __init__(self, source: Source, probes: Source, names: Sequence[str], clock: Clock) -> None:

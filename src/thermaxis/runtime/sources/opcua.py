@@ -17,13 +17,7 @@ from thermaxis.runtime.opcua import WRONG_TYPE, OpcUaSession, parse_node, plain_
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NodeSettings:
-    """Where one value comes from.
-
-    Raises
-    ------
-    ConfigurationError
-        If the node is none, the unit not known, or the scale no number other than zero.
-    """
+    """Where one value comes from."""
 
     node: str
     """The node, such as ``ns=2;s=T_spindle``."""
@@ -49,13 +43,6 @@ class NodeSettings:
 @final
 class OpcUaSource(Source):
     """Reads all values with one request per cycle, each with its status and its age.
-
-    Parameters
-    ----------
-    session : OpcUaSession
-        The connection.
-    nodes : mapping of str to NodeSettings
-        Where each channel, interlock and flag comes from, by its name.
 
     Notes
     -----

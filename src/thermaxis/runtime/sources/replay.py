@@ -12,13 +12,7 @@ from thermaxis.thermal import ThermalLog
 
 @final
 class ReplayClock:
-    """The clock of a replayed log: it is as late as whoever waits wants it to be.
-
-    Parameters
-    ----------
-    start : datetime, optional
-        Time of day of the log's first row, aware. Default: the beginning of 2000.
-    """
+    """The clock of a replayed log: it is as late as whoever waits wants it to be."""
 
     def __init__(self, start: datetime = datetime(2000, 1, 1, tzinfo=UTC)) -> None:
         self._start = start
@@ -39,23 +33,7 @@ class ReplayClock:
 
 @final
 class ReplaySource(Source):
-    """Values of a log, held until the next row, as if they were read at that time.
-
-    Parameters
-    ----------
-    log : ThermalLog
-        The log.
-    names : mapping
-        What is asked for: columns of the log, each with the unit that is wanted, such as
-        ``degC``.
-    clock : ReplayClock
-        The clock that runs along the log.
-
-    Raises
-    ------
-    DataError
-        If the log lacks a column, or its unit cannot be converted.
-    """
+    """Values of a log, held until the next row, as if they were read at that time."""
 
     def __init__(self, log: ThermalLog, names: Mapping[str, str], clock: ReplayClock) -> None:
         self._clock = clock

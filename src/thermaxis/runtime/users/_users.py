@@ -165,23 +165,7 @@ def _hasher() -> PasswordHasher:
 def check_name(name: str, place: Place = _NAME) -> str:
     """Return the name of a user if it may stand in the file, in logs and on a screen.
 
-    Parameters
-    ----------
-    name : str
-        The name.
-    place : Place
-        The place, for the error.
-
-    Returns
-    -------
-    str
-        The same.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is empty or too long, has other characters than letters, digits, space and
-        ``- _ . @``, or begins or ends with a space.
+    It has letters, digits, space and ``- _ . @`` only, and neither begins nor ends with a space.
     """
     fits = 0 < len(name) <= LONGEST_NAME and name == name.strip()
     if not (fits and all(sign.isalnum() or sign in _NAME_SIGNS for sign in name)):
@@ -190,24 +174,7 @@ def check_name(name: str, place: Place = _NAME) -> str:
 
 
 def read_users(path: Path | str) -> tuple[User, ...]:
-    """Read a file of users.
-
-    Parameters
-    ----------
-    path : path or str
-        The file.
-
-    Returns
-    -------
-    tuple of User
-        The users in the order of the file.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, others than its owner may read or write it, it is no TOML, a
-        key is unknown or missing, a name stands twice, or a hash is no argon2id hash.
-    """
+    """Read a file of users."""
     place = Place(str(path))
     content = read_private(Path(path), limit_bytes=LARGEST_FILE_BYTES)
     try:
@@ -262,20 +229,7 @@ def _checked_hash(text: str, place: Place) -> str:
 
 
 def write_users(users: Sequence[User], path: Path | str) -> None:
-    """Write a file of users beside the old one and put it in its place.
-
-    Parameters
-    ----------
-    users : sequence of User
-        All users.
-    path : path or str
-        The file; it becomes readable by its owner only.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; the old file stands then.
-    """
+    """Write a file of users beside the old one and put it in its place."""
     target = Path(path).resolve()
     text = "".join(
         f'[[user]]\nname = "{check_name(u.name)}"\nrole = "{u.role}"\nhash = "{u.hash}"\n\n'
@@ -310,32 +264,11 @@ class Failures:
         self._by_name: dict[str, list[float]] = {}
 
     def refused(self, name: str, now_s: float) -> bool:
-        """Return whether a log-in is refused without a look at its password.
-
-        Parameters
-        ----------
-        name : str
-            Name that was given.
-        now_s : float
-            Time. [s]
-        """
+        """Return whether a log-in is refused without a look at its password."""
         return self.waiting(name, now_s) is not None
 
     def waiting(self, name: str, now_s: float) -> Waiting | None:
-        """Return who is refused for failures, and for how long.
-
-        Parameters
-        ----------
-        name : str
-            Name that was given.
-        now_s : float
-            Time. [s]
-
-        Returns
-        -------
-        Waiting or None
-            None where a password is looked at.
-        """
+        """Return who is refused for failures, and for how long."""
         while self._in_all and self._in_all[0] <= now_s - REFUSED_S:
             self._in_all.popleft()
         if len(self._in_all) >= FAILURES_IN_ALL:
@@ -348,15 +281,7 @@ class Failures:
         return None
 
     def failed(self, name: str, now_s: float) -> None:
-        """Count a failure.
-
-        Parameters
-        ----------
-        name : str
-            Name that was given.
-        now_s : float
-            Time. [s]
-        """
+        """Count a failure."""
         self._in_all.append(now_s)
         times = self._by_name.pop(name, [])
         self._by_name[name] = [*times[-FAILURES_BY_NAME:], now_s]
@@ -364,15 +289,7 @@ class Failures:
             del self._by_name[next(iter(self._by_name))]
 
     def succeeded(self, name: str, then_s: float) -> None:
-        """Forget the failures of a name, and what was counted for its log-in in advance.
-
-        Parameters
-        ----------
-        name : str
-            Name that has logged in.
-        then_s : float
-            Time at which its log-in was counted. [s]
-        """
+        """Forget the failures of a name, and what was counted for its log-in in advance."""
         self._by_name.pop(name, None)
         with contextlib.suppress(ValueError):
             self._in_all.remove(then_s)
