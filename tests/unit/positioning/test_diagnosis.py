@@ -429,7 +429,6 @@ def test_a_drift_that_turns_back_is_told_after_the_faults_of_the_axis() -> None:
 
 def screw_temperature(test: PositioningTest, lead_s: float) -> np.ndarray:
     """Return a temperature that the structure's drift follows after a while."""
-    assert test.time_s is not None
     warm = 2.0 * -np.expm1(-(test.time_s + lead_s) / 1800.0)
     return 22.0 + warm + 0.01 * np.random.default_rng(1).standard_normal(warm.shape)
 
@@ -456,7 +455,6 @@ def test_a_temperature_ahead_of_the_drift_is_named_with_its_lag() -> None:
         thermal=AxisThermal(hall_swing_k=2.0, hall_sensitivity=2.0, hall_period_s=7200.0),
     )
     test = measured(axis, 3, cycles=40)
-    assert test.time_s is not None
     ahead = 20.0 + np.sin(2.0 * np.pi * (test.time_s + 900.0) / 7200.0)
     found = only(with_drift_model(replace(test, channels={"hall_c": ahead})), "temperature_channel")
     minutes = float(found.text.split(" min later")[0].split(" ")[-1])
@@ -465,7 +463,6 @@ def test_a_temperature_ahead_of_the_drift_is_named_with_its_lag() -> None:
 
 def test_temperatures_of_another_course_and_other_channels_are_not_named() -> None:
     test = measured(STRUCTURE_ONLY, 3, cycles=25)
-    assert test.time_s is not None
     warm = screw_temperature(test, 0.0)
     wandering = np.cumsum(np.random.default_rng(5).standard_normal(test.time_s.size))
     channels = {

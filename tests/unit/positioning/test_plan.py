@@ -269,8 +269,6 @@ def test_another_cycle_is_told_with_the_place_where_the_order_leaves_the_plan() 
 def test_two_exchanged_readings_are_found() -> None:
     plan = plan_of()
     test = planned_test(plan)
-    assert test.order is not None
-    assert test.time_s is not None
     order, time_s = test.order.copy(), test.time_s.copy()
     for values in (order, time_s):
         values[2, 1, FORWARD], values[3, 1, FORWARD] = (
@@ -321,7 +319,6 @@ def test_stops_that_were_shorter_or_longer_than_planned_and_pauses_are_told() ->
     (said,) = check_against_plan(planned_test(replace(plan, dwell_s=6.0)), plan)
     assert "4 s later than planned" in said
     test = planned_test(plan)
-    assert test.time_s is not None
     whole = replace(test, time_s=np.round(test.time_s))  # whole seconds do not accuse the dwell
     assert check_against_plan(whole, plan) == ()
     time_s = test.time_s + np.where(test.order > 30, 720.0, 0.0)
@@ -356,7 +353,6 @@ def test_for_a_straight_drift_the_levels_have_the_covariance_of_dense_least_squa
 ) -> None:
     plan = plan_of(cycle=cycle, cycles=4)
     test = planned_test(plan)
-    assert test.time_s is not None
     i, j, a = np.nonzero(~np.isnan(test.deviation))
     time = test.time_s[i, j, a]
     x = plan.target - plan.target.mean()
@@ -380,7 +376,6 @@ def test_the_drift_evaluation_reaches_what_the_covariance_foretells(
     assumptions = RunAssumptions(drift=drift, time_constant_s=3600.0 * hours)
     expected = expected_uncertainty(plan, assumptions, samples=10)
     simulated = simulate_uncertainty(plan, assumptions, runs=4, seed=2)
-    assert simulated is not None
 
     foretold = float(np.sqrt(np.mean(expected.level_std**2)))
     assert 0.75 * foretold < simulated.level_std < 1.25 * foretold
@@ -393,7 +388,6 @@ def test_the_figures_scatter_as_those_of_simulated_runs() -> None:
     assumptions = RunAssumptions()
     expected = expected_uncertainty(plan, assumptions)
     test = planned_test(plan)
-    assert test.time_s is not None
     level = assumed_levels(plan, assumptions)
     part = (target - target[0]) / np.ptp(target)
     drift = 10.0 * (1.0 - np.exp(-test.time_s / 3600.0)) * (0.5 + part)[:, None, None]
@@ -434,7 +428,6 @@ def test_more_cycles_are_never_worse_nor_are_levels_better_than_without_any_drif
 def test_the_error_of_plain_means_is_that_of_the_assumed_drift() -> None:
     plan = plan_of(cycles=2)
     test = planned_test(plan)
-    assert test.time_s is not None
     along = 1.0 + (plan.target - 49.5) / 99.0
     drift = 8.0 * (1.0 - np.exp(-test.time_s / 600.0)) * along[:, None, None]
     at = 8.0 * (1.0 - np.exp(-float(test.time_s.mean()) / 600.0)) * along

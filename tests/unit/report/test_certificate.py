@@ -1,11 +1,11 @@
 """What certificates say."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.unit.report.builders import make_report, make_run
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import (
@@ -22,9 +22,6 @@ from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, PositioningReport, check_limits, unshowable
 from thermaxis.report._document import Document, Fields, ItemList, Signature, Table, Verdict
 from thermaxis.report.certificate._certificate import build_certificate
-
-MakeRun = Callable[..., PositioningTest]
-MakeReport = Callable[..., PositioningReport]
 
 LIMITS = FigureLimits(
     {"B": 4.0, "A": 20.0, "R": 30.0},
@@ -66,7 +63,7 @@ def fields_of(report: PositioningReport) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def small(make_run: MakeRun, make_report: MakeReport) -> PositioningReport:
+def small() -> PositioningReport:
     return make_report(make_run(), limits=LIMITS)
 
 
@@ -115,10 +112,9 @@ def test_a_figure_above_or_near_its_limit_decides_the_run(small: PositioningRepo
 
 
 def test_rounding_never_hides_on_which_side_of_its_limit_a_figure_is(
-    small: PositioningReport, make_report: MakeReport
+    small: PositioningReport,
 ) -> None:
     b = small.iso230_2.B
-    assert b is not None
     limit = round(b, 2) if round(b, 2) < b else round(b, 2) + 0.0
     printed: list[str] = []
     for shifted in (limit - 1e-5, limit + 1e-5):
@@ -129,9 +125,7 @@ def test_rounding_never_hides_on_which_side_of_its_limit_a_figure_is(
     assert float(printed[0]) <= limit < float(printed[1])
 
 
-def test_without_limits_there_is_no_verdict_and_a_note_says_so(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_without_limits_there_is_no_verdict_and_a_note_says_so() -> None:
     document = document_of(make_report(make_run()))
     assert not any(isinstance(block, Verdict) for block in document.opening)
     assert "No limits were stated: this certificate gives no verdict." in notes_of(document)
@@ -151,9 +145,7 @@ def test_the_names_follow_the_edition(small: PositioningReport) -> None:
     assert words[Edition.E2006] == words[Edition.E1997] == "reversal value"
 
 
-def test_a_unidirectional_run_says_why_figures_are_absent(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_unidirectional_run_says_why_figures_are_absent() -> None:
     document = document_of(make_report(make_run(approaches="forward")))
     rows = {row[0]: row for row in result_rows(document)}
     for symbol in ("B", "B̄", "M", "E↓", "E", "R↓", "R", "A↓", "A"):
@@ -168,9 +160,7 @@ def test_a_unidirectional_run_says_why_figures_are_absent(
     assert [c.label for c in columns] == ["i", "Target [mm]", "x̄↑", "s↑", "R↑"]
 
 
-def test_a_long_axis_says_why_repeatability_is_absent(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_long_axis_says_why_repeatability_is_absent() -> None:
     report = make_report(make_run(12, 1, length=2750.0))
     rows = {row[0]: row for row in result_rows(document_of(report))}
     for symbol in ("R↑", "R↓", "R", "A↑", "A↓", "A"):
@@ -181,9 +171,7 @@ def test_a_long_axis_says_why_repeatability_is_absent(
     assert all(row[2] != "absent" for row in result_rows(document_of(full)))
 
 
-def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds() -> None:
     header = {"feed_deg_per_min": "720", "feed_mm_per_min": "300"}
     report = make_report(make_run(kind=AxisKind.ROTARY, length=360.0), header=header)
     document = document_of(report)
@@ -195,9 +183,7 @@ def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds(
     assert "µm" not in section_of(document, "Annex")
 
 
-def test_another_test_cycle_is_named_and_is_not_for_acceptance(
-    small: PositioningReport, make_report: MakeReport
-) -> None:
+def test_another_test_cycle_is_named_and_is_not_for_acceptance(small: PositioningReport) -> None:
     step, pilgrim = (replace(small.test, cycle=cycle) for cycle in (Cycle.STEP, Cycle.PILGRIM))
     for report, words in (
         (replace(small, test=step), "step cycle (Annex B)"),
@@ -212,9 +198,7 @@ def test_another_test_cycle_is_named_and_is_not_for_acceptance(
         )
 
 
-def test_a_verdict_on_a_run_that_misses_a_condition_says_so(
-    small: PositioningReport, make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_verdict_on_a_run_that_misses_a_condition_says_so(small: PositioningReport) -> None:
     assert verdict_of(document_of(small)).reservation == ""
     assert "does not meet" not in notes_of(document_of(small))
     report = make_report(make_run(cycles=8), limits=LIMITS)
@@ -227,9 +211,7 @@ def test_a_verdict_on_a_run_that_misses_a_condition_says_so(
     assert report.conditions[0] in section_of(document, "Remarks")
 
 
-def test_the_number_of_runs_is_remarked_upon_only_where_the_standard_asks_for_another(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_the_number_of_runs_is_remarked_upon_only_where_the_standard_asks_for_another() -> None:
     words = "ISO 230-2 asks for 5 runs per direction; these figures are of"
     for usual in (make_run(), make_run(12, 1, length=2750.0)):
         assert words not in notes_of(document_of(make_report(usual, conditions=())))
@@ -259,8 +241,6 @@ def test_the_other_method_stands_apart_and_says_that_it_is_no_result_of_the_stan
     assert "position 1 (0 mm) in cycle 1" in text
     assert "Student's factor t = 2.869" in text
     adjacent = small.adjacent_difference
-    assert adjacent is not None
-    assert adjacent.forward is not None
     for values in (adjacent.forward.mean_difference, adjacent.forward.standard_uncertainty):
         assert all(f"'{value:.3f}'" in text for value in values)
     headings = [section.heading for section in small_document.sections]
@@ -278,17 +258,13 @@ def test_a_position_that_stands_out_is_named_in_words(hundred_cycles: Positionin
     assert "±2s of the mean, equation (6)" in text
 
 
-def test_a_short_run_does_not_claim_that_no_position_stands_out(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_short_run_does_not_claim_that_no_position_stands_out() -> None:
     for targets, cycles in ((4, 5), (9, 2)):
         text = section_of(document_of(make_report(make_run(targets, cycles))), "Adjacent")
         assert "Too few positions or complete cycles" in text
 
 
-def test_all_readings_are_printed_with_all_their_decimals(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_all_readings_are_printed_with_all_their_decimals() -> None:
     test = make_run(cycles=3)
     deviation = test.deviation.copy()
     deviation[4, 2, 0] = np.nan
@@ -305,9 +281,7 @@ def test_all_readings_are_printed_with_all_their_decimals(
     assert "53 readings, 1 missing" in str(annex.blocks[0])
 
 
-def test_a_wide_run_is_printed_in_several_tables_that_hold_every_target(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_wide_run_is_printed_in_several_tables_that_hold_every_target() -> None:
     report = make_report(make_run(41, 2, length=1000.0))
     tables = [b for b in document_of(report).sections[-1].blocks if isinstance(b, Table)]
     assert len(tables) > 1
@@ -315,9 +289,7 @@ def test_a_wide_run_is_printed_in_several_tables_that_hold_every_target(
     assert [float(label) for label in labels] == report.test.target.tolist()
 
 
-def test_a_very_long_run_is_not_printed_reading_by_reading(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_very_long_run_is_not_printed_reading_by_reading() -> None:
     report = make_report(make_run(11, 1000, times=False))
     text = section_of(document_of(report), "Annex B")
     assert "The 22000 readings are not printed here" in text
@@ -329,9 +301,7 @@ def test_a_very_long_run_is_not_printed_reading_by_reading(
     )
 
 
-def test_targets_with_fewer_readings_are_counted_in_the_notes(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_targets_with_fewer_readings_are_counted_in_the_notes() -> None:
     test = make_run(9, 6, times=False)
     deviation = test.deviation.copy()
     deviation[4, 2:, 1] = np.nan
@@ -371,9 +341,7 @@ def test_characters_without_a_sign_in_the_fonts_are_named(small: PositioningRepo
         assert text.count("cannot be shown in the PDF") == 1
 
 
-def test_further_channels_and_header_lines_are_shown(
-    small: PositioningReport, make_report: MakeReport
-) -> None:
+def test_further_channels_and_header_lines_are_shown(small: PositioningReport) -> None:
     channel = np.full(small.test.deviation.shape, 28.5)
     channel[0, 0, 0] = 31.0
     channel[1, 0, 0] = np.nan
@@ -471,7 +439,7 @@ def test_a_run_that_the_instrument_reduced_to_20_c_says_by_what(small: Positioni
     assert fields["Applied by (instrument or software)"] == applied
 
 
-def test_what_nobody_stated_is_printed_as_not_stated(make_report: MakeReport) -> None:
+def test_what_nobody_stated_is_printed_as_not_stated() -> None:
     readings = np.array([[[0.1, 0.2], [0.3, 0.1]], [[0.5, 0.4], [0.2, 0.1]]])
     test = PositioningTest(kind=AxisKind.LINEAR, target=np.array([0.0, 10.0]), deviation=readings)
     document = document_of(make_report(test))
@@ -486,9 +454,7 @@ def test_what_nobody_stated_is_printed_as_not_stated(make_report: MakeReport) ->
     assert document.date is None
 
 
-def test_the_settings_hash_follows_what_the_results_depend_on(
-    small: PositioningReport, make_report: MakeReport
-) -> None:
+def test_the_settings_hash_follows_what_the_results_depend_on(small: PositioningReport) -> None:
     other_header = replace(small, header={**small.header, "dwell_s": "3"})
     no_limits = replace(small, limits=None)
     other_date = replace(small, date="2026-11-20")

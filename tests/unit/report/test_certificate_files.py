@@ -13,10 +13,11 @@ import pypdfium2
 import pytest
 
 from tests.refusals import refused
+from tests.unit.report.builders import make_report, make_run
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS
-from thermaxis.positioning import FIGURE_KEYS, PositioningTest, StartEnd
+from thermaxis.positioning import FIGURE_KEYS, StartEnd
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, PositioningReport, write_report
 from thermaxis.report.certificate import render_html
@@ -24,8 +25,6 @@ from thermaxis.report.certificate._certificate import build_certificate
 from thermaxis.report.certificate._html import certificate_html
 from thermaxis.report.certificate._pdf import certificate_pdf
 
-MakeRun = Callable[..., PositioningTest]
-MakeReport = Callable[..., PositioningReport]
 DrawnOnce = Callable[[], AbstractContextManager[None]]
 
 HOSTILE = (
@@ -88,7 +87,7 @@ def assert_harmless(page: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def small(make_run: MakeRun, make_report: MakeReport) -> PositioningReport:
+def small() -> PositioningReport:
     return make_report(make_run(), limits=LIMITS)
 
 
@@ -186,9 +185,7 @@ def test_a_hundred_cycles_fill_a_reasonable_number_of_pages(
 
 @pytest.mark.usefixtures("no_charts")
 @pytest.mark.parametrize("text", HOSTILE)
-def test_hostile_text_is_shown_and_not_obeyed(
-    make_run: MakeRun, make_report: MakeReport, text: str
-) -> None:
+def test_hostile_text_is_shown_and_not_obeyed(text: str) -> None:
     test = replace(
         make_run(3, 1, length=2750.0),
         channels={text: np.zeros((3, 1, 2))},
@@ -211,9 +208,7 @@ def test_hostile_text_is_shown_and_not_obeyed(
     assert "accuracy" in pdf
 
 
-def test_a_hostile_title_stays_text_in_the_charts_too(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_hostile_title_stays_text_in_the_charts_too() -> None:
     text = "".join(HOSTILE[:3])
     header = {"title": text, "axis": text}
     report = make_report(
@@ -252,11 +247,7 @@ def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_pag
     ],
 )
 def test_every_kind_of_run_has_a_certificate(
-    make_run: MakeRun,
-    make_report: MakeReport,
-    targets: int,
-    cycles: int,
-    options: dict[str, object],
+    targets: int, cycles: int, options: dict[str, object]
 ) -> None:
     report = make_report(make_run(targets, cycles, **options), against_cycles=None)
     assert len(pdf_pages(certificate_pdf(report))) >= 3
@@ -264,9 +255,7 @@ def test_every_kind_of_run_has_a_certificate(
 
 
 @pytest.mark.usefixtures("no_charts")
-def test_the_suffix_chooses_the_format_and_progress_ends_at_its_total(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path
-) -> None:
+def test_the_suffix_chooses_the_format_and_progress_ends_at_its_total(tmp_path: Path) -> None:
     report = make_report(make_run(3, 2), against_cycles=None)
     told: list[tuple[int, int]] = []
     for name, start in (("a.PDF", b"%PDF-"), ("a.html", b"<!DOCTYPE"), ("a.htm", b"<!DOCTYPE")):

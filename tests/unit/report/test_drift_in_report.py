@@ -1,7 +1,6 @@
 """The drift, its uncertainty and the diagnosis in figures and certificates."""
 
 import csv
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from tests.unit.report.builders import make_report, make_run
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import (
     FIGURE_KEYS,
@@ -34,10 +34,6 @@ from thermaxis.report.charts import charts_of, time_words
 from thermaxis.report.charts._drift_model import drift_at
 from thermaxis.report.charts._figures import Chart
 
-MakeRun = Callable[..., PositioningTest]
-MakeReport = Callable[..., PositioningReport]
-
-
 HEADING = "Drift eliminated (not results of ISO 230-2)"
 DIGITS = 2e-9
 """Numbers in files are rounded to nine decimals."""
@@ -51,13 +47,7 @@ HOSTILE = (
 )
 
 
-def drifting(
-    make_report: MakeReport,
-    test: PositioningTest,
-    *,
-    robust: bool = False,
-    **fields: Any,
-) -> PositioningReport:
+def drifting(test: PositioningTest, *, robust: bool = False, **fields: Any) -> PositioningReport:
     """Return a report with everything that the command evaluates of the drift."""
     drift = evaluate_drift(test, robust=robust)
     evaluated = {
@@ -68,7 +58,7 @@ def drifting(
     return make_report(test, **{**evaluated, **fields})
 
 
-def still(make_run: MakeRun, seed: int = 3) -> PositioningTest:
+def still(seed: int = 3) -> PositioningTest:
     """Return a run that does not drift."""
     test = make_run()
     noise = np.random.default_rng(seed).normal(0.0, 0.3, test.deviation.shape)
@@ -76,10 +66,9 @@ def still(make_run: MakeRun, seed: int = 3) -> PositioningTest:
     return replace(test, deviation=level + noise)
 
 
-def bowing(make_run: MakeRun) -> PositioningTest:
+def bowing() -> PositioningTest:
     """Return a run whose axis bows in proportion to the time."""
     test = make_run(9, 8)
-    assert test.time_s is not None
     share = test.time_s / np.max(test.time_s)
     x = (test.target / 150.0 - 1.0)[:, None, None]
     noise = np.random.default_rng(4).normal(0.0, 0.1, test.deviation.shape)
@@ -154,8 +143,8 @@ def places(table: dict[str, list[str]], report: PositioningReport) -> tuple[np.n
 
 
 @pytest.fixture(scope="module")
-def report(make_run: MakeRun, make_report: MakeReport) -> PositioningReport:
-    return drifting(make_report, make_run())
+def report() -> PositioningReport:
+    return drifting(make_run())
 
 
 @pytest.fixture(scope="module")
@@ -190,8 +179,6 @@ def test_the_numbers_of_the_readings_are_the_results_in_time_order(
     report: PositioningReport,
 ) -> None:
     test, drift = report.test, report.drift
-    assert drift is not None
-    assert test.time_s is not None
     table = readings_table(report)
     at = places(table, report)
     assert len(table["cycle"]) == test.deviation.size
@@ -214,7 +201,6 @@ def test_the_numbers_of_the_readings_are_the_results_in_time_order(
 
 def test_the_numbers_of_the_curves_are_the_results(report: PositioningReport) -> None:
     drift = report.drift
-    assert drift is not None
     table = curves_table(report)
     for name, expected in (
         ("time_s", drift.time_s),
@@ -228,13 +214,11 @@ def test_the_numbers_of_the_curves_are_the_results(report: PositioningReport) ->
 
 
 def test_the_drift_at_a_target_is_that_of_its_readings_and_a_bow_is_drawn_and_stated(
-    make_run: MakeRun, make_report: MakeReport, report: PositioningReport
+    report: PositioningReport,
 ) -> None:
-    bowed = drifting(make_report, bowing(make_run))
+    bowed = drifting(bowing())
     for one in (report, bowed):
         drift, time_s = one.drift, one.test.time_s
-        assert drift is not None
-        assert time_s is not None
         assert (drift.bow is not None) == (one is bowed)
         for i, target in enumerate(one.test.target.tolist()):
             curve = np.interp(time_s[i], drift.time_s, drift_at(one, target))
@@ -252,7 +236,6 @@ def test_the_panes_hold_the_readings_the_drift_at_three_places_and_t0(
     report: PositioningReport, figure: Figure
 ) -> None:
     drift = report.drift
-    assert drift is not None
     raw, free, common, slope = figure.axes[:4]
     labels = legend_of(figure)
     assert labels[:2] == ["readings forward ↑", "readings backward ↓"]
@@ -269,7 +252,6 @@ def test_the_panes_hold_the_readings_the_drift_at_three_places_and_t0(
         assert faces == {"^": False, "v": True}
     spans = [np.ptp(axes.get_ylim()) / axes.get_position().height for axes in (raw, free)]
     assert spans[0] == pytest.approx(spans[1], rel=0.02)  # the same scale
-    assert drift.reference_time_s is not None
     for axes in (raw, free, common, slope):
         places_x = [np.asarray(line.get_xdata(), dtype=float) for line in axes.get_lines()]
         t0 = drift.reference_time_s / 60.0
@@ -285,18 +267,14 @@ def test_the_bands_are_two_standard_uncertainties(
     report: PositioningReport, figure: Figure
 ) -> None:
     drift = report.drift
-    assert drift is not None
     common = figure.axes[2]
     (band,) = common.collections
     vertices = band.get_paths()[0].vertices
-    assert vertices is not None
     assert np.max(vertices[:, 1]) == pytest.approx(np.max(drift.common + 2.0 * drift.common_std))
     assert np.min(vertices[:, 1]) == pytest.approx(np.min(drift.common - 2.0 * drift.common_std))
 
 
-def test_temperatures_are_drawn_below_and_other_channels_are_not(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_temperatures_are_drawn_below_and_other_channels_are_not() -> None:
     test = make_run()
     values = np.full(test.deviation.shape, 20.0)
     values[0, 0, 0] = np.nan
@@ -304,7 +282,7 @@ def test_temperatures_are_drawn_below_and_other_channels_are_not(
     deviation = test.deviation.copy()
     deviation[4, 2, 0] = np.nan  # a missing reading is in no row
     test = replace(test, deviation=deviation, time_source=TimeSource.INTERPOLATED)
-    report = drifting(make_report, replace(test, channels=channels))
+    report = drifting(replace(test, channels=channels))
     figure = draw(report)
     assert figure.axes[4].get_ylabel() == "temperature\n[°C]"
     labels = legend_of(figure)
@@ -322,10 +300,8 @@ def test_temperatures_are_drawn_below_and_other_channels_are_not(
     assert words[1:] in words_of(section_of(report))
 
 
-def test_a_long_run_is_drawn_in_part_and_the_chart_says_so(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    report = drifting(make_report, make_run(9, 150))
+def test_a_long_run_is_drawn_in_part_and_the_chart_says_so() -> None:
+    report = drifting(make_run(9, 150))
     figure = draw(report)
     assert "1998 of 2700 readings drawn" in figure.get_suptitle()
     assert len(readings_table(report)["cycle"]) == 2700
@@ -334,7 +310,7 @@ def test_a_long_run_is_drawn_in_part_and_the_chart_says_so(
 # ---- runs of other kinds -------------------------------------------------------------------------
 
 
-def test_without_a_drift_nothing_is_said_of_it(make_run: MakeRun, make_report: MakeReport) -> None:
+def test_without_a_drift_nothing_is_said_of_it() -> None:
     report = make_report(make_run())
     assert "drift" not in {chart.name for chart in charts_of(report)}
     headings = [section.heading for section in document_of(report).sections]
@@ -345,12 +321,9 @@ def test_without_a_drift_nothing_is_said_of_it(make_run: MakeRun, make_report: M
     assert len(tables_of(annex)) == 1
 
 
-def test_a_run_that_does_not_drift_is_left_as_it_was(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    report = drifting(make_report, still(make_run))
+def test_a_run_that_does_not_drift_is_left_as_it_was() -> None:
+    report = drifting(still())
     drift = report.drift
-    assert drift is not None
     assert drift.model is DriftModel.NONE
     words = words_of(section_of(report))
     assert "No drift is seen (p = " in words
@@ -366,12 +339,10 @@ def test_a_run_that_does_not_drift_is_left_as_it_was(
     assert all(row[1].startswith("0.0") for row in tables_of(section_of(report))[0].rows)
 
 
-def test_the_order_as_time_is_named_in_figure_and_certificate(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_the_order_as_time_is_named_in_figure_and_certificate() -> None:
     timed = make_run()
     test = replace(timed, time_source=TimeSource.ORDER, time_s=None)
-    report = drifting(make_report, test)
+    report = drifting(test)
     figure = draw(report)
     assert figure.axes[0].child_axes == []
     words = "no times: the order of the readings serves as time"
@@ -383,10 +354,8 @@ def test_the_order_as_time_is_named_in_figure_and_certificate(
     assert float(curves_table(report)["order"][-1]) == test.deviation.size
 
 
-def test_a_unidirectional_run_has_one_direction_and_no_reversal(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
-    report = drifting(make_report, make_run(cycles=8, approaches="backward"))
+def test_a_unidirectional_run_has_one_direction_and_no_reversal() -> None:
+    report = drifting(make_run(cycles=8, approaches="backward"))
     assert "there are no reversal values" in words_of(section_of(report))
     labels = [label for label in legend_of(draw(report)) if label.startswith("readings")]
     assert labels == ["readings backward ↓"]
@@ -397,8 +366,8 @@ def test_a_unidirectional_run_has_one_direction_and_no_reversal(
     assert set(readings_table(report)["direction"]) == {"backward"}
 
 
-def test_a_rotary_axis_drifts_in_arcseconds(make_run: MakeRun, make_report: MakeReport) -> None:
-    report = drifting(make_report, make_run(kind=AxisKind.ROTARY, length=360.0))
+def test_a_rotary_axis_drifts_in_arcseconds() -> None:
+    report = drifting(make_run(kind=AxisKind.ROTARY, length=360.0))
     for table in (readings_table(report), curves_table(report)):
         assert not any("_um" in name or "_mm" in name for name in table)
     assert "b_arcsec_per_1000_deg" in curves_table(report)
@@ -408,13 +377,11 @@ def test_a_rotary_axis_drifts_in_arcseconds(make_run: MakeRun, make_report: Make
     assert draw(report).axes[2].get_ylabel().endswith("[arcsec]")
 
 
-def test_an_outlier_is_named_in_the_certificate_and_marked_in_the_figure(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_an_outlier_is_named_in_the_certificate_and_marked_in_the_figure() -> None:
     test = make_run(9, 10)
     deviation = test.deviation.copy()
     deviation[6, 4, 1] += 40.0
-    report = drifting(make_report, replace(test, deviation=deviation), robust=True)
+    report = drifting(replace(test, deviation=deviation), robust=True)
     words = words_of(section_of(report))
     assert "Outliers, left out of this section only: target 7 (" in words
     assert "cycle 5 ↓, " in words
@@ -447,9 +414,6 @@ def test_measured_and_drift_free_figures_stand_beside_each_other_with_their_u(
     report: PositioningReport,
 ) -> None:
     drift, uncertainty = report.drift, report.uncertainty
-    assert drift is not None
-    assert uncertainty is not None
-    assert uncertainty.drift_free is not None
     table = tables_of(section_of(report))[1]
     labels = [column.label for column in table.columns]
     assert labels[1:] == [
@@ -476,7 +440,6 @@ def test_measured_and_drift_free_figures_stand_beside_each_other_with_their_u(
 
 def test_the_drift_is_stated_with_bands_that_hold_both_ends(report: PositioningReport) -> None:
     drift = report.drift
-    assert drift is not None
     common, slope = tables_of(section_of(report))[0].rows
     for cell, value, std in (
         (common[1], drift.common[0], drift.common_std[0]),
@@ -494,11 +457,9 @@ def test_the_drift_is_stated_with_bands_that_hold_both_ends(report: PositioningR
 
 def test_model_state_and_noise_are_stated(report: PositioningReport) -> None:
     drift = report.drift
-    assert drift is not None
     words = words_of(section_of(report))
     kind = {"line": "a straight line in time", "smooth": "a smooth curve in time"}
     assert f"Model: {kind[str(drift.model)]}" in words
-    assert drift.reference_time_s is not None
     assert f"{drift.reference_time_s / 60.0:.1f} min after the first reading" in words
     assert f"↑ {drift.noise_std[0]:.3f}, ↓ {drift.noise_std[1]:.3f} µm" in words
     assert f"of all residuals: {drift.residual_std:.3f} µm" in words
@@ -508,7 +469,6 @@ def test_the_annex_has_the_levels_with_their_standard_uncertainties(
     report: PositioningReport,
 ) -> None:
     drift = report.drift
-    assert drift is not None
     levels = tables_of(section_of(report, "Annex A: results of each target"))[1]
     assert [column.label for column in levels.columns[2:]] == ["level ↑", "u ↑", "level ↓", "u ↓"]
     for i, row in enumerate(levels.rows):
@@ -517,7 +477,6 @@ def test_the_annex_has_the_levels_with_their_standard_uncertainties(
 
 
 def test_the_warnings_of_the_drift_stand_in_its_section(report: PositioningReport) -> None:
-    assert report.drift is not None
     said = replace(report, drift=replace(report.drift, warnings=("target 4 <b> is odd",)))
     assert "Target 4 <b> is odd." in words_of(section_of(said))
     assert "Target 4 &lt;b&gt; is odd." in render_html(document_of(said))
@@ -526,7 +485,6 @@ def test_the_warnings_of_the_drift_stand_in_its_section(report: PositioningRepor
 def test_the_results_have_the_evaluated_uncertainty_where_no_other_is_stated(
     report: PositioningReport,
 ) -> None:
-    assert report.uncertainty is not None
     (table, *_) = tables_of(document_of(report).sections[0])
     assert [column.label for column in table.columns][2:] == ["Value [µm]", "U (k = 2, GUM) [µm]"]
     expected = report.uncertainty.measured.expanded_uncertainty
@@ -567,16 +525,14 @@ def test_the_diagnosis_is_printed_in_its_order(report: PositioningReport) -> Non
     assert listed.numbered
 
 
-def test_hostile_names_of_channels_and_findings_are_shown_and_not_obeyed(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_hostile_names_of_channels_and_findings_are_shown_and_not_obeyed() -> None:
     test = make_run(5, 4)
     channels = {f"{text} temp": np.full(test.deviation.shape, 21.0) for text in HOSTILE}
     findings = tuple(
         Finding("temperature_channel", 1.0, "µm/K", f"The channel '{text}'.", None)
         for text in HOSTILE
     )
-    report = drifting(make_report, replace(test, channels=channels), diagnosis=findings)
+    report = drifting(replace(test, channels=channels), diagnosis=findings)
     chart = drift_chart(report)
     with drawing(chart.name):
         figure = chart.draw(report)
@@ -596,7 +552,6 @@ def test_hostile_names_of_channels_and_findings_are_shown_and_not_obeyed(
 def test_the_settings_hash_follows_what_drift_and_uncertainty_depend_on(
     report: PositioningReport,
 ) -> None:
-    assert report.drift is not None
     others = (
         replace(report, drift=None, uncertainty=None),
         replace(report, drift=replace(report.drift, reference_time_s=60.0)),

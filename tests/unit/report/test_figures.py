@@ -1,12 +1,12 @@
 import csv
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.unit.report.builders import make_report, make_run
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import PositioningTest, montecarlo_difference
 from thermaxis.quantities import AxisKind
@@ -16,9 +16,6 @@ from thermaxis.report._style import drawing
 from thermaxis.report.charts import charts_of
 from thermaxis.report.charts._drift import draw_one_position, widest_position
 from thermaxis.report.charts._iso230_2 import draw_iso230_2
-
-MakeRun = Callable[..., PositioningTest]
-MakeReport = Callable[..., PositioningReport]
 
 ALL_NAMES = (
     "iso230_2",
@@ -57,7 +54,7 @@ def numbers(cells: list[str]) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def written(
-    make_run: MakeRun, make_report: MakeReport, tmp_path_factory: pytest.TempPathFactory
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> tuple[PositioningReport, Path, tuple[Path, ...]]:
     folder = tmp_path_factory.mktemp("figures") / "made" / "here"
     report = make_report(make_run())
@@ -118,8 +115,6 @@ def test_the_numbers_behind_the_adjacent_difference_charts_are_the_results(
 ) -> None:
     report, folder, _ = written
     adjacent = report.adjacent_difference
-    assert adjacent is not None
-    assert adjacent.backward is not None
     spread = columns(folder / "figure_10_standard_deviation.csv")
     mean = columns(folder / "figure_11_mean_mutual_deviation.csv")
     chart = columns(folder / "figure_12_deviation_chart.csv")
@@ -159,9 +154,7 @@ def test_the_numbers_behind_the_charts_of_cycles_are_the_readings(written: Writt
     assert against["cycles"] == ["2", "3", "4", "5"]
 
 
-def test_a_missing_reading_is_an_empty_cell_and_a_gap(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path
-) -> None:
+def test_a_missing_reading_is_an_empty_cell_and_a_gap(tmp_path: Path) -> None:
     test = make_run()
     deviation = test.deviation.copy()
     deviation[4, 2, 0] = np.nan
@@ -177,7 +170,7 @@ def test_a_missing_reading_is_an_empty_cell_and_a_gap(
 
 
 def test_a_unidirectional_run_has_one_curve_and_no_figures_of_both_directions(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path
+    tmp_path: Path,
 ) -> None:
     report = make_report(make_run(approaches="backward"))
     assert {chart.name for chart in charts_of(report)} == set(ALL_NAMES)
@@ -195,7 +188,7 @@ def test_a_unidirectional_run_has_one_curve_and_no_figures_of_both_directions(
     assert set(table["mean_forward_um"]) == {""}
 
 
-def test_a_single_run_has_no_bands_and_says_so(make_run: MakeRun, make_report: MakeReport) -> None:
+def test_a_single_run_has_no_bands_and_says_so() -> None:
     report = make_report(make_run(12, 1, length=2750.0))
     names = {chart.name for chart in charts_of(report)}
     absent = {
@@ -222,7 +215,7 @@ def test_a_single_run_has_no_bands_and_says_so(make_run: MakeRun, make_report: M
     assert labels == ["deviation forward ↑", "reference: position 1 in cycle 1"]
 
 
-def test_readings_without_any_spread_are_drawn(make_report: MakeReport) -> None:
+def test_readings_without_any_spread_are_drawn() -> None:
     for targets in (1, 3):
         deviation = np.full((targets, 2, 2), 7.5)
         target = np.arange(float(targets))
@@ -248,7 +241,6 @@ def test_the_figures_stand_on_the_chart_with_their_extents(written: Written) -> 
         y = np.asarray(line.get_ydata(), dtype=float)
         assert y.min() == np.min(lower)
         assert y.max() == np.max(upper)
-        assert value is not None
         assert y.max() - y.min() == pytest.approx(value, rel=1e-12)
         assert text.get_text().endswith(f"{value:.2f} µm")
     words = " ".join(text.get_text() for text in axes.texts)
@@ -258,9 +250,7 @@ def test_the_figures_stand_on_the_chart_with_their_extents(written: Written) -> 
     np.testing.assert_array_equal(axes.get_xticks(minor=True), report.test.target)
 
 
-def test_a_rotary_axis_is_drawn_in_degrees_and_arcseconds(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path
-) -> None:
+def test_a_rotary_axis_is_drawn_in_degrees_and_arcseconds(tmp_path: Path) -> None:
     report = make_report(make_run(kind=AxisKind.ROTARY, length=360.0))
     for chart in charts_of(report):
         names = list(table_of(report, chart.name, tmp_path))
@@ -272,7 +262,7 @@ def test_a_rotary_axis_is_drawn_in_degrees_and_arcseconds(
     assert axes.get_ylabel() == "deviation [arcsec]"
 
 
-def test_hostile_text_is_drawn_as_text(make_run: MakeRun, make_report: MakeReport) -> None:
+def test_hostile_text_is_drawn_as_text() -> None:
     for text in HOSTILE:
         header = {"title": text, "axis": text}
         report = make_report(make_run(5, 3), header=header, source_name=text)
@@ -294,9 +284,7 @@ def heading_of(report: PositioningReport) -> str:
         return draw_iso230_2(report).get_suptitle()
 
 
-def test_a_title_stands_whole_above_a_chart_or_not_at_all(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_a_title_stands_whole_above_a_chart_or_not_at_all() -> None:
     test = make_run(5, 3)
     own_line = "Generated run, seed 26: a virtual axis, no machine was measured"
     two_lines = f"{own_line}, and this title is longer than one line above a chart can ever hold"
@@ -315,12 +303,8 @@ def test_a_title_stands_whole_above_a_chart_or_not_at_all(
         assert heading.count("\n") == 1
 
 
-def test_the_time_scale_stays_where_a_reading_is_missing(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_the_time_scale_stays_where_a_reading_is_missing() -> None:
     test = make_run(5, 12)
-    assert test.time_s is not None
-    assert test.order is not None
     position = widest_position(make_report(test))
     deviation, time_s, order = test.deviation.copy(), test.time_s.copy(), test.order.copy()
     for values in (deviation, time_s, order):
@@ -346,9 +330,7 @@ def test_numbers_have_no_round_off_behind_their_last_digit() -> None:
     assert small == "a\n2.5e-13\n"
 
 
-def test_hundreds_of_runs_are_drawn_in_part_and_the_chart_says_so(
-    make_run: MakeRun, make_report: MakeReport
-) -> None:
+def test_hundreds_of_runs_are_drawn_in_part_and_the_chart_says_so() -> None:
     report = make_report(make_run(5, 450))
     with drawing("test"):
         labels = draw_iso230_2(report).axes[0].get_legend_handles_labels()[1]
@@ -356,7 +338,7 @@ def test_hundreds_of_runs_are_drawn_in_part_and_the_chart_says_so(
 
 
 def test_progress_is_told_before_each_chart_and_at_the_end(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for save in ("png_bytes", "svg_bytes"):  # drawn they are above
         monkeypatch.setattr(f"thermaxis.report._style.{save}", lambda _: b"chart")
@@ -366,9 +348,7 @@ def test_progress_is_told_before_each_chart_and_at_the_end(
     assert told == [(done, len(ALL_NAMES)) for done in range(len(ALL_NAMES) + 1)]
 
 
-def test_a_folder_that_cannot_be_made_is_an_error_in_words(
-    make_run: MakeRun, make_report: MakeReport, tmp_path: Path
-) -> None:
+def test_a_folder_that_cannot_be_made_is_an_error_in_words(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(ConfigurationError, match="cannot be written"):
         write_figures(make_report(make_run(3, 2)), tmp_path / "file" / "folder")

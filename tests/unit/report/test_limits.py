@@ -1,5 +1,4 @@
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -8,12 +7,11 @@ import numpy as np
 import pytest
 
 from tests.refusals import refusal_of
+from tests.unit.report.builders import make_run
 from thermaxis.files import DecisionRule, FigureLimits, read_figure_limits
-from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, PositioningTest, evaluate_iso230_2
+from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
 from thermaxis.report import Verdict, check_limits
-
-MakeRun = Callable[..., PositioningTest]
 
 
 def limits_of(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> FigureLimits:
@@ -23,7 +21,7 @@ def limits_of(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> Figu
 
 
 @pytest.fixture(scope="module")
-def result(make_run: MakeRun) -> Iso230_2Result:
+def result() -> Iso230_2Result:
     return evaluate_iso230_2(make_run())
 
 
