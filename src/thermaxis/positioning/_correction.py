@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError, require_count, require_positive
 from thermaxis.positioning.run import (
     APPROACHES,
@@ -147,8 +147,8 @@ class AxisLevels:
     [µm or arcsec]"""
     bidirectional: bool
     """Whether both approaches were measured."""
-    remarks: tuple[str, ...] = ()
-    """What was left out or taken over, in words."""
+    remarks: tuple[Message, ...] = ()
+    """What was left out or taken over."""
 
 
 def axis_levels(target: FloatArray, level: FloatArray) -> AxisLevels:
@@ -174,18 +174,16 @@ def axis_levels(target: FloatArray, level: FloatArray) -> AxisLevels:
     """
     known = ~np.isnan(level)
     measured = np.any(known, axis=0)
-    remarks: list[str] = []
+    remarks: list[Message] = []
     if bool(np.all(measured)):
         filled, keep = level, np.all(known, axis=1)
     else:
         side = FORWARD if bool(measured[FORWARD]) else BACKWARD
         filled, keep = np.stack((level[:, side],) * 2, axis=1), known[:, side]
-        remarks.append(
-            f"only {APPROACHES[side]} approaches were measured: they stand for both directions"
-        )
+        remarks.append(Message("remark-one_approach_for_both", {"approach": APPROACHES[side]}))
     if not bool(np.all(keep)):
         numbers = ", ".join(str(i + 1) for i in np.flatnonzero(~keep).tolist())
-        remarks.append(f"targets without readings were left out: {numbers}")
+        remarks.append(Message("remark-targets_left_out", {"targets": numbers}))
     if int(np.sum(keep)) < 2:
         raise DataError("too_few_targets", targets=int(np.sum(keep)), needed=2)
     return AxisLevels(target[keep], filled[keep], bool(np.all(measured)), tuple(remarks))

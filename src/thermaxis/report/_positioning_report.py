@@ -24,6 +24,7 @@ from thermaxis.report._moments import in_file
 from thermaxis.report._text import decimals_of_figures
 
 if TYPE_CHECKING:
+    from thermaxis.codes import Message
     from thermaxis.positioning import DriftResult, Finding, UncertaintyResult
     from thermaxis.report._limits_check import LimitsCheck
 
@@ -63,16 +64,16 @@ class PositioningReport:
     """Version of this program."""
     date: str | None = None
     """ISO date of the certificate; None prints the day of the measurement in its place."""
-    conditions: tuple[str, ...] = ()
-    """Test conditions of the standard that the run does not meet, in words; also in `warnings`."""
+    conditions: "tuple[Message, ...]" = ()
+    """Test conditions of the standard that the run does not meet; also in `warnings`."""
     drift: "DriftResult | None" = None
     """The run without its drift; None if not evaluated (the reason stands in `warnings`)."""
     uncertainty: "UncertaintyResult | None" = None
     """Expanded uncertainties of the figures; None if not evaluated."""
     diagnosis: "tuple[Finding, ...]" = ()
     """What is wrong with the axis, ranked; empty also where nothing was diagnosed."""
-    plan_differences: tuple[str, ...] | None = None
-    """How the run departs from its plan, in words; None if it was not compared with one."""
+    plan_differences: "tuple[Message, ...] | None" = None
+    """How the run departs from its plan; None if it was not compared with one."""
 
     def __post_init__(self) -> None:
         """Check the date and freeze the header."""

@@ -71,7 +71,7 @@ def test_json_on_standard_output_stands_alone_and_has_every_number(
     found = result(capsys, *SMALL, "--cycles", "3")
     assert set(found) == {
         *("plan", "stops", "lowest", "highest", "duration_s", "assumptions", "expected"),
-        *("search", "remarks", "warnings", "version"),
+        *("search", "remarks", "remark_codes", "warnings", "warning_codes", "version"),
     }
     parts = found["duration_s"]
     assert isinstance(parts, dict)

@@ -88,7 +88,7 @@ def test_every_error_that_is_raised_has_a_sentence_for_all_its_values() -> None:
     assert wrong == []
 
 
-def test_every_sentence_is_that_of_an_error() -> None:
+def test_every_sentence_is_that_of_an_error_or_of_what_is_said_of_a_run() -> None:
     constants = Counter(
         node.value
         for _, tree in trees()
@@ -96,6 +96,7 @@ def test_every_sentence_is_that_of_an_error() -> None:
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     )
     assert [code for code in SENTENCES if not constants[code] + constants[f"error-{code}"]] == []
+    assert set(variables("", "positioning.ftl")) - set(constants) == set()
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,11 @@
 """Runs with closed-form answers, for tests."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from thermaxis.codes import Message
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
 
@@ -43,3 +47,18 @@ def stop_times(m: int, n: int, step_s: float = 1.0) -> np.ndarray:
     up = np.arange(m)
     one = np.stack((up, 2 * m - 1 - up), axis=1)
     return step_s * (one[:, None, :] + 2.0 * m * np.arange(n)[None, :, None])
+
+
+def codes_of(messages: Sequence[Message]) -> list[str]:
+    """Return what is said, as codes without their kind; a sentence has all its values."""
+    codes = [message.code for message in messages]
+    assert not set(codes) & set(map(sentence_of, messages))
+    return [code.partition("-")[2] for code in codes]
+
+
+def values_said(messages: Sequence[Message], code: str) -> dict[str, object]:
+    """Return the values of the one message with a code."""
+    (values,) = (
+        m.values for m, one in zip(messages, codes_of(messages), strict=True) if one == code
+    )
+    return dict(values)

@@ -8,8 +8,8 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tests.refusals import refused
-from tests.unit.positioning.builders import run, stop_times
-from thermaxis.codes import Place
+from tests.unit.positioning.builders import codes_of, run, stop_times, values_said
+from thermaxis.codes import Message, Place
 from thermaxis.positioning import (
     evaluate_adjacent_difference,
     evaluate_against_cycles,
@@ -100,15 +100,22 @@ def test_students_factor_has_the_tabled_values() -> None:
     assert student_factor(1) is None
 
 
-def test_few_cycles_are_said_in_words() -> None:
+def test_few_cycles_widen_the_bounds_and_are_named() -> None:
     few = evaluate_adjacent_difference(run(RNG.normal(size=(5, 5, 2))))
     assert few.student_factor == pytest.approx(2.869, abs=5e-4)
-    assert "5 cycles are fewer than 30" in few.warnings[0]
+    assert values_said(few.warnings, "student_factor")["cycles"] == 5
     assert evaluate_adjacent_difference(run(RNG.normal(size=(5, 30, 2)))).warnings == ()
     x = RNG.normal(size=(5, 60, 2))
     x[3, 4:, 1] = np.nan
-    text = " | ".join(evaluate_adjacent_difference(run(x)).warnings)
-    assert "4 cycles complete at positions 3 and 4 backward are fewer than 30" in text
+    said = values_said(evaluate_adjacent_difference(run(x)).warnings, "student_factor_of_pair")
+    assert {**said, "factor": None} == {
+        "cycles": 4,
+        "enough": 30,
+        "factor": None,
+        "position": 3,
+        "next": 4,
+        "approach": "backward",
+    }
 
 
 def test_the_default_reference_is_the_first_cycle_after_two_hours() -> None:
@@ -177,7 +184,8 @@ def test_a_pair_with_one_complete_cycle_is_named_and_the_others_keep_their_bound
     assert result.student_factor == pytest.approx(student_factor(4))
     assert np.isnan(result.forward.bound[1])
     assert np.isfinite(result.forward.bound[3])
-    assert any("positions 1 and 2 forward" in text for text in result.warnings)
+    pair = {"position": 1, "next": 2, "approach": "forward"}
+    assert Message("warning-pair_without_spread", pair) in result.warnings
 
 
 def test_figures_against_cycles_are_those_of_the_first_cycles() -> None:
@@ -192,12 +200,12 @@ def test_figures_against_cycles_are_those_of_the_first_cycles() -> None:
 
 def test_an_anchor_that_is_an_outlier_is_named() -> None:
     x = RNG.normal(size=(5, 20, 2))
-    assert not any("anchors" in w for w in evaluate_adjacent_difference(run(x)).warnings)
+    assert codes_of(evaluate_adjacent_difference(run(x)).warnings) == ["student_factor"]
     x[0, 0, 0] += 100.0
-    text = " | ".join(evaluate_adjacent_difference(run(x)).warnings)
-    assert "position 1 forward in cycle 1" in text
+    said = values_said(evaluate_adjacent_difference(run(x)).warnings, "anchor_outlying")
+    assert said == {"position": 1, "approach": "forward", "cycle": 1}
     later = evaluate_adjacent_difference(run(x), reference_cycle=2)
-    assert not any("anchors" in w for w in later.warnings)
+    assert "anchor_outlying" not in codes_of(later.warnings)
 
 
 def test_a_spread_that_is_only_round_off_has_no_ratio() -> None:

@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
 from tests.unit.positioning.builders import closed_form, run
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.positioning import (
     AxisLevels,
     CompensationTable,
@@ -59,9 +59,7 @@ def test_measured_levels_are_the_means_of_both_approaches_or_one_stands_for_both
     one_way = measured_levels(run(deviation))
     np.testing.assert_array_equal(one_way.level, levels.level[:, :1] * np.ones((1, 2)))
     assert not one_way.bidirectional
-    assert one_way.remarks == (
-        "only forward approaches were measured: they stand for both directions",
-    )
+    assert one_way.remarks == (Message("remark-one_approach_for_both", {"approach": "forward"}),)
 
 
 def test_a_target_without_readings_is_left_out_and_named() -> None:
@@ -69,7 +67,7 @@ def test_a_target_without_readings_is_left_out_and_named() -> None:
     deviation[2, :, 1] = np.nan
     levels = measured_levels(run(deviation))
     np.testing.assert_array_equal(levels.target, [0.0, 20.0, 60.0])
-    assert levels.remarks == ("targets without readings were left out: 3",)
+    assert levels.remarks == (Message("remark-targets_left_out", {"targets": "3"}),)
     level = np.full((3, 2), np.nan)
     level[1] = 4.0
     with refused("too_few_targets"):

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from thermaxis.codes import Place
+from tests.unit.positioning.builders import codes_of, values_said
+from thermaxis.codes import Message, Place
 from thermaxis.positioning import (
     BACKWARD,
     FIGURE_KEYS,
@@ -86,8 +87,8 @@ def test_an_interval_that_is_a_multiple_of_the_pitch_is_made_smaller_and_said_so
     choice = choose_targets(start=0, length=300, targets=16, pitch=5, random_share=0.0)
     assert choice.interval == pytest.approx(19.5)
     np.testing.assert_allclose(choice.target, 19.5 * np.arange(16))
-    assert "from 20 to 19.5" in choice.remarks[0]
-    assert "7.5 of the length" in choice.remarks[0]
+    said = {"before": 20.0, "interval": 19.5, "pitch": 5, "left": 7.5}
+    assert values_said(choice.remarks, "interval_made_smaller") == pytest.approx(said)
     kept = choose_targets(start=0, length=300, targets=16, pitch=7, random_share=0.0)
     assert kept.interval == 20.0
     assert kept.remarks == ()
@@ -98,12 +99,12 @@ def test_the_random_part_is_half_the_pitch_where_neighbours_stay_apart() -> None
     assert wide.random_part == pytest.approx(2.05)
     narrow = choose_targets(start=0, length=300, targets=16, pitch=32)
     assert narrow.random_part == pytest.approx(0.3 * narrow.interval)
-    assert "less than half the pitch" in narrow.remarks[0]
+    assert codes_of(narrow.remarks) == ["random_part_limited"]
     unknown = choose_targets(start=0, length=300, targets=16)
     assert unknown.random_part == pytest.approx(0.3 * unknown.interval)
     other = choose_targets(start=0, length=300, targets=16, seed=2)
     assert not np.array_equal(other.target, unknown.target)
-    assert "no pitch is stated" in unknown.remarks[0]
+    assert codes_of(unknown.remarks) == ["pitch_not_stated"]
 
 
 def test_targets_that_cannot_be_chosen_are_refused_by_the_name_of_the_field() -> None:
@@ -218,125 +219,119 @@ def test_a_plan_is_held_against_the_rules_of_the_standard() -> None:
     target = choose_targets(start=0, length=300, targets=16, pitch=5).target
     assert check_plan(plan_of(target=target, pitch=5.0)) == ()
     said = check_plan(plan_of(target=np.linspace(0, 1500, 4), cycles=2, pitch=10.0))
-    assert len(said) == 4
-    for words in (
-        "4 targets are fewer than the 8",
-        "2 readings of every target, are fewer than the 5",
-    ):
-        assert any(words in sentence for sentence in said)
-    assert any("equidistant" in sentence for sentence in said)
-    assert any("periodic error of the pitch 10 mm may show only 0%" in s for s in said)
-    assert any("step cycle" in s for s in check_plan(plan_of(cycle=Cycle.STEP)))
+    assert codes_of(said) == [
+        *("few_targets_linear", "few_cycles", "targets_equidistant", "periodic_error_hidden")
+    ]
+    assert values_said(said, "periodic_error_hidden")["visible_percent"] < 0.5
+    assert codes_of(check_plan(plan_of(cycle=Cycle.STEP))) == ["step_cycle"]
 
 
 # ---- a run against its plan ---------------------------------------------------------------------
 
 
+def differences(plan: TestPlan | None = None, **changes: object) -> tuple[Message, ...]:
+    """Return what is said of a run that follows the plan but for some changes."""
+    plan = plan or plan_of()
+    return check_against_plan(replace(planned_test(plan_of()), **changes), plan)
+
+
 def test_missing_readings_are_named_and_the_rest_is_compared_all_the_same() -> None:
-    plan = plan_of()
-    test = planned_test(plan)
-    deviation = test.deviation.copy()
+    deviation = planned_test(plan_of()).deviation.copy()
     deviation[1, 2, FORWARD] = deviation[4, 0, BACKWARD] = np.nan
-    (forward, backward) = check_against_plan(replace(test, deviation=deviation), plan)
-    assert forward == "1 planned reading(s) forward are missing: target 2 in cycle 3"
-    assert backward == "1 planned reading(s) backward are missing: target 5 in cycle 1"
-
-
-def test_extra_and_missing_cycles_and_approaches_are_told() -> None:
-    plan = plan_of()
-    longer = planned_test(plan_of(cycles=6))
-    assert check_against_plan(longer, plan) == ("6 cycles were measured; the plan asks for 5",)
-    assert check_against_plan(planned_test(plan_of(cycles=2)), plan) == (
-        "2 cycles were measured; the plan asks for 5",
-    )
-    one_way = plan_of(approaches=(FORWARD,))
-    assert (
-        "backward approaches were not measured"
-        in check_against_plan(planned_test(one_way), plan)[0]
-    )
-    assert (
-        "backward approaches were measured without being planned"
-        in check_against_plan(planned_test(plan), one_way)[0]
-    )
-
-
-def test_another_cycle_is_told_with_the_place_where_the_order_leaves_the_plan() -> None:
-    said = check_against_plan(planned_test(plan_of(cycle=Cycle.STEP)), plan_of())
-    assert said[0] == "the run is of the step cycle; the plan asks for the standard one"
-    assert "leaves the plan at reading 2: target 1 backward in cycle 1, where target 2" in said[1]
-
-
-def test_two_exchanged_readings_are_found() -> None:
-    plan = plan_of()
-    test = planned_test(plan)
-    order, time_s = test.order.copy(), test.time_s.copy()
-    for values in (order, time_s):
-        values[2, 1, FORWARD], values[3, 1, FORWARD] = (
-            values[3, 1, FORWARD],
-            values[2, 1, FORWARD],
+    assert differences(deviation=deviation) == tuple(
+        Message("warning-planned_readings_missing", {"count": 1, **values})
+        for values in (
+            {"target": 2, "cycle": 3, "approach": "forward"},
+            {"target": 5, "cycle": 1, "approach": "backward"},
         )
-    (said,) = check_against_plan(replace(test, order=order, time_s=time_s), plan)
-    assert "at reading 15: target 4 forward in cycle 2, where target 3 forward" in said
-    assert "2 of 60 readings are out of their place" in said
+    )
+
+
+def test_another_axis_cycle_number_of_cycles_or_approach_is_told() -> None:
+    plan, one_way = plan_of(), plan_of(approaches=(FORWARD,))
+    for run, against, code, values in (
+        (planned_test(plan_of(cycles=6)), plan, "other_number_of_cycles", {"cycles": 6}),
+        (planned_test(plan_of(cycles=2)), plan, "other_number_of_cycles", {"planned": 5}),
+        (planned_test(one_way), plan, "approach_not_measured", {"approach": "backward"}),
+        (planned_test(plan), one_way, "approach_not_planned", {"approach": "backward"}),
+        (replace(planned_test(plan), header={"axis": "Y"}), plan, "other_axis", {"axis": "Y"}),
+        (replace(planned_test(plan), kind=AxisKind.ROTARY), plan, "other_kind", {}),
+    ):
+        said = check_against_plan(run, against)
+        assert codes_of(said)[:1] == [code]
+        assert values.items() <= values_said(said, code).items()
+    assert differences(header={"axis": "x"}) == ()
+
+
+def test_the_place_is_told_where_the_order_leaves_the_plan() -> None:
+    said = check_against_plan(planned_test(plan_of(cycle=Cycle.STEP)), plan_of())
+    assert codes_of(said) == ["other_cycle", "order_differs"]
+    test = planned_test(plan_of())
+    order, time_s = test.order.copy(), test.time_s.copy()
+    for values in (order, time_s):  # two readings are exchanged
+        values[[2, 3], 1, FORWARD] = values[[3, 2], 1, FORWARD]
+    assert values_said(differences(order=order, time_s=time_s), "order_differs") == {
+        "reading": 15,
+        "target": 4,
+        "cycle": 2,
+        "approach": "forward",
+        "planned_target": 3,
+        "planned_cycle": 2,
+        "planned_approach": "forward",
+        "count": 2,
+        "readings": 60,
+    }
 
 
 def test_targets_elsewhere_are_named() -> None:
     plan = plan_of()
     target = plan.target.copy()
     target[[1, 2]] += (0.001, 0.3)
-    said = check_against_plan(replace(planned_test(plan), target=target), plan)
-    assert said[0] == "target 3 is at 38.3 mm in place of 38 mm"
-    assert "were not compared" in said[1]
-    fewer = planned_test(plan_of(target=np.delete(plan.target, 2)))
-    said = check_against_plan(fewer, plan)
-    assert said[:2] == (
-        "5 targets were measured; the plan has 6",
-        "targets planned and not measured: 38 mm",
+    moved = {"target": 3, "position": 38.3, "planned": 38.0, "unit": "mm"}
+    assert differences(target=target) == (
+        Message("warning-target_elsewhere", moved),
+        Message("warning-targets_differ"),
     )
-    said = check_against_plan(planned_test(plan), plan_of(target=plan.target[:-1]))
-    assert said[1] == "targets measured and not planned: 99 mm"
-
-
-def test_another_axis_and_another_kind_are_told() -> None:
-    plan = plan_of()
-    other = replace(planned_test(plan), header={"axis": "Y"})
-    assert check_against_plan(other, plan) == (
-        "the run names the axis 'Y'; the plan is for axis X",
-    )
-    assert check_against_plan(replace(other, header={"axis": "x"}), plan) == ()
-    rotary = replace(other, kind=AxisKind.ROTARY)
-    assert check_against_plan(rotary, plan) == (
-        "the run was measured on a rotary axis; the plan is for a linear one",
-    )
+    assert values_said(differences(target=plan.target + 1.0), "more_targets_elsewhere") == {
+        "count": 3
+    }
+    fewer = check_against_plan(planned_test(plan_of(target=np.delete(plan.target, 2))), plan)
+    assert values_said(fewer, "other_number_of_targets") == {"targets": 5, "planned": 6}
+    assert values_said(fewer, "targets_not_measured")["position"] == 38.0
+    more = differences(plan_of(target=plan.target[:-1]))
+    assert values_said(more, "targets_not_planned")["position"] == 99.0
 
 
 def test_stops_that_were_shorter_or_longer_than_planned_and_pauses_are_told() -> None:
-    plan = plan_of()
-    (said,) = check_against_plan(planned_test(replace(plan, dwell_s=1.2)), plan)
-    assert "0.8 s sooner than planned" in said
-    assert "1.2 s are left of the planned 2 s" in said
+    plan, test = plan_of(), planned_test(plan_of())
+    said = check_against_plan(planned_test(replace(plan, dwell_s=1.2)), plan)
+    shorter = {"shorter_s": 0.8, "left_s": 1.2, "planned_s": 2.0, "feed": 300.0}
+    assert values_said(said, "stops_shorter") == {
+        **{key: pytest.approx(value) for key, value in shorter.items()},
+        "unit": "mm",
+    }
     assert check_against_plan(planned_test(replace(plan, dwell_s=1.95)), plan) == ()
-    (said,) = check_against_plan(planned_test(replace(plan, dwell_s=6.0)), plan)
-    assert "4 s later than planned" in said
-    test = planned_test(plan)
-    whole = replace(test, time_s=np.round(test.time_s))  # whole seconds do not accuse the dwell
-    assert check_against_plan(whole, plan) == ()
+    said = check_against_plan(planned_test(replace(plan, dwell_s=6.0)), plan)
+    assert values_said(said, "stops_longer")["longer_s"] == pytest.approx(4.0)
+    assert differences(time_s=np.round(test.time_s)) == ()  # whole seconds accuse no dwell
     time_s = test.time_s + np.where(test.order > 30, 720.0, 0.0)
-    (said,) = check_against_plan(replace(test, time_s=time_s), plan)
-    assert "the longest pause, 12 min, came before target 6 backward in cycle 3" in said
+    assert values_said(differences(time_s=time_s), "run_paused") == {
+        "count": 1,
+        "longest_min": pytest.approx(12.0),
+        "target": 6,
+        "cycle": 3,
+        "approach": "backward",
+    }
 
 
 def test_what_a_file_does_not_tell_is_said_not_guessed() -> None:
-    plan = plan_of()
-    test = planned_test(plan)
-    none = replace(test, time_source=TimeSource.NONE, time_s=None, order=None)
-    assert "order of the readings is not known" in check_against_plan(none, plan)[0]
-    deduced = replace(test, order_deduced=True)
-    assert "deduced from run numbers" in check_against_plan(deduced, plan)[0]
-    only_order = replace(test, time_source=TimeSource.ORDER, time_s=None)
-    assert "the dwell was not compared" in check_against_plan(only_order, plan)[0]
-    spread = replace(test, time_source=TimeSource.INTERPOLATED)
-    assert "the dwell was not compared" in check_against_plan(spread, plan)[0]
+    for code, changes in (
+        ("order_not_known", {"time_source": TimeSource.NONE, "time_s": None, "order": None}),
+        ("order_deduced", {"order_deduced": True}),
+        ("times_not_stated", {"time_source": TimeSource.ORDER, "time_s": None}),
+        ("times_not_stated", {"time_source": TimeSource.INTERPOLATED}),
+    ):
+        assert codes_of(differences(**changes)) == [code]
 
 
 # ---- expected uncertainty -----------------------------------------------------------------------

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.unit.positioning.builders import run, stop_times
+from tests.unit.positioning.builders import codes_of, run, stop_times, values_said
+from thermaxis.codes import Message
 from thermaxis.positioning import Cycle, TimeSource, check_test_conditions
 from thermaxis.quantities import AxisKind
 
@@ -12,62 +13,68 @@ RNG = np.random.default_rng(30)
 RANDOM_TARGETS = np.arange(6) * 50.0 + np.array([0.0, 1.7, -2.1, 0.9, 3.3, -1.2])
 
 
-def warnings_of(m: int, n: int, target: np.ndarray | None = None, **more: object) -> str:
-    return " | ".join(check_test_conditions(run(RNG.normal(size=(m, n, 2)), target, **more)))
+def warnings_of(n: int, target: np.ndarray, **more: object) -> tuple[Message, ...]:
+    return check_test_conditions(run(RNG.normal(size=(target.size, n, 2)), target, **more))
 
 
-def test_each_condition_is_named_in_words() -> None:
-    for target, n, words in (
-        (RANDOM_TARGETS[:4], 5, "4 targets are fewer than the 5"),
-        (RANDOM_TARGETS, 3, "3 cycles, 3 readings of every target, are fewer than the 5"),
-        (RANDOM_TARGETS, 50, "50 cycles are more than the 5"),
-        (np.arange(6) * 300.0 + RANDOM_TARGETS / 50, 5, "6 targets are fewer than the 8"),
-        (np.arange(6) * 50.0, 5, "equidistant (50 mm)"),
-        (np.array([0.0, 10.0, 21.0, 33.0, 41.0, 160.0]), 5, "after target 5"),
+def test_each_condition_that_is_not_met_is_named() -> None:
+    assert warnings_of(5, RANDOM_TARGETS) == ()
+    for target, n, code, values in (
+        (RANDOM_TARGETS[:4], 5, "few_targets_linear", {"targets": 4, "required": 5}),
+        (RANDOM_TARGETS, 3, "few_cycles", {"cycles": 3, "required": 5}),
+        (RANDOM_TARGETS, 50, "many_cycles", {"cycles": 50}),
+        (np.arange(6) * 300.0 + RANDOM_TARGETS / 50, 5, "few_targets_linear", {"required": 8}),
+        (np.arange(6) * 50.0, 5, "targets_equidistant", {"mean": 50.0}),
+        (np.array([0.0, 10.0, 21.0, 33.0, 41.0, 160.0]), 5, "interval_uneven", {"target": 5}),
     ):
-        assert words in warnings_of(target.size, n, target)
-    assert warnings_of(6, 5, RANDOM_TARGETS) == ""
+        said = warnings_of(n, target)
+        assert values.items() <= values_said(said, code).items()
 
 
 def test_over_two_metres_the_interval_counts_and_one_run_is_enough() -> None:
-    assert "at most 250 mm" in warnings_of(7, 1, np.linspace(0, 2400, 7) + RNG.uniform(0, 3, 7))
-    assert warnings_of(12, 1, np.linspace(0, 2400, 12) + RNG.uniform(0, 3, 12)) == ""
+    said = warnings_of(1, np.linspace(0, 2400, 7) + RNG.uniform(0, 3, 7))
+    assert values_said(said, "interval_too_long")["most_mm"] == 250.0
+    assert warnings_of(1, np.linspace(0, 2400, 12) + RNG.uniform(0, 3, 12)) == ()
 
 
 def test_rotary_axes_have_their_own_numbers() -> None:
     for span, needed in ((80.0, 3), (170.0, 5), (355.0, 8), (715.0, 16)):
         for count in (needed - 1, needed):
             target = np.linspace(0.0, span, count) + RNG.uniform(0.0, 0.5, count)
-            text = warnings_of(count, 5, target, kind=AxisKind.ROTARY)
-            assert ("are fewer than" in text) == (count < needed)
+            said = codes_of(warnings_of(5, target, kind=AxisKind.ROTARY))
+            assert ("few_targets_rotary" in said) == (count < needed)
 
 
 def test_step_and_pilgrim_cycles_are_named() -> None:
     test = run(RNG.normal(size=(6, 5, 2)), RANDOM_TARGETS)
-    assert "Annex B" in check_test_conditions(replace(test, cycle=Cycle.STEP))[0]
-    assert "pilgrim" in check_test_conditions(replace(test, cycle=Cycle.PILGRIM))[0]
+    for cycle in (Cycle.STEP, Cycle.PILGRIM):
+        said = check_test_conditions(replace(test, cycle=cycle))
+        assert codes_of(said) == [f"{cycle}_cycle"]
 
 
-def test_missing_readings_are_named_and_counted() -> None:
+def test_missing_readings_are_counted_and_the_first_is_named() -> None:
     x = RNG.normal(size=(6, 5, 2))
     x[1, 2, 0] = x[2, :3, 1] = x[4, 1, 1] = np.nan
-    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS)))
-    assert "1 reading(s) forward are missing (target 2 in cycle 3)" in text
-    assert "4 reading(s) backward are missing" in text
-    assert "and 1 more" in text
+    said = check_test_conditions(run(x, RANDOM_TARGETS))
+    for values in (
+        {"count": 1, "target": 2, "cycle": 3, "approach": "forward"},
+        {"count": 4, "target": 3, "cycle": 1, "approach": "backward"},
+    ):
+        assert Message("warning-readings_missing", values) in said
 
 
-def test_travel_against_the_named_direction_is_reported() -> None:
+def test_travel_against_the_named_direction_and_cycles_that_interleave_are_told() -> None:
     time_s = stop_times(6, 5)
     x = RNG.normal(size=(6, 5, 2))
     assert check_test_conditions(run(x, RANDOM_TARGETS, time_s=time_s)) == ()
-    wrong = time_s[:, :, ::-1].copy()
-    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS, time_s=wrong)))
-    assert "forward readings of cycle 1, 2, 3, 4, 5" in text
-    assert "backward readings" in text
-    order = np.arange(60.0).reshape(6, 5, 2)  # cycles that interleave
-    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS, time_s=order)))
-    assert "as in a step cycle" in text
+    wrong = check_test_conditions(run(x, RANDOM_TARGETS, time_s=time_s[:, :, ::-1]))
+    assert wrong == tuple(
+        Message("warning-travel_reversed", {"approach": way, "cycles": "1, 2, 3, 4, 5"})
+        for way in ("forward", "backward")
+    )
+    order = np.arange(60.0).reshape(6, 5, 2)
+    said = check_test_conditions(run(x, RANDOM_TARGETS, time_s=order))
+    assert "cycles_interleave" in codes_of(said)
 
 
 def test_a_deduced_order_is_dropped_for_another_kind_of_cycle() -> None:
@@ -85,10 +92,9 @@ def test_a_deduced_order_is_dropped_for_another_kind_of_cycle() -> None:
 def test_a_target_with_few_readings_is_named_however_many_cycles_there_are() -> None:
     x = RNG.normal(size=(6, 60, 2))
     x[3, 2:, 1] = np.nan
-    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS)))
-    assert "target 4 has 2 readings backward, fewer than the 5" in text
-    gaps = RNG.normal(size=(6, 7, 2))
-    gaps[:, 1:6] = np.nan
-    assert "2 readings of every target, are fewer" in " | ".join(
-        check_test_conditions(run(gaps, RANDOM_TARGETS))
-    )
+    said = check_test_conditions(run(x, RANDOM_TARGETS))
+    values = {"target": 4, "readings": 2, "approach": "backward", "required": 5}
+    assert Message("warning-few_readings", values) in said
+    x = RNG.normal(size=(6, 7, 2))
+    x[:, 1:6] = np.nan
+    assert values_said(check_test_conditions(run(x, RANDOM_TARGETS)), "few_cycles")["cycles"] == 2

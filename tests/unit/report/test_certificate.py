@@ -8,6 +8,7 @@ import pytest
 from tests.unit.report.builders import make_report, make_run
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     FIGURE_KEYS,
     Cycle,
@@ -207,8 +208,8 @@ def test_a_verdict_on_a_run_that_misses_a_condition_says_so(small: PositioningRe
     assert verdict_of(document).reservation == (
         "Test conditions of the standard not met: see remarks."
     )
-    assert report.conditions[0] in notes_of(document)
-    assert report.conditions[0] in section_of(document, "Remarks")
+    assert sentence_of(report.conditions[0]) in notes_of(document)
+    assert sentence_of(report.conditions[0]) in section_of(document, "Remarks")
 
 
 def test_the_number_of_runs_is_remarked_upon_only_where_the_standard_asks_for_another() -> None:

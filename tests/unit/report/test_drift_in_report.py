@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.unit.report.builders import make_report, make_run
+from thermaxis.codes import Message
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import (
     FIGURE_KEYS,
@@ -477,9 +478,10 @@ def test_the_annex_has_the_levels_with_their_standard_uncertainties(
 
 
 def test_the_warnings_of_the_drift_stand_in_its_section(report: PositioningReport) -> None:
-    said = replace(report, drift=replace(report.drift, warnings=("target 4 <b> is odd",)))
-    assert "Target 4 <b> is odd." in words_of(section_of(said))
-    assert "Target 4 &lt;b&gt; is odd." in render_html(document_of(said))
+    odd = Message("warning-target_drifts_otherwise", {"targets": "4 <b>"})
+    said = replace(report, drift=replace(report.drift, warnings=(odd,)))
+    assert "Target 4 <b> drifts otherwise" in words_of(section_of(said))
+    assert "Target 4 &lt;b&gt; drifts otherwise" in render_html(document_of(said))
 
 
 def test_the_results_have_the_evaluated_uncertainty_where_no_other_is_stated(

@@ -9,6 +9,7 @@ import numpy as np
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import DriftResult, FloatArray, evaluate_drift
 from thermaxis.quantities import AxisKind
 from thermaxis.thermal import DriftRelation, ThermalFieldsResult, relate_to_drift
@@ -69,7 +70,7 @@ def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
         common=common,
         slope=slope,
         relation=relation,
-        warnings=(*drift.warnings, *said, *_judgement(drift, relation)),
+        warnings=(*map(sentence_of, drift.warnings), *said, *_judgement(drift, relation)),
     )
 
 

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message, Place, message_as_json
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_as_json, plan_sha256
 from thermaxis.messages import sentence_of
@@ -51,10 +51,10 @@ class PlanResult:
 
     plan: TestPlan
     """The plan."""
-    remarks: tuple[str, ...]
-    """What was adjusted when the targets were chosen, in words."""
-    warnings: tuple[str, ...]
-    """Rules that the plan does not meet, in words."""
+    remarks: tuple[Message, ...]
+    """What was adjusted when the targets were chosen."""
+    warnings: tuple[Message, ...]
+    """Rules that the plan does not meet."""
     duration: Duration
     """How long it takes."""
     assumptions: RunAssumptions
@@ -184,34 +184,35 @@ def described(result: PlanResult, output: str | None) -> list[Part]:
         Section(
             "",
             [
-                Value("remarks", result.remarks, "remark"),
-                Value("warnings", _all_warnings(result), "warning"),
+                *_messages("remark", result.remarks),
+                *_messages("warning", _all_warnings(result)),
             ],
         ),
         Value("version", __version__),
     ]
 
 
-def _all_warnings(result: PlanResult) -> tuple[str, ...]:
+def _messages(kind: str, messages: tuple[Message, ...]) -> tuple[Value, Value]:
+    return (
+        Value(f"{kind}s", tuple(map(sentence_of, messages)), kind),
+        Value(f"{kind}_codes", tuple(map(message_as_json, messages))),
+    )
+
+
+def _all_warnings(result: PlanResult) -> tuple[Message, ...]:
     expected, simulated = result.expected, result.simulated
     if expected is None or simulated is None:
         return result.warnings
-    unit = result.plan.kind.units.deviation
+    unit, foretold = result.plan.kind.units.deviation, expected.largest_level_std
     error, stated = simulated.level_error, simulated.level_std
-    said = list(result.warnings)
-    if max(error, stated) > _DISAGREEMENT * expected.largest_level_std:
-        said.append(
-            f"simulated runs come to {max(error, stated):.3g} {unit} at the levels, not to the"
-            f" {expected.largest_level_std:.3g} {unit} that the covariance foretells: in this order"
-            " of visits drift and levels are hard to tell apart"
-        )
+    warnings = list(result.warnings)
+    if max(error, stated) > _DISAGREEMENT * foretold:
+        values = {"simulated": max(error, stated), "foretold": foretold, "unit": unit}
+        warnings.append(Message("warning-simulated_runs_worse", values))
     if error > _DISAGREEMENT * stated:
-        said.append(
-            f"in simulated runs the levels are wrong by {error:.3g} {unit} where the drift"
-            f" evaluation states {stated:.3g} {unit}: in this order of visits a drift may pass for"
-            " an error of the axis"
-        )
-    return tuple(said)
+        values = {"error": error, "stated": stated, "unit": unit}
+        warnings.append(Message("warning-simulated_levels_wrong", values))
+    return tuple(warnings)
 
 
 def _head(result: PlanResult, output: str | None) -> Iterator[str]:

@@ -24,6 +24,7 @@ from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.codes import NOWHERE, printable
 from thermaxis.errors import DataError
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import Cycle, Edition, PositioningTest
 from thermaxis.report import PositioningReport
 from thermaxis.report.tables import describe_evaluation
@@ -124,7 +125,7 @@ def _drift(
     if drift is None:
         return None
     unit = test.kind.units.deviation
-    warnings += drift.warnings
+    warnings += map(sentence_of, drift.warnings)
     warnings += (
         f"the reading of target {o.target} {positioning.APPROACHES[o.approach]} in cycle"
         f" {o.cycle} lies {o.residual:+.3g} {unit} from the drift model and was left out of it"
@@ -150,7 +151,7 @@ def _adjacent_difference(
     else:
         without_reference = partial(positioning.evaluate_adjacent_difference, test)
         result = _attempted(without_reference, "no adjacent differences", warnings)
-    warnings += () if result is None else result.warnings
+    warnings += () if result is None else map(sentence_of, result.warnings)
     return result
 
 
@@ -170,7 +171,7 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     edition = Edition(arguments.edition) if other is None else Edition.E2014
     iso230_2 = positioning.evaluate_iso230_2(test, edition=edition, full=arguments.full)
     conditions = positioning.check_test_conditions(test)
-    warnings += conditions
+    warnings += map(sentence_of, conditions)
     if iso230_2.single_run_rule:
         means = f" although {test.cycles} runs exist (means of all of them)"
         warnings.append(
@@ -190,7 +191,7 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
         uncertainty = positioning.evaluate_uncertainty(test, drift, budget=budget)
     if arguments.plan is not None:
         plan_differences = positioning.check_against_plan(test, files.read_plan(arguments.plan))
-        warnings += plan_differences
+        warnings += map(sentence_of, plan_differences)
     limits = against_cycles = None
     if arguments.limits:
         limits = report.check_limits(

@@ -17,7 +17,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE, DriftTests, FTest
 from thermaxis.positioning.drift._smooth_terms import (
@@ -146,8 +146,8 @@ class DriftResult:
     """Readings that the robust fit left out."""
     suspects: tuple[int, ...]
     """Targets that drift otherwise than the model says, from 1: the model does not hold there."""
-    warnings: tuple[str, ...]
-    """What the reader of the result must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader of the result must know."""
 
     @property
     def significant(self) -> bool:
@@ -566,24 +566,20 @@ def _noise_std(run: _Run, residual: FloatArray, drift_parameters: float) -> Floa
     return noise
 
 
-def _warnings(test: PositioningTest, fitted: _Fitted, suspects: tuple[int, ...]) -> tuple[str, ...]:
-    said: list[str] = []
-    if test.time_s is None:
-        said.append("the readings have no times: their acquisition order serves as time")
-    if fitted.run.bow:
-        said.append("the axis bows with time: a parabola of the position was added to the drift")
-    if _hides_drift(fitted.run, fitted.estimate.average):
-        said.append(
-            "each target was measured in a short part of the run: this order of visits hides drift"
-            " in the levels, and only the bands of the levels show how much"
-        )
-    if suspects:
-        named = ", ".join(str(i) for i in suspects)
-        said.append(
-            f"target {named} drifts otherwise than the rest of the axis: the drift model does not"
-            " hold there, and its bands are too narrow"
-        )
-    return tuple(said)
+def _warnings(
+    test: PositioningTest, fitted: _Fitted, suspects: tuple[int, ...]
+) -> tuple[Message, ...]:
+    named = {"targets": ", ".join(str(i) for i in suspects)}
+    warnings = (
+        (test.time_s is None, Message("warning-order_as_time")),
+        (fitted.run.bow, Message("warning-axis_bows")),
+        (
+            _hides_drift(fitted.run, fitted.estimate.average),
+            Message("warning-visits_hide_drift"),
+        ),
+        (bool(suspects), Message("warning-target_drifts_otherwise", named)),
+    )
+    return tuple(warning for applies, warning in warnings if applies)
 
 
 def _result(

@@ -7,7 +7,7 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, require_count, require_positive, require_range
 from thermaxis.positioning.run import (
     APPROACHES,
@@ -18,7 +18,7 @@ from thermaxis.positioning.run import (
     PositioningTest,
     TimeSource,
 )
-from thermaxis.positioning.standard import check_test_conditions
+from thermaxis.positioning.standard import check_test_conditions, missing_readings
 from thermaxis.quantities import AxisKind
 
 IndexArray: TypeAlias = NDArray[np.intp]
@@ -201,8 +201,8 @@ class TargetChoice:
     """Interval p. [mm or deg]"""
     random_part: float
     """Half width of the random part r. [mm or deg]"""
-    remarks: tuple[str, ...]
-    """What was adjusted, in words."""
+    remarks: tuple[Message, ...]
+    """What was adjusted."""
 
 
 def choose_targets(
@@ -262,26 +262,21 @@ def choose_targets(
     if seed < 0:
         raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
     interval, amplitude = _equal_steps(length, targets, pitch, random_share)
-    remarks: list[str] = []
+    remarks: list[Message] = []
     if pitch is None:
-        remarks.append("no pitch is stated: whether the interval is a multiple of it was not asked")
+        remarks.append(Message("remark-pitch_not_stated"))
     else:
         smaller = _beside_multiple(interval, pitch)
         if smaller < interval:
-            remarks.append(
-                f"the interval was made smaller, from {interval:.4g} to {smaller:.4g}: it was a"
-                f" multiple of the pitch {pitch:g} within a tenth of it, and periodic errors would"
-                f" have been met in the same phase; {(targets - 1) * (interval - smaller):.3g} of"
-                " the length at its far end stay without a target"
-            )
+            left = (targets - 1) * (interval - smaller)
+            values = {"before": interval, "interval": smaller, "pitch": pitch, "left": left}
+            remarks.append(Message("remark-interval_made_smaller", values))
             interval = smaller
             limit = RANDOM_SHARE if random_share is None else random_share
             amplitude = min(amplitude, limit * interval)
         if random_share is None and amplitude < 0.5 * pitch * (1.0 - 1e-9):
-            remarks.append(
-                f"the random part is {RANDOM_SHARE:g} of the interval and less than half the pitch"
-                f" {pitch:g}: with half the pitch neighbours would come too near to each other"
-            )
+            values = {"share": RANDOM_SHARE, "pitch": pitch}
+            remarks.append(Message("remark-random_part_limited", values))
     random = np.random.default_rng(seed)
     offset = random.uniform(-amplitude, amplitude, targets)
     position = start + amplitude + interval * np.arange(targets) + offset
@@ -519,7 +514,7 @@ def planned_test(plan: TestPlan) -> PositioningTest:
 # ---- checks -------------------------------------------------------------------------------------
 
 
-def check_plan(plan: TestPlan) -> tuple[str, ...]:
+def check_plan(plan: TestPlan) -> tuple[Message, ...]:
     """Compare a plan with the test conditions of ISO 230-2 and with the pitch.
 
     Parameters
@@ -529,28 +524,25 @@ def check_plan(plan: TestPlan) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
-        One sentence for each condition that the plan does not meet. Empty if it meets all.
+    tuple of Message
+        A warning for each condition that the plan does not meet. Empty if it meets all.
 
     References
     ----------
     As of `check_test_conditions`; Agilent 5530 measurements reference guide, p. 1-4 (pitch).
     """
-    return (*check_test_conditions(planned_test(plan)), *_check_pitch(plan))
-
-
-def _check_pitch(plan: TestPlan) -> list[str]:
+    warnings = check_test_conditions(planned_test(plan))
     if plan.pitch is None or plan.target.size < 4:
-        return []
+        return warnings
     visible = periodic_error_visibility(plan.target, plan.pitch)
     if visible >= VISIBLE_SHARE:
-        return []
-    of = f"{plan.pitch:g} {plan.kind.units.position}"
-    said = f"a periodic error of the pitch {of} may show only {visible:.0%} of its size at these"
-    return [f"{said} targets: take another seed, more targets or another interval"]
+        return warnings
+    unit = plan.kind.units.position
+    values = {"pitch": plan.pitch, "unit": unit, "visible_percent": 100.0 * visible}
+    return (*warnings, Message("warning-periodic_error_hidden", values))
 
 
-def check_against_plan(test: PositioningTest, plan: TestPlan) -> tuple[str, ...]:
+def check_against_plan(test: PositioningTest, plan: TestPlan) -> tuple[Message, ...]:
     """Compare a measured run with the plan that it was to follow.
 
     Parameters
@@ -562,69 +554,71 @@ def check_against_plan(test: PositioningTest, plan: TestPlan) -> tuple[str, ...]
 
     Returns
     -------
-    tuple of str
-        One sentence for each difference, and for each comparison that the file does not allow.
+    tuple of Message
+        A warning for each difference, and for each comparison that the file does not allow.
         Empty if the run follows the plan.
     """
     if test.kind is not plan.kind:
-        return (f"the run was measured on a {test.kind} axis; the plan is for a {plan.kind} one",)
-    said = [*_other_axis(test, plan), *_other_cycle(test, plan)]
+        values = {"kind": str(test.kind), "planned": str(plan.kind)}
+        return (Message("warning-other_kind", values),)
+    warnings = [*_other_axis(test, plan), *_other_cycle(test, plan)]
     targets = _other_targets(test, plan)
-    said += targets
     if targets:
-        said.append(
-            "targets differ from the plan: readings, order and times were not compared with it"
-        )
-        return tuple(said)
-    said += [*_other_readings(test, plan), *_other_order(test, plan)]
-    return tuple(said)
+        return (*warnings, *targets, Message("warning-targets_differ"))
+    shared = test.deviation[:, : plan.cycles]
+    approaches = [a for a in plan.approaches if a in test.approaches]
+    warnings += missing_readings(shared, approaches, "warning-planned_readings_missing")
+    return (*warnings, *_other_order(test, plan))
 
 
-def _other_axis(test: PositioningTest, plan: TestPlan) -> list[str]:
+def _other_axis(test: PositioningTest, plan: TestPlan) -> list[Message]:
     stated = test.header.get("axis", "").strip()
     if not stated or stated.casefold() == plan.axis.casefold():
         return []
-    return [f"the run names the axis '{printable(stated, 40)}'; the plan is for axis {plan.axis}"]
+    values = {"axis": printable(stated, 40), "planned": plan.axis}
+    return [Message("warning-other_axis", values)]
 
 
-def _other_cycle(test: PositioningTest, plan: TestPlan) -> list[str]:
-    said: list[str] = []
+def _other_cycle(test: PositioningTest, plan: TestPlan) -> list[Message]:
+    warnings: list[Message] = []
     if test.cycle is not plan.cycle:
-        said.append(f"the run is of the {test.cycle} cycle; the plan asks for the {plan.cycle} one")
+        values = {"cycle": str(test.cycle), "planned": str(plan.cycle)}
+        warnings.append(Message("warning-other_cycle", values))
     if test.cycles != plan.cycles:
-        said.append(f"{test.cycles} cycles were measured; the plan asks for {plan.cycles}")
+        values = {"cycles": test.cycles, "planned": plan.cycles}
+        warnings.append(Message("warning-other_number_of_cycles", values))
     for approach, name in enumerate(APPROACHES):
         measured, planned = approach in test.approaches, approach in plan.approaches
-        if measured and not planned:
-            said.append(f"{name} approaches were measured without being planned")
-        elif planned and not measured:
-            said.append(f"the planned {name} approaches were not measured")
-    return said
+        if measured != planned:
+            code = "warning-approach_not_planned" if measured else "warning-approach_not_measured"
+            warnings.append(Message(code, {"approach": name}))
+    return warnings
 
 
-def _other_targets(test: PositioningTest, plan: TestPlan) -> list[str]:
+def _other_targets(test: PositioningTest, plan: TestPlan) -> list[Message]:
     unit = test.kind.units.position
-    if test.target.size == plan.target.size:
-        off = np.flatnonzero(np.abs(test.target - plan.target) > TARGET_TOLERANCE)
-        return _listed(
-            [
-                f"target {i + 1} is at {test.target[i]:.10g} {unit} in place of"
-                f" {plan.target[i]:.10g} {unit}"
-                for i in off[:_NAMED].tolist()
-            ],
-            off.size,
-        )
-    said = [f"{test.target.size} targets were measured; the plan has {plan.target.size}"]
-    for ours, theirs, words in (
-        (plan.target, test.target, "planned and not measured"),
-        (test.target, plan.target, "measured and not planned"),
+    measured, planned = test.target, plan.target
+    if measured.size == planned.size:
+        off = np.flatnonzero(np.abs(measured - planned) > TARGET_TOLERANCE).tolist()
+        warnings: list[Message] = []
+        for i in off[:_NAMED]:
+            values = {"position": float(measured[i]), "planned": float(planned[i]), "unit": unit}
+            warnings.append(Message("warning-target_elsewhere", {"target": i + 1, **values}))
+        if len(off) > _NAMED:
+            more = {"count": len(off) - _NAMED}
+            warnings.append(Message("warning-more_targets_elsewhere", more))
+        return warnings
+    values = {"targets": measured.size, "planned": planned.size}
+    warnings = [Message("warning-other_number_of_targets", values)]
+    for ours, theirs, code in (
+        (planned, measured, "warning-targets_not_measured"),
+        (measured, planned, "warning-targets_not_planned"),
     ):
         apart = ours[_distance(ours, theirs) > TARGET_TOLERANCE]
         if apart.size:
-            named = ", ".join(f"{p:.10g}" for p in apart[:_NAMED].tolist())
-            more = f" and {apart.size - _NAMED} more" if apart.size > _NAMED else ""
-            said.append(f"targets {words}: {named}{more} {unit}")
-    return said
+            values = {"count": apart.size, "position": float(apart[0]), "unit": unit}
+            warnings.append(Message(code, values))
+    return warnings
 
 
 def _distance(ours: FloatArray, theirs: FloatArray) -> FloatArray:
@@ -635,102 +629,74 @@ def _distance(ours: FloatArray, theirs: FloatArray) -> FloatArray:
     return np.minimum(np.abs(ours - theirs[below]), np.abs(ours - theirs[above]))
 
 
-def _listed(sentences: list[str], count: int) -> list[str]:
-    if count > len(sentences):
-        return [*sentences, f"{count - len(sentences)} more targets are elsewhere than planned"]
-    return sentences
-
-
-def _other_readings(test: PositioningTest, plan: TestPlan) -> list[str]:
-    """Name planned readings that are missing; whole approaches and cycles are told elsewhere."""
-    shared = min(test.cycles, plan.cycles)
-    said: list[str] = []
-    for approach in (a for a in plan.approaches if a in test.approaches):
-        missing = np.argwhere(np.isnan(test.deviation[:, :shared, approach]))
-        if missing.size:
-            named = ", ".join(
-                f"target {i + 1} in cycle {j + 1}" for i, j in missing[:_NAMED].tolist()
-            )
-            more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
-            said.append(
-                f"{len(missing)} planned reading(s) {APPROACHES[approach]} are missing:"
-                f" {named}{more}"
-            )
-    return said
-
-
-def _other_order(test: PositioningTest, plan: TestPlan) -> list[str]:
+def _other_order(test: PositioningTest, plan: TestPlan) -> list[Message]:
     if test.order is None:
-        return ["the order of the readings is not known: order and dwell were not compared"]
+        return [Message("warning-order_not_known")]
     if test.order_deduced:
-        return ["the order was deduced from run numbers: order and dwell were not compared"]
+        return [Message("warning-order_deduced")]
     visits = order_of_visits(plan)
     number = np.flatnonzero(visits.cycle < test.cycles)
     place = tuple(index[number] for index in visits.place)
     number = number[~np.isnan(test.deviation[place])]
     place = tuple(index[number] for index in visits.place)
-    order = test.order[place]
-    difference = _first_difference(place, order)
-    if difference:
+    difference = _first_difference(place, test.order[place])
+    if difference is not None:
         return [difference]
     if test.time_s is None or test.time_source is not TimeSource.FILE:
-        return ["the file does not state the time of each reading: the dwell was not compared"]
-    return _other_stops(test, plan, place, number)
+        return [Message("warning-times_not_stated")]
+    return _other_stops(test.time_s, plan, place, number)
 
 
-def _first_difference(place: tuple[IndexArray, ...], order: FloatArray) -> str:
+def _stop(place: tuple[IndexArray, ...], k: int) -> dict[str, str | int]:
+    """Return which stop the number k is."""
+    i, j, a = (int(index[k]) for index in place)
+    return {"target": i + 1, "cycle": j + 1, "approach": APPROACHES[a]}
+
+
+def _first_difference(place: tuple[IndexArray, ...], order: FloatArray) -> Message | None:
     """Return where the measured order leaves the planned one; readings stand in planned order."""
     rank = np.argsort(order, kind="stable")
     wrong = np.flatnonzero(rank != np.arange(rank.size))
     if not wrong.size:
-        return ""
+        return None
     k = int(wrong[0])
-    i, j, a = (int(index[rank[k]]) for index in place)
-    p, q, b = (int(index[k]) for index in place)
-    return (
-        f"the order of the readings leaves the plan at reading {int(order[rank[k]])}: target"
-        f" {i + 1} {APPROACHES[a]} in cycle {j + 1}, where target {p + 1} {APPROACHES[b]} in cycle"
-        f" {q + 1} was planned; {wrong.size} of {rank.size} readings are out of their place, the"
-        " dwell was not compared"
-    )
+    measured, planned = _stop(place, int(rank[k])), _stop(place, k)
+    values = {
+        "reading": int(order[rank[k]]),
+        **measured,
+        **{f"planned_{name}": value for name, value in planned.items()},
+        "count": wrong.size,
+        "readings": rank.size,
+    }
+    return Message("warning-order_differs", values)
 
 
 def _other_stops(
-    test: PositioningTest, plan: TestPlan, place: tuple[IndexArray, ...], number: IndexArray
-) -> list[str]:
+    time_s: FloatArray, plan: TestPlan, place: tuple[IndexArray, ...], number: IndexArray
+) -> list[Message]:
     """Compare the times between readings that follow each other in the plan as well."""
-    if test.time_s is None:
-        return []
-    planned = planned_test(plan).time_s
-    if planned is None or number.size < 2:
-        return []
+    planned_s = planned_test(plan).time_s
+    assert planned_s is not None  # noqa: S101 - a plan has times
     next_to = np.diff(number) == 1
-    excess = (np.diff(test.time_s[place]) - np.diff(planned[place]))[next_to]
+    excess = (np.diff(time_s[place]) - np.diff(planned_s[place]))[next_to]
     if not excess.size:
         return []
-    median = float(np.median(excess))
-    stop_s = plan.dwell_s + plan.recording_s
-    whole = bool(np.all(test.time_s[place] == np.round(test.time_s[place])))
-    said: list[str] = []
+    median, stop_s = float(np.median(excess)), plan.dwell_s + plan.recording_s
+    whole = bool(np.all(time_s[place] == np.round(time_s[place])))
+    warnings: list[Message] = []
     if median < -(WHOLE_SECONDS_TOLERANCE_S if whole else STOP_TOLERANCE_S):
-        said.append(
-            f"readings follow each other {-median:.2g} s sooner than planned (median):"
-            f" {max(stop_s + median, 0.0):.2g} s are left of the planned {stop_s:g} s at each stop,"
-            f" unless the feed was higher than {plan.feed:g} {plan.kind.units.position}/min"
-        )
+        unit = plan.kind.units.position
+        values = {"shorter_s": -median, "left_s": max(stop_s + median, 0.0), "planned_s": stop_s}
+        values |= {"feed": plan.feed, "unit": unit}
+        warnings.append(Message("warning-stops_shorter", values))
     elif median > LONG_STOP_TOLERANCE_S:
-        said.append(
-            f"readings follow each other {median:.2g} s later than planned (median): acceleration"
-            f" or recording take longer, or the stops were longer than {stop_s:g} s"
-        )
+        values = {"longer_s": median, "planned_s": stop_s}
+        warnings.append(Message("warning-stops_longer", values))
     pauses = np.flatnonzero(excess - median > PAUSE_S)
     if pauses.size:
         longest = int(pauses[np.argmax(excess[pauses])])
-        after = np.flatnonzero(next_to)[longest] + 1
-        i, j, a = (int(index[after]) for index in place)
-        said.append(
-            f"the run paused {pauses.size} time(s); the longest pause,"
-            f" {(excess[longest] - median) / 60.0:.3g} min, came before target {i + 1}"
-            f" {APPROACHES[a]} in cycle {j + 1}"
-        )
-    return said
+        after = _stop(place, int(np.flatnonzero(next_to)[longest]) + 1)
+        longest_min = (float(excess[longest]) - median) / 60.0
+        values = {"count": pauses.size, "longest_min": longest_min, **after}
+        warnings.append(Message("warning-run_paused", values))
+    return warnings

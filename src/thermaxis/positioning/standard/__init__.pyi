@@ -46,4 +46,5 @@ from ._spread_anomaly import (
 from ._test_conditions import (
     RUNS_PER_DIRECTION as RUNS_PER_DIRECTION,
     check_test_conditions as check_test_conditions,
+    missing_readings as missing_readings,
 )

@@ -6,7 +6,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.run import (
     APPROACHES,
@@ -89,8 +89,8 @@ class AdjacentDifferenceResult:
     """Forward approach; None if it was not measured."""
     backward: AdjacentDifferenceApproach | None
     """Backward approach; None if it was not measured."""
-    warnings: tuple[str, ...]
-    """What the reader of the result must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader of the result must know."""
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -272,62 +272,60 @@ def _choose_reference_cycle(
 
 def _warning_of_anchor(
     test: PositioningTest, approach: int, position: int, cycle: int
-) -> tuple[str, ...]:
-    """Say so where the reading that anchors the chart is itself far out."""
+) -> list[Message]:
+    """Warn where the reading that anchors the chart is itself far out."""
     deviation = test.deviation[:, :, approach]
     neighbour = position + 1 if position + 1 < deviation.shape[0] else position - 1
     difference = deviation[position] - deviation[neighbour]
     known = difference[~np.isnan(difference)]
     if known.size < 5 or np.isnan(difference[cycle]):
-        return ()
+        return []
     centre = float(np.median(known))
     spread = 1.4826 * float(np.median(np.abs(known - centre)))
     if abs(float(difference[cycle]) - centre) <= OUTLYING * spread:
-        return ()
-    reading = f"the reading of position {position + 1} {APPROACHES[approach]} in cycle {cycle + 1}"
-    shifted = "lies far from the others: the whole chart is shifted; choose another reference cycle"
-    return (f"{reading}, which anchors the deviation chart, {shifted}",)
+        return []
+    values = {"position": position + 1, "approach": APPROACHES[approach], "cycle": cycle + 1}
+    return [Message("warning-anchor_outlying", values)]
 
 
 def _warnings(
-    test: PositioningTest, fewest: int, factor: float | None, where: str
-) -> tuple[str, ...]:
+    test: PositioningTest, pairs: list[tuple[int, int, int]], factor: float | None
+) -> list[Message]:
+    """Warn of pairs without spread, and of bounds that few cycles widen."""
     if test.cycles < 2:
-        return ("one cycle only: the adjacent differences have no spread and the chart no bounds",)
+        return [Message("warning-one_cycle")]
+    warnings = [
+        Message("warning-pair_without_spread", _pair(approach, i))
+        for n, approach, i in pairs
+        if n == 1
+    ]
     if factor is None:
-        return ("no pair has two complete cycles: the chart has no bounds",)
-    if fewest >= STUDENT_CYCLES:
-        return ()
-    pair = "" if fewest == test.cycles else f" complete at {where}"
-    few = (
-        f"{fewest} cycles{pair} are fewer than {STUDENT_CYCLES}: the bounds of the deviation chart"
-    )
-    return (f"{few} are widened by Student's factor ({factor:.3f} in place of 2)",)
+        return [*warnings, Message("warning-no_pair_twice")]
+    fewest, approach, i = min(pair for pair in pairs if pair[0] > 1)
+    values = {"cycles": fewest, "enough": STUDENT_CYCLES, "factor": factor}
+    if fewest == test.cycles < STUDENT_CYCLES:
+        warnings.append(Message("warning-student_factor", values))
+    elif fewest < STUDENT_CYCLES:
+        values |= _pair(approach, i)
+        warnings.append(Message("warning-student_factor_of_pair", values))
+    return warnings
 
 
-def _complete_cycles_of_pairs(
-    test: PositioningTest,
-) -> tuple[list[tuple[int, str]], tuple[str, ...]]:
-    """Return how many cycles have both readings of each pair, and which pairs have one only."""
-    counts: list[tuple[int, str]] = []
-    single: list[str] = []
+def _pair(approach: int, i: int) -> dict[str, str | int]:
+    return {"position": i, "next": i + 1, "approach": APPROACHES[approach]}
+
+
+def _complete_cycles_of_pairs(test: PositioningTest) -> list[tuple[int, int, int]]:
+    """Return how many cycles have both readings of each pair, its approach and first position."""
+    counts: list[tuple[int, int, int]] = []
     for approach in test.approaches:
         read = ~np.isnan(test.deviation[:, :, approach])
-        pairs = np.sum(read[:-1] & read[1:], axis=1).astype(np.float64)
-        if np.min(pairs) == 0:
-            i = int(np.argmin(pairs)) + 1
-            raise DataError("no_pair", approach=APPROACHES[approach], position=i, next=i + 1)
-        if test.cycles > 1:
-            single += [
-                f"positions {i + 1} and {i + 2} {APPROACHES[approach]} have one complete cycle"
-                " only: their difference has no spread"
-                for i in np.flatnonzero(pairs == 1).tolist()
-            ]
-        counts += [
-            (n, f"positions {i + 1} and {i + 2} {APPROACHES[approach]}")
-            for i, n in enumerate(pairs.astype(np.intp).tolist())
-        ]
-    return counts, tuple(single)
+        complete = np.sum(read[:-1] & read[1:], axis=1).tolist()
+        for i, n in enumerate(complete, start=1):
+            if n == 0:
+                raise DataError("no_pair", approach=APPROACHES[approach], position=i, next=i + 1)
+            counts.append((n, approach, i))
+    return counts
 
 
 def evaluate_adjacent_difference(
@@ -393,14 +391,13 @@ def evaluate_adjacent_difference(
         )
     position = reference_position - 1
     cycle = _choose_reference_cycle(test, position, reference_cycle, reference_time_s)
-    pairs, single = _complete_cycles_of_pairs(test)
-    fewest, where = min((p for p in pairs if p[0] > 1), default=(1, ""))
-    factor = student_factor(fewest)
+    pairs = _complete_cycles_of_pairs(test)
+    factor = student_factor(min((n for n, *_ in pairs if n > 1), default=1))
     level = FALSE_ALARM_LEVEL / len(test.approaches)
     far_out = [
-        text
+        warning
         for approach in test.approaches
-        for text in _warning_of_anchor(test, approach, position, cycle)
+        for warning in _warning_of_anchor(test, approach, position, cycle)
     ]
     found = {
         approach: _evaluate_approach(
@@ -415,5 +412,5 @@ def evaluate_adjacent_difference(
         student_factor=factor,
         forward=found.get(FORWARD),
         backward=found.get(BACKWARD),
-        warnings=(*single, *_warnings(test, fewest, factor, where), *far_out),
+        warnings=(*_warnings(test, pairs, factor), *far_out),
     )

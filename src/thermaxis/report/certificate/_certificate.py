@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     APPROACHES,
     FIGURE_KEYS,
@@ -259,7 +260,7 @@ def _notes(report: PositioningReport) -> list[str]:
 def _condition_notes(report: PositioningReport) -> list[str]:
     """Return in which respects the run is not the standard's test."""
     if report.conditions:
-        listed = "; ".join(plain_text(condition, 600) for condition in report.conditions)
+        listed = "; ".join(plain_text(sentence_of(one), 600) for one in report.conditions)
         return [f"Test conditions of the standard that this run does not meet: {listed}."]
     test = report.test
     notes: list[str] = []

@@ -63,7 +63,7 @@ def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> li
         _noise(report, drift),
         _reversal(report, drift),
         *_outliers(report, drift),
-        *(_as_sentence(plain_text(warning, 600)) for warning in drift.warnings),
+        *(_as_sentence(plain_text(sentence_of(warning), 600)) for warning in drift.warnings),
     )
     blocks: tuple[Block, ...] = (
         Paragraph(_WHAT_IT_IS),

@@ -60,6 +60,7 @@ def describe_evaluation(report: PositioningReport) -> list[Part]:
         What ``thermaxis evaluate`` shows and writes.
     """
     other, uncertainty = report.other_standard, report.uncertainty
+    differences = report.plan_differences
     return [
         Value("version", report.version),
         *_run(report),
@@ -70,8 +71,9 @@ def describe_evaluation(report: PositioningReport) -> list[Part]:
         _drift(report),
         *([] if report.drift or uncertainty is None else _uncertainty_alone(report)),
         Value("uncertainty", None) if uncertainty is None else _uncertainty(report),
-        *(["plan: the run follows it"] if report.plan_differences == () else []),
-        Value("plan_differences", report.plan_differences),
+        *(["plan: the run follows it"] if differences == () else []),
+        Value("plan_differences", differences and tuple(map(sentence_of, differences))),
+        Value("plan_difference_codes", differences and tuple(map(value_as_json, differences))),
         Section("", _diagnosis(report.diagnosis)),
         Section("", [Value("warnings", report.warnings, "warning")]),
     ]

@@ -174,7 +174,7 @@ def _evaluate(name: str, test: PositioningTest, *, with_drift: bool) -> tuple[Tr
     if with_drift:
         try:
             result = evaluate_drift(test)
-            said += result.warnings
+            said += map(sentence_of, result.warnings)
         except DataError as error:
             said.append(f"no figures without drift: {sentence_of(error.message).rstrip('.')}")
     uncertainty = evaluate_uncertainty(test, result)

@@ -52,7 +52,7 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
     state = drift.reference_time_s if arguments.drift_free and drift is not None else None
     read = () if older.read is None else tuple(map(text_of, older.read.findings))
     drift_said = drift.warnings if arguments.drift_free and drift is not None else ()
-    said = list(warnings_of(result))
+    said = [*result.levels.remarks, *drift_said, *warnings_of(result)]
     return [
         Value("version", __version__),
         Value("input", {"name": run.name, "sha256": run.sha256}),
@@ -80,7 +80,7 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
         Section("merge", [*_older(result)]) if older.read is not None else Value("merge", None),
         Section("", [Value("", read, "finding in the older table")]),
         *findings_as_parts(result.read.findings, "read back"),
-        *warnings_as_parts([*run.test.remarks, *result.levels.remarks, *drift_said], said),
+        *warnings_as_parts(run.test.remarks, said),
     ]
 
 

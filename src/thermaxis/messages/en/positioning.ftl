@@ -1,0 +1,70 @@
+### What the reader of a run's results, of a plan or of a table must know
+
+## Test conditions of ISO 230-2
+
+warning-few_targets_linear = { $targets } targets are fewer than the { $required } that ISO 230-2 asks of a linear axis measured over { $length } mm
+warning-few_targets_rotary = { $targets } targets are fewer than the { $required } that ISO 230-2 asks of a rotary axis measured over { $length }° (rule from memory)
+warning-few_cycles = { $cycles } cycles, { $cycles } readings of every target, are fewer than the { $required } that ISO 230-2 asks for
+warning-few_readings = target { $target } has { $readings } readings { $approach }, fewer than the { $required } that ISO 230-2 asks for
+warning-many_cycles = { $cycles } cycles are more than the { $required } that ISO 230-2 asks for: the figures follow its formulas, but on a longer test, in which the machine warms up more
+warning-targets_equidistant = the targets are equidistant ({ $mean } { $unit }), without the random part of equation (1): periodic errors of the axis may stay hidden
+warning-interval_too_long = the largest interval between targets is { $interval } mm; ISO 230-2 asks for at most { $most_mm } mm on an axis over { $length_mm } mm
+warning-interval_uneven = the interval after target { $target } ({ $interval } { $unit }) is more than twice the mean interval ({ $mean } { $unit }): the axis is sampled unevenly
+warning-step_cycle = step cycle (Annex B of ISO 230-2:2014): not for acceptance unless agreed; it hides part of the drift that a standard cycle shows
+warning-pilgrim_cycle = pilgrim-step cycle: not the standard test cycle of ISO 230-2; not for acceptance unless agreed
+warning-readings_missing = { $count } reading(s) { $approach } are missing, the first at target { $target } in cycle { $cycle }: every target keeps its own number of readings
+warning-travel_reversed = the { $approach } readings of cycle { $cycles } were not taken one after the other in this direction, as a standard test cycle does: check the directions, or name the kind of cycle
+warning-cycles_interleave = readings of one cycle were taken among those of another, as in a step cycle and not in a standard test cycle: name the kind of cycle
+
+## Adjacent differences
+
+warning-one_cycle = one cycle only: the adjacent differences have no spread and the chart no bounds
+warning-no_pair_twice = no pair has two complete cycles: the chart has no bounds
+warning-pair_without_spread = positions { $position } and { $next } { $approach } have one complete cycle only: their difference has no spread
+warning-student_factor = { $cycles } cycles are fewer than { $enough }: the bounds of the deviation chart are widened by Student's factor ({ FIXED($factor, decimals: 3) } in place of 2)
+warning-student_factor_of_pair = { $cycles } cycles complete at positions { $position } and { $next } { $approach } are fewer than { $enough }: the bounds of the deviation chart are widened by Student's factor ({ FIXED($factor, decimals: 3) } in place of 2)
+warning-anchor_outlying = the reading of position { $position } { $approach } in cycle { $cycle }, which anchors the deviation chart, lies far from the others: the whole chart is shifted; choose another reference cycle
+
+## Drift
+
+warning-order_as_time = the readings have no times: their acquisition order serves as time
+warning-axis_bows = the axis bows with time: a parabola of the position was added to the drift
+warning-visits_hide_drift = each target was measured in a short part of the run: this order of visits hides drift in the levels, and only the bands of the levels show how much
+warning-target_drifts_otherwise = target { $targets } drifts otherwise than the rest of the axis: the drift model does not hold there, and its bands are too narrow
+
+## Plans
+
+remark-pitch_not_stated = no pitch is stated: whether the interval is a multiple of it was not asked
+remark-interval_made_smaller = the interval was made smaller, from { $before } to { $interval }: it was a multiple of the pitch { $pitch } within a tenth of it, and periodic errors would have been met in the same phase; { $left } of the length at its far end stay without a target
+remark-random_part_limited = the random part is { $share } of the interval and less than half the pitch { $pitch }: with half the pitch neighbours would come too near to each other
+warning-periodic_error_hidden = a periodic error of the pitch { $pitch } { $unit } may show only { FIXED($visible_percent, decimals: 0) }% of its size at these targets: take another seed, more targets or another interval
+warning-simulated_runs_worse = simulated runs come to { FIXED($simulated, decimals: 3) } { $unit } at the levels, not to the { FIXED($foretold, decimals: 3) } { $unit } that the covariance foretells: in this order of visits drift and levels are hard to tell apart
+warning-simulated_levels_wrong = in simulated runs the levels are wrong by { FIXED($error, decimals: 3) } { $unit } where the drift evaluation states { FIXED($stated, decimals: 3) } { $unit }: in this order of visits a drift may pass for an error of the axis
+
+## A run against its plan
+
+warning-other_kind = the run was measured on a { $kind } axis; the plan is for a { $planned } one
+warning-other_axis = the run names the axis '{ $axis }'; the plan is for axis { $planned }
+warning-other_cycle = the run is of the { $cycle } cycle; the plan asks for the { $planned } one
+warning-other_number_of_cycles = { $cycles } cycles were measured; the plan asks for { $planned }
+warning-approach_not_planned = { $approach } approaches were measured without being planned
+warning-approach_not_measured = the planned { $approach } approaches were not measured
+warning-target_elsewhere = target { $target } is at { FIXED($position, decimals: 3) } { $unit } in place of { FIXED($planned, decimals: 3) } { $unit }
+warning-more_targets_elsewhere = { $count } more targets are elsewhere than planned
+warning-other_number_of_targets = { $targets } targets were measured; the plan has { $planned }
+warning-targets_not_measured = { $count } target(s) planned and not measured, the first at { FIXED($position, decimals: 3) } { $unit }
+warning-targets_not_planned = { $count } target(s) measured and not planned, the first at { FIXED($position, decimals: 3) } { $unit }
+warning-targets_differ = targets differ from the plan: readings, order and times were not compared with it
+warning-planned_readings_missing = { $count } planned reading(s) { $approach } are missing, the first at target { $target } in cycle { $cycle }
+warning-order_not_known = the order of the readings is not known: order and dwell were not compared
+warning-order_deduced = the order was deduced from run numbers: order and dwell were not compared
+warning-order_differs = the order of the readings leaves the plan at reading { $reading }: target { $target } { $approach } in cycle { $cycle }, where target { $planned_target } { $planned_approach } in cycle { $planned_cycle } was planned; { $count } of { $readings } readings are out of their place, the dwell was not compared
+warning-times_not_stated = the file does not state the time of each reading: the dwell was not compared
+warning-stops_shorter = readings follow each other { FIXED($shorter_s, decimals: 1) } s sooner than planned (median): { FIXED($left_s, decimals: 1) } s are left of the planned { $planned_s } s at each stop, unless the feed was higher than { $feed } { $unit }/min
+warning-stops_longer = readings follow each other { FIXED($longer_s, decimals: 1) } s later than planned (median): acceleration or recording take longer, or the stops were longer than { $planned_s } s
+warning-run_paused = the run paused { $count } time(s); the longest pause, { FIXED($longest_min, decimals: 1) } min, came before target { $target } { $approach } in cycle { $cycle }
+
+## Levels of a table
+
+remark-one_approach_for_both = only { $approach } approaches were measured: they stand for both directions
+remark-targets_left_out = targets without readings were left out: { $targets }
