@@ -99,17 +99,31 @@ def test_every_sentence_is_that_of_an_error_or_of_what_is_said_of_a_run() -> Non
     assert set(variables("", "positioning.ftl")) - set(constants) == set()
 
 
-@pytest.mark.parametrize(
-    "kind", [ThermaxisError, DataError, ConfigurationError, MeasurementFileError]
-)
-def test_an_error_is_a_code_values_and_a_place_and_reads_as_a_sentence(
-    kind: type[ThermaxisError],
-) -> None:
-    error = kind("unknown_key", name="[red]x", known=("a", "b"), place=Place("m.toml", 7))
-    assert (error.code, error.values["name"], error.place.line) == ("unknown_key", "[red]x", 7)
-    assert str(error) == "m.toml, line 7: '[red]x' is not a key here. Keys are a; b."
-    assert str(pickle.loads(pickle.dumps(error))) == str(error)  # noqa: S301 our own
-    assert str(error.at(Place(key="--axis"))).startswith("--axis: '[red]x'")
+def test_an_error_is_a_code_values_and_a_place_and_reads_as_a_sentence() -> None:
+    for kind in (ThermaxisError, DataError, ConfigurationError, MeasurementFileError):
+        error = kind("unknown_key", name="[red]x", known=("a", "b"), place=Place("m.toml", 7))
+        assert (error.code, error.values["name"], error.place.line) == ("unknown_key", "[red]x", 7)
+        assert str(error) == "m.toml, line 7: '[red]x' is not a key here. Keys are a; b."
+        assert str(pickle.loads(pickle.dumps(error))) == str(error)  # noqa: S301 our own
+        assert str(error.at(Place(key="--axis"))).startswith("--axis: '[red]x'")
+
+
+MADE = ("warning-", "flag-", "rule-", "candidate-")
+"""Kinds of messages that a result carries."""
+
+
+def test_every_message_that_is_made_has_a_sentence_and_every_sentence_is_made() -> None:
+    constants: set[str] = set()
+    made: set[str] = set()
+    for _, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                constants.add(node.value)
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "Message" and node.args:
+                made |= set(codes_of(node.args[0]))
+    assert made - keys("en") == set()
+    carried = {key for key in keys("en") if key.startswith(MADE) and "." not in key}
+    assert {k for k in carried if not {k, k.partition("-")[2]} & constants} == set()
 
 
 def test_errors_have_sentences_in_english() -> None:

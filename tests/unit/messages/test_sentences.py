@@ -20,46 +20,36 @@ from thermaxis.messages import (
 )
 
 
-@pytest.mark.parametrize(
-    ("language", "text"),
-    [
-        ("en", "a trim is a number from −2.5 to 2.5 µm"),
-        ("de", "eine Trimmung ist eine Zahl von −2,5 bis 2,5 µm"),
-        ("cs", "ruční posun je číslo od −2,5 do 2,5 µm"),
-    ],
-)
-def test_numbers_have_the_signs_of_the_language(language: str, text: str) -> None:
-    values = {"lowest_um": -2.5, "largest_um": 2.5}
-    assert sentence("answer-trim_range", values, language=language) == text
+def test_numbers_codes_and_messages_in_a_sentence_are_of_its_language() -> None:
+    limits = {"lowest_um": -2.5, "largest_um": 2.5}
+    asked = {"request": "hold", "answer": Message("answer-held", {"longest_s": 3600.0})}
+    for language, trim, held in (
+        (
+            *("en", "a trim is a number from −2.5 to 2.5 µm"),
+            "hold: accepted, it is held, for at most 1\N{NO-BREAK SPACE}h",
+        ),
+        (
+            *("de", "eine Trimmung ist eine Zahl von −2,5 bis 2,5 µm"),
+            "Halten: angenommen, sie wird gehalten, höchstens 1\N{NO-BREAK SPACE}h",
+        ),
+        (
+            *("cs", "ruční posun je číslo od −2,5 do 2,5 µm"),
+            "podržet: přijato, je podržena, nejvýše 1\N{NO-BREAK SPACE}h",
+        ),
+    ):
+        assert sentence("answer-trim_range", limits, language=language) == trim
+        accepted = Message("event-request_accepted", asked)
+        assert sentence_of(accepted, language=language) == held
 
 
-@pytest.mark.parametrize(
-    ("count", "text"),
-    [
+def test_czech_counts_in_three_forms_and_no_count_has_signs_between_its_digits() -> None:
+    for count, text in (
         (1, "Od spuštění byl ztracen 1 záznam historie."),
         (3, "Od spuštění byly ztraceny 3 záznamy historie."),
         (5, "Od spuštění bylo ztraceno 5 záznamů historie."),
-    ],
-)
-def test_czech_counts_in_three_forms(count: int, text: str) -> None:
-    assert sentence("alarm-history_lost", {"lost": count}, language="cs") == text
-
-
-def test_large_counts_have_no_signs_between_their_digits() -> None:
+    ):
+        assert sentence("alarm-history_lost", {"lost": count}, language="cs") == text
     assert sentence("alarm-history_lost", {"lost": 1_234_567}).startswith("1234567 records")
-
-
-@pytest.mark.parametrize(
-    ("language", "text"),
-    [
-        ("en", "hold: accepted, it is held, for at most 1\N{NO-BREAK SPACE}h"),
-        ("de", "Halten: angenommen, sie wird gehalten, höchstens 1\N{NO-BREAK SPACE}h"),
-        ("cs", "podržet: přijato, je podržena, nejvýše 1\N{NO-BREAK SPACE}h"),
-    ],
-)
-def test_codes_and_messages_in_a_sentence_are_of_its_language(language: str, text: str) -> None:
-    values = {"request": "hold", "answer": Message("answer-held", {"longest_s": 3600.0})}
-    assert sentence_of(Message("event-request_accepted", values), language=language) == text
 
 
 def test_several_codes_are_said_one_after_another_and_an_unknown_one_as_it_is() -> None:
@@ -103,41 +93,25 @@ def test_no_value_stops_a_sentence(key: str, value: object, language: str) -> No
     assert sentence(key, dict.fromkeys(names, value), language=language)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("value", "spec", "text"),
-    [
-        (-1.26, "+.1f", "−1.3"),
-        (-0.01, "+.1f", "0.0"),
-        (float("nan"), ".1f", "–"),
-        (True, ".0f", "–"),
-        (12.0, "g", "12"),
-    ],
-)
-def test_numbers_are_shown_with_a_true_minus_and_zero_without_a_sign(
-    value: object, spec: str, text: str
-) -> None:
-    assert number_text(value, spec, "en") == text
+def test_numbers_have_a_true_minus_times_two_units_and_places_are_told_from_file_to_column() -> (
+    None
+):
+    for value, spec, text in (
+        *((-1.26, "+.1f", "−1.3"), (-0.01, "+.1f", "0.0"), (float("nan"), ".1f", "–")),
+        *((True, ".0f", "–"), (12.0, "g", "12")),
+    ):
+        assert number_text(value, spec, "en") == text
+    for time_s, text in (
+        *((45.4, "45 s"), (90.0, "1 min 30 s"), (5400.0, "1 h 30 min"), (200_000.0, "2 d 7 h")),
+    ):
+        assert duration_text(time_s).replace("\N{NO-BREAK SPACE}", " ") == text
+    place = Place("a.csv", 7, "Z")
+    assert place_text(place) == "a.csv, line 7, column Z"
+    assert place_text(place, language="de") == "a.csv, Zeile 7, Spalte Z"
 
 
-@pytest.mark.parametrize(
-    ("time_s", "text"),
-    [(45.4, "45 s"), (90.0, "1 min 30 s"), (5400.0, "1 h 30 min"), (200_000.0, "2 d 7 h")],
-)
-def test_times_are_told_in_two_units_at_most(time_s: float, text: str) -> None:
-    assert duration_text(time_s).replace("\N{NO-BREAK SPACE}", " ") == text
-
-
-@pytest.mark.parametrize(
-    ("language", "text"),
-    [("en", "a.csv, line 7, column Z"), ("de", "a.csv, Zeile 7, Spalte Z")],
-)
-def test_a_place_is_told_from_file_to_column(language: str, text: str) -> None:
-    assert place_text(Place("a.csv", 7, "Z"), language=language) == text
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
+def test_a_sentence_of_its_own_keeps_the_name_that_it_begins_with() -> None:
+    for text, said in (
         ("an operator holds it", "An operator holds it."),
         ("žádná porucha", "Žádná porucha."),
         ("model.json does not fit", "model.json does not fit."),
@@ -145,10 +119,8 @@ def test_a_place_is_told_from_file_to_column(language: str, text: str) -> None:
         ("2 of 3 are there", "2 of 3 are there."),
         ("node_9 is read only!", "node_9 is read only!"),
         ("", ""),
-    ],
-)
-def test_a_sentence_of_its_own_keeps_the_name_that_it_begins_with(text: str, said: str) -> None:
-    assert as_sentence(text) == said
+    ):
+        assert as_sentence(text) == said
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

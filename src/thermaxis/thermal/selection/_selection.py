@@ -583,10 +583,9 @@ def _output_flags(
     model: ThermalModel, correlation: FloatArray, own_um: float, baselines: Mapping[str, float]
 ) -> tuple[Message, ...]:
     flags = _opposed(model, correlation)
-    for name in ("hold", "static"):
+    for name, code in (("hold", "warning-hold_better"), ("static", "warning-static_better")):
         if baselines[name] < own_um:
-            values = {"rule_um": baselines[name], "model_um": own_um}
-            flags.append(Message(f"warning-{name}_better", values))
+            flags.append(Message(code, {"rule_um": baselines[name], "model_um": own_um}))
     return tuple(flags)
 
 
