@@ -80,9 +80,7 @@ def _conditions(model: CompensationModel, log: ThermalLog, verified: VerifiedLog
     panels = [] if speeds is None else [speeds]
     panels += input_panels(log, model.channels, reference_s=verified.reference_s, stated=stated)
     panels.append(displacement_panel(log.time_s, _measured(verified)))
-    grid = PanelGrid(
-        heading="Verification test", source=verified.name, panels=tuple(panels)
-    )  # fmt: skip
+    grid = PanelGrid(heading="Verification test", source=verified.name, panels=tuple(panels))
     caption = "Speeds, temperature inputs and measured outputs (figures 7, 8 and 9 of the paper)."
     if speeds is None:
         caption = (
@@ -124,9 +122,7 @@ def comparison_panel(
     )
 
 
-def contribution_panel(
-    time_s: FloatArray, contributions: Mapping[str, FloatArray]
-) -> Panel:  # fmt: skip
+def contribution_panel(time_s: FloatArray, contributions: Mapping[str, FloatArray]) -> Panel:
     """Return the contribution of every part; the lower part of figure 10."""
     time_h = time_s / HOUR_S
     drawn, others = largest(contributions, MOST_LINES)
@@ -265,9 +261,7 @@ def _enlarged_panel(verified: VerifiedLog, left: Mapping[str, FloatArray]) -> Pa
     return replace(panel, shaded=_shaded(verified))
 
 
-def _residual_panel(
-    title: str, verified: VerifiedLog, series: Mapping[str, FloatArray]
-) -> Panel:  # fmt: skip
+def _residual_panel(title: str, verified: VerifiedLog, series: Mapping[str, FloatArray]) -> Panel:
     panel = lines_panel(title, "residual [µm]", verified.time_s, series, height_in=1.6)
     return replace(panel, shaded=_shaded(verified))
 

@@ -63,9 +63,7 @@ def _place(diameter_mm: float | None) -> str:
     return "tool centre point" if diameter_mm is None else f"D = {as_given(diameter_mm)} mm"
 
 
-def figure_tables(
-    figures: Mapping[str, VerificationFigures], words: str
-) -> tuple[Block, ...]:  # fmt: skip
+def figure_tables(figures: Mapping[str, VerificationFigures], words: str) -> tuple[Block, ...]:
     """Return all figures of a log, or of all logs together."""
     columns = columns_of(
         "*Output | Rows | p-p measured | p-p residual | RMSE | MAE | Largest"
@@ -86,9 +84,7 @@ def figure_tables(
         for name, f in figures.items()
     )
     main = Table(columns, rows, f"{words}: residual of the free run beside simple rules, in µm.")
-    after = {
-        name: f.after_60_min_um or (None, None) for name, f in figures.items()
-    }  # fmt: skip
+    after = {name: f.after_60_min_um or (None, None) for name, f in figures.items()}
     later = tuple(
         (name_text(name), *map(micrometres, after[name]), *map(micrometres, f.at_end_um))
         for name, f in figures.items()

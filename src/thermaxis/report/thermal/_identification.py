@@ -209,9 +209,7 @@ def _held_out_table(outputs: Sequence[IdentifiedOutput]) -> Table:
     return Table(columns, rows, words)
 
 
-def _selection_section(
-    result: Identification, pictures: Mapping[str, Picture]
-) -> list[Section]:  # fmt: skip
+def _selection_section(result: Identification, pictures: Mapping[str, Picture]) -> list[Section]:
     selection = result.selection
     if selection is None:
         return []

@@ -99,9 +99,7 @@ def _conditions(
     return panel_chart(f"figure_03_conditions{ending}", caption, grid)
 
 
-def _fit(
-    number: int, output: IdentifiedOutput, fitted: Sequence[FittedExperiment]
-) -> ThermalChart:  # fmt: skip
+def _fit(number: int, output: IdentifiedOutput, fitted: Sequence[FittedExperiment]) -> ThermalChart:
     order = sorted(range(len(fitted)), key=lambda k: -float(fitted[k].time_s[-1]))[:MOST_LOGS]
     drawn = [fitted[k] for k in sorted(order)]
     panels = [
@@ -126,7 +124,7 @@ def _fit(
 
 def _residuals(
     number: int, output: IdentifiedOutput, fitted: Sequence[FittedExperiment]
-) -> ThermalChart | None:  # fmt: skip
+) -> ThermalChart | None:
     left = leftover_of(fitted)
     if isinstance(left, str):
         return None
@@ -173,7 +171,7 @@ def _residuals(
 
 def _correlation_panel(
     title: str, lag_s: FloatArray, values: FloatArray, band: FloatArray
-) -> Panel:  # fmt: skip
+) -> Panel:
     lag_h = lag_s / 3600.0
     return Panel(
         title=title,

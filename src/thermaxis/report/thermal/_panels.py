@@ -5,7 +5,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -36,6 +36,17 @@ _LABEL = 22
 """Longest label of a line; a longer name is cut. [1]"""
 _LEGEND_WIDTH = 110
 """Width of a legend below a chart. [characters]"""
+_SHADE: dict[str, Any] = {
+    "facecolor": "#f4f4f4",
+    "edgecolor": "#d4d4d4",
+    "hatch": "//",
+    "linewidth": 0.0,
+}
+_MARK: dict[str, Any] = {
+    "color": "black",
+    "linewidth": 0.8,
+    "linestyle": (0, (5.0, 2.0, 1.0, 2.0)),
+}
 _SAMPLE_WIDTH = 11
 """Width of what stands before a label, and of the gap behind it. [characters]"""
 
@@ -305,35 +316,27 @@ def _legend(panels: Sequence[Panel]) -> tuple[list[Artist], list[str]]:
         for area in panel.areas:
             found.setdefault(area.label, Patch(facecolor="#d9d9d9"))
         if panel.shaded:
-            found.setdefault("does not count", _shade())
+            found.setdefault("does not count", Patch(**_SHADE))
         if panel.mark is not None:
-            line = Line2D([], [], color="black", linewidth=0.8, linestyle=(0, (5.0, 2.0, 1.0, 2.0)))
-            found.setdefault(panel.mark_label, line)
+            found.setdefault(panel.mark_label, Line2D([], [], **_MARK))
     return list(found.values()), [line_label(label) for label in found]
 
 
-def _shade() -> Patch:
-    return Patch(facecolor="#f4f4f4", edgecolor="#d4d4d4", hatch="//", linewidth=0.0)
+def _style(look: Look, marker: str = "", **more: object) -> dict[str, Any]:
+    """Return colour and marker of a line; another marker where it has none of its own."""
+    face = look.colour if look.filled else "white"
+    return {"color": look.colour, "marker": look.marker or marker, "markerfacecolor": face, **more}
 
 
 def _sample(look: Look) -> Line2D:
-    return Line2D(
-        [],
-        [],
-        color=look.colour,
-        linestyle="" if look.stems else look.line,
-        linewidth=look.width,
-        marker=look.marker or ("." if look.stems else ""),
-        markerfacecolor=look.colour if look.filled else "white",
-        markersize=3.6,
-    )
+    line, marker = ("", ".") if look.stems else (look.line, "")
+    style = _style(look, marker)
+    return Line2D([], [], **style, linestyle=line, linewidth=look.width, markersize=3.6)
 
 
 def _draw_panel(axes: Axes, panel: Panel) -> None:
     for first, last in panel.shaded:
-        axes.axvspan(
-            first, last, facecolor="#f4f4f4", edgecolor="#d4d4d4", hatch="//", linewidth=0.0
-        )
+        axes.axvspan(first, last, **_SHADE)
     for area in panel.areas:
         axes.fill_between(area.x, area.low, area.high, color="#d9d9d9", linewidth=0.0, zorder=1.2)
     for number, trace in enumerate(panel.traces):
@@ -343,13 +346,10 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         else:
             _draw_line(axes, trace, (number + 0.5) / len(panel.traces))
     for bar in panel.bars:
-        axes.errorbar(
-            [bar.x], [bar.y], yerr=[bar.half], color=bar.look.colour, capsize=2.5,
-            marker=bar.look.marker or ".", markersize=3.0, linewidth=1.0,
-            markerfacecolor=bar.look.colour if bar.look.filled else "white",
-        )  # fmt: skip
+        style = _style(bar.look, ".", markersize=3.0, linewidth=1.0)
+        axes.errorbar([bar.x], [bar.y], yerr=[bar.half], capsize=2.5, **style)
     if panel.mark is not None:
-        axes.axvline(panel.mark, color="black", linewidth=0.8, linestyle=(0, (5.0, 2.0, 1.0, 2.0)))
+        axes.axvline(panel.mark, **_MARK)
     axes.axhline(0.0, color="black", linewidth=0.6, zorder=1.5)
     axes.set_title(drawable(panel.title, 90), loc="left")
     axes.set_ylabel(panel.quantity)
@@ -358,28 +358,11 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 
 def _draw_line(axes: Axes, trace: Trace, turn: float) -> None:
     look, line = trace.look, drawn_line(trace.x, trace.y)
-    face = look.colour if look.filled else "white"
     if line.x.size:
-        axes.plot(
-            line.x,
-            line.y,
-            color=look.colour,
-            linestyle=look.line,
-            linewidth=look.width,
-            marker=look.marker,
-            markersize=3.6,
-            markerfacecolor=face,
-            markeredgewidth=0.8,
-            markevery=None if look.points else marked(line, turn),
-        )
+        style = _style(look, linestyle=look.line, linewidth=look.width)
+        places = None if look.points else marked(line, turn)
+        axes.plot(line.x, line.y, **style, markersize=3.6, markeredgewidth=0.8, markevery=places)
     if line.alone_x.size:
-        axes.plot(
-            line.alone_x,
-            line.alone_y,
-            color=look.colour,
-            linestyle="",
-            marker=look.marker or "o",
-            markersize=3.0 if look.marker else 1.8 * look.width,
-            markerfacecolor=face,
-            markeredgewidth=0.7,
-        )
+        style = _style(look, "o", linestyle="", markeredgewidth=0.7)
+        size = 3.0 if look.marker else 1.8 * look.width
+        axes.plot(line.alone_x, line.alone_y, **style, markersize=size)

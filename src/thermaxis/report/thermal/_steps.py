@@ -77,9 +77,7 @@ def thermal_model_of_output(output: Output) -> ThermalModel:
     )
 
 
-def step_chart(
-    model: CompensationModel, *, record_s: float, record_name: str
-) -> ThermalChart:  # fmt: skip
+def step_chart(model: CompensationModel, *, record_s: float, record_name: str) -> ThermalChart:
     """Return the step responses of a compensation model; the right part of figure 4."""
     models = [(output.name, thermal_model_of_output(output)) for output in model.outputs]
     horizon = _horizon([m for _, m in models], record_s)
@@ -162,9 +160,7 @@ def _shown_inputs(steps: Sequence[Steps]) -> tuple[list[str], int]:
     return [name for name in weight if name in order], len(weight)
 
 
-def _chart(
-    steps: Sequence[Steps], record_s: float, record_name: str, note: str
-) -> ThermalChart:  # fmt: skip
+def _chart(steps: Sequence[Steps], record_s: float, record_name: str, note: str) -> ThermalChart:
     shown, count = _shown_inputs(steps)
     looks = dict(zip(shown, LOOKS, strict=False))
     drawn = steps[:MOST_PANELS]

@@ -167,8 +167,8 @@ def _log_sections(result: Verification, pictures: Mapping[str, Picture]) -> list
             blocks += figure_tables(
                 {o.measured.name: o.figures for o in log.outputs}, name_text(log.name)
             )
-        sections.append(Section(f"Log {name_text(log.name) if log.name else number + 1}",
-                                (*blocks, *own)))  # fmt: skip
+        heading = f"Log {name_text(log.name) if log.name else number + 1}"
+        sections.append(Section(heading, (*blocks, *own)))
     return sections
 
 

@@ -365,14 +365,14 @@ def _find_stuck(channel: _Channel, peers: Sequence[_Channel]) -> list[LogFinding
     order = np.argsort(lengths)[::-1][:3]
     others = [p for p in peers if p is not channel and p.spread > 0.0]
     findings: list[LogFinding] = []
-    for run in map(int, order):
-        begin, length = int(begins[run]), int(lengths[run])
-        end = begin + length - 1
+    for number in map(int, order):
+        begin, length = int(begins[number]), int(lengths[number])
         if length < max(_STUCK_ROWS, _STUCK_SHARE * channel.values.size):
             break
-        if bool(channel.suspect[begin]) or not _should_have_moved(channel, others, run, lengths):
+        run = _Run(channel, others, begin, begin + length - 1, np.delete(lengths, number))
+        if bool(channel.suspect[begin]) or not _should_have_moved(run):
             continue
-        at = _place(channel, begin, end)
+        at = _place(channel, begin, run.end)
         values = {"value": float(channel.values[begin]), "unit": channel.unit, "row": at[0][0]}
         values |= {"lasts_s": at[1][1] - at[1][0]}
         extent = length / channel.values.size
@@ -380,28 +380,57 @@ def _find_stuck(channel: _Channel, peers: Sequence[_Channel]) -> list[LogFinding
     return findings
 
 
-def _should_have_moved(
-    channel: _Channel, others: Sequence[_Channel], run: int, lengths: NDArray[np.int64]
-) -> bool:
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Run:
+    """A run of one value of a channel."""
+
+    channel: _Channel
+    others: Sequence[_Channel]
+    """Other channels of its unit that move."""
+    begin: int
+    end: int
+    """First and last measurement of the run."""
+    rest: NDArray[np.int64]
+    """Lengths of the channel's other runs. [1]"""
+
+    @property
+    def length(self) -> int:
+        return self.end + 1 - self.begin
+
+    def seen_by(self, other: _Channel) -> FloatArray:
+        """Return the good values of another channel during the run."""
+        first_s, last_s = self.channel.time_s[[self.begin, self.end]]
+        inside = (other.time_s >= first_s) & (other.time_s <= last_s)
+        return other.values[inside & ~other.suspect]
+
+    def means(self) -> list[tuple[_Channel, list[float]]]:
+        """Return means of the other channels over parts of the run."""
+        seen = [(other, self.seen_by(other)) for other in self.others]
+        return [
+            (other, [float(np.mean(block)) for block in np.array_split(values, _RUN_BLOCKS)])
+            for other, values in seen
+            if values.size >= _STUCK_ROWS
+        ]
+
+
+def _should_have_moved(run: _Run) -> bool:
     """Say whether a run is longer than noise allows, or the other channels moved during it."""
-    rest = np.delete(lengths, run)
-    own = np.cumsum(np.concatenate(([0], lengths)))
-    begin, end = int(own[run]), int(own[run + 1]) - 1
-    if rest.size and float(np.quantile(rest, 0.99)) * 10.0 < lengths[run]:
+    channel, rest = run.channel, run.rest
+    if rest.size and float(np.quantile(rest, 0.99)) * 10.0 < run.length:
         lively = float(np.mean(rest)) < 3.0  # noise changes nearly every value outside the run
-        if lively and not _is_coarse(channel, begin, end):
+        if lively and not _is_coarse(run):
             return True
-        if lively and _coarse_should_have_moved(channel, others, begin, end, rest):
-            return not _carries_on(channel, others, begin, end, rest)
-    if not others or not channel.spread or _carries_on(channel, others, begin, end, rest):
+        if lively and _coarse_should_have_moved(run):
+            return not _carries_on(run)
+    if not run.others or not channel.spread or _carries_on(run):
         return False
     if not channel.resolution and np.unique(channel.values).size == 2:  # one step, seen once
-        went = [max(m) - min(m) for m in _means_within(channel, others, begin, end)]
+        went = [max(m) - min(m) for _, m in run.means()]
         return bool(went) and float(np.median(went)) > _PEER_STEPS * float(np.ptp(channel.values))
     moved: list[float] = []
-    for other in others:
-        inside = (other.time_s >= channel.time_s[begin]) & (other.time_s <= channel.time_s[end])
-        seen = other.values[inside & ~other.suspect]
+    for other in run.others:
+        seen = run.seen_by(other)
         if seen.size > 1:
             slow = float(np.quantile(seen, 0.95) - np.quantile(seen, 0.05))
             # A single step of a coarse channel is no movement.
@@ -413,72 +442,53 @@ def _should_have_moved(
     return expected > max(5.0 * channel.resolution, 8.0 * channel.noise, 0.3 * channel.spread)
 
 
-def _is_coarse(channel: _Channel, begin: int, end: int) -> bool:
+def _is_coarse(run: _Run) -> bool:
     """Say whether noise moves the rounded values by a step at most, outside a run.
 
     Such a channel flickers near the border of two steps, and rests between the borders.
     """
+    channel = run.channel
     if not channel.resolution:
         return False
     change = np.abs(np.diff(channel.values))
-    outside = np.concatenate((change[: max(begin - 1, 0)], change[end + 1 :]))
+    outside = np.concatenate((change[: max(run.begin - 1, 0)], change[run.end + 1 :]))
     return bool(np.mean(outside > 1.5 * channel.resolution) < _FEW_LARGE) if outside.size else True
 
 
-def _coarse_should_have_moved(
-    channel: _Channel,
-    others: Sequence[_Channel],
-    begin: int,
-    end: int,
-    rest: NDArray[np.int64],
-) -> bool:
+def _coarse_should_have_moved(run: _Run) -> bool:
     """Say whether channels that move as this one does moved by several of its steps in a run.
 
     Without other channels a rest must be far longer than all others.
     """
-    if not others:
-        return 10 * int(np.max(rest)) < end + 1 - begin
-    own = channel.values[np.r_[:begin, end + 1 : channel.values.size]]
-    first_s, last_s = channel.time_s[begin], channel.time_s[end]
+    channel = run.channel
+    if not run.others:
+        return 10 * int(np.max(run.rest)) < run.length
+    own = np.delete(channel.values, slice(run.begin, run.end + 1))
+    first_s, last_s = channel.time_s[[run.begin, run.end]]
     expected: list[float] = []
-    for other in others:
+    for other, means in run.means():
         outside = other.values[(other.time_s < first_s) | (other.time_s > last_s)]
-        for means in _means_within(channel, [other], begin, end):
-            alike = float(np.std(own)) / max(float(np.std(outside)), 1e-12) if outside.size else 1.0
-            expected.append((max(means) - min(means)) * min(alike, 1.0))
+        alike = float(np.std(own)) / max(float(np.std(outside)), 1e-12) if outside.size else 1.0
+        expected.append((max(means) - min(means)) * min(alike, 1.0))
     return bool(expected) and float(np.median(expected)) > _PEER_STEPS * channel.resolution
 
 
-def _means_within(
-    channel: _Channel, others: Sequence[_Channel], begin: int, end: int
-) -> list[list[float]]:
-    """Return means of the other channels over parts of a run, by channel."""
-    found: list[list[float]] = []
-    for other in others:
-        inside = (other.time_s >= channel.time_s[begin]) & (other.time_s <= channel.time_s[end])
-        seen = other.values[inside & ~other.suspect]
-        if seen.size >= _STUCK_ROWS:
-            found.append([float(np.mean(block)) for block in np.array_split(seen, _RUN_BLOCKS)])
-    return found
-
-
-def _carries_on(
-    channel: _Channel, others: Sequence[_Channel], begin: int, end: int, rest: NDArray[np.int64]
-) -> bool:
+def _carries_on(run: _Run) -> bool:
     """Say whether a coarse channel goes on behind a run as if it had seen all of it.
 
     A dead sensor that lives again shows at once what it missed. One that rests half as long
     elsewhere, and stays within a step where the others went several steps one way, missed nothing.
     """
+    channel, next_row = run.channel, run.end + 1
     step = max(channel.resolution, channel.change)
-    rests = rest.size and 2 * int(np.max(rest)) >= end + 1 - begin
-    behind = channel.values[end + 1 : end + 1 + max(_STUCK_ROWS, (end + 1 - begin) // 4)]
+    rests = run.rest.size and 2 * int(np.max(run.rest)) >= run.length
+    behind = channel.values[next_row : next_row + max(_STUCK_ROWS, run.length // 4)]
     if not rests or behind.size < _STUCK_ROWS:
         return False
-    if float(np.max(np.abs(behind - channel.values[end]))) > 1.5 * step:
+    if float(np.max(np.abs(behind - channel.values[run.end]))) > 1.5 * step:
         return False
     went: list[float] = []
-    for means in _means_within(channel, others, begin, end):
+    for _, means in run.means():
         net = abs(means[-1] - means[0])
         went.append(net if net > _ONE_WAY * (max(means) - min(means)) else 0.0)
     return bool(went) and float(np.median(went)) > _PEER_STEPS * step

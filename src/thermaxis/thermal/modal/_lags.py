@@ -140,16 +140,12 @@ class Refined:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearised:
-    """The model around refined time constants: coefficients, then moves of their logarithms."""
+    """The model around time constants: gains, other coefficients, moves of their logarithms."""
 
     design: Design
     """Its rows hold all coefficients, the moves, and the displacement."""
     prior: FloatArray
     """Prior precision of coefficients and moves, (q,)."""
-    gains: int
-    """Number of gains, which come first. [1]"""
-    lags: int
-    """Number of time constants, whose moves come last. [1]"""
 
 
 ENOUGH = 3e-3
@@ -233,8 +229,6 @@ class Refinement:
         return Linearised(
             design=replace(design, rows=rows),
             prior=np.concatenate([prior, np.full(taus_s.size, variance / WIDE_LOG_STD**2)]),
-            gains=design.gains,
-            lags=taus_s.size,
         )
 
     def refined(self, start_s: FloatArray, steps: int = 15) -> Refined:

@@ -69,20 +69,21 @@ def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArr
     if counts.size < 2:
         return np.zeros(counts.size), counts
     size = int(blocks.shape[1]) - 1
+    gains, lags = local.design.gains, local.design.lags
     diagonal = np.arange(int(size))
     outside = blocks.sum(axis=0) - blocks
     left = outside[:, :-1, :-1].copy()
     # A start or an offset that only the held-out block knows stays at zero in the fit.
     left[:, diagonal, diagonal] += local.prior + 1e-9
     mean = np.asarray(np.linalg.solve(left, outside[:, :-1, -1:]), dtype=np.float64)[:, :, 0]
-    response = np.r_[0 : local.gains, size - local.lags : size].astype(np.intp)
-    own = np.arange(int(local.gains), int(size - local.lags))
+    response = np.r_[0:gains, size - lags : size].astype(np.intp)
+    own = np.arange(gains, size - lags)
     signed = np.concatenate([-mean[:, response], np.ones((counts.size, 1))], axis=1)
     kept = np.append(response, size)
     total = np.einsum("fi,fij,fj->f", signed, blocks[:, kept[:, None], kept], signed)
     right = np.einsum("fij,fj->fi", blocks[:, own[:, None], kept], signed)
     start = blocks[:, own[:, None], own].copy()
-    places = np.arange(int(size - local.lags - local.gains))
+    places = np.arange(own.size)
     start[:, places, places] += local.prior[own] + 1e-9
     solved = np.asarray(np.linalg.solve(start, right[:, :, None]), dtype=np.float64)[:, :, 0]
     return total - np.einsum("fi,fi->f", right, solved), counts
