@@ -444,21 +444,9 @@ def test_a_count_that_is_held_or_set_back_is_taken_and_one_that_grows_is_refused
     broken("whole_number_overflow", when(two(two("k", "+", 1), ">", 3), let("x", "u")))
 
 
-def test_what_an_instance_says_is_known_to_lie_in_its_interval() -> None:
-    taken(CALL, let("i", two(OutputOf("one", "n"), "*", 4000)))
-    broken("whole_number_overflow", CALL, let("i", two(OutputOf("one", "n"), "*", 5000)))
-
-
 def test_a_branch_that_cannot_be_reached_harms_nothing() -> None:
     taken(when(two(1, ">", 2), let("x", Element("ring", "k"))))
     taken(when(Truth(value=False), let("x", Element("ring", "k"))))
-
-
-def test_whole_numbers_in_an_array_are_followed_together() -> None:
-    states = (count("i"), replace(count("rows"), length=3))
-    rows = Element("rows", "i")
-    taken(let(rows, 3), let("j", rows), let("j", two("j", "*", 10_000)), states=states)
-    broken("whole_number_overflow", let(rows, 4), let("j", two(rows, "*", 10_000)), states=states)
 
 
 def whole_numbers(random: Random) -> tuple[Any, ...]:

@@ -87,7 +87,7 @@ _OPERATIONS: Final[Mapping[type[ast.AST], Operation]] = {
 def library_block(part: str, /, *, double: bool, name: str = "", **values: object) -> Block:
     """Return a block of the library; a constant that the target cannot hold is refused.
 
-    The error names the key behind ``from``, else the constant, and the value ``channel``.
+    The error names the key behind ``from``, else the constant, and the value ``owner``.
     """
     made = _expanded(_library()[part], {"double": double, **values})
     remarks = tuple(line for line, _ in takewhile(lambda pair: pair[0], made))
@@ -105,7 +105,7 @@ def library_block(part: str, /, *, double: bool, name: str = "", **values: objec
             continue
         variable = _variable(own, _KINDS[kind], text, start, int(length or 0))
         if section == "constant":
-            place = Place(key=key or own, channel=scope.get("channel", ""))
+            place = Place(key=key or own, channel=scope.get("owner", ""))
             stored(float(variable.start), double=double, place=place)
         declared[section].append(variable)
     return Block(

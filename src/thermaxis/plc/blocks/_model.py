@@ -21,7 +21,7 @@ def channel_values(settings: PlcSettings) -> Items:
             "k": k,
             "stem": stem,
             "text": remark_text(channel),
-            "channel": channel,
+            "owner": channel,
             "reference_c": model.reference_c.get(channel),
             "lowest_c": rule.lowest_c,
             "highest_c": rule.highest_c,
@@ -51,7 +51,7 @@ def output_values(settings: PlcSettings) -> Items:
             "k": k,
             "stem": stem,
             "text": remark_text(output.name),
-            "channel": output.name,
+            "owner": output.name,
             "rate_step_um": step_um,
             **asdict(bounds),
         }
