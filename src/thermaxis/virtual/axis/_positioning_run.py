@@ -157,18 +157,7 @@ class WarmUp:
         require_numbers(self, positive=("time_constant_s",))
 
     def displacement(self, time_s: FloatArray) -> FloatArray:
-        """Return the displacement at times since the start of the motion.
-
-        Parameters
-        ----------
-        time_s : ndarray
-            Times, not negative. [s]
-
-        Returns
-        -------
-        ndarray
-            Same shape. [µm or arcsec]
-        """
+        """Return the displacement at times since the start of the motion. [µm or arcsec]"""
         return -self.amplitude * np.expm1(-time_s / self.time_constant_s)
 
 
@@ -209,35 +198,14 @@ class AxisThermal:
         require_numbers(self, positive=positive, not_negative=("screw_expansion_um_per_m",))
 
     def hall_temperature_c(self, time_s: FloatArray) -> FloatArray:
-        """Return the hall's temperature at times since the start of the motion.
-
-        Parameters
-        ----------
-        time_s : ndarray
-            Times. [s]
-
-        Returns
-        -------
-        ndarray
-            Same shape. [°C]
-        """
+        """Return the temperature of the hall at times since the start of the motion. [°C]"""
         angle = 2 * math.pi * time_s / self.hall_period_s + self.hall_phase_rad
         return self.ambient_c + self.hall_swing_k * np.sin(angle)
 
     def drift(self, position: FloatArray, time_s: FloatArray) -> FloatArray:
-        """Return the drift at positions and times; zero at the start of the motion.
+        """Return the drift at positions [mm or deg] and times [s]; zero at the start of the motion.
 
-        Parameters
-        ----------
-        position : ndarray
-            Positions, of a shape that broadcasts with the times. [mm or deg]
-        time_s : ndarray
-            Times since the start of the motion, not negative. [s]
-
-        Returns
-        -------
-        ndarray
-            Drift of the reading. [µm or arcsec]
+        Positions have a shape that broadcasts with the times. [µm or arcsec]
         """
         screw = WarmUp(self.screw_expansion_um_per_m, self.screw_time_constant_s)
         total = (position - self.fixed_bearing) / 1000.0 * screw.displacement(time_s)

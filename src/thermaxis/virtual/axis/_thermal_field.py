@@ -95,13 +95,7 @@ class VirtualTable:
         return np.asarray(inside, dtype=np.float64)
 
     def heating_k_per_s(self) -> FloatArray:
-        """Return how fast the source alone warms each pixel.
-
-        Returns
-        -------
-        FloatArray
-            (rows, columns); the source heats the pixels that it touches. [K/s]
-        """
+        """Return how fast the source alone warms each pixel, (rows, columns). [K/s]"""
         rows = self._source_rows()
         heat = np.zeros((self.rows, self.columns))
         volume_m3 = (1e-3 * self.pixel_mm) ** 2 * 1e-3 * self.thickness_mm

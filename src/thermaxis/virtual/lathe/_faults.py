@@ -105,18 +105,7 @@ class Fault:
             raise ConfigurationError("fault_without_amount", word=word, place=place)
 
     def begin_s(self, time_s: float) -> float | None:
-        """Return when the fault that acts at a time began.
-
-        Parameters
-        ----------
-        time_s : float
-            Machine's time. [s]
-
-        Returns
-        -------
-        float or None
-            Its begin [s]; None if it does not act.
-        """
+        """Return when the fault that acts at a time began; None if it does not act. [s]"""
         since = time_s - self.at_s
         if since < 0.0:
             return None

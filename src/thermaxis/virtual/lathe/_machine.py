@@ -140,17 +140,9 @@ class VirtualLathe:
         return self._time_s
 
     def step(self, seconds: float) -> None:
-        """Let time go by; the result does not depend on how a time is divided into steps.
+        """Let time go by; the result does not depend on how a time is divided into steps. [s]
 
-        Parameters
-        ----------
-        seconds : float
-            The time, from zero up. [s]
-
-        Raises
-        ------
-        ConfigurationError
-            If it is negative or not finite.
+        A negative or infinite time is refused.
         """
         require_range("step", seconds, 0, 1e9)
         target_s = self._time_s + seconds
@@ -266,18 +258,7 @@ class VirtualLathe:
         return self._value_set("diameter_mm", self._diameter_mm)
 
     def flag(self, name: str) -> bool:
-        """Return a flag of the machine.
-
-        Parameters
-        ----------
-        name : str
-            One of `FLAGS`, or ``coolant_on``.
-
-        Returns
-        -------
-        bool
-            Whether it is set.
-        """
+        """Return whether a flag of the machine is set: one of `FLAGS`, or ``coolant_on``."""
         own = {
             "machine_on": self._stage.machine_on,
             "referenced": self._referenced,
@@ -298,17 +279,9 @@ class VirtualLathe:
     # ---- what is written ----
 
     def write_offset(self, offset_mm: float) -> bool:
-        """Write the offset of the Z axis.
+        """Write the offset of the Z axis; positive moves the tool away from the workpiece. [mm]
 
-        Parameters
-        ----------
-        offset_mm : float
-            Positive moves the tool away from the workpiece. [mm]
-
-        Returns
-        -------
-        bool
-            Whether it is a finite number; another one is not taken.
+        Returns whether it is a finite number; another one is not taken.
         """
         return self.axis.write_offset(offset_mm)
 
@@ -317,17 +290,9 @@ class VirtualLathe:
         self.axis.write_heartbeat(heartbeat)
 
     def write_diameter(self, diameter_mm: float) -> bool:
-        """Write the workpiece's diameter, which stays until the scenario changes it.
+        """Write the workpiece's diameter, which stays until the scenario changes it. [mm]
 
-        Parameters
-        ----------
-        diameter_mm : float
-            Diameter. [mm]
-
-        Returns
-        -------
-        bool
-            Whether it is a finite number from zero up; another one is not taken.
+        Returns whether it is a finite number from zero up; another one is not taken.
         """
         if not (math.isfinite(diameter_mm) and diameter_mm >= 0.0):
             return False
@@ -335,19 +300,9 @@ class VirtualLathe:
         return True
 
     def set_flag(self, name: str, *, value: bool | None) -> None:
-        """Set a flag of the machine against its scenario.
+        """Set one of `FLAGS`, or ``coolant_on``, against the scenario; None gives it back.
 
-        Parameters
-        ----------
-        name : str
-            One of `FLAGS`, or ``coolant_on``.
-        value : bool or None
-            Its value; None gives it back to the scenario.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is no such flag.
+        A name that is no flag is refused.
         """
         if name not in {*FLAGS, "coolant_on"}:
             raise ConfigurationError(
@@ -396,13 +351,7 @@ class VirtualLathe:
         return min(acting, key=lambda kind: kind is FaultKind.PAUSE, default=None)
 
     def clean_readings(self) -> Mapping[str, LatheReading]:
-        """Return every value as its sensor gives it, without faults.
-
-        Returns
-        -------
-        mapping
-            Readings by the names in `SIGNALS`, in their order.
-        """
+        """Return every value as its sensor gives it, by the names in `SIGNALS`, without faults."""
         settings, now_s = self.settings, self._time_s
         noise = self._noise.at(now_s).tolist()
         values: dict[str, float | bool | None] = {}
@@ -439,13 +388,7 @@ class VirtualLathe:
         }
 
     def readings(self) -> Mapping[str, LatheReading]:
-        """Return every value as the machine shows it, with the faults that act on channels.
-
-        Returns
-        -------
-        mapping
-            Readings by the names in `SIGNALS`, in their order.
-        """
+        """Return every value as the machine shows it, with the faults that act on channels."""
         found = dict(self.clean_readings())
         for number, fault in enumerate(self.faults):
             if fault.kind in _OF_CHANNELS and self._acts(fault):

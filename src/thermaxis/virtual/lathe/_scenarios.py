@@ -83,21 +83,10 @@ class Scenario:
         return self._ends_s[-1]
 
     def stage_at(self, time_s: float) -> tuple[int, Stage, float]:
-        """Return the stage at a time.
+        """Return number and stage at a time, and when it ends, from the begin of the scenario. [s]
 
-        Parameters
-        ----------
-        time_s : float
-            Time since the begin. [s]
-
-        Returns
-        -------
-        number : int
-            Number of the stage since the begin, which tells two of the same kind apart. [1]
-        stage : Stage
-            The stage.
-        end_s : float
-            When it ends; infinite for the last one of a scenario that ends. [s]
+        The number goes on through the rounds of an endless scenario; the last stage of one that
+        ends has no end.
         """
         rounds, within = 0.0, time_s
         if self.endless:

@@ -198,17 +198,10 @@ class LatheServer:
         return f"opc.tcp://{self._settings.address}:{self._gate.port}/{PATH}"
 
     async def run(self, started: "asyncio.Future[str] | None" = None) -> None:
-        """Serve until cancelled.
+        """Serve until cancelled; the future gets the endpoint as soon as clients may connect.
 
-        Parameters
-        ----------
-        started : Future, optional
-            Gets the endpoint as soon as clients may connect.
-
-        Raises
-        ------
-        ConfigurationError
-            If the address cannot be listened on, or certificate or key cannot be read.
+        An address that cannot be listened on, and a certificate or key that cannot be read, are
+        refused.
         """
         await self._build()
         await self._gate.open()
