@@ -77,6 +77,11 @@ Value: TypeAlias = str | float | Message | tuple[str | Message, ...] | None
 """What may stand in a sentence; a code or several, where the catalogue says so."""
 
 
+def remark(code: str, **values: Value) -> Message:
+    """Return a remark about what was read: its sentence is ``remark-`` and the code."""
+    return Message(f"remark-{code}", values)
+
+
 def message_as_json(message: Message) -> dict[str, object]:
     """Return a message as JSON has it.
 

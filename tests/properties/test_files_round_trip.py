@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
+from thermaxis.codes import remark
 from thermaxis.errors import DataError
 from thermaxis.files import format_tidy_csv, read_positioning, read_tidy_csv, write_tidy_csv
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
 
@@ -116,8 +118,15 @@ def runs(draw: st.DrawFn) -> PositioningTest:
             st.dictionaries(texts.filter(bool), st.builds(StartEnd, values, values), max_size=3)
         ),
         header=draw(fields),
-        remarks=tuple(draw(st.lists(st.sampled_from(("a remark", "=1+2, -3")), unique=True))),
+        remarks=tuple(
+            remark("of_file", said=said)
+            for said in draw(st.lists(st.sampled_from(("a remark", "=1+2, -3")), unique=True))
+        ),
     )
+
+
+def said(test: PositioningTest) -> list[str]:
+    return [sentence_of(one) for one in test.remarks]
 
 
 def same(first: np.ndarray | None, second: np.ndarray | None) -> bool:
@@ -140,7 +149,7 @@ def assert_same_run(again: PositioningTest, test: PositioningTest) -> None:
     assert dict(again.header) == dict(test.header)
     assert set(again.channels) == set(test.channels)
     assert all(same(again.channels[name], test.channels[name]) for name in test.channels)
-    assert again.remarks[: len(test.remarks)] == test.remarks
+    assert said(again)[: len(test.remarks)] == said(test)
 
 
 @given(test=runs())

@@ -9,8 +9,15 @@ import numpy as np
 import openpyxl
 
 from thermaxis.files import format_tidy_csv, write_rtl
+from thermaxis.files.table import SourceText
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
+
+
+def remarks_of(read: PositioningTest | SourceText) -> tuple[str, ...]:
+    """Return the remarks of a reader as sentences."""
+    return tuple(map(sentence_of, read.remarks))
 
 
 def example(kind: AxisKind = AxisKind.LINEAR) -> PositioningTest:

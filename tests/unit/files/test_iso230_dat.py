@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tests.refusals import check_refusals
+from tests.unit.files.builders import remarks_of
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_iso230_dat
 from thermaxis.positioning import PositioningTest, TimeSource
@@ -70,8 +71,8 @@ def read(folder: Path, text: str) -> PositioningTest:
 
 
 def remark(test: PositioningTest, part: str) -> str:
-    found = [text for text in test.remarks if part in text]
-    assert len(found) == 1, test.remarks
+    found = [text for text in remarks_of(test) if part in text]
+    assert len(found) == 1, remarks_of(test)
     return found[0]
 
 
@@ -91,7 +92,7 @@ def test_every_reading_comes_to_its_target_cycle_and_direction(tmp_path: Path):
             for approach, direction in enumerate(("FWD", "BWD")):
                 expected = deviation_um(direction, k + 1, cycle + 1)
                 assert test.deviation[k, cycle, approach] == pytest.approx(expected, abs=1e-9)
-    assert test.remarks == ()
+    assert remarks_of(test) == ()
 
 
 def test_readings_are_filled_in_by_index_and_not_by_row(tmp_path: Path):
@@ -303,7 +304,7 @@ def test_the_real_files_are_read(
     test_pv = f"{ref.partition(':')[0]}:TestNumber"
     expected = {"ref_pv": ref, "test_pv": test_pv, "tgt_set_pv": target_pv, "dec": decimals}
     assert dict(test.header) == expected
-    assert test.remarks == ()
+    assert remarks_of(test) == ()
 
 
 @pytest.mark.real_data

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tests.refusals import answer_of, check_refusals, refusal_of
+from tests.unit.files.builders import remarks_of
 from thermaxis.files import read_rtl, write_rtl
 from thermaxis.files.runs._environment_factor import environment_factor_um
 from thermaxis.files.table import clean_text
@@ -102,8 +103,8 @@ def refusal(folder: Path, text: str) -> str:
 
 
 def remark(test: PositioningTest, part: str) -> str:
-    found = [text for text in test.remarks if part in text]
-    assert len(found) == 1, test.remarks
+    found = [text for text in remarks_of(test) if part in text]
+    assert len(found) == 1, remarks_of(test)
     return found[0]
 
 
@@ -151,7 +152,7 @@ def test_czech_text_and_plain_line_ends_are_read_as_well(tmp_path: Path):
     test = read_rtl(saved(tmp_path, text, encoding="cp1250", end="\n"))
     assert test.header["machine"] == "Soustruh č. 5"
     assert test.header["inspector"] == "Dvořák"
-    assert any("cp1250" in text for text in test.remarks)
+    assert any("cp1250" in text for text in remarks_of(test))
 
 
 def test_a_target_list_of_any_form_is_read_up_to_the_flags(tmp_path: Path):
@@ -267,7 +268,7 @@ def test_the_refractive_index_agrees_with_a_shop_floor_formula():
 
 def test_the_published_factors_say_that_the_readings_are_reduced_to_20_c(tmp_path: Path):
     test = read(tmp_path, rtl())
-    assert not any("ppm off" in text for text in test.remarks)
+    assert not any("ppm off" in text for text in remarks_of(test))
     assert test.header["normalised_to_20_c"] == "yes, with 8 ppm/K (environment factor)"
     assert "already reduced to 20 °C, with 8 ppm/K, and must not" in remark(test, "reduced")
 
@@ -284,7 +285,7 @@ def test_no_reduction_is_claimed_where_the_factor_does_not_show_it(tmp_path: Pat
         assert old in PUBLISHED_ENVIRONMENT
         test = read(tmp_path, rtl(environment=PUBLISHED_ENVIRONMENT.replace(old, new)))
         assert "normalised_to_20_c" not in test.header
-        assert not any("reduced to 20" in text for text in test.remarks)
+        assert not any("reduced to 20" in text for text in remarks_of(test))
 
 
 def test_a_material_too_near_20_c_shows_nothing(tmp_path: Path):
@@ -418,7 +419,7 @@ def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path):
         assert bool(np.isnan(test.deviation[:, :, 1]).all())
         assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
         assert test.time_s[5, 2, 0] == 900.0
-        assert not any("missing" in text for text in test.remarks)
+        assert not any("missing" in text for text in remarks_of(test))
     both = read(tmp_path, rtl(rows=ONE_WAY, runs=6))
     assert bool(np.all(both.deviation[:, :, 1] == 0.0))
 

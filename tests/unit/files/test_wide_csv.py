@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.refusals import check_refusals
+from tests.unit.files.builders import remarks_of
 from thermaxis.files import read_wide_csv
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
@@ -84,10 +85,10 @@ def test_runs_alternate_from_forward(
     test = read(tmp_path, *lines)
     assert_the_run(test, scale)
     assert test.kind is (AxisKind.ROTARY if "deg" in lines[0] else AxisKind.LINEAR)
-    assert any("assumed" in said for said in test.remarks) or "assumed" not in remark
-    assert remark in (test.remarks if remark else [""])
+    assert any("assumed" in said for said in remarks_of(test)) or "assumed" not in remark
+    assert remark in (remarks_of(test) if remark else [""])
     if not remark:
-        assert not any("assumed" in said for said in test.remarks)
+        assert not any("assumed" in said for said in remarks_of(test))
 
 
 def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path: Path) -> None:
@@ -120,7 +121,7 @@ def test_the_order_of_readings_is_deduced_from_the_run_numbers(tmp_path: Path) -
     np.testing.assert_array_equal(test.order[:, 0, FORWARD], [1, 2, 3])
     np.testing.assert_array_equal(test.order[:, 0, BACKWARD], [6, 5, 4])
     np.testing.assert_array_equal(test.order[:, 1, FORWARD], [7, 8, 9])
-    assert any("deduced from the run numbers" in remark for remark in test.remarks)
+    assert any("deduced from the run numbers" in remark for remark in remarks_of(test))
 
 
 def test_targets_of_a_rotary_axis_rise_through_a_full_turn(tmp_path: Path) -> None:
@@ -128,7 +129,7 @@ def test_targets_of_a_rotary_axis_rise_through_a_full_turn(tmp_path: Path) -> No
     np.testing.assert_array_equal(test.target, [200.0, 341.0, 389.5, 530.0])
     np.testing.assert_allclose(test.deviation[:, 0, FORWARD], [3.0, 4.41, 1.295, 2.7])
     np.testing.assert_array_equal(test.order[:, 0, FORWARD], [1, 2, 3, 4])
-    assert any("(29.5° is 389.5°)" in remark for remark in test.remarks)
+    assert any("(29.5° is 389.5°)" in remark for remark in remarks_of(test))
 
 
 def test_columns_may_come_in_any_order_and_runs_may_be_missing(tmp_path: Path) -> None:
@@ -152,7 +153,7 @@ def test_odd_runs_alone_are_a_unidirectional_run(tmp_path: Path) -> None:
 def test_targets_listed_from_the_largest_rise_and_forward_stays_forward(tmp_path: Path) -> None:
     test = read(tmp_path, "target_mm,1,2,3,4", *reversed(ROWS))
     assert_the_run(test)
-    assert any("negative direction" in remark for remark in test.remarks)
+    assert any("negative direction" in remark for remark in remarks_of(test))
     np.testing.assert_array_equal(test.order[:, 0, FORWARD], [3, 2, 1])
 
 

@@ -10,6 +10,7 @@ import openpyxl
 import pytest
 
 from tests.refusals import refusal_of
+from tests.unit.files.builders import remarks_of
 from thermaxis.files import read_xlsx
 from thermaxis.positioning import BACKWARD, FORWARD, PositioningTest, TimeSource
 
@@ -90,7 +91,7 @@ def test_what_is_wrong_is_an_error_that_names_the_cell(tmp_path: Path) -> None:
 def test_a_tidy_sheet_is_read_wherever_the_table_stands(tmp_path: Path) -> None:
     test = read_xlsx(save(tmp_path, [HEADING, *ROWS]))
     assert_the_run(test)
-    assert test.remarks == ()
+    assert remarks_of(test) == ()
     moved = [(), (), *((None, None, *row) for row in (HEADING, *ROWS))]
     assert_the_run(read_xlsx(save(tmp_path, moved)))
     third = [(3, *row[1:]) for row in ROWS[:4]]
@@ -147,7 +148,7 @@ def test_formulas_beside_the_table_do_no_harm(tmp_path: Path) -> None:
     rows = [(*row, None, "=SUM(D2:D9)") for row in ROWS]
     test = read_xlsx(save(tmp_path, [HEADING, *rows]))
     assert_the_run(test)
-    assert test.remarks == ("cells to the right of the headings were left out",)
+    assert remarks_of(test) == ("cells to the right of the headings were left out",)
 
 
 def test_what_the_sheet_says_of_its_size_is_not_trusted(tmp_path: Path) -> None:

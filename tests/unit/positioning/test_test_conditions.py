@@ -86,7 +86,7 @@ def test_a_deduced_order_is_dropped_for_another_kind_of_cycle() -> None:
     assert deduced.with_cycle(Cycle.STANDARD).time_s is not None
     other = deduced.with_cycle(Cycle.PILGRIM)
     assert (other.time_source, other.time_s, other.order) == (TimeSource.NONE, None, None)
-    assert "does not state the order of visits" in other.remarks[-1]
+    assert other.remarks[-1].code == "remark-order_of_cycle_unknown"
 
 
 def test_a_target_with_few_readings_is_named_however_many_cycles_there_are() -> None:

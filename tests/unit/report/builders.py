@@ -90,7 +90,7 @@ def make_report(
         adjacent_difference=evaluate_adjacent_difference(test) if test.target.size > 1 else None,
         against_cycles=evaluate_against_cycles(test) if test.cycles > 1 else None,
         other_standard=None,
-        warnings=(*test.remarks, *map(sentence_of, conditions)),
+        warnings=tuple(map(sentence_of, (*test.remarks, *conditions))),
         header={**test.header, **(header or {})},
         limits=None if limits is None else check_limits(limits, result),
         source_name="x_axis.csv",

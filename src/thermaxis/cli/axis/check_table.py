@@ -220,7 +220,7 @@ def described(result: CheckedTable) -> list[Part]:
         Value("figures.opposite_sign", shown_figures(run.test, result.opposite.figures_after)),
         Value("range", {key: systematic_range(level) for key, level in ranges.items()}),
         Section("", [*nothing, *findings_as_parts(findings, "finding")]),
-        *warnings_as_parts(run.test.remarks, list(warnings_of(result))),
+        *warnings_as_parts([*run.test.remarks, *warnings_of(result)]),
     ]
 
 

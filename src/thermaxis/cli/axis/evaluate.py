@@ -159,7 +159,7 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     """Read and evaluate the run that the arguments name."""
     path: Path = arguments.file
     test, sha256 = files.read_positioning_with_sha256(path, fallback_encoding=arguments.encoding)
-    warnings = [*test.remarks]
+    warnings = [*map(sentence_of, test.remarks)]
     if arguments.cycle is not None:
         stated, test = test.cycle, test.with_cycle(Cycle(arguments.cycle))
         if stated not in {Cycle.STANDARD, test.cycle}:

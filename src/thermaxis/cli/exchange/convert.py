@@ -12,6 +12,7 @@ from thermaxis.cli._arguments import adder
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.codes import printable
 from thermaxis.files import FALLBACK_ENCODING, format_tidy_csv, read_positioning, write_tidy_csv
+from thermaxis.messages import sentence_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     encoding = FALLBACK_ENCODING if arguments.encoding is None else arguments.encoding
     test = read_positioning(arguments.file, fallback_encoding=encoding)
     for remark in test.remarks:
-        sys.stderr.write(f"remark: {printable(remark, 400)}\n")
+        sys.stderr.write(f"remark: {printable(sentence_of(remark), 400)}\n")
     if arguments.output == "-":
         sys.stdout.flush()
         sys.stdout.buffer.write(format_tidy_csv(test).encode())

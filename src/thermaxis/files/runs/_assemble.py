@@ -8,10 +8,15 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table import first_few
-from thermaxis.positioning import APPROACHES, FloatArray, PositioningTest, is_single_run_axis
+from thermaxis.positioning import (
+    APPROACHES,
+    FloatArray,
+    PositioningTest,
+    is_single_run_axis,
+)
 
 IntArray: TypeAlias = NDArray[np.int64]
 
@@ -44,7 +49,7 @@ class Assembled:
     """Times, if they were given. [s]"""
     channels: Mapping[str, FloatArray] = field(default_factory=_no_channels)
     """Further readings by the name of their column."""
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Message, ...] = ()
     """What was noticed: cycles without any reading."""
 
 
@@ -108,11 +113,11 @@ def rising_targets(
     return listed[::-1] if descending else listed, descending
 
 
-def missing_remark(names: Iterator[str], missing: int, stops: int) -> str:
+def missing_remark(names: Iterator[str], missing: int, stops: int) -> Message:
     """Say how many readings are missing, and name the first of them."""
     first = list(islice(names, 6))
     named = ", ".join(first[:5]) + (" and others" if len(first) > 5 else "")
-    return f"{missing} of {stops} readings are missing: {named}"
+    return remark("readings_missing", missing=missing, stops=stops, names=named)
 
 
 def check_last_number(words: Sequence[str], place: Place) -> None:
@@ -207,9 +212,9 @@ def _check_duplicates(
     )
 
 
-def _empty_cycles(cycle: IntArray, cycles: int) -> tuple[str, ...]:
+def _empty_cycles(cycle: IntArray, cycles: int) -> tuple[Message, ...]:
     empty = np.flatnonzero(np.bincount(cycle - 1, minlength=cycles) == 0) + 1
     if not empty.size:
         return ()
     named = first_few([str(k) for k in empty.tolist()])
-    return (f"cycle{'s' if empty.size > 1 else ''} without any reading: {named}",)
+    return (remark("cycles_empty", count=empty.size, cycles=named),)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 
+from thermaxis.codes import Message, remark
 from thermaxis.positioning import StartEnd
 
 VACUUM_WAVELENGTH_UM = 0.632990577
@@ -59,9 +60,9 @@ def environment_factor_um(
     return VACUUM_WAVELENGTH_UM / (2.0 * index) * (1.0 - expansion)
 
 
-def environment_factor_remarks(environment: Mapping[str, StartEnd]) -> list[str]:
+def environment_factor_remarks(environment: Mapping[str, StartEnd]) -> list[Message]:
     """Compare a stated environment factor with the one that the other values give."""
-    remarks: list[str] = []
+    remarks: list[Message] = []
     for moment in ("start", "end"):
         remarks += _remarks_of_moment(_stated(environment, moment), moment)
     return remarks
@@ -98,20 +99,15 @@ def _impossible(stated: Mapping[str, float]) -> list[str]:
     ]
 
 
-def _remarks_of_moment(stated: Mapping[str, float], moment: str) -> list[str]:
+def _remarks_of_moment(stated: Mapping[str, float], moment: str) -> list[Message]:
     impossible = _impossible(stated)
     if impossible:
         named = ", ".join(f"{key} {stated[key]:.6g}" for key in impossible)
-        return [f"at the {moment} of the run the air cannot have had the values stated: {named}"]
+        return [remark("air_impossible", moment=moment, values=named)]
     smallest_ppm = _smallest_difference_ppm(stated)
     if smallest_ppm is None or abs(smallest_ppm) <= FACTOR_TOLERANCE_PPM:
         return []
-    remark = (
-        f"the environment factor at the {moment} of the run is {smallest_ppm:+.2g} ppm off what"
-        " air, material and expansion coefficient give: check the sensors and values entered by"
-        " hand"
-    )
-    return [remark]
+    return [remark("factor_off", moment=moment, off_ppm=f"{smallest_ppm:+.2g}")]
 
 
 def _smallest_difference_ppm(stated: Mapping[str, float]) -> float | None:

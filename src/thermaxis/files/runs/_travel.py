@@ -5,6 +5,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, remark
 from thermaxis.positioning import BACKWARD, FORWARD, FloatArray
 from thermaxis.quantities import AxisKind
 
@@ -19,7 +20,7 @@ _DECIMALS = 9
 
 def targets_through_a_turn(
     kind: AxisKind, row_target: FloatArray, cycle: _IntArray, approach: _IntArray, place: FloatArray
-) -> tuple[FloatArray, list[str]]:
+) -> tuple[FloatArray, list[Message]]:
     """Let the targets of a rotary axis rise through 360 degrees where the travel does.
 
     A turn is added to the targets below the one at which the forward passes begin, if these passes
@@ -45,16 +46,19 @@ def targets_through_a_turn(
     if not bool(np.all(np.diff(turned[rows])[within] > 0)):
         return row_target, []
     moved = np.unique(row_target[behind])
-    remark = (
-        f"the travel passes 360°: the targets rise from {begin:.10g}° through 360°, so a turn was"
-        f" added to {moved.size} of them ({moved[0]:.10g}° is {moved[0] + FULL_TURN_DEG:.10g}°)"
+    said = remark(
+        "through_a_turn",
+        begin=f"{begin:.10g}",
+        moved=moved.size,
+        before=f"{moved[0]:.10g}",
+        after=f"{moved[0] + FULL_TURN_DEG:.10g}",
     )
-    return turned, [remark]
+    return turned, [said]
 
 
 def rows_against_direction(
     row_target: FloatArray, cycle: _IntArray, approach: _IntArray
-) -> list[str]:
+) -> list[Message]:
     """Say that the rows of a table without order and times run against their directions.
 
     Nothing is said where both approaches are listed the same way: such a table was sorted.
@@ -65,10 +69,4 @@ def rows_against_direction(
     forward = approach[rows][1:][within] == FORWARD
     if not bool(forward.any()) or bool(np.any(np.where(forward, steps >= 0, steps <= 0))):
         return []
-    backward = "" if bool(forward.all()) else " and those of the backward passes upwards"
-    remark = (
-        f"the rows of the forward passes run downwards{backward}: if they stand in the order of"
-        " measurement, the directions are named the wrong way round (neither an order nor times"
-        " are stated)"
-    )
-    return [remark]
+    return [remark("forward_downwards" if bool(forward.all()) else "both_downwards")]

@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.runs._assemble import (
     assemble_readings,
@@ -29,7 +30,13 @@ from thermaxis.files.table import (
     read_text,
     unit_named,
 )
-from thermaxis.positioning import APPROACHES, BACKWARD, FORWARD, FloatArray, PositioningTest
+from thermaxis.positioning import (
+    APPROACHES,
+    BACKWARD,
+    FORWARD,
+    FloatArray,
+    PositioningTest,
+)
 
 DEFAULT_UNIT = "mm"
 """Unit of a file without UNIT."""
@@ -134,9 +141,8 @@ def dat_test(source: SourceText) -> PositioningTest:
         header=_read_header(content),
         remarks=(
             *source.remarks,
-            *_unknown_remarks(content),
             *_check_complete(source, content, targets, cycles),
-            *_direction_remarks(content, descending=descending),
+            *_remarks(content, descending=descending),
         ),
     )
     check_enough_readings(test, source.at())
@@ -254,7 +260,7 @@ def _read_header(content: _Content) -> dict[str, str]:
 
 def _check_complete(
     source: SourceText, content: _Content, targets: int, cycles: int
-) -> tuple[str, ...]:
+) -> tuple[Message, ...]:
     index, cycle, approach, line = np.array(content.readings, dtype=np.int64).T
     if line[-1] == source.text.count("\n") + 1:
         check_last_number(content.words, source.at(int(line[-1])))
@@ -282,20 +288,11 @@ def _missing(
             yield f"target {target + 1} cycle {cycle + 1} {APPROACHES[approaches[approach]]}"
 
 
-def _unknown_remarks(content: _Content) -> tuple[str, ...]:
-    if not content.unknown:
-        return ()
-    return (f"lists that are not known were not read: {first_few(content.unknown)}",)
-
-
-def _direction_remarks(content: _Content, *, descending: bool) -> tuple[str, ...]:
-    remarks: list[str] = []
+def _remarks(content: _Content, *, descending: bool) -> Iterator[Message]:
+    if content.unknown:
+        yield remark("lists_unknown", names=first_few(content.unknown))
     approaches = {approach for _, _, approach, _ in content.readings}
     if len(approaches) == 1:
-        remarks.append(f"the file has {APPROACHES[approaches.pop()]} readings only")
+        yield remark("one_direction", direction=APPROACHES[approaches.pop()])
     if descending:
-        remarks.append(
-            "the targets are listed from the largest to the smallest: forward is what the file"
-            " calls forward, and probably travels in the negative direction of the axis"
-        )
-    return tuple(remarks)
+        yield remark("dat_targets_falling")

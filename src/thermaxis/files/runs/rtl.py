@@ -12,6 +12,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, remark
 from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
 from thermaxis.files.runs._assemble import (
     assemble_readings,
@@ -95,7 +96,7 @@ class _Sections:
 
     lines: Mapping[str, list[_Line]]
     ended: bool
-    remarks: tuple[str, ...]
+    remarks: tuple[Message, ...]
 
 
 @final
@@ -118,7 +119,7 @@ class _Environment:
     start: datetime | None
     end: datetime | None
     header: Mapping[str, str]
-    remarks: tuple[str, ...]
+    remarks: tuple[Message, ...]
 
 
 def read_rtl(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> PositioningTest:
@@ -209,7 +210,7 @@ def rtl_test(source: SourceText) -> PositioningTest:
             *completeness_remarks,
             *_travel_remarks(rows, slot, descending=descending),
             *environment.remarks,
-            _time_remark(interpolated=time_s is not None),
+            remark("times_not_stated" if time_s is None else "times_interpolated"),
         ),
     )
     check_enough_readings(test, source.at())
@@ -263,7 +264,7 @@ def write_rtl(
 
 def _split_into_sections(source: SourceText) -> _Sections:
     sections: dict[str, list[_Line]] = {}
-    remarks: list[str] = []
+    remarks: list[Message] = []
     name = ""
     for number, raw in enumerate(source.lines, start=1):
         text = raw.strip()
@@ -278,12 +279,12 @@ def _split_into_sections(source: SourceText) -> _Sections:
             name = title
             sections[name] = []
             if name not in _SECTIONS:
-                remarks.append(f"the section {name} is not known and was not read")
+                remarks.append(remark("section_unknown", section=name))
         else:
             sections[name].append((number, text))
     after_end = sections.get("EOF", [])
     if after_end:
-        remarks.append(f"what follows EOF:: from line {after_end[0][0]} on was not read")
+        remarks.append(remark("unread_behind_eof", line=after_end[0][0]))
     return _Sections(sections, "EOF" in sections, tuple(remarks))
 
 
@@ -330,14 +331,14 @@ def _field_name(key: str) -> str:
     return name or "text"
 
 
-def _read_header(sections: _Sections) -> tuple[dict[str, str], tuple[str, ...]]:
+def _read_header(sections: _Sections) -> tuple[dict[str, str], tuple[Message, ...]]:
     texts: dict[str, list[str]] = {}
-    remarks: list[str] = []
+    remarks: list[Message] = []
     for section, prefix in (("USER-TEXT", ""), ("EQUIPMENT", "equipment_")):
         lines = sections.lines.get(section, [])
         _collect_texts(texts, lines[:_MOST_TEXT_LINES], prefix)
         if len(lines) > _MOST_TEXT_LINES:
-            remarks.append(f"{section} was read up to its line {_MOST_TEXT_LINES} only")
+            remarks.append(remark("section_cut", section=section, most=_MOST_TEXT_LINES))
     file_lines = sections.lines["HEADER"][:_MOST_TEXT_LINES]
     for key, (value, _) in _pairs(file_lines).items():
         texts.setdefault(_field_name(key), [value])
@@ -406,10 +407,10 @@ def _count(source: SourceText, lines: Sequence[_Line], label: str) -> int:
 
 def _read_flags(
     source: SourceText, lines: Sequence[_Line]
-) -> tuple[dict[str, str], bool, tuple[str, ...]]:
+) -> tuple[dict[str, str], bool, tuple[Message, ...]]:
     pairs = _pairs(lines)
     if "flags" not in pairs:
-        return {}, False, ("the file has no Flags: the run was taken as bidirectional",)
+        return {}, False, (remark("no_flags"),)
     text, number = pairs["flags"]
     words = text.split()
     if len(words) < 2 or words[1] not in {"0", "1"}:
@@ -472,16 +473,16 @@ def _slots(rows: _Rows, targets: int, *, one_way: bool) -> _IntArray:
 
 def _check_complete(
     source: SourceText, sections: _Sections, rows: _Rows, targets: int, expected: range
-) -> tuple[str, ...]:
+) -> tuple[Message, ...]:
     stops = len(expected) * targets
     have = int(rows.run.size)
     if not sections.ended and have < stops:
         raise MeasurementFileError(
             "readings_cut_short", readings=have, expected=stops, place=source.at()
         )
-    remarks: list[str] = []
+    remarks: list[Message] = []
     if not sections.ended:
-        remarks.append("the file has no EOF::, but all readings are there")
+        remarks.append(remark("no_eof"))
     if have < stops:
         names = _missing(rows, targets, expected)
         remarks.append(missing_remark(names, stops - have, stops))
@@ -500,22 +501,14 @@ def _missing(rows: _Rows, targets: int, expected: range) -> Iterator[str]:
             yield from (f"run {run} target {k + 1}" for k in range(targets) if k not in have)
 
 
-def _travel_remarks(rows: _Rows, slot: _IntArray, *, descending: bool) -> tuple[str, ...]:
-    remarks: list[str] = []
+def _travel_remarks(rows: _Rows, slot: _IntArray, *, descending: bool) -> Iterator[Message]:
     if descending:
-        remarks.append(
-            "the targets are listed from the largest to the smallest: the odd runs, called"
-            " forward, travel in the negative direction of the axis"
-        )
+        yield remark("rtl_targets_falling")
     wrong = np.flatnonzero(np.diff(slot) < 0) + 1
     if wrong.size:
         runs = [str(run) for run in np.unique(rows.run[wrong]).tolist()]
-        remarks.append(
-            f"the rows of run{'s' if len(runs) > 1 else ''} {first_few(runs)} are not in the order"
-            f" of travel (first in line {rows.line[wrong[0]]}): the acquisition order was taken"
-            " from run and target numbers"
-        )
-    return tuple(remarks)
+        line = int(rows.line[wrong[0]])
+        yield remark("rows_against_travel", count=len(runs), runs=first_few(runs), line=line)
 
 
 def _times(slot: _IntArray, environment: _Environment) -> FloatArray | None:
@@ -529,15 +522,6 @@ def _times(slot: _IntArray, environment: _Environment) -> FloatArray | None:
     return (slot - first) / (last - first) * (end - start).total_seconds()
 
 
-def _time_remark(*, interpolated: bool) -> str:
-    if not interpolated:
-        return "the file gives no time of the readings: only their order is known"
-    return (
-        "times are interpolated: the file states the start and the end of the run, to the minute,"
-        " and the readings were spread evenly between them in the order of the standard cycle"
-    )
-
-
 # -------------------------------------------------------------------------------- environment
 
 
@@ -545,7 +529,7 @@ def _read_environment(source: SourceText, lines: Sequence[_Line]) -> _Environmen
     values: dict[str, StartEnd] = {}
     header: dict[str, str] = {}
     flags: list[str] = []
-    start, end, remarks = None, None, list[str]()
+    start, end, remarks = None, None, list[Message]()
     for key, (text, number) in islice(_pairs(lines).items(), _MOST_TEXT_LINES):
         name = _ENVIRONMENT_NAMES.get(key)
         if key == "date time":
@@ -562,16 +546,12 @@ def _read_environment(source: SourceText, lines: Sequence[_Line]) -> _Environmen
         del values[key]
     if absent:
         sensors = ", ".join(key.split("_")[2] for key in absent)
-        remarks.append(f"material sensor{'s' if len(absent) > 1 else ''} {sensors} marked absent")
+        remarks.append(remark("sensors_absent", count=len(absent), sensors=sensors))
     remarks += environment_factor_remarks(values)
     reduction = reduction_to_20_c(values)
     if reduction is not None:
         header[_NORMALISED] = f"yes, with {reduction} (environment factor)"
-        remarks.append(
-            f"the environment factor of the file holds the expansion of the material: the"
-            f" deviations are already reduced to 20 °C, with {reduction}, and must not be corrected"
-            " for temperature again (the rule was found from one published file)"
-        )
+        remarks.append(remark("reduced_to_20_c", reduction=reduction))
     header[_FLAGS] = clean_text(", ".join(flags))
     header = {name: value for name, value in header.items() if value}
     return _Environment(values, start, end, header, tuple(remarks))
@@ -587,20 +567,14 @@ def _start_end(source: SourceText, text: str, number: int, name: str) -> StartEn
     return StartEnd(both[0], both[1] if len(both) > 1 else None)
 
 
-def _read_start_end(text: str) -> tuple[datetime | None, datetime | None, list[str]]:
+def _read_start_end(text: str) -> tuple[datetime | None, datetime | None, list[Message]]:
     quoted = re.findall(r'"([^"]*)"', text)
     start, end = (_time_of_day(quoted[k]) if k < len(quoted) else None for k in (0, 1))
     if start is None or end is None:
-        return (
-            start,
-            end,
-            [f"the start and end in Date Time are not understood: {clean_text(text)}"],
-        )
+        return start, end, [remark("start_and_end_unclear", text=clean_text(text))]
     if end < start:
-        return None, None, [f"the run ends before it starts: {clean_text(text)}"]
-    if end == start:
-        return start, end, ["the run starts and ends in the same minute"]
-    return start, end, []
+        return None, None, [remark("ends_before_start", text=clean_text(text))]
+    return start, end, [remark("same_minute")] if end == start else []
 
 
 def _time_of_day(text: str) -> datetime | None:

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, remark
 from thermaxis.errors import DataError, MeasurementFileError
 from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
 from thermaxis.files.runs._travel import (
@@ -45,7 +46,14 @@ from thermaxis.files.table import (
     unit_of_kind,
     write_content,
 )
-from thermaxis.positioning import APPROACHES, FORWARD, FloatArray, PositioningTest, TimeSource
+from thermaxis.messages import sentence_of
+from thermaxis.positioning import (
+    APPROACHES,
+    FORWARD,
+    FloatArray,
+    PositioningTest,
+    TimeSource,
+)
 from thermaxis.quantities import AxisKind
 
 _IntArray: TypeAlias = NDArray[np.int64]
@@ -143,7 +151,7 @@ def tidy_test(table: Table) -> PositioningTest:
         environment=metadata.environment,
         header=metadata.header,
         # A file that was written before carries the remarks of its first reading.
-        remarks=tuple(dict.fromkeys(remarks)),
+        remarks=tuple({sentence_of(remark): remark for remark in remarks}.values()),
     )
     check_enough_readings(test, table.source.at())
     return test
@@ -228,7 +236,7 @@ def write_tidy_csv(test: PositioningTest, path: Path | str) -> None:
 
 def _deviations(
     table: Table, unit: Unit, target_column: int, row_target: FloatArray
-) -> tuple[FloatArray, list[str]]:
+) -> tuple[FloatArray, list[Message]]:
     measured_column = table.column_of(Role.MEASURED)
     deviation_column = table.column_of(Role.DEVIATION)
     stated = None
@@ -260,7 +268,7 @@ def _deviations(
 
 def _difference(
     kind: AxisKind, measured: FloatArray, target: FloatArray
-) -> tuple[FloatArray, list[str]]:
+) -> tuple[FloatArray, list[Message]]:
     """Return measured minus target, and what was done to it."""
     difference = measured - target
     if kind is AxisKind.LINEAR:
@@ -270,8 +278,7 @@ def _difference(
     deviation = (difference - turns * FULL_TURN_DEG) * kind.units.deviations_per_position
     if not wrapped:
         return deviation, []
-    remark = f"whole turns were taken off the measured position of {wrapped} readings"
-    return deviation, [remark]
+    return deviation, [remark("turns_taken_off", count=wrapped)]
 
 
 def _decimals(table: Table, column: int) -> int | None:
@@ -302,33 +309,32 @@ def _last_digit(table: Table, column: int, unit: Unit | None) -> float:
 
 def _disagreement(
     table: Table, deviation: FloatArray, stated: FloatArray, step: float
-) -> list[str]:
+) -> list[Message]:
     tolerance = max(step * (1 + 1e-6), _AGREEMENT)
     wrong = np.flatnonzero(np.abs(deviation - stated) > tolerance)
     if not wrong.size:
         return []
     first = int(wrong[0])
-    remark = (
-        f"the column of deviations disagrees with measured minus target in {wrong.size} readings,"
-        f" first in {table.source.row_word} {table.row[first]} ({stated[first]:.6g} and"
-        f" {deviation[first]:.6g}): measured minus target is used"
+    said = remark(
+        "deviations_disagree",
+        count=wrong.size,
+        where=f"{table.source.row_word} {table.row[first]}",
+        stated=f"{stated[first]:.6g}",
+        computed=f"{deviation[first]:.6g}",
     )
-    return [remark]
+    return [said]
 
 
-def _mixture(table: Table, deviation: FloatArray, stated: FloatArray) -> list[str]:
+def _mixture(table: Table, deviation: FloatArray, stated: FloatArray) -> list[Message]:
     """Say which readings have a deviation only, beside others that have a measured position."""
     alone = np.flatnonzero(np.isnan(deviation) & ~np.isnan(stated))
     if not alone.size or bool(np.all(np.isnan(deviation))):
         return []
-    remark = (
-        f"{alone.size} reading{'s have' if alone.size > 1 else ' has'} no measured position, first"
-        f" in {table.source.row_word} {table.row[alone[0]]}: there the column of deviations is used"
-    )
-    return [remark]
+    where = f"{table.source.row_word} {table.row[alone[0]]}"
+    return [remark("not_measured", count=alone.size, where=where)]
 
 
-def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[str]]:
+def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[Message]]:
     """Return cycle and approach of every row."""
     cycle_column = table.column_of(Role.CYCLE)
     run_column = table.column_of(Role.RUN)
@@ -354,8 +360,7 @@ def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[str]]:
             raise MeasurementFileError(
                 "cycle_and_run_disagree", place=table.at(int(wrong[0]), cycle_column)
             )
-    remark = "directions come from the run numbers: odd runs are forward, even runs are backward"
-    return cycle, approach, [remark]
+    return cycle, approach, [remark("directions_from_runs")]
 
 
 def _directions(table: Table, column: int) -> _IntArray:
@@ -369,7 +374,9 @@ def _directions(table: Table, column: int) -> _IntArray:
     return np.array([known[word] for word in words], dtype=np.int64)
 
 
-def _cycles_of_runs(run: _IntArray, approach: _IntArray) -> tuple[_IntArray, _IntArray, list[str]]:
+def _cycles_of_runs(
+    run: _IntArray, approach: _IntArray
+) -> tuple[_IntArray, _IntArray, list[Message]]:
     """Tell runs that are passes in one direction from runs that are whole cycles."""
     numbers, first = np.unique(run, return_index=True)
     direction = approach[first]
@@ -378,17 +385,13 @@ def _cycles_of_runs(run: _IntArray, approach: _IntArray) -> tuple[_IntArray, _In
         return run, approach, []
     parity = (numbers + direction) % 2
     if bool(np.any(parity != parity[0])):
-        remark = (
-            "every run has one direction only and the directions do not alternate with the run"
-            " numbers: each run is a cycle of its own, without readings in the other direction"
-        )
-        return run, approach, [remark]
+        return run, approach, [remark("runs_not_alternating")]
     # the first pass of the file opens cycle 1, also where the numbers begin with an even one
     skipped = int(numbers[0] % 2 == 0 and direction[0] == FORWARD)
     cycle = (run + 1 - skipped) // 2
     k = 1 + skipped
-    remark = f"runs {k} and {k + 1} are cycle 1, runs {k + 2} and {k + 3} cycle 2, and so on"
-    return cycle, approach, [remark]
+    said = remark("runs_paired", run=k, second=k + 1, third=k + 2, fourth=k + 3)
+    return cycle, approach, [said]
 
 
 def _not_understood(table: Table) -> str:
@@ -401,7 +404,7 @@ def _not_understood(table: Table) -> str:
     return listed(unknown) or "none"
 
 
-def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:
+def _channels(table: Table) -> tuple[dict[str, FloatArray], list[Message]]:
     """Return the columns of numbers whose names are not known, and say what became of each."""
     used = {table.column_of(role) for role in Role if role is not Role.TIME}
     used.add(_time_column(table))
@@ -420,11 +423,11 @@ def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:
         elif heading.text or any(table.columns[column]):
             ignored.append(heading.text or f"column {column + 1}")
     names = unique_names(table.headings, list(kept))
-    remarks: list[str] = []
+    remarks: list[Message] = []
     if names:
-        remarks.append(f"kept as channels without unit: {listed(names)}")
+        remarks.append(remark("channels_kept", names=listed(names)))
     if ignored:
-        remarks.append(f"columns without numbers were left out: {listed(ignored)}")
+        remarks.append(remark("columns_left_out", names=listed(ignored)))
     return dict(zip(names, kept.values(), strict=True)), remarks
 
 

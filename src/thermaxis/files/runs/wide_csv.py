@@ -6,6 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
 from thermaxis.files.runs._travel import targets_through_a_turn
@@ -34,11 +35,6 @@ from thermaxis.positioning import (
 )
 
 _IntArray: TypeAlias = NDArray[np.int64]
-
-_ORDER_REMARK = (
-    "odd runs were taken as forward and even runs as backward; the order of the readings was"
-    " deduced from the run numbers"
-)
 
 
 def read_wide_csv(
@@ -100,10 +96,7 @@ def wide_test(table: Table) -> PositioningTest:
     target, index = group_targets(row_target)
     falling = row_target.size > 1 and bool(np.all(np.diff(row_target) < 0))
     if falling:
-        remarks.append(
-            "the file lists the targets in falling order: the runs called forward travel in the"
-            " negative direction"
-        )
+        remarks.append(remark("wide_targets_falling"))
     travelled = target.size - 1 - index if falling else index
     run = np.array(list(runs), dtype=np.int64)
     assembled = assemble_readings(
@@ -129,7 +122,7 @@ def wide_test(table: Table) -> PositioningTest:
         end=metadata.end,
         environment=metadata.environment,
         header=metadata.header,
-        remarks=(*metadata.remarks, *remarks, _ORDER_REMARK, *assembled.remarks),
+        remarks=(*metadata.remarks, *remarks, remark("order_from_runs"), *assembled.remarks),
     )
     check_enough_readings(test, table.source.at())
     return test.with_cycle(metadata.cycle)
@@ -158,7 +151,9 @@ def _approach(run: int) -> int:
     return FORWARD if run % 2 else BACKWARD
 
 
-def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tuple[Unit, list[str]]:
+def _unit_of_runs(
+    table: Table, runs: dict[int, int], target_unit: Unit
+) -> tuple[Unit, list[Message]]:
     stated: Unit | None = None
     for column in runs.values():
         heading = table.headings[column]
@@ -187,11 +182,8 @@ def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tupl
         return unit, []
     assumed = deviation_unit(target_unit.kind)
     word = assumed.kind.units.deviation_suffix
-    remark = (
-        f"no unit of the deviations is stated: {assumed.name} was assumed; to state it, write a"
-        f" line '# unit: {word}' above the headings, or head the runs as run_1_{word}"
-    )
-    return assumed, [remark]
+    said = remark("unit_assumed", unit=assumed.name, word=word)
+    return assumed, [said]
 
 
 def _check_not_positions(
@@ -209,13 +201,13 @@ def _check_not_positions(
         raise MeasurementFileError("positions_not_deviations", unit=unit.name, place=table.at())
 
 
-def _left_out(table: Table, used: set[int]) -> list[str]:
+def _left_out(table: Table, used: set[int]) -> list[Message]:
     names = [
         heading.text or f"column {column + 1}"
         for column, heading in enumerate(table.headings)
         if column not in used and (heading.text or any(table.columns[column]))
     ]
-    return [f"columns that hold no run were left out: {listed(names)}"] if names else []
+    return [remark("columns_of_no_run", names=listed(names))] if names else []
 
 
 def _deduced_order(

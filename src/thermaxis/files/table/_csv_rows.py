@@ -7,6 +7,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
+from thermaxis.codes import remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._metadata import Metadata
 from thermaxis.files.table._source import FALLBACK_ENCODING, SourceText, read_text
@@ -134,9 +135,7 @@ def _check_open_end(table: Table, last_line: int) -> None:
         raise MeasurementFileError(
             "cut_short", place=table.at(len(cells) - 1, len(table.columns) - 1)
         )
-    table.metadata.remarks.append(
-        "the last line of the file has no line end: check that the file is complete"
-    )
+    table.metadata.remarks.append(remark("no_line_end"))
 
 
 def split_cells(line: str, delimiter: str) -> list[str] | None:

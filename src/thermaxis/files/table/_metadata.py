@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._quoting import decoded, encoded, quoted
 from thermaxis.files.table._source import clean_text, parse_number
 from thermaxis.files.table._times import parse_moment
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 
 MAX_FIELDS = 500
@@ -39,7 +40,7 @@ class Metadata:
     """Texts by field."""
     environment: dict[str, StartEnd] = field(default_factory=dict[str, StartEnd])
     """Values of the environment; the unit ends the key."""
-    remarks: list[str] = field(default_factory=list[str])
+    remarks: list[Message] = field(default_factory=list[Message])
     """Remarks that the file carries."""
     start: datetime | None = None
     """Stated time of the first reading."""
@@ -94,7 +95,7 @@ class Metadata:
             self.end = _moment(value, key, place)
         elif key == "remark":
             if len(self.remarks) < MAX_FIELDS:
-                self.remarks.append(_allowed(decoded(value)))
+                self.remarks.append(remark("of_file", said=_allowed(decoded(value))))
         elif key == "kind":
             self.kind = value
         elif key == "cycle" and value in set(Cycle):
@@ -123,7 +124,8 @@ def metadata_lines(test: PositioningTest) -> list[str]:
         lines.append(f"# time_source: {TimeSource.INTERPOLATED}")
     if test.order_deduced:
         lines.append("# order_deduced: yes")
-    lines += [f"# remark: {encoded(remark)}" for remark in test.remarks]
+    said = dict.fromkeys(map(sentence_of, test.remarks))
+    lines += [f"# remark: {encoded(remark)}" for remark in said]
     return lines
 
 

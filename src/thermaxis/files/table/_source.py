@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
 
 TEXT_LIMIT_BYTES = 100_000_000
@@ -66,7 +66,7 @@ class SourceText:
     """All of it, without byte order mark, every line end written as a line feed."""
     encoding: str
     """Encoding that it was read with, by its Python name."""
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Message, ...] = ()
     """What the reader should know about the encoding."""
 
     @property
@@ -243,15 +243,12 @@ def _decode(name: str, content: bytes, fallback: str) -> SourceText:
         return SourceText(name, _one_line_end(content.decode("utf-8")), "utf-8")
     except UnicodeDecodeError:
         text = _one_line_end(content.decode(fallback, errors="replace"))
-    remark = f"the file is not UTF-8: its texts were read as {fallback}, numbers are not affected"
     lost = text.count(_LOST)
+    said = remark("not_utf8", encoding=fallback)
     if lost:
-        remark += (
-            f"; {lost} character{'s' if lost > 1 else ''} could not be read in this way"
-            f" ({_lines_with_lost(text)}): name the right encoding to see them, with --encoding on"
-            " the command line or fallback_encoding in Python"
-        )
-    return SourceText(name, text, fallback, (remark,))
+        where = _lines_with_lost(text)
+        said = remark("characters_lost", encoding=fallback, count=lost, where=where)
+    return SourceText(name, text, fallback, (said,))
 
 
 def check_is_text(content: bytes, place: Place) -> None:

@@ -9,7 +9,7 @@ from typing import NoReturn, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
+from thermaxis.codes import Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._columns import QUANTITIES, Heading, Role, parse_heading, unit_named
 from thermaxis.files.table._metadata import Metadata
@@ -34,7 +34,7 @@ MAX_ROWS = 2_000_000
 """Largest number of rows of a table. [1]"""
 
 _CHUNK_ROWS = 4096
-_BESIDE_REMARK = "cells to the right of the headings were left out"
+_BESIDE_REMARK = remark("cells_beside")
 _NUMBER_CHARACTERS = frozenset("0123456789+-.eE\n")
 _CELL_ERRORS = ("#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!", "#DIV/0!", "#GETTING_DATA")
 _READING_ROLES = frozenset(

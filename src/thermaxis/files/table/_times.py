@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.positioning import FloatArray, TimeSource
 
@@ -30,7 +30,7 @@ class ReadingTimes:
     """Time of each row since the first reading, (k,). [s]"""
     order: FloatArray | None = None
     """Acquisition order of each row, from 1, (k,). [1]"""
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Message, ...] = ()
     """Why times or order of the file were not used."""
 
 
@@ -83,12 +83,12 @@ def reading_times(
     at: Callable[[int], Place],
 ) -> ReadingTimes:
     """Decide what the columns of order and time are worth."""
-    remarks: list[str] = []
+    remarks: list[Message] = []
     if order is not None and bool(np.isnan(order[given]).any()):
-        remarks.append("some readings have no order number: the column order is not used")
+        remarks.append(remark("order_incomplete"))
         order = None
     if time_s is not None and bool(np.isnan(time_s[given]).any()):
-        remarks.append("some readings have no time: the column of times is not used")
+        remarks.append(remark("times_incomplete"))
         time_s = None
     if time_s is not None:
         time_s = time_s - time_s[given].min()
@@ -113,18 +113,18 @@ def _check_distinct(order: FloatArray, line: NDArray[np.int64], at: Callable[[in
 def _ordered_by_number(
     order: FloatArray, time_s: FloatArray | None, given: NDArray[np.bool_]
 ) -> ReadingTimes:
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Message, ...] = ()
     counts = order[~np.isnan(order)]
     if bool(np.any(counts < 1)) or bool(np.any(counts != np.rint(counts))):
         order = _ranks(order, given)
-        remarks = ("the order numbers were counted anew from 1",)
+        remarks = (remark("order_counted_anew"),)
     if time_s is None:
         return ReadingTimes(TimeSource.ORDER, None, order, remarks)
     rows = np.flatnonzero(given)
     in_order = rows[np.argsort(order[rows])]
     if bool(np.all(np.diff(time_s[in_order]) > 0)):
         return ReadingTimes(TimeSource.FILE, time_s, order, remarks)
-    contradiction = "the times do not rise with the order numbers: the run has no time axis"
+    contradiction = remark("times_against_order")
     return ReadingTimes(TimeSource.ORDER, None, order, (*remarks, contradiction))
 
 
@@ -135,13 +135,8 @@ def _ordered_by_time(time_s: FloatArray, given: NDArray[np.bool_]) -> ReadingTim
     if bool(np.all(np.diff(times) >= 0)):
         order = np.full(time_s.shape, np.nan)
         order[given] = np.arange(1, times.size + 1)
-        remark = (
-            "some readings have the same time: only their order in the file is used,"
-            " and the run has no time axis"
-        )
-        return ReadingTimes(TimeSource.ORDER, None, order, (remark,))
-    remark = "some readings have the same time and no order is stated: times are not used"
-    return ReadingTimes(TimeSource.NONE, remarks=(remark,))
+        return ReadingTimes(TimeSource.ORDER, None, order, (remark("same_times"),))
+    return ReadingTimes(TimeSource.NONE, remarks=(remark("same_times_unordered"),))
 
 
 def _ranks(values: FloatArray, given: NDArray[np.bool_]) -> FloatArray:

@@ -10,14 +10,12 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import DataError
 from thermaxis.quantities import AxisKind
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
-INTERPOLATED_REMARK = "times are interpolated"
-"""How the remark begins that says times were spread evenly over the run."""
 FORWARD = 0
 """Index of the approach in positive direction on the last axis of every array."""
 BACKWARD = 1
@@ -138,8 +136,8 @@ class PositioningTest:
     """Air, material and expansion values; the unit ends the key (`air_temperature_c`)."""
     header: Mapping[str, str] = field(default_factory=dict[str, str])
     """Texts of the file's head, by field (`machine`, `axis`, `title`, ...)."""
-    remarks: tuple[str, ...] = ()
-    """What the reader noticed, in words."""
+    remarks: tuple[Message, ...] = ()
+    """What the reader noticed."""
 
     def __post_init__(self) -> None:
         """Check shapes and freeze every array."""
@@ -239,10 +237,7 @@ class PositioningTest:
         """
         if cycle is self.cycle or not self.order_deduced:
             return replace(self, cycle=cycle)
-        remark = (
-            f"the file does not state the order of visits of a {cycle} cycle: readings have no time"
-        )
-        kept = tuple(r for r in self.remarks if not r.startswith(INTERPOLATED_REMARK))
+        kept = tuple(r for r in self.remarks if r.code != "remark-times_interpolated")
         return replace(
             self,
             cycle=cycle,
@@ -250,5 +245,5 @@ class PositioningTest:
             time_s=None,
             order=None,
             order_deduced=False,
-            remarks=(*kept, remark),
+            remarks=(*kept, remark("order_of_cycle_unknown", cycle=cycle)),
         )

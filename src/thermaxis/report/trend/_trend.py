@@ -168,7 +168,7 @@ def evaluate_trend(
 
 
 def _evaluate(name: str, test: PositioningTest, *, with_drift: bool) -> tuple[TrendRun, list[str]]:
-    said = list(test.remarks)
+    said = list(map(sentence_of, test.remarks))
     iso230_2 = evaluate_iso230_2(test)
     result: DriftResult | None = None
     if with_drift:

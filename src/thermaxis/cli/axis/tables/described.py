@@ -80,7 +80,7 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
         Section("merge", [*_older(result)]) if older.read is not None else Value("merge", None),
         Section("", [Value("", read, "finding in the older table")]),
         *findings_as_parts(result.read.findings, "read back"),
-        *warnings_as_parts(run.test.remarks, said),
+        *warnings_as_parts([*run.test.remarks, *said]),
     ]
 
 
@@ -326,10 +326,10 @@ def _older(result: MadeTable) -> Iterator[Part]:
         yield Value(f"{key}_backward", values[:, BACKWARD])
 
 
-def warnings_as_parts(remarks: Sequence[str], warnings: Sequence[Message]) -> list[Part]:
-    """Return remarks and warnings as sentences, and the warnings as data."""
+def warnings_as_parts(warnings: Sequence[Message]) -> list[Part]:
+    """Return warnings as sentences and as data."""
     return [
-        Value("warnings", [*remarks, *map(sentence_of, warnings)], "warning"),
+        Value("warnings", [*map(sentence_of, warnings)], "warning"),
         Value("warning_codes", [message_as_json(one) for one in warnings]),
     ]
 
