@@ -110,13 +110,9 @@ def of_a_source(fault: str) -> None:
     run_in_virtual_time(check())
 
 
-def test_a_source_without_a_fault_passes() -> None:
+def test_a_source_with_a_fault_is_found() -> None:
     of_a_source("")
-
-
-@pytest.mark.parametrize(
-    ("fault", "sentence"),
-    [
+    for fault, sentence in (
         ("late", "read returned after 10"),
         ("keeps old values", "had a value before its machine was there"),
         ("keeps bad values", "had a value before its machine was there"),
@@ -132,17 +128,12 @@ def test_a_source_without_a_fault_passes() -> None:
         ("never connected", "says that it did not"),
         ("ended", "has ended"),
         ("runs on", "runs on after close: reader"),
-    ],
-)
-def test_a_source_with_a_fault_is_found(fault: str, sentence: str) -> None:
-    with pytest.raises(AssertionError, match=sentence):
-        of_a_source(fault)
-
-
-@pytest.mark.parametrize("fault", ["open raises", "raises when lost"])
-def test_a_source_that_raises_for_a_lost_machine_does_not_pass(fault: str) -> None:
-    with pytest.raises(ConnectionError):
-        of_a_source(fault)
+    ):
+        with pytest.raises(AssertionError, match=sentence):
+            of_a_source(fault)
+    for fault in ("open raises", "raises when lost"):
+        with pytest.raises(ConnectionError):
+            of_a_source(fault)
 
 
 @final
@@ -243,13 +234,9 @@ def of_a_sink(fault: str) -> None:
     run_in_virtual_time(check())
 
 
-def test_a_sink_without_a_fault_passes() -> None:
+def test_a_sink_with_a_fault_is_found() -> None:
     of_a_sink("")
-
-
-@pytest.mark.parametrize(
-    ("fault", "sentence"),
-    [
+    for fault, sentence in (
         ("writes at open", "an offset changed before found was read"),
         ("always connected", "calls itself connected"),
         ("found is late", "found returned after 9"),
@@ -273,8 +260,6 @@ def test_a_sink_without_a_fault_passes() -> None:
         ("leaves out", "read_back left out X_um"),
         ("writes at close", "closing wrote an offset"),
         ("runs on", "runs on after close: writer"),
-    ],
-)
-def test_a_sink_with_a_fault_is_found(fault: str, sentence: str) -> None:
-    with pytest.raises(AssertionError, match=sentence):
-        of_a_sink(fault)
+    ):
+        with pytest.raises(AssertionError, match=sentence):
+            of_a_sink(fault)
