@@ -157,14 +157,6 @@ def test_a_spread_is_found_without_the_drift_model_though_the_axis_drifts() -> N
 # ---- numbers, by a second way -------------------------------------------------------------------
 
 
-def test_the_straight_line_error_is_that_of_a_least_squares_line() -> None:
-    test = measured(with_geometry(COLD, straight_line_um_per_m=37.0), 5)
-    mean = np.mean(test.deviation, axis=(1, 2))
-    slope = 1000.0 * stats.linregress(test.target, mean).slope
-    found = only(without_drift_model(test), "scale_error")
-    assert found.value == pytest.approx(slope, rel=1e-9)
-
-
 def test_the_straight_line_error_is_that_of_the_first_reading_not_of_the_warm_screw() -> None:
     axis = with_geometry(HEALTHY, straight_line_um_per_m=30.0, pitch_error=0.0)
     axis = replace(axis, thermal=replace(axis.thermal, screw_expansion_um_per_m=60.0))
@@ -369,12 +361,6 @@ def test_a_rotary_axis_is_told_in_arcseconds_and_without_temperatures() -> None:
     assert scale.value == pytest.approx(10.0, abs=2.0)
     assert "temperature" not in scale.text
     assert "period of 4 °" in only(found, "periodic_error").text
-
-
-def test_missing_readings_do_not_change_what_is_named() -> None:
-    axis = with_geometry(HEALTHY, straight_line_um_per_m=25.0, reversal=-4.0)
-    axis = replace(axis, scatter=replace(axis.scatter, missing=20))
-    assert set(keys(with_drift_model(measured(axis, 4)))) == {"scale_error", "backlash"}
 
 
 def test_few_targets_are_asked_for_the_line_and_the_mean_backlash_only() -> None:

@@ -43,18 +43,6 @@ def test_made_data_with_closed_form_answers() -> None:
     assert result.R == pytest.approx(8.427188724, abs=5e-10)
 
 
-def test_unequal_scatter_of_the_approaches_enters_each_band_alone() -> None:
-    x = closed_form(6, 1.5, 2.0, 0.0)
-    c = np.arange(-2.0, 3.0)
-    x[:, :, 0] += 0.5 * c
-    x[:, :, 1] += 3.0 * c
-    result = evaluate_iso230_2(run(x))
-    s_up, s_down = 0.5 * math.sqrt(2.5), 3.0 * math.sqrt(2.5)
-    assert result.R_forward == pytest.approx(4 * s_up)
-    assert result.R_backward == pytest.approx(4 * s_down)
-    assert result.R == pytest.approx(max(2 * s_up + 2 * s_down + 4.0, 4 * s_down))
-
-
 def test_a_reversal_that_changes_sign_separates_both_means() -> None:
     x = np.zeros((4, 5, 2))
     reversal = np.array([3.0, -1.0, 2.0, -4.0])

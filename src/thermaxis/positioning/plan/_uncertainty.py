@@ -5,7 +5,7 @@ taken from an assumed warming, amplitude · (1 - exp(-t / time constant)), which
 first reading and is half as large again at one end of the axis, half as large at the other.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import final
@@ -425,14 +425,22 @@ def _most_cycles(plan: TestPlan, fewest: int, longest_s: float) -> int:
             longest_h=longest_s / 3600.0,
             place=Place(key="longest"),
         )
-    low, high = fewest, fewest
-    while high < most and fits(min(2 * high, most)):
-        low = high = min(2 * high, most)
-    high = min(2 * high, most)
-    while high - low > 1:
+    longer = _smallest(fewest, most, lambda cycles: not fits(cycles))
+    return longer if fits(longer) else longer - 1
+
+
+def _smallest(low: int, most: int, holds: Callable[[int], bool]) -> int:
+    """Return the first number from `low` from which on a condition holds; `most` if it never does.
+
+    The numbers are doubled until it holds, and the last step is bisected.
+    """
+    high = low
+    while not holds(high) and high < most:
+        low, high = high, min(2 * high, most)
+    while high - low > 1 and holds(high):
         middle = (low + high) // 2
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    return high if fits(high) else low
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
 
 
 def shortest_plan(
@@ -497,16 +505,10 @@ def shortest_plan(
             tried[cycles] = _reaches(replace(plan, cycles=cycles), assumptions, key)
         return tried[cycles] <= target_uncertainty
 
-    low, high = smallest.cycles, smallest.cycles
-    while not reaches(high) and high < most:
-        low, high = high, min(2 * high, most)
-    reached = reaches(high)
-    while reached and high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if reaches(middle) else (middle, high)
+    found = _smallest(smallest.cycles, most, reaches)
     return ShortestPlan(
-        plan=replace(plan, cycles=high),
-        reached=reached,
-        standard_uncertainty=tried[high],
+        plan=replace(plan, cycles=found),
+        reached=reaches(found),
+        standard_uncertainty=tried[found],
         tried=MappingProxyType(dict(sorted(tried.items()))),
     )

@@ -24,14 +24,9 @@ from thermaxis.report._style import (
     style_of,
     zero_line,
 )
-from thermaxis.report.charts._parts import pair_labels, position_label, put_heading
+from thermaxis.report.charts._parts import adjacent_of, pair_labels, position_label, put_heading
 
 _MOST_PAIR_LABELS = 15
-
-
-def _result(report: PositioningReport) -> AdjacentDifferenceResult:
-    assert report.adjacent_difference is not None  # noqa: S101 - charts are drawn only then
-    return report.adjacent_difference
 
 
 def bound_words(result: AdjacentDifferenceResult) -> str:
@@ -64,7 +59,7 @@ def _pair_axis(axes: Axes, targets: int) -> FloatArray:
 
 def draw_standard_deviation(report: PositioningReport) -> Figure:
     """Draw the spread between neighbours; the paper's figure 10."""
-    result = _result(report)
+    result = adjacent_of(report)
     unit = report.test.kind.units.deviation
     figure = new_figure(4.1)
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -148,7 +143,7 @@ def _mark_anomalies(axes: Axes, result: AdjacentDifferenceResult) -> list[Line2D
 
 def draw_mean_mutual_deviation(report: PositioningReport) -> Figure:
     """Draw the mean mutual deviation of neighbours; the paper's figure 11."""
-    result = _result(report)
+    result = adjacent_of(report)
     figure = new_figure(3.2)
     axes = figure.subplots()
     places = _pair_axis(axes, result.target.size)
@@ -176,7 +171,7 @@ def draw_mean_mutual_deviation(report: PositioningReport) -> Figure:
 
 def draw_deviation_chart(report: PositioningReport) -> Figure:
     """Draw the deviation chart by progressive addition with its bounds; the paper's figure 12."""
-    result = _result(report)
+    result = adjacent_of(report)
     figure = new_figure(3.3)
     axes = figure.subplots()
     for approach, found in result.measured:

@@ -5,6 +5,7 @@
 
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -48,6 +49,13 @@ _COLOUR_MAP = "cividis"
 _HALO = (withStroke(linewidth=2.0, foreground="white"),)
 
 
+class _Scale(NamedTuple):
+    """Length of the edge of a pixel."""
+
+    per_pixel: float
+    unit: str
+
+
 def write_field_figures(
     result: ThermalFieldsResult, folder: Path, *, mm_per_pixel: float | None = None
 ) -> tuple[Path, ...]:
@@ -77,10 +85,11 @@ def write_field_figures(
     Stejskal et al. 2017, figures 8 and 9.
     """
     make_folder(folder)
-    difference = _difference_numbers(result, mm_per_pixel)
+    scale = _Scale(1.0, "px") if mm_per_pixel is None else _Scale(mm_per_pixel, "mm")
+    difference = _difference_numbers(result, scale)
     charts = (
-        ("field_difference", partial(draw_difference, result, mm_per_pixel), difference),
-        ("field_images", partial(draw_images, result, mm_per_pixel), _image_numbers(result)),
+        ("field_difference", partial(draw_difference, result, scale), difference),
+        ("field_images", partial(draw_images, result, scale), _image_numbers(result)),
         ("field_regions", partial(draw_regions, result), _region_numbers(result)),
     )
     return tuple(
@@ -118,44 +127,28 @@ def _centres(blocks: FloatArray, edge: float) -> tuple[FloatArray, FloatArray]:
     return x, y
 
 
-def _set_view(axes: Axes, shape: tuple[int, int], mm_per_pixel: float | None) -> None:
-    scale = 1.0 if mm_per_pixel is None else mm_per_pixel
-    axes.set_xlim(0.0, shape[1] * scale)
-    axes.set_ylim(shape[0] * scale, 0.0)
-    axes.set_aspect("equal")
-    axes.grid(visible=False)
-    axes.set_facecolor("#ffffff")
-    axes.add_patch(
-        Rectangle(
-            (0.0, 0.0),
-            shape[1] * scale,
-            shape[0] * scale,
-            facecolor="none",
-            edgecolor="#999999",
-            hatch="xxxx",
-            linewidth=0.0,
-            zorder=0.5,
-        )
-    )
-
-
-def _show(
-    axes: Axes, values: FloatArray, mm_per_pixel: float | None, limits: tuple[float, float]
-) -> None:
+def _show(axes: Axes, values: FloatArray, scale: _Scale, limits: tuple[float, float]) -> None:
     """Draw an image in plan view; missing pixels let the hatching through."""
-    scale = 1.0 if mm_per_pixel is None else mm_per_pixel
-    rows, columns = values.shape
+    height, width = (pixels * scale.per_pixel for pixels in values.shape)
     blocks, size = averaged(values, _MOST_DRAWN)
+    edge = size * scale.per_pixel
     axes.imshow(
         np.ma.masked_invalid(blocks),
         cmap=colormaps[_COLOUR_MAP],
         vmin=limits[0],
         vmax=limits[1],
-        extent=(0.0, blocks.shape[1] * size * scale, blocks.shape[0] * size * scale, 0.0),
+        extent=(0.0, blocks.shape[1] * edge, blocks.shape[0] * edge, 0.0),
         interpolation="nearest",
         zorder=1.0,
     )
-    _set_view(axes, (rows, columns), mm_per_pixel)
+    axes.set_xlim(0.0, width)
+    axes.set_ylim(height, 0.0)
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    axes.set_facecolor("#ffffff")
+    hatched = Rectangle((0.0, 0.0), width, height, facecolor="none", edgecolor="#999999")
+    hatched.set(hatch="xxxx", linewidth=0.0, zorder=0.5)
+    axes.add_patch(hatched)
 
 
 def _limits_of(values: FloatArray) -> tuple[float, float]:
@@ -196,10 +189,9 @@ def _levels_of(limits: tuple[float, float], most: int = 9) -> list[float]:
 
 
 def _contours(
-    axes: Axes, values: FloatArray, mm_per_pixel: float | None, levels: list[float]
+    axes: Axes, values: FloatArray, scale: _Scale, levels: list[float]
 ) -> QuadContourSet | None:
     """Draw labelled contour lines of the averaged image; none where it is level."""
-    scale = 1.0 if mm_per_pixel is None else mm_per_pixel
     blocks, size = averaged(values, _CONTOUR_CELLS)
     if min(blocks.shape) < 2 or _is_level(blocks):
         return None
@@ -208,7 +200,7 @@ def _contours(
     inner = [v for v in levels if low < v < high]
     if not inner:
         return None
-    x, y = _centres(blocks, size * scale)
+    x, y = _centres(blocks, size * scale.per_pixel)
     drawn = axes.contour(
         x, y, np.ma.masked_invalid(blocks), levels=inner, colors="black", linewidths=0.8, zorder=2.0
     )
@@ -217,25 +209,19 @@ def _contours(
     return drawn
 
 
-def _outline_regions(axes: Axes, result: ThermalFieldsResult, mm_per_pixel: float | None) -> None:
-    scale = 1.0 if mm_per_pixel is None else mm_per_pixel
+def _outline_regions(axes: Axes, result: ThermalFieldsResult, scale: _Scale) -> None:
+    edge = scale.per_pixel
     rows, columns = result.fields[0].shape
     named = result.regions != default_regions((rows, columns))  # quarters need no names
     for region in result.regions[:_MOST_REGIONS]:
         width, height = region.right_px - region.left_px, region.bottom_px - region.top_px
         if width >= columns and height >= rows:
             continue
-        corner = (region.left_px * scale, region.top_px * scale)
+        corner = (region.left_px * edge, region.top_px * edge)
         outline = Rectangle(
-            corner,
-            width * scale,
-            height * scale,
-            facecolor="none",
-            edgecolor="black",
-            linestyle=(0, (4, 3)),
-            linewidth=0.7,
-            zorder=3.0,
+            corner, width * edge, height * edge, facecolor="none", edgecolor="black"
         )
+        outline.set(linestyle=(0, (4, 3)), linewidth=0.7, zorder=3.0)
         outline.set_path_effects([withStroke(linewidth=1.8, foreground="#ffffffa0")])
         axes.add_patch(outline)
         axes.annotate(
@@ -250,10 +236,9 @@ def _outline_regions(axes: Axes, result: ThermalFieldsResult, mm_per_pixel: floa
         )
 
 
-def _label_edges(axes: Axes, mm_per_pixel: float | None) -> None:
-    unit = "px" if mm_per_pixel is None else "mm"
-    axes.set_xlabel(f"from the left edge [{unit}]")
-    axes.set_ylabel(f"from the upper edge [{unit}]")
+def _label_edges(axes: Axes, scale: _Scale) -> None:
+    axes.set_xlabel(f"from the left edge [{scale.unit}]")
+    axes.set_ylabel(f"from the upper edge [{scale.unit}]")
 
 
 def _names(result: ThermalFieldsResult) -> str:
@@ -262,7 +247,7 @@ def _names(result: ThermalFieldsResult) -> str:
     return f"{last} minus {first}"
 
 
-def draw_difference(result: ThermalFieldsResult, mm_per_pixel: float | None) -> Figure:
+def draw_difference(result: ThermalFieldsResult, scale: _Scale) -> Figure:
     """Draw the difference of the last image to the first one in plan view."""
     rows, columns = result.fields[0].shape
     height = min(max(FIGURE_WIDTH_IN * 0.82 * rows / columns + 0.9, 2.2), 8.5)
@@ -270,10 +255,10 @@ def draw_difference(result: ThermalFieldsResult, mm_per_pixel: float | None) -> 
     figure.set_layout_engine("compressed")
     axes = figure.subplots()
     limits = _limits_of(result.difference_k)
-    _show(axes, result.difference_k, mm_per_pixel, limits)
-    drawn = _contours(axes, result.difference_k, mm_per_pixel, _levels_of(limits))
-    _outline_regions(axes, result, mm_per_pixel)
-    _label_edges(axes, mm_per_pixel)
+    _show(axes, result.difference_k, scale, limits)
+    drawn = _contours(axes, result.difference_k, scale, _levels_of(limits))
+    _outline_regions(axes, result, scale)
+    _label_edges(axes, scale)
     bar = figure.colorbar(
         ScalarMappable(Normalize(*limits), colormaps[_COLOUR_MAP]), ax=axes, fraction=0.05
     )
@@ -291,13 +276,17 @@ def draw_difference(result: ThermalFieldsResult, mm_per_pixel: float | None) -> 
     return figure
 
 
+def _not_drawn(count: int) -> str:
+    return f" · {count} more are not drawn" if count else ""
+
+
 def _drawn_images(result: ThermalFieldsResult) -> list[int]:
     count = len(result.fields)
     spread = np.linspace(0, count - 1, min(count, _MOST_IMAGES))
     return [int(k) for k in np.unique(np.round(spread))]
 
 
-def draw_images(result: ThermalFieldsResult, mm_per_pixel: float | None) -> Figure:
+def draw_images(result: ThermalFieldsResult, scale: _Scale) -> Figure:
     """Draw the images in plan view with one scale of temperature."""
     drawn = _drawn_images(result)
     across = min(len(drawn), 2 if len(drawn) in (2, 4) else 3)
@@ -314,23 +303,22 @@ def draw_images(result: ThermalFieldsResult, mm_per_pixel: float | None) -> Figu
         np.array([bound for k in drawn for bound in _limits_of(result.fields[k].temperature_c)])
     )
     for axes, k in zip(panels, drawn, strict=False):
-        _show(axes, result.fields[k].temperature_c, mm_per_pixel, limits)
-        _contours(axes, result.fields[k].temperature_c, mm_per_pixel, _levels_of(limits, 18))
+        _show(axes, result.fields[k].temperature_c, scale, limits)
+        _contours(axes, result.fields[k].temperature_c, scale, _levels_of(limits, 18))
         axes.set_title(_image_title(result, k, 80 // across - 10))
     for axes in panels[len(drawn) :]:
         axes.set_visible(False)
     for axes in panels[::across]:
-        _label_edges(axes, mm_per_pixel)
+        _label_edges(axes, scale)
         axes.set_xlabel("")
     for axes in panels[max(len(drawn) - across, 0) : len(drawn)]:
-        axes.set_xlabel(f"from the left edge [{'px' if mm_per_pixel is None else 'mm'}]")
+        axes.set_xlabel(f"from the left edge [{scale.unit}]")
         axes.tick_params(axis="x", labelbottom=True)
     bar = figure.colorbar(
         ScalarMappable(Normalize(*limits), colormaps[_COLOUR_MAP]), ax=panels, fraction=0.04
     )
     bar.set_label("temperature [°C]")
-    left_out = len(result.fields) - len(drawn)
-    more = f" · {left_out} more are not drawn" if left_out else ""
+    more = _not_drawn(len(result.fields) - len(drawn))
     set_heading(
         figure,
         "Thermal fields in plan view",
@@ -375,8 +363,7 @@ def draw_regions(result: ThermalFieldsResult) -> Figure:
         axes.set_xlabel("time of the image [h]")
     axes.set_ylabel("mean temperature [°C]")
     legend_below(figure, axes, columns)
-    left_out = len(result.regions) - len(drawn)
-    more = f" · {left_out} more are not drawn" if left_out else ""
+    more = _not_drawn(len(result.regions) - len(drawn))
     set_heading(
         figure,
         "Mean temperature of the regions",
@@ -388,13 +375,12 @@ def draw_regions(result: ThermalFieldsResult) -> Figure:
 # ---- the numbers behind them --------------------------------------------------------------------
 
 
-def _difference_numbers(result: ThermalFieldsResult, mm_per_pixel: float | None) -> NumberTable:
+def _difference_numbers(result: ThermalFieldsResult, scale: _Scale) -> NumberTable:
     """Return the difference as it is drawn: one row per block of pixels."""
     blocks, size = averaged(result.difference_k, _MOST_DRAWN)
-    scale, unit = (1.0, "px") if mm_per_pixel is None else (mm_per_pixel, "mm")
-    x, y = _centres(blocks, size * scale)
+    x, y = _centres(blocks, size * scale.per_pixel)
     rows = np.column_stack((np.tile(x, y.size), np.repeat(y, x.size), blocks.ravel()))
-    return NumberTable((f"x_{unit}", f"y_{unit}", "difference_k"), rows.tolist())
+    return NumberTable((f"x_{scale.unit}", f"y_{scale.unit}", "difference_k"), rows.tolist())
 
 
 def _image_numbers(result: ThermalFieldsResult) -> NumberTable:

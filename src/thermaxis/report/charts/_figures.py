@@ -9,7 +9,7 @@ from typing import final
 
 from matplotlib.figure import Figure
 
-from thermaxis.positioning import AdjacentDifferenceResult, DifferenceMonteCarlo
+from thermaxis.positioning import DifferenceMonteCarlo
 from thermaxis.report._output import NumberTable, make_folder
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress
@@ -55,16 +55,6 @@ class Chart:
             return svg_bytes(self.draw(report))
 
 
-def _with_adjacent(
-    table: Callable[[PositioningReport, AdjacentDifferenceResult], NumberTable],
-) -> Callable[[PositioningReport], NumberTable]:
-    def of(report: PositioningReport) -> NumberTable:
-        assert report.adjacent_difference is not None  # noqa: S101 - asked for only then
-        return table(report, report.adjacent_difference)
-
-    return of
-
-
 _ISO230_2 = Chart("iso230_2", draw_iso230_2, numbers.iso230_2_numbers)
 _ALL_CYCLES = Chart(
     "figure_06_all_cycles",
@@ -80,18 +70,17 @@ _ADJACENT = (
     Chart(
         "figure_10_standard_deviation",
         draw_standard_deviation,
-        _with_adjacent(numbers.standard_deviation_numbers),
+        partial(
+            numbers.pair_numbers,
+            keys=("standard_uncertainty", "standard_deviation", "s_ratio"),
+        ),
     ),
     Chart(
         "figure_11_mean_mutual_deviation",
         draw_mean_mutual_deviation,
-        _with_adjacent(numbers.mean_mutual_deviation_numbers),
+        partial(numbers.pair_numbers, keys=("mean_difference", "standard_uncertainty")),
     ),
-    Chart(
-        "figure_12_deviation_chart",
-        draw_deviation_chart,
-        _with_adjacent(numbers.deviation_chart_numbers),
-    ),
+    Chart("figure_12_deviation_chart", draw_deviation_chart, numbers.deviation_chart_numbers),
 )
 _SHIFTED = Chart(
     "figure_13_shifted_to_first_position",

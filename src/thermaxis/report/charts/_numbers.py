@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 from thermaxis.positioning import (
     APPROACHES,
     FIGURE_KEYS,
-    AdjacentDifferenceResult,
     DifferenceMonteCarlo,
     FloatArray,
 )
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report.charts._parts import adjacent_of
 
 IntArray: TypeAlias = NDArray[np.int64]
+TextArray: TypeAlias = NDArray[np.str_]
 
 
 def _suffixes(report: PositioningReport) -> tuple[str, str]:
@@ -24,7 +25,9 @@ def _suffixes(report: PositioningReport) -> tuple[str, str]:
     return units.position_suffix, units.deviation_suffix
 
 
-def _columns(named: Mapping[str, FloatArray | IntArray], decimals: int | None = 9) -> NumberTable:
+def _columns(
+    named: Mapping[str, FloatArray | IntArray | TextArray], decimals: int | None = 9
+) -> NumberTable:
     rows = list(zip(*(values.tolist() for values in named.values()), strict=True))
     return NumberTable(tuple(named), rows, decimals)
 
@@ -53,24 +56,17 @@ def reading_numbers(report: PositioningReport, deviation: FloatArray, name: str)
     """Return one row per reading."""
     position, unit = _suffixes(report)
     test = report.test
-    time = test.time_s
-    columns = ["cycle", "direction", f"target_{position}", f"{name}_{unit}"]
-    if time is not None:
-        columns.append("time_s")
-    rows: list[list[float | int | str]] = []
-    for cycle in range(test.cycles):
-        for approach in report.test.approaches:
-            for i, target in enumerate(test.target.tolist()):
-                row: list[float | int | str] = [
-                    cycle + 1,
-                    APPROACHES[approach],
-                    target,
-                    float(deviation[i, cycle, approach]),
-                ]
-                if time is not None:
-                    row.append(float(time[i, cycle, approach]))
-                rows.append(row)
-    return NumberTable(tuple(columns), rows)
+    every = np.indices((test.cycles, len(test.approaches), test.target.size)).reshape(3, -1)
+    cycle, approach, i = every[0], np.array(test.approaches)[every[1]], every[2]
+    named: dict[str, FloatArray | IntArray | TextArray] = {
+        "cycle": cycle + 1,
+        "direction": np.array(APPROACHES)[approach],
+        f"target_{position}": test.target[i],
+        f"{name}_{unit}": deviation[i, cycle, approach],
+    }
+    if test.time_s is not None:
+        named["time_s"] = test.time_s[i, cycle, approach]
+    return _columns(named)
 
 
 def one_position_numbers(report: PositioningReport, position: int) -> NumberTable:
@@ -88,10 +84,9 @@ def one_position_numbers(report: PositioningReport, position: int) -> NumberTabl
     return _columns(named)
 
 
-def _pair_numbers(
-    report: PositioningReport, result: AdjacentDifferenceResult, keys: tuple[str, ...]
-) -> NumberTable:
-    position, unit = _suffixes(report)
+def pair_numbers(report: PositioningReport, keys: tuple[str, ...]) -> NumberTable:
+    """Return results of the adjacent-difference method for each pair of neighbours."""
+    result, (position, unit) = adjacent_of(report), _suffixes(report)
     m = result.target.size
     named: dict[str, FloatArray | IntArray] = {
         "first_position": np.arange(1, m),
@@ -106,25 +101,9 @@ def _pair_numbers(
     return _columns(named)
 
 
-def standard_deviation_numbers(
-    report: PositioningReport, result: AdjacentDifferenceResult
-) -> NumberTable:
-    """Return both spreads of each pair and the ratio to the standard's s."""
-    return _pair_numbers(report, result, ("standard_uncertainty", "standard_deviation", "s_ratio"))
-
-
-def mean_mutual_deviation_numbers(
-    report: PositioningReport, result: AdjacentDifferenceResult
-) -> NumberTable:
-    """Return the mean mutual deviation of each pair with its standard uncertainty."""
-    return _pair_numbers(report, result, ("mean_difference", "standard_uncertainty"))
-
-
-def deviation_chart_numbers(
-    report: PositioningReport, result: AdjacentDifferenceResult
-) -> NumberTable:
+def deviation_chart_numbers(report: PositioningReport) -> NumberTable:
     """Return the deviation chart and the half width of its bounds."""
-    position, unit = _suffixes(report)
+    result, (position, unit) = adjacent_of(report), _suffixes(report)
     named = {f"target_{position}": result.target}
     absent = np.full(result.target.size, np.nan)
     for found, name in zip(result.approaches, APPROACHES, strict=True):

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from thermaxis.positioning import FloatArray
+from thermaxis.positioning import AdjacentDifferenceResult, FloatArray
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import drawable, set_heading
 from thermaxis.report._text import FINEST_DECIMALS, fixed, plain_text
@@ -17,6 +17,12 @@ _MOST_DRAWN = 200
 """More runs than these are one grey area, and a file of many megabytes. [1]"""
 _LONGEST_TITLE = 190
 """A longer title does not fit two lines above a chart. [1]"""
+
+
+def adjacent_of(report: PositioningReport) -> AdjacentDifferenceResult:
+    """Return the adjacent differences of a report that has them."""
+    assert report.adjacent_difference is not None  # noqa: S101 - asked for only then
+    return report.adjacent_difference
 
 
 def detail_decimals(report: PositioningReport) -> int:
