@@ -135,12 +135,6 @@ def test_a_budget_widens_the_uncertainty(
     assert budget["uncertainty"]["label"] == "GUM"
 
 
-def test_the_same_run_gives_the_same_bytes(
-    drifting: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert evaluated(capsys, drifting) == evaluated(capsys, drifting)
-
-
 def test_an_outlier_is_left_out_on_request_and_named(
     drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -203,6 +203,8 @@ def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(
         assert 0.0 < report["arithmetic"]["difference"]["model_um"] < 0.002
         assert "LREAL" not in (folder / "tx_x.scl").read_text(encoding="ascii")
     assert "REAL differs from LREAL by at most" in capsys.readouterr().out
+    asked = ("export", model, "--dialect", "scl", "--cpu", "s7-300", "--real", "64")
+    assert code_of(*asked, "--cycle-s", "1", *STATED, "-o", tmp_path / "c") == "no_lreal_in_cpu"
 
 
 def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7_300(
@@ -321,6 +323,10 @@ def test_nothing_else_in_the_folder_is_overwritten(tmp_path: Path) -> None:
     error = refusal("export", *order)
     assert (error.code, error.values["name"]) == ("exported_file_changed", "tx_x.c")
     assert (folder / "tx_x.c").read_text(encoding="ascii") == "int x;"
+    (folder / "tx_x.c").write_bytes(before["tx_x.c"])
+    report = before["tx_x.report.json"].replace(b'"cycle_s": 1.0', b'"cycle_s": 2.0')
+    (folder / "tx_x.report.json").write_bytes(report)
+    assert code_of("export", *order) == "exported_file_changed"
 
 
 def test_a_folder_with_a_report_that_is_none_is_refused(tmp_path: Path) -> None:
@@ -347,27 +353,6 @@ def test_a_file_a_link_and_a_place_that_does_not_exist_are_refused(tmp_path: Pat
     assert list((tmp_path / "real").iterdir()) == []
 
 
-def test_an_export_that_cannot_be_written_leaves_the_older_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    model = small_model(tmp_path / "x.json")
-    folder = tmp_path / "plc"
-    order = (model, "--dialect", "c", *STATED, "-o", folder)
-    run(*order, "--cycle-s", "1")
-    before = contents(folder)
-    moved = Path.replace
-
-    def failing(path: Path, target: Path) -> Path:
-        if path.name == "new":
-            raise OSError(28, "No space left on device")
-        return moved(path, target)
-
-    monkeypatch.setattr(Path, "replace", failing)
-    assert code_of("export", *order, "--cycle-s", "2") == "folder_unwritable"
-    assert contents(folder) == before
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["plc", "x.json"]
-
-
 @pytest.mark.parametrize("ends", [KeyboardInterrupt, OSError(28, "No space left on device")])
 def test_whatever_ends_the_swap_puts_the_older_export_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ends: BaseException | type[BaseException]
@@ -385,8 +370,9 @@ def test_whatever_ends_the_swap_puts_the_older_export_back(
         return moved(path, target)
 
     monkeypatch.setattr(Path, "replace", ending)
-    with pytest.raises((KeyboardInterrupt, ConfigurationError)):
+    with pytest.raises((KeyboardInterrupt, ConfigurationError)) as caught:
         run(*order, "--cycle-s", "2")
+    assert getattr(caught.value, "code", "") in {"", "folder_unwritable"}
     assert contents(folder) == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plc", "x.json"]
 
@@ -411,17 +397,6 @@ def test_what_somebody_puts_there_during_the_swap_is_found_and_kept(
     assert (folder / "tx_x.c").exists()
 
 
-def test_a_report_that_was_changed_keeps_the_folder(tmp_path: Path) -> None:
-    model = small_model(tmp_path / "x.json")
-    folder = tmp_path / "plc"
-    order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", folder)
-    run(*order)
-    path = folder / "tx_x.report.json"
-    text = path.read_text(encoding="ascii")
-    path.write_text(text.replace('"cycle_s": 1.0', '"cycle_s": 2.0'), encoding="ascii")
-    assert code_of("export", *order) == "exported_file_changed"
-
-
 def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(
     tmp_path: Path,
 ) -> None:
@@ -441,12 +416,9 @@ def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(
     ("options", "code", "key"),
     [
         (("--rate", "0.5", "--plausible", "5:80"), "not_stated_for", "--limit"),
-        (("--limit", "50", "--plausible", "5:80"), "not_stated_for", "--rate"),
-        (("--limit", "50", "--rate", "X_um=1"), "not_stated_for", "--plausible"),
         ((*STATED, "--limit", "Y_um=3"), "unknown_name", "--limit"),
         ((*STATED, "--rate", "0.7"), "stated_twice", "--rate"),
         ((*STATED, "--at", "3"), "option_belongs_to", "--at"),
-        ((*STATED, "--positive", "away"), "option_belongs_to", "--positive"),
         ((*STATED, "--cpu", "s7-300"), "option_belongs_to", "--cpu"),
     ],
 )
@@ -469,13 +441,6 @@ def test_a_name_becomes_one_of_the_plc_or_is_refused(tmp_path: Path) -> None:
         assert not (tmp_path / "plc").exists()
     run(*order, "--name", "öß*")
     assert (tmp_path / "plc").exists()
-
-
-def test_lreal_is_refused_for_an_s7_300(tmp_path: Path) -> None:
-    model = small_model(tmp_path / "x.json")
-    order = ["export", str(model), "--dialect", "scl", "--cpu", "s7-300", "--real", "64"]
-    asked = [*order, "--cycle-s", "1", *STATED, "-o", str(tmp_path / "plc")]
-    assert code_of(*asked) == "no_lreal_in_cpu"
 
 
 def test_rules_of_a_machine_and_stated_ones_exclude_each_other(
@@ -544,10 +509,7 @@ def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
     [
         (("--at", "1", "--at", "900"), "direction_not_stated"),
         (("--at", "100", "--positive", "away"), "models_and_positions_differ"),
-        (("--at", "X_um=1", "--at", "900", "--positive", "away"), "models_and_positions_differ"),
         (("--at", "1", "--at", "1.5", "--positive", "away"), None),
-        (("--at", "100", "--at", "100", "--positive", "away"), None),
-        (("--at", "1", "--at", "2.5", "--positive", "away"), None),
     ],
 )
 def test_positions_that_are_missing_or_impossible_are_named(
@@ -572,12 +534,8 @@ def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path: Path) ->
     )
     assert (error.values["value_c"], error.values["other_c"]) == (21.0, 20.0)
     assert code_of("export", one, three, *order) == "models_begin_differently"
-
-
-def test_two_models_without_positions_are_refused_with_what_to_do(tmp_path: Path) -> None:
-    models = [small_model(tmp_path / f"{k}.json") for k in (1, 2)]
-    order = ("--dialect", "st", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
-    assert code_of("export", *models, *order) == "block_has_one_model"
+    alone = ("--dialect", "st", "--cycle-s", "1", *STATED, "-o", tmp_path / "p")
+    assert code_of("export", one, two, *alone) == "block_has_one_model"
 
 
 # ---- the vectors, as a user would run them ------------------------------------------------------
