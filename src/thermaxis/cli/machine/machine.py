@@ -3,7 +3,6 @@
 import argparse
 import asyncio
 import logging
-import signal
 import sys
 from contextlib import suppress
 from dataclasses import replace
@@ -12,6 +11,7 @@ from pathlib import Path
 from thermaxis import virtual
 from thermaxis.cli._arguments import adder, refuse_alone, refuse_foreign
 from thermaxis.cli._progress import Progress
+from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import printable
 from thermaxis.runtime import Secret, SystemClock
 from thermaxis.runtime.host import read_secret
@@ -170,26 +170,26 @@ def _serve(arguments: argparse.Namespace, lathe: virtual.VirtualLathe) -> int:
 
 
 async def _live(
-    lathe: virtual.VirtualLathe, settings: virtual.LatheServerSettings, stop_after_s: float | None
+    lathe: virtual.VirtualLathe,
+    settings: virtual.LatheServerSettings,
+    stop_after_s: float | None,
 ) -> None:
     """Serve until a signal asks for the end."""
-    loop = asyncio.get_running_loop()
     end = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with suppress(NotImplementedError):  # not on every system
-            loop.add_signal_handler(number, end.set)
-    started: asyncio.Future[str] = loop.create_future()
-    serving = asyncio.create_task(virtual.LatheServer(lathe, settings, SystemClock()).run(started))
+    started: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    server = virtual.LatheServer(lathe, settings, SystemClock())
+    serving = asyncio.create_task(server.run(started))
     waiting = asyncio.create_task(end.wait())
     try:
-        await asyncio.wait({serving, started}, return_when=asyncio.FIRST_COMPLETED)
-        if started.done():
-            sys.stdout.write(f"endpoint: {started.result()}\n")
-            sys.stdout.write(f"{lathe.scenario.name}, seed {lathe.seed}; Ctrl-C ends it\n")
-            sys.stdout.flush()
-            await asyncio.wait(
-                {serving, waiting}, timeout=stop_after_s, return_when=asyncio.FIRST_COMPLETED
-            )
+        with at_signals(end.set):
+            await asyncio.wait({serving, started}, return_when=asyncio.FIRST_COMPLETED)
+            if started.done():
+                sys.stdout.write(f"endpoint: {started.result()}\n")
+                sys.stdout.write(f"{lathe.scenario.name}, seed {lathe.seed}; Ctrl-C ends it\n")
+                sys.stdout.flush()
+                await asyncio.wait(
+                    {serving, waiting}, timeout=stop_after_s, return_when=asyncio.FIRST_COMPLETED
+                )
     finally:
         waiting.cancel()
         serving.cancel()

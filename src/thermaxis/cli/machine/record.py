@@ -9,15 +9,15 @@ through lost connections, a full disk and restarts.
 import argparse
 import asyncio
 import shutil
-import signal
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import AsyncGenerator
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from thermaxis import runtime
 from thermaxis.cli._arguments import adder, positive_seconds
+from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
@@ -72,46 +72,29 @@ def _record(settings: runtime.RecordSettings, folder: Path, duration_s: float | 
     return 0
 
 
+@asynccontextmanager
+async def _connected(
+    settings: runtime.RecordSettings, clock: runtime.Clock
+) -> AsyncGenerator[dict[str, runtime.OpcUaSession]]:
+    """Open the connections, and close them at the end."""
+    sessions = {n: runtime.OpcUaSession(c, clock) for n, c in settings.connections.items()}
+    async with AsyncExitStack() as opened:
+        for session in sessions.values():
+            opened.push_async_callback(session.close)
+            await session.open()
+        yield sessions
+
+
 async def _recorded(
     settings: runtime.RecordSettings, folder: Path, duration_s: float | None
 ) -> runtime.RecordSummary:
-    clock = runtime.SystemClock()
-    stop = asyncio.Event()
-    sessions = {n: runtime.OpcUaSession(c, clock) for n, c in settings.connections.items()}
-    recorder = runtime.Recorder(
-        settings,
-        sessions,
-        clock,
-        files_of(settings, folder),
-        tell=_tell,
-        finish=parquet_writer(_tell) if settings.parquet else None,
-    )
-    release = _stop_by_signals(stop)
-    try:
-        for session in sessions.values():
-            await session.open()
-        return await recorder.run(duration_s, stop)
-    finally:
-        release()
-        for session in sessions.values():
-            await session.close()
-
-
-def _stop_by_signals(stop: asyncio.Event) -> Callable[[], None]:
-    """Let Ctrl+C and SIGTERM end the recording with its last row; return what undoes it."""
-    loop = asyncio.get_running_loop()
-    signals = (signal.SIGINT, signal.SIGTERM)
-    try:
-        for number in signals:
-            loop.add_signal_handler(number, stop.set)
-    except (NotImplementedError, RuntimeError):  # Windows, and outside of the main thread
-        return lambda: None
-
-    def release() -> None:
-        for number in signals:
-            loop.remove_signal_handler(number)
-
-    return release
+    clock, stop = runtime.SystemClock(), asyncio.Event()
+    async with _connected(settings, clock) as sessions:
+        finish = parquet_writer(_tell) if settings.parquet else None
+        files = files_of(settings, folder)
+        recorder = runtime.Recorder(settings, sessions, clock, files, tell=_tell, finish=finish)
+        with at_signals(stop.set):  # it ends with its last row
+            return await recorder.run(duration_s, stop)
 
 
 def _tell(message: Message) -> None:
@@ -168,15 +151,9 @@ def _summary(summary: runtime.RecordSummary) -> list[str]:
 async def _tried(settings: runtime.RecordSettings) -> int:
     """Read every node twice and show what it says; return the exit code."""
     clock = runtime.SystemClock()
-    sessions = {n: runtime.OpcUaSession(c, clock) for n, c in settings.connections.items()}
-    try:
-        for session in sessions.values():
-            await session.open()
+    async with _connected(settings, clock) as sessions:
         tried = await try_once(settings, sessions, clock)
         missing = {n: s.last_error for n, s in sessions.items() if not s.connected}
-    finally:
-        for session in sessions.values():
-            await session.close()
     rows = [
         (t.settings.name, t.settings.node, t.status, _remark(t), t.value, t.settings.unit)
         for t in tried

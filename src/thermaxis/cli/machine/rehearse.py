@@ -8,17 +8,19 @@ position.
 
 import argparse
 import asyncio
-import sys
+import math
 from dataclasses import replace
 from pathlib import Path
 
 from thermaxis import runtime, virtual
 from thermaxis.cli._arguments import adder, number
+from thermaxis.cli._json import show
 from thermaxis.cli.machine._machine_parts import loop_settings
 from thermaxis.codes import Place
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence, sentence_of
+from thermaxis.report.tables import Part, Table, Value
 from thermaxis.runtime.historian import NoHistorian, SqlHistorian
 from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED
 
@@ -74,10 +76,9 @@ def run(arguments: argparse.Namespace) -> int:
         )
     rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, arguments.history)
     runtime.run_in_virtual_time(rehearsal.play(hours))
-    sys.stdout.write(rehearsal.said(hours))
     if arguments.output is not None:
         rehearsal.write(arguments.output)
-        sys.stdout.write(f"written: {arguments.output}\n")
+    show(rehearsal.described(hours), None, [arguments.output] if arguments.output else [])
     return 0
 
 
@@ -149,29 +150,28 @@ class _Rehearsal:
             seconds = self.reasons.get(str(reason), 0.0)
             self.reasons[str(reason)] = seconds + status.cycle_s
 
-    def said(self, hours: float) -> str:
-        """Return what the rehearsal showed, as lines."""
+    def described(self, hours: float) -> list[Part]:
+        """Return what the rehearsal showed."""
+        scenario, seed = self.lathe.scenario.name, self.lathe.seed
         where = "tool centre point" if self.diameter_mm is None else f"{self.diameter_mm:g} mm"
-        lines = [
-            f"{self.lathe.scenario.name}, seed {self.lathe.seed}, {hours:g} h, workpiece: {where}",
-            "",
-            "true peak-to-peak, um   without   with   times less",
-        ]
         columns = list(zip(*self.rows, strict=True))
+        table: list[list[Value]] = []
         for k, position in enumerate(virtual.POSITIONS):
             with_um = max(columns[1 + k]) - min(columns[1 + k])
             free_um = max(columns[5 + k]) - min(columns[5 + k])
-            ratio = free_um / with_um if with_um > 0.0 else float("inf")
-            lines.append(f"  {position:<20} {free_um:8.1f} {with_um:8.1f} {ratio:8.1f}")
-        lines.append("")
+            less = free_um / with_um if with_um > 0.0 else math.inf
+            numbers = {"without": free_um, "with": with_um, "times less": less}
+            cells = [Value("", number, head, ".1f") for head, number in numbers.items()]
+            table.append([Value("", position, "position"), *cells])
         counts = {state: self.states.count(state) for state in dict.fromkeys(self.states)}
         cycle_s = self.configuration.compensation.cycle_s
         shares = ", ".join(f"{s} {_length(n * cycle_s)}" for s, n in counts.items())
-        lines.append(f"states: {shares}")
-        lines.extend(
-            f"  {sentence(f'reason-{reason}')}: {_length(s)}" for reason, s in self.reasons.items()
-        )
-        return "\n".join(lines) + "\n"
+        return [
+            f"{scenario}, seed {seed}, {hours:g} h, workpiece: {where}",
+            Table("true peak-to-peak, um", table, words=1),
+            f"states: {shares}",
+            *(f"  {sentence(f'reason-{r}')}: {_length(s)}" for r, s in self.reasons.items()),
+        ]
 
     def write(self, path: Path) -> None:
         """Write every cycle as a line of CSV."""

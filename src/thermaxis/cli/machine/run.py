@@ -9,10 +9,9 @@ it at once.
 import argparse
 import asyncio
 import logging
-import signal
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 
 from thermaxis import runtime
@@ -24,6 +23,7 @@ from thermaxis.cli.machine._machine_parts import (
     build_status_server,
     loop_settings,
 )
+from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
@@ -73,41 +73,54 @@ async def _run(
     loop.listeners.append(runtime.SignOfLife().tell)
     if not arguments.quiet:
         loop.listeners.append(_Teller().tell)
-    server = build_status_server(
-        configuration,
-        loop,
-        clock,
-        compensation=lambda: loop.compensation,
-        audit=parts.ports.historian.event,
-    )
-    if server is not None:
-        await server.open()
-        loop.listeners.append(server.publish)
-        _say(f"status server: {server.url}", quiet=arguments.quiet)
-    metrics = build_metrics(configuration, clock)
-    if metrics is not None:
-        await metrics.open()
-        loop.listeners.append(metrics.publish)
-        _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
+    async with AsyncExitStack() as servers:
+        status = build_status_server(
+            configuration,
+            loop,
+            clock,
+            compensation=lambda: loop.compensation,
+            audit=parts.ports.historian.event,
+        )
+        metrics = build_metrics(configuration, clock)
+        for server in (status, metrics):
+            if server is not None:
+                await server.open()
+                servers.push_async_callback(server.close)
+                loop.listeners.append(server.publish)
+        if status is not None:
+            _say(f"status server: {status.url}", quiet=arguments.quiet)
+        if metrics is not None:
+            _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
+        standing = await _until_the_end(loop, arguments)
+    return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
+
+
+async def _until_the_end(
+    loop: runtime.CompensationLoop, arguments: argparse.Namespace
+) -> Mapping[str, float]:
+    """Run the loop until a signal; return the offsets that it leaves in the machine. [um]"""
     stop = asyncio.Event()
     running = asyncio.ensure_future(loop.run(stop, arguments.cycles))
-    _end_by_signal(stop, running)
+
+    def end() -> None:
+        if stop.is_set():
+            running.cancel()
+        else:
+            _say("it is being ended: the correction fades first", quiet=False)
+            stop.set()
+
     asking = asyncio.ensure_future(_ask_first(loop, arguments))
-    standing: Mapping[str, float] = {}
     try:
-        standing = await running
+        with at_signals(end):
+            return await running
     except asyncio.CancelledError:
         _say("ended at once", quiet=False)
-        status = loop.status
-        if status is not None:
-            standing = dict(zip(status.outputs, status.output.correction_um, strict=True))
+        last = loop.status
+        if last is None:
+            return {}
+        return dict(zip(last.outputs, last.output.correction_um, strict=True))
     finally:
         asking.cancel()
-        if metrics is not None:
-            await metrics.close()
-        if server is not None:
-            await server.close()
-    return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
 
 
 def _self_test(
@@ -148,19 +161,6 @@ async def _machine_there(loop: runtime.CompensationLoop) -> None:
         await there.wait()
     finally:
         loop.listeners.remove(look)
-
-
-def _end_by_signal(stop: asyncio.Event, running: asyncio.Future[Mapping[str, float]]) -> None:
-    def end() -> None:
-        if stop.is_set():
-            running.cancel()
-        else:
-            _say("it is being ended: the correction fades first", quiet=False)
-            stop.set()
-
-    loop = asyncio.get_running_loop()
-    for wanted in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(wanted, end)
 
 
 def _say(text: str, *, quiet: bool) -> None:
