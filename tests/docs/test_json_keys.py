@@ -126,7 +126,7 @@ def documented(root: Path) -> dict[str, set[str]]:
     }
 
 
-def test_every_promised_key_is_documented(documented: dict[str, set[str]]) -> None:
+def test_every_promised_key_is_documented(documented):
     lost = {place: set(keys.split()) - documented[place] for place, keys in PROMISED.items()}
     assert {place: keys for place, keys in lost.items() if keys} == {}
 
@@ -268,9 +268,7 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
     keys_written(["compare", model, log, *json_words], "compare", found)
 
 
-def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_figures(
-    evaluated: tuple[Path, dict[str, object]],
-) -> None:
+def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_figures(evaluated):
     _, result = evaluated
     measured, drift, uncertainty = (result[key] for key in ("iso230_2", "drift", "uncertainty"))
     assert isinstance(measured, dict)
@@ -287,9 +285,7 @@ def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_f
         assert len(drift[name]) == len(measured["targets"])
 
 
-def test_the_json_and_its_page_have_the_same_keys(
-    documented: dict[str, set[str]], written: dict[str, set[str]]
-) -> None:
+def test_the_json_and_its_page_have_the_same_keys(documented, written):
     assert "adjacent_difference.forward.anomalies[]" in written
     assert {place: written[place] - documented.get(place, set()) for place in written} == {
         place: set() for place in written

@@ -45,11 +45,11 @@ def broken_links(pages: dict[Path, str]) -> list[str]:
     return broken
 
 
-def test_every_link_leads_to_a_file_and_a_heading(pages: dict[Path, str]) -> None:
+def test_every_link_leads_to_a_file_and_a_heading(pages):
     assert broken_links(pages) == []
 
 
-def test_a_broken_link_is_noticed(tmp_path: Path) -> None:
+def test_a_broken_link_is_noticed(tmp_path):
     page = tmp_path / "a.md"
     text = "# One `x`, two\n[a](#one-x-two) [b](#three) [c](none.md) `[d](none.md)`\n"
     page.write_text(text, encoding="utf-8")
@@ -59,9 +59,7 @@ def test_a_broken_link_is_noticed(tmp_path: Path) -> None:
     ]
 
 
-def test_every_page_of_the_documentation_can_be_reached_from_the_readme(
-    root: Path, pages: dict[Path, str]
-) -> None:
+def test_every_page_of_the_documentation_can_be_reached_from_the_readme(root, pages):
     reached, waiting = set(), [root / "README.md"]
     while waiting:
         page = waiting.pop()

@@ -1,14 +1,11 @@
 """The README's picture is what the program draws, and its Python lines run."""
 
 import re
-from pathlib import Path
-
-import pytest
 
 from thermaxis.cli import main
 
 
-def test_the_picture_is_the_chart_of_the_example(root: Path, tmp_path: Path) -> None:
+def test_the_picture_is_the_chart_of_the_example(root, tmp_path):
     example = root / "examples" / "x_axis_100_cycles.csv"
     header, limits = root / "examples" / "header.toml", root / "examples" / "limits.toml"
     words = ["evaluate", str(example), "--json", str(tmp_path / "r.json")]
@@ -18,9 +15,7 @@ def test_the_picture_is_the_chart_of_the_example(root: Path, tmp_path: Path) -> 
     assert drawn == (root / "docs" / "images" / "figure_10.png").read_bytes()
 
 
-def test_the_python_lines_run(
-    root: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_python_lines_run(root, monkeypatch, capsys):
     readme = (root / "README.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
     monkeypatch.chdir(root)

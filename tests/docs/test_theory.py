@@ -47,14 +47,7 @@ def check(expected: str, printed: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "code", "text"), BLOCKS)
-def test_a_theory_page_prints_what_it_says(
-    kind: str,
-    code: str,
-    text: str | None,
-    root: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_theory_page_prints_what_it_says(kind, code, text, root, monkeypatch, capsys):
     monkeypatch.chdir(root)
     if kind == "python":
         assert text is not None, "a block of code without its output"
@@ -64,7 +57,7 @@ def test_a_theory_page_prints_what_it_says(
     check(expected, printed_by_command(command, capsys))
 
 
-def test_there_are_blocks_to_check() -> None:
+def test_there_are_blocks_to_check():
     assert len(BLOCKS) >= 6
 
 
@@ -78,13 +71,13 @@ def draw_figures() -> ModuleType:
 
 
 @pytest.mark.parametrize("name", ["figure_02", "figure_03"])
-def test_the_figures_are_what_the_script_draws(name: str) -> None:
+def test_the_figures_are_what_the_script_draws(name):
     drawn = draw_figures().rendered(name)
     assert drawn.decode() == (FOLDER / f"{name}.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", ["figure_02", "figure_03"])
-def test_the_figures_have_no_date_and_need_no_font(name: str) -> None:
+def test_the_figures_have_no_date_and_need_no_font(name):
     text = (FOLDER / f"{name}.svg").read_text(encoding="utf-8")
     assert "<text" not in text
     assert "dc:date" not in text

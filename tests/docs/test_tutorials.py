@@ -27,12 +27,8 @@ def contains(output: str, excerpt: str) -> bool:
 @pytest.mark.timeout(180)  # the longest takes 26 s of a core
 @pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)
 def test_every_command_runs_and_prints_what_the_page_prints(
-    tutorial: Path,
-    root: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    tutorial, root, tmp_path, monkeypatch, capsys
+):
     shutil.copytree(root / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     printed = ""

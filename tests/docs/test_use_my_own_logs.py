@@ -24,7 +24,7 @@ def mapping(root: Path, tmp_path: Path) -> Path:
     return path
 
 
-def test_the_printed_mapping_reads_a_log_with_other_headings(mapping: Path, tmp_path: Path) -> None:
+def test_the_printed_mapping_reads_a_log_with_other_headings(mapping, tmp_path):
     path = tmp_path / "tag1.csv"
     path.write_text(LOG, encoding="utf-8")
     log = read_thermal_log(path, mapping=mapping)

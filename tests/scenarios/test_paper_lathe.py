@@ -111,9 +111,7 @@ def verified(combined: Path, examples: Path, work: Path) -> dict:
 
 
 @pytest.mark.parametrize(("name", "truth"), [("spindle", SPINDLE_DC), ("table", TABLE_DC)])
-def test_each_test_gives_the_gain_of_its_source(
-    name: str, truth: float, request: pytest.FixtureRequest
-) -> None:
+def test_each_test_gives_the_gain_of_its_source(name, truth, request):
     """Within 3 %, and within three of its standard deviations."""
     (part,) = request.getfixturevalue(name)["outputs"]["Z_um"]["parts"]
     assert part["input"] == name
@@ -124,7 +122,7 @@ def test_each_test_gives_the_gain_of_its_source(
     assert part["flags"] == []
 
 
-def test_the_step_responses_are_those_of_the_lathe(spindle: dict, table: dict) -> None:
+def test_the_step_responses_are_those_of_the_lathe(spindle, table):
     """After ten minutes, one hour and four hours of a step of one kelvin, within 1 um."""
     for result, lags in ((spindle, SPINDLE_LAGS), (table, TABLE_LAGS)):
         (part,) = result["outputs"]["Z_um"]["parts"]
@@ -138,14 +136,14 @@ def test_the_step_responses_are_those_of_the_lathe(spindle: dict, table: dict) -
             assert here == pytest.approx(truth, abs=1.0)
 
 
-def test_noise_and_slow_drift_are_told_apart(table: dict) -> None:
+def test_noise_and_slow_drift_are_told_apart(table):
     """The lathe adds 0.3 um of noise and a slow drift of 0.6 um."""
     output = table["outputs"]["Z_um"]
     assert 0.15 < output["noise_std_um"] < 0.5
     assert 0.3 < output["slow_noise_std_um"] < 1.2
 
 
-def test_rounded_temperatures_are_named_once_and_rare_displacements_as_such(table: dict) -> None:
+def test_rounded_temperatures_are_named_once_and_rare_displacements_as_such(table):
     kinds = {finding["kind"] for finding in table["findings"]}
     assert {"quantised", "rare"} <= kinds
     assert "gap" not in kinds
@@ -155,7 +153,7 @@ def test_rounded_temperatures_are_named_once_and_rare_displacements_as_such(tabl
     assert "T_table_C" in said[0]
 
 
-def test_the_model_remembers_its_log(spindle: dict, work: Path, examples: Path) -> None:
+def test_the_model_remembers_its_log(spindle, work, examples):
     model = json_of(work / "spindle.json")
     (log,) = model["provenance"]["logs"]
     content = (examples / "lathe_spindle.csv").read_bytes()
@@ -167,7 +165,7 @@ def test_the_model_remembers_its_log(spindle: dict, work: Path, examples: Path) 
     assert spindle["sample_time_s"] == 10.0
 
 
-def test_gains_by_diameter_come_out_jointly(examples: Path, work: Path) -> None:
+def test_gains_by_diameter_come_out_jointly(examples, work):
     log = examples / "lathe_verification.csv"
     joint = "table=Z_um@tcp,Z_D1500_um@1500,Z_D3000_um@3000"
     words = ("--output", "Z_um", "--input", SPINDLE_INPUT, "--input", TABLE_INPUT)
@@ -189,7 +187,7 @@ def test_gains_by_diameter_come_out_jointly(examples: Path, work: Path) -> None:
 # ---- verify -------------------------------------------------------------------------------------
 
 
-def test_the_combined_model_holds_at_every_diameter(verified: dict) -> None:
+def test_the_combined_model_holds_at_every_diameter(verified):
     """The paper's Table 3 has 82 to 92 % and a reduction to a sixth or a ninth on its machine."""
     assert list(verified["outputs"]) == list(GAINS)
     for figures in verified["outputs"].values():
@@ -202,9 +200,7 @@ def test_the_combined_model_holds_at_every_diameter(verified: dict) -> None:
     assert verified["mean_fit_percent"] == pytest.approx(np.mean(fits))
 
 
-def test_the_figures_follow_from_log_and_simulation(
-    verified: dict, combined: Path, examples: Path, work: Path
-) -> None:
+def test_the_figures_follow_from_log_and_simulation(verified, combined, examples, work):
     """Equation (4) with the mean of the measured output, from the two CSV files alone."""
     log = examples / "lathe_verification.csv"
     run("simulate", combined, log, "-o", work / "d3000.csv", "--diameter", 3000)
@@ -229,8 +225,8 @@ def test_the_figures_follow_from_log_and_simulation(
 
 
 def test_a_span_counts_in_the_figures_and_the_run_begins_at_the_first_row(
-    verified: dict, combined: Path, examples: Path, work: Path
-) -> None:
+    verified, combined, examples, work
+):
     words = ("verify", combined, examples / "lathe_verification.csv", "--measured", "Z_um")
     run(*words, "--span", "10h:16h", "--json", work / "span.json")
     late = json_of(work / "span.json")["outputs"]["Z_um"]
@@ -239,9 +235,7 @@ def test_a_span_counts_in_the_figures_and_the_run_begins_at_the_first_row(
     assert late["peak_to_peak_um"]["reduction"] > 10.0
 
 
-def test_without_the_table_the_error_grows_with_the_diameter(
-    spindle: dict, examples: Path, work: Path
-) -> None:
+def test_without_the_table_the_error_grows_with_the_diameter(spindle, examples, work):
     """Figure 11: the model of the spindle alone leaves what the table does."""
     assert spindle["stable"]
     log = examples / "lathe_verification.csv"
@@ -256,8 +250,8 @@ def test_without_the_table_the_error_grows_with_the_diameter(
 
 
 def test_a_simulation_is_the_sum_of_its_parts_and_of_convolutions_with_their_responses(
-    combined: Path, examples: Path, work: Path
-) -> None:
+    combined, examples, work
+):
     """Each part by the impulse response of its sections over the whole log, within 1e-6 um."""
     log, out = examples / "lathe_verification.csv", work / "d1500.csv"
     run("simulate", combined, log, "-o", out, "--diameter", 1500, "--contributions")
@@ -284,9 +278,7 @@ def test_a_simulation_is_the_sum_of_its_parts_and_of_convolutions_with_their_res
     assert simulated["Z_um"] == pytest.approx(total, abs=1e-6)
 
 
-def test_the_model_follows_the_lathe_without_noise(
-    combined: Path, examples: Path, work: Path
-) -> None:
+def test_the_model_follows_the_lathe_without_noise(combined, examples, work):
     """Against the lathe's own equations, driven by the logged temperatures."""
     log, out = examples / "lathe_verification.csv", work / "d0.csv"
     run("simulate", combined, log, "-o", out, "--diameter", 0)
@@ -298,9 +290,7 @@ def test_the_model_follows_the_lathe_without_noise(
     assert np.sqrt(np.mean(difference**2)) < 0.01 * np.ptp(truth)
 
 
-def test_a_diameter_beyond_the_gains_is_said(
-    combined: Path, examples: Path, work: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_diameter_beyond_the_gains_is_said(combined, examples, work, capsys):
     log = examples / "lathe_verification.csv"
     run("simulate", combined, log, "-o", work / "far.csv", "--diameter", 4000)
     assert "outside the gains' range" in capsys.readouterr().out
@@ -312,9 +302,7 @@ def test_a_diameter_beyond_the_gains_is_said(
 # ---- compare and merge --------------------------------------------------------------------------
 
 
-def test_models_are_ranked_by_what_they_leave(
-    combined: Path, examples: Path, work: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_models_are_ranked_by_what_they_leave(combined, examples, work, capsys):
     log = examples / "lathe_verification.csv"
     models = (work / "spindle.json", combined)
     capsys.readouterr()
@@ -325,9 +313,7 @@ def test_models_are_ranked_by_what_they_leave(
     assert compared["lathe.json"]["rmse_um"] < 0.2 * compared["spindle.json"]["rmse_um"]
 
 
-def test_two_recorders_are_joined_by_the_shift_of_their_clocks(
-    examples: Path, work: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_recorders_are_joined_by_the_shift_of_their_clocks(examples, work, capsys):
     """Temperatures of the control, displacements of the probes with a clock 137 s behind."""
     whole = columns_of(examples / "lathe_spindle.csv")
     time_s = whole["time_s"]
@@ -355,9 +341,7 @@ def write(path: Path, time_s: np.ndarray, columns: dict[str, np.ndarray]) -> Non
 # ---- candidates ---------------------------------------------------------------------------------
 
 
-def test_among_all_temperatures_the_selection_finds_both_sources(
-    examples: Path, work: Path
-) -> None:
+def test_among_all_temperatures_the_selection_finds_both_sources(examples, work):
     logs = (examples / "lathe_spindle.csv", examples / "lathe_table.csv")
     files = ("--model", work / "chosen.json", "--json", work / "chosen_result.json")
     run("identify", *logs, "--output", "Z_um", "--candidates", "t*_c", *files)

@@ -93,9 +93,7 @@ def column(path: Path, index: int) -> list[str]:
     return [cells[index] for cells in rows_of(path)]
 
 
-def test_the_values_of_a_server_are_in_a_log_that_reads_without_a_mapping(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_values_of_a_server_are_in_a_log_that_reads_without_a_mapping(tmp_path, capsys):
     folder = tmp_path / "logs"
     assert with_server(tmp_path, "-o", str(folder), "--for", "1") == 0
     (path,) = folder.glob("*.csv")
@@ -131,7 +129,7 @@ def test_the_values_of_a_server_are_in_a_log_that_reads_without_a_mapping(
     assert "connection control is there" in out.err
 
 
-def test_a_cable_that_is_cut_and_a_sensor_that_fails_are_in_the_record(tmp_path: Path) -> None:
+def test_a_cable_that_is_cut_and_a_sensor_that_fails_are_in_the_record(tmp_path):
     async def trouble(machine: Machine, cable: Cable) -> None:
         while not list((tmp_path / "logs").glob("*.csv")):
             await asyncio.sleep(0.05)
@@ -158,9 +156,7 @@ def test_a_cable_that_is_cut_and_a_sensor_that_fails_are_in_the_record(tmp_path:
     assert ["is there" in m for m in words_of_connection] == [True, False, True]
 
 
-def test_a_trial_shows_every_node_and_writes_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_trial_shows_every_node_and_writes_nothing(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(_recorder, "TRY_AGAIN_S", 0.5)
     more = f'[channel.gone]\nnode = "nsu={NAMESPACE};s=Gone"\nunit = "1"\n'
     assert with_server(tmp_path, "--try", more=more) == 1
@@ -170,7 +166,7 @@ def test_a_trial_shows_every_node_and_writes_nothing(
     assert [p.name for p in tmp_path.iterdir()] == ["record.toml"]
 
 
-def test_who_records_over_midnight_is_told_how_to_get_one_log(tmp_path: Path) -> None:
+def test_who_records_over_midnight_is_told_how_to_get_one_log(tmp_path):
     path = tmp_path / "record.toml"
     path.write_text(CONFIGURATION.format(url="opc.tcp://127.0.0.1:4840", namespace=NAMESPACE))
     settings = read_record(path)
@@ -183,6 +179,6 @@ def test_who_records_over_midnight_is_told_how_to_get_one_log(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("given", [(), ("--try", "-o", "x")])
-def test_a_folder_is_named_unless_nothing_is_written(given: tuple[str, ...]) -> None:
+def test_a_folder_is_named_unless_nothing_is_written(given):
     with pytest.raises(ConfigurationError, match="--output"):
         record.run(words("record.toml", *given))

@@ -87,7 +87,7 @@ def all_rows(folder: Path) -> list[list[str]]:
     ]
 
 
-def test_a_recording_that_is_killed_loses_a_second_and_goes_on_in_its_file(tmp_path: Path) -> None:
+def test_a_recording_that_is_killed_loses_a_second_and_goes_on_in_its_file(tmp_path):
     cost = asyncio.run(recorded(tmp_path))
     (path,) = (tmp_path / "logs").glob("*.csv")
     assert max(cost) < 1.5  # a second, and what a busy computer is late

@@ -82,14 +82,14 @@ def identified(log: Path, method: str = "oe") -> tuple[float, float]:
     return total, sum(g * t for g, t in zip(gains, taus, strict=True)) / total
 
 
-def test_a_recording_gives_the_model_of_the_machine(tmp_path: Path) -> None:
+def test_a_recording_gives_the_model_of_the_machine(tmp_path):
     recorded(tmp_path)
     gain, lag_s = identified(tmp_path / NAME)
     assert gain == pytest.approx(GAIN_UM_PER_K, rel=0.03)
     assert lag_s == pytest.approx(TAU_S, rel=0.05)
 
 
-def test_the_parquet_of_a_recording_gives_the_same_model(tmp_path: Path) -> None:
+def test_the_parquet_of_a_recording_gives_the_same_model(tmp_path):
     recorded(tmp_path, hours=3.0)
     from_csv = identified(tmp_path / NAME)
     written = write_parquet(tmp_path / NAME)
@@ -100,9 +100,7 @@ def test_the_parquet_of_a_recording_gives_the_same_model(tmp_path: Path) -> None
     assert identified(written[0]) == pytest.approx(from_csv, rel=1e-9)
 
 
-def test_a_recording_with_a_break_is_one_log_in_which_identify_sees_the_gap(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_with_a_break_is_one_log_in_which_identify_sees_the_gap(tmp_path, capsys):
     recorded(tmp_path, hours=2.0)
     recorded(tmp_path, hours=4.0, first_h=3.0)
     assert [path.name for path in tmp_path.glob("*.csv")] == [NAME]
@@ -119,9 +117,7 @@ def test_a_recording_with_a_break_is_one_log_in_which_identify_sees_the_gap(
     assert lag_s == pytest.approx(TAU_S, rel=0.1)
 
 
-def test_a_model_is_verified_on_a_recording_of_another_day(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_model_is_verified_on_a_recording_of_another_day(tmp_path, capsys):
     recorded(tmp_path)
     identified(tmp_path / NAME)
     capsys.readouterr()
@@ -136,7 +132,7 @@ def test_a_model_is_verified_on_a_recording_of_another_day(
     assert figures["peak_to_peak_um"]["reduction"] > 50.0
 
 
-def test_two_recorders_are_joined_by_their_clocks(tmp_path: Path) -> None:
+def test_two_recorders_are_joined_by_their_clocks(tmp_path):
     start, hours = START, 1.0
     answer = machine(start)
     control, probe = tmp_path / "control", tmp_path / "probe"

@@ -26,8 +26,8 @@ def json_of(capsys: pytest.CaptureFixture[str], *words: str) -> dict:
 @pytest.mark.parametrize("example", EXAMPLES)
 @pytest.mark.parametrize("name", control_names())
 def test_the_drift_free_table_of_an_example_takes_the_systematic_deviations_away(
-    name: str, example: str, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    name, example, root, tmp_path, capsys
+):
     run, table = str(root / "examples" / example), str(tmp_path / "table")
     control = ("--control", name)
     made = json_of(capsys, "correct", run, *control, "--drift-free", "--spacing", "5", "-o", table)
@@ -53,9 +53,7 @@ def test_the_drift_free_table_of_an_example_takes_the_systematic_deviations_away
 
 
 @pytest.mark.parametrize("name", control_names())
-def test_the_sign_of_every_control_is_the_one_that_its_summary_names(
-    name: str, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_sign_of_every_control_is_the_one_that_its_summary_names(name, root, tmp_path, capsys):
     run, table = str(root / "examples" / EXAMPLES[0]), str(tmp_path / "table")
     assert main(["correct", run, "--control", name, "-o", table]) == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -74,8 +72,8 @@ def sides(values: dict, name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("name", control_names())
 def test_a_second_run_with_the_table_in_force_merges_to_the_same_table(
-    name: str, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    name, root, tmp_path, capsys
+):
     run = root / "examples" / EXAMPLES[0]
     old, new, second = str(tmp_path / "old"), str(tmp_path / "new"), tmp_path / "second.csv"
     control = ("--control", name)
@@ -105,9 +103,7 @@ def test_a_second_run_with_the_table_in_force_merges_to_the_same_table(
 
 
 @pytest.mark.parametrize("name", control_names())
-def test_a_rotary_axis_has_its_table_in_degrees_and_arcsec(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_rotary_axis_has_its_table_in_degrees_and_arcsec(name, tmp_path, capsys):
     lines = ["# header axis: C", "cycle,direction,target_deg,deviation_arcsec,time_s"]
     for cycle in range(1, 6):
         for word, shift in (("forward", 0.0), ("backward", 0.6)):
@@ -127,9 +123,7 @@ def test_a_rotary_axis_has_its_table_in_degrees_and_arcsec(
 
 
 @pytest.mark.real_data
-def test_the_real_tables_are_read_and_their_defects_named(
-    root: Path, real_data: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_real_tables_are_read_and_their_defects_named(root, real_data, capsys):
     run = str(root / "examples" / EXAMPLES[0])
     table = str(real_data / "positioning" / "linuxcnc" / "screwcompX.dat")
     found = json_of(capsys, "check-table", table, run, "--control", "linuxcnc")
@@ -151,8 +145,8 @@ def test_the_real_tables_are_read_and_their_defects_named(
 @pytest.mark.real_data
 @pytest.mark.parametrize("name", control_names())
 def test_tables_of_real_runs_leave_no_more_than_bound_and_rounding(
-    name: str, real_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    name, real_data, tmp_path, capsys
+):
     folder = real_data / "positioning"
     runs = [*sorted(folder.rglob("*_ISO230.dat")), *sorted(folder.rglob("x_positioning*.csv"))]
     assert len(runs) == 4

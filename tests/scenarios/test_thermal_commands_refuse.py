@@ -93,9 +93,7 @@ LOGS: dict[str, tuple[bytes | None, str]] = {
 
 
 @pytest.mark.parametrize("what", LOGS)
-def test_a_log_that_allows_no_model_is_refused_in_a_sentence(
-    what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_that_allows_no_model_is_refused_in_a_sentence(what, tmp_path, capsys):
     content, expected = LOGS[what]
     log = tmp_path / "log.csv"
     if content is not None:
@@ -136,16 +134,12 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 @pytest.mark.parametrize("what", OPTIONS)
-def test_an_option_that_cannot_be_met_says_why(
-    what: str, good: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_option_that_cannot_be_met_says_why(what, good, capsys):
     words, expected = OPTIONS[what]
     assert expected in refusal(capsys, "identify", good, *words)
 
 
-def test_no_output_overwrites_what_is_read_or_another_output(
-    good: Path, model: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_output_overwrites_what_is_read_or_another_output(good, model, capsys):
     before = good.read_bytes(), model.read_bytes()
     identify = ("identify", good, "--output", "Z_um", *INPUT)
     for option in ("--model", "--json", "--report"):
@@ -163,9 +157,7 @@ def test_no_output_overwrites_what_is_read_or_another_output(
     assert before == (good.read_bytes(), model.read_bytes())
 
 
-def test_a_log_is_not_written_under_the_name_of_another_format(
-    good: Path, model: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_is_not_written_under_the_name_of_another_format(good, model, capsys):
     for name in ("a.xlsx", "a.parquet", "a.MAT"):
         out = good.with_name(name)
         assert "CSV" in refusal(capsys, "simulate", model, good, "-o", out)
@@ -173,9 +165,7 @@ def test_a_log_is_not_written_under_the_name_of_another_format(
         assert not out.exists()
 
 
-def test_a_model_that_was_changed_by_hand_is_named_with_its_key(
-    good: Path, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_model_that_was_changed_by_hand_is_named_with_its_key(good, model, tmp_path, capsys):
     content = json.loads(model.read_text(encoding="ascii"))
     content["outputs"][0]["parts"][0]["direct_gain_um_per_k"] += 1.0
     changed = tmp_path / "changed.json"
@@ -190,17 +180,13 @@ def test_a_model_that_was_changed_by_hand_is_named_with_its_key(
     assert "nested" in refusal(capsys, "simulate", changed, good, "-o", tmp_path / "s.csv")
 
 
-def test_a_log_that_lacks_a_channel_of_the_model_is_refused(
-    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_that_lacks_a_channel_of_the_model_is_refused(model, tmp_path, capsys):
     log = written(tmp_path / "other.csv", head="time_s,T_x_C,T_b_C,Z_um")
     assert "no column T_a_C" in refusal(capsys, "verify", model, log)
     assert "no column T_a_C" in refusal(capsys, "simulate", model, log, "-o", tmp_path / "s.csv")
 
 
-def test_a_diameter_that_is_no_number_is_refused(
-    good: Path, model: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_diameter_that_is_no_number_is_refused(good, model, capsys):
     out = good.with_name("d.csv")
     for text in ("-5", "nan", "wide"):
         assert "diameter" in refusal(capsys, "simulate", model, good, "-o", out, "--diameter", text)
@@ -209,9 +195,7 @@ def test_a_diameter_that_is_no_number_is_refused(
     assert not out.exists()
 
 
-def test_time_backwards_is_mended_and_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_time_backwards_is_mended_and_said(tmp_path, capsys):
     log = written(tmp_path / "back.csv", lambda k: warm(ROWS - 1 - k))
     assert main(["identify", str(log), "--output", "Z_um", *INPUT]) == 0
     out = capsys.readouterr().out
@@ -222,9 +206,7 @@ def test_time_backwards_is_mended_and_said(
     assert any("latest to the earliest" in text or "turned" in text for text in warnings)
 
 
-def test_names_from_a_file_reach_neither_terminal_nor_report_as_commands(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_names_from_a_file_reach_neither_terminal_nor_report_as_commands(tmp_path, capsys):
     head = 'time_s,"=HYPERLINK(1)_C","T_b\x1b[2J_C","<script>_um"'
     log = written(tmp_path / "hostile.csv", head=head)
     files = [str(tmp_path / name) for name in ("m.json", "r.html", "s.csv")]

@@ -29,7 +29,7 @@ def identified(path: Path, tmp_path: Path, *words: str) -> dict[str, object]:
 
 
 @pytest.mark.parametrize("sentinel", [850.0, -999.0])
-def test_readings_of_a_lost_sensor_count_as_missing(tmp_path: Path, sentinel: float) -> None:
+def test_readings_of_a_lost_sensor_count_as_missing(tmp_path, sentinel):
     spindle = np.array(generate_lathe_test("spindle").column("T_spindle_C"))
     spindle[1000:1010] = sentinel
     path = written(tmp_path / "log.csv", T_spindle_C=spindle)
@@ -40,9 +40,7 @@ def test_readings_of_a_lost_sensor_count_as_missing(tmp_path: Path, sentinel: fl
     assert chosen["outputs"]["Z_um"]["fit_percent"] > 90.0
 
 
-def test_a_stuck_sensor_is_named_when_a_model_is_verified(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_stuck_sensor_is_named_when_a_model_is_verified(tmp_path, capsys):
     good = written(tmp_path / "good.csv")
     model = tmp_path / "model.json"
     identified(good, tmp_path, *INPUT, "--model", str(model))
@@ -55,7 +53,7 @@ def test_a_stuck_sensor_is_named_when_a_model_is_verified(
     assert "T_spindle_C: stays at" in capsys.readouterr().out
 
 
-def test_a_model_that_is_no_better_than_a_static_regression_says_so(tmp_path: Path) -> None:
+def test_a_model_that_is_no_better_than_a_static_regression_says_so(tmp_path):
     random = np.random.default_rng(1)
     path = written(tmp_path / "noise.csv", T_spindle_C=22.0 + random.normal(0.0, 2.0, 5040))
     result = identified(path, tmp_path, *INPUT)
@@ -65,7 +63,7 @@ def test_a_model_that_is_no_better_than_a_static_regression_says_so(tmp_path: Pa
     assert any("static regression" in w and "to be used" in w for w in said)
 
 
-def test_candidates_of_a_slower_recorder_are_used_at_their_own_rate(tmp_path: Path) -> None:
+def test_candidates_of_a_slower_recorder_are_used_at_their_own_rate(tmp_path):
     log = generate_lathe_test("spindle")
     slow = {}
     for name in ("T_spindle_C", "T_column_C"):
@@ -76,14 +74,14 @@ def test_candidates_of_a_slower_recorder_are_used_at_their_own_rate(tmp_path: Pa
     assert result["outputs"]["Z_um"]["fit_percent"] > 90.0
 
 
-def test_another_probe_is_no_candidate(tmp_path: Path) -> None:
+def test_another_probe_is_no_candidate(tmp_path):
     path = written(tmp_path / "log.csv", X_um=np.linspace(0.0, 5.0, 5040))
     result = identified(path, tmp_path, "--candidates", "*")
     names = [part["input"] for part in result["outputs"]["Z_um"]["parts"]]
     assert "X_um" not in names
 
 
-def test_the_same_log_twice_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_same_log_twice_is_refused(tmp_path, capsys):
     path = written(tmp_path / "log.csv")
     assert main(["identify", str(path), str(path), "--output", "Z_um", *INPUT]) == 2
     assert "given twice" in capsys.readouterr().err

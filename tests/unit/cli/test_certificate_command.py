@@ -51,9 +51,7 @@ def answer(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO(text))
 
 
-def test_a_pair_is_made_that_belongs_together_and_its_dates_are_shown(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_pair_is_made_that_belongs_together_and_its_dates_are_shown(tmp_path, capsys):
     certificate, key = make(tmp_path, "own")
     found = certificate_of(certificate)
     assert found.modulus == private_key_of(key).modulus
@@ -65,7 +63,7 @@ def test_a_pair_is_made_that_belongs_together_and_its_dates_are_shown(
     assert "PRIVATE" not in text
 
 
-def test_what_is_asked_for_stands_in_the_certificate(tmp_path: Path) -> None:
+def test_what_is_asked_for_stands_in_the_certificate(tmp_path):
     words = ("--uri", "urn:works:ipc", "--host", "ipc", "--host", "10.0.0.9", "--days", "20")
     certificate, _ = make(tmp_path, "own", *words, "--organisation", "Works")
     found = certificate_of(certificate)
@@ -73,9 +71,7 @@ def test_what_is_asked_for_stands_in_the_certificate(tmp_path: Path) -> None:
     assert "Works" in found.subject
 
 
-def test_a_certificate_that_ends_soon_is_warned_of(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_certificate_that_ends_soon_is_warned_of(tmp_path, capsys):
     soon, _ = make(tmp_path, "soon", "--days", "20")
     late, _ = make(tmp_path, "late", "--days", "60")
     capsys.readouterr()
@@ -85,9 +81,7 @@ def test_a_certificate_that_ends_soon_is_warned_of(
     assert "warning" not in capsys.readouterr().out
 
 
-def test_several_certificates_are_shown_or_none(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_several_certificates_are_shown_or_none(tmp_path, capsys):
     a, b = make(tmp_path, "a")[0], make(tmp_path, "b")[0]
     capsys.readouterr()
     assert run("show", a, b) == 0
@@ -99,7 +93,7 @@ def test_several_certificates_are_shown_or_none(
     assert capsys.readouterr().out == ""
 
 
-def test_an_existing_pair_is_renewed_only_when_asked(tmp_path: Path) -> None:
+def test_an_existing_pair_is_renewed_only_when_asked(tmp_path):
     certificate, key = make(tmp_path, "own")
     before = certificate.read_bytes()
     with pytest.raises(ConfigurationError, match="exists already"):
@@ -110,12 +104,7 @@ def test_an_existing_pair_is_renewed_only_when_asked(tmp_path: Path) -> None:
     assert certificate_of(certificate).modulus == private_key_of(key).modulus
 
 
-def test_a_machines_certificate_is_stored_after_a_yes(
-    machine: tuple[str, Path],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_machines_certificate_is_stored_after_a_yes(machine, tmp_path, monkeypatch, capsys):
     url, certificate = machine
     answer(monkeypatch, "yes\n")
     assert run("fetch", url, "-o", tmp_path / "machine.der") == 0
@@ -127,18 +116,14 @@ def test_a_machines_certificate_is_stored_after_a_yes(
 
 
 @pytest.mark.parametrize("text", ["", "y\n", "x" * 500 + "\nyes\n"])
-def test_nothing_is_stored_without_a_plain_yes(
-    machine: tuple[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
-) -> None:
+def test_nothing_is_stored_without_a_plain_yes(machine, tmp_path, monkeypatch, text):
     answer(monkeypatch, text)
     with pytest.raises(ConfigurationError, match="nothing was stored"):
         run("fetch", machine[0], "-o", tmp_path / "machine.der")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_fingerprint_that_is_given_replaces_the_question(
-    machine: tuple[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_fingerprint_that_is_given_replaces_the_question(machine, tmp_path, monkeypatch):
     url, certificate = machine
     answer(monkeypatch, "no\n")
     own = certificate_of(certificate)
@@ -150,8 +135,8 @@ def test_a_fingerprint_that_is_given_replaces_the_question(
 
 @pytest.mark.parametrize("change", ["", "first", "part"])
 def test_another_fingerprint_stores_nothing_whatever_is_answered(
-    machine: tuple[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
-) -> None:
+    machine, tmp_path, monkeypatch, change
+):
     url, certificate = machine
     answer(monkeypatch, "yes\n")
     right = certificate_of(certificate).sha256.replace(":", "")
@@ -162,9 +147,7 @@ def test_another_fingerprint_stores_nothing_whatever_is_answered(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_stored_certificate_is_replaced_only_when_asked(
-    machine: tuple[str, Path], tmp_path: Path
-) -> None:
+def test_a_stored_certificate_is_replaced_only_when_asked(machine, tmp_path):
     url, certificate = machine
     path = tmp_path / "machine.der"
     path.write_bytes(b"the old one")
@@ -176,12 +159,12 @@ def test_a_stored_certificate_is_replaced_only_when_asked(
     assert path.read_bytes() == certificate.read_bytes()
 
 
-def test_a_machine_that_is_not_there_is_an_error_in_words(tmp_path: Path) -> None:
+def test_a_machine_that_is_not_there_is_an_error_in_words(tmp_path):
     with pytest.raises(ConfigurationError, match="Nothing listens on port 1"):
         run("fetch", "opc.tcp://127.0.0.1:1", "-o", tmp_path / "a.der", "--timeout", "1")
 
 
-def test_a_machine_without_certificates_has_none_to_store(tmp_path: Path) -> None:
+def test_a_machine_without_certificates_has_none_to_store(tmp_path):
     loop = asyncio.new_event_loop()
     started = loop.run_until_complete(start_machine())
     thread = threading.Thread(target=loop.run_forever)

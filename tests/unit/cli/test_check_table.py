@@ -52,9 +52,7 @@ def run(tmp_path: Path) -> Path:
     return write_run(tmp_path / "run.csv")
 
 
-def test_a_table_that_fits_leaves_nothing_systematic_and_has_no_finding(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_table_that_fits_leaves_nothing_systematic_and_has_no_finding(run, tmp_path, capsys):
     table = comp(tmp_path / "x.comp")
     found = result(capsys, table, run)
     assert found["findings"] == []
@@ -67,8 +65,8 @@ def test_a_table_that_fits_leaves_nothing_systematic_and_has_no_finding(
 
 
 def test_figures_before_are_those_of_evaluate_and_deviations_before_and_after_stand_by_target(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, capsys
+):
     found = result(capsys, comp(tmp_path / "x.comp", shift=0.0), run)
     evaluated = evaluate_iso230_2(read_positioning(run))
     for key in FIGURE_KEYS:
@@ -84,9 +82,7 @@ def codes(found: dict, key: str = "finding_codes") -> dict[str, dict]:
     return {one["code"].partition("-")[2]: one["values"] for one in found[key]}
 
 
-def test_a_flipped_sign_doubles_the_deviations_and_is_named(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_flipped_sign_doubles_the_deviations_and_is_named(run, tmp_path, capsys):
     found = result(capsys, comp(tmp_path / "x.comp", sign=-1.0), run)
     assert codes(found) == {
         "sign_wrong": {
@@ -100,17 +96,15 @@ def test_a_flipped_sign_doubles_the_deviations_and_is_named(
     assert found["findings"][0].startswith("The sign is wrong for this run")
 
 
-def test_a_table_of_something_else_is_said_not_to_fit(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_table_of_something_else_is_said_not_to_fit(run, tmp_path, capsys):
     table = tmp_path / "x.comp"
     table.write_text("0 0 0\n50 49.970 49.970\n100 100.02 100.02\n200 200 200\n")
     assert list(codes(result(capsys, table, run)))[-1] == "does_not_fit"
 
 
 def test_targets_beyond_the_table_are_counted_but_not_by_the_rounding_of_its_spacing(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, capsys
+):
     table = tmp_path / "x.comp"
     for end, outside in (("199.999", None), ("199.99", 1), ("100.1", 2)):
         table.write_text(f"0 -0.001 0.001\n100 100.01 100.012\n{end} {end} {end}\n")
@@ -118,9 +112,7 @@ def test_targets_beyond_the_table_are_counted_but_not_by_the_rounding_of_its_spa
         assert values.get("outside") == outside
 
 
-def test_points_behind_a_blank_line_are_lost_on_the_control_and_it_is_said(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_points_behind_a_blank_line_are_lost_on_the_control_and_it_is_said(run, tmp_path, capsys):
     table = comp(tmp_path / "x.comp")
     rows = table.read_text().splitlines()
     table.write_text("\n".join([*rows[:3], "", *rows[3:]]) + "\n")
@@ -130,9 +122,7 @@ def test_points_behind_a_blank_line_are_lost_on_the_control_and_it_is_said(
     assert codes(found)["points_not_read"] == {"in_file": 5, "points": 3}
 
 
-def test_one_direction_has_its_own_figures(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_direction_has_its_own_figures(tmp_path, capsys):
     run = write_run(tmp_path / "run.csv", both=False)
     table = comp(tmp_path / "x.comp")
     found = result(capsys, table, run)
@@ -144,9 +134,7 @@ def test_one_direction_has_its_own_figures(
     assert "before ↓" not in printed
 
 
-def test_a_long_axis_has_no_repeatability_as_evaluate_shows_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_long_axis_has_no_repeatability_as_evaluate_shows_it(tmp_path, capsys):
     run = write_run(tmp_path / "run.csv", factor=20.0)
     table = tmp_path / "x.comp"
     table.write_text("0 0 0\n4000 4000.02 4000.022\n")
@@ -158,9 +146,7 @@ def test_a_long_axis_has_no_repeatability_as_evaluate_shows_it(
     assert "absent, the axis is longer than 2000 mm" in capsys.readouterr().out
 
 
-def test_drift_of_the_run_is_told_with_what_is_left_without_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_drift_of_the_run_is_told_with_what_is_left_without_it(tmp_path, capsys):
     run = write_run(tmp_path / "run.csv", drift_um=30.0)
     found = result(capsys, comp(tmp_path / "x.comp"), run)
     drift = codes(found, "warning_codes")["drift_not_removed"]
@@ -174,9 +160,7 @@ def test_drift_of_the_run_is_told_with_what_is_left_without_it(
     )
 
 
-def test_the_axis_of_a_table_is_compared_with_that_of_the_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_axis_of_a_table_is_compared_with_that_of_the_run(tmp_path, capsys):
     table, plain = tmp_path / "x.ini", write_run(tmp_path / "run.csv")
     named = tmp_path / "named.csv"
     named.write_text(f"# header axis: Y\n{plain.read_text()}")
@@ -213,8 +197,8 @@ def test_the_axis_of_a_table_is_compared_with_that_of_the_run(
     ],
 )
 def test_a_file_that_is_no_table_is_refused_or_named_without_a_traceback(
-    run: Path, tmp_path: Path, content: bytes, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, content, said, capsys
+):
     table = tmp_path / "x.comp"
     table.write_bytes(content)
     code = check(table, run)
@@ -223,9 +207,7 @@ def test_a_file_that_is_no_table_is_refused_or_named_without_a_traceback(
     assert said in printed.err + printed.out
 
 
-def test_marks_and_letters_that_a_control_may_not_read_are_findings(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_marks_and_letters_that_a_control_may_not_read_are_findings(run, tmp_path, capsys):
     table = tmp_path / "x.ini"
     words = [str(run), "--control", "sinumerik"]
     assert main(["correct", *words, "-o", str(table)]) == 0
@@ -236,7 +218,7 @@ def test_marks_and_letters_that_a_control_may_not_read_are_findings(
     assert {"byte_order_mark_first", "letters_outside_ascii"} <= codes(found).keys()
 
 
-def test_folders_and_missing_files_are_refused(run: Path, tmp_path: Path) -> None:
+def test_folders_and_missing_files_are_refused(run, tmp_path):
     assert check(tmp_path, run) == 2
     assert check(tmp_path / "none", run) == 2
     table = comp(tmp_path / "x.comp")

@@ -24,7 +24,7 @@ def wide(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_file_becomes_a_tidy_file_with_the_same_run(wide: Path, tmp_path: Path) -> None:
+def test_a_file_becomes_a_tidy_file_with_the_same_run(wide, tmp_path):
     output = tmp_path / "tidy.csv"
     assert run(wide, "-o", output) == 0
     first, again = read_positioning(wide), read_positioning(output)
@@ -33,7 +33,7 @@ def test_a_file_becomes_a_tidy_file_with_the_same_run(wide: Path, tmp_path: Path
     assert again.order_deduced
 
 
-def test_an_rtl_file_keeps_that_its_times_were_not_measured(tmp_path: Path) -> None:
+def test_an_rtl_file_keeps_that_its_times_were_not_measured(tmp_path):
     test = PositioningTest(AxisKind.LINEAR, np.array([0.0, 1.0]), np.ones((2, 2, 2)))
     write_rtl(test, tmp_path / "run.rtl")
     assert run(tmp_path / "run.rtl", "-o", tmp_path / "tidy.csv") == 0
@@ -42,16 +42,14 @@ def test_an_rtl_file_keeps_that_its_times_were_not_measured(tmp_path: Path) -> N
     assert [*map(sentence_of, again.remarks)] == [*map(sentence_of, first.remarks)]
 
 
-def test_remarks_go_to_standard_error_and_the_table_to_standard_output(
-    wide: Path, capfdbinary: pytest.CaptureFixture[bytes]
-) -> None:
+def test_remarks_go_to_standard_error_and_the_table_to_standard_output(wide, capfdbinary):
     assert run(wide, "-o", "-") == 0
     printed = capfdbinary.readouterr()
     assert printed.out == format_tidy_csv(read_positioning(wide)).encode()
     assert "µm was assumed".encode() in printed.err
 
 
-def test_the_input_is_never_overwritten(wide: Path, tmp_path: Path) -> None:
+def test_the_input_is_never_overwritten(wide, tmp_path):
     link = tmp_path / "link.csv"
     link.hardlink_to(wide)
     for output in (wide, wide.parent / "." / wide.name, link):
@@ -59,7 +57,7 @@ def test_the_input_is_never_overwritten(wide: Path, tmp_path: Path) -> None:
     assert wide.read_text(encoding="utf-8") == WIDE
 
 
-def test_an_older_output_is_replaced_only_by_a_good_one(wide: Path, tmp_path: Path) -> None:
+def test_an_older_output_is_replaced_only_by_a_good_one(wide, tmp_path):
     output = tmp_path / "tidy.csv"
     output.write_text("older", encoding="utf-8")
     wide.write_text(WIDE.replace("2,25", "nan"), encoding="utf-8")
@@ -70,7 +68,7 @@ def test_an_older_output_is_replaced_only_by_a_good_one(wide: Path, tmp_path: Pa
     assert output.read_text(encoding="utf-8").startswith("# kind: linear\n")
 
 
-def test_the_encoding_can_be_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_encoding_can_be_named(tmp_path, capsys):
     path = tmp_path / "run.csv"
     path.write_bytes("# machine: 车床\n".encode("gbk") + WIDE.encode())
     assert run(path, "-o", tmp_path / "tidy.csv", "--encoding", "gbk") == 0
@@ -78,18 +76,14 @@ def test_the_encoding_can_be_named(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "gbk" in capsys.readouterr().err
 
 
-def test_a_remark_cannot_steer_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_remark_cannot_steer_the_terminal(tmp_path, capsys):
     path = tmp_path / "run.csv"
     path.write_text('# remark: "\\u001b[31mred"\n' + WIDE, encoding="utf-8")
     run(path, "-o", tmp_path / "tidy.csv")
     assert "\x1b" not in capsys.readouterr().err
 
 
-def test_bad_input_ends_with_exit_code_2_and_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_input_ends_with_exit_code_2_and_one_line(tmp_path, capsys):
     path = tmp_path / "run.csv"
     path.write_bytes(b"\x89PNG\r\n\x1a\n")
     assert main(["convert", str(path), "-o", "-"]) == 2

@@ -85,8 +85,8 @@ def warned(found: dict) -> dict[str, dict]:
 
 
 def test_the_table_holds_nominal_plus_deviation_of_each_direction_zero_at_the_reference(
-    run: Path, tmp_path: Path
-) -> None:
+    run, tmp_path
+):
     output = tmp_path / "x.comp"
     assert correct(run, output) == 0
     table = triplets(output)
@@ -100,9 +100,7 @@ def test_the_table_holds_nominal_plus_deviation_of_each_direction_zero_at_the_re
     )
 
 
-def test_a_control_with_one_value_gets_the_mean_at_equidistant_points(
-    run: Path, tmp_path: Path
-) -> None:
+def test_a_control_with_one_value_gets_the_mean_at_equidistant_points(run, tmp_path):
     output = tmp_path / "x.ini"
     assert correct(run, output, "--points", "11", control="sinumerik") == 0
     mean = 0.5 * (np.array(FORWARD) + np.array(BACKWARD)) - 1.0
@@ -113,8 +111,8 @@ def test_a_control_with_one_value_gets_the_mean_at_equidistant_points(
 
 
 def test_the_summary_says_sign_unit_points_reference_reversal_and_what_is_left(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, capsys
+):
     assert correct(run, tmp_path / "x.comp") == 0
     printed = " ".join(capsys.readouterr().out.split())
     control = controls.control_by_name("linuxcnc")
@@ -138,9 +136,7 @@ def test_the_summary_says_sign_unit_points_reference_reversal_and_what_is_left(
     assert said["temperature_of_run"]["temperature"] == "its file states none"
 
 
-def test_the_simulated_figures_are_those_of_the_very_file(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_simulated_figures_are_those_of_the_very_file(run, tmp_path, capsys):
     output = tmp_path / "x.comp"
     found = result(capsys, run, output, "--points", "3")
     test, table = read_positioning(run), triplets(output)
@@ -165,17 +161,13 @@ def test_the_simulated_figures_are_those_of_the_very_file(
         ((), list(TARGETS)),
     ],
 )
-def test_points_are_the_targets_unless_others_are_asked_for(
-    run: Path, tmp_path: Path, more: tuple[str, ...], positions: list[float]
-) -> None:
+def test_points_are_the_targets_unless_others_are_asked_for(run, tmp_path, more, positions):
     assert correct(run, tmp_path / "x.comp", *more) == 0
     np.testing.assert_allclose(triplets(tmp_path / "x.comp")[:, 0], positions)
 
 
 @pytest.mark.parametrize(("reference", "zero_um"), [("130", 12.5), ("-50", 1.0), ("900", 21.0)])
-def test_the_table_is_zero_at_the_stated_reference(
-    run: Path, tmp_path: Path, reference: str, zero_um: float
-) -> None:
+def test_the_table_is_zero_at_the_stated_reference(run, tmp_path, reference, zero_um):
     assert correct(run, tmp_path / "x.comp", "--reference", reference) == 0
     table = triplets(tmp_path / "x.comp")
     mean = 1000 * (table[:, 1:].mean(axis=1) - table[:, 0])
@@ -184,9 +176,7 @@ def test_the_table_is_zero_at_the_stated_reference(
     )
 
 
-def test_without_zero_among_the_targets_the_nearest_end_is_the_reference(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_zero_among_the_targets_the_nearest_end_is_the_reference(run, tmp_path, capsys):
     moved = tmp_path / "moved.csv"
     text = run.read_text().replace("forward,0.0,", "forward,20.0,")
     moved.write_text(text.replace("backward,0.0,", "backward,20.0,"))
@@ -196,9 +186,7 @@ def test_without_zero_among_the_targets_the_nearest_end_is_the_reference(
 # ---- drift --------------------------------------------------------------------------------------
 
 
-def test_drift_free_levels_are_those_of_the_thermal_state_that_is_asked_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_drift_free_levels_are_those_of_the_thermal_state_that_is_asked_for(tmp_path, capsys):
     run = write_run(tmp_path / "run.csv", drift_um=30.0)
     test = read_positioning(run)
     hours = 300.0 / 3600.0
@@ -214,9 +202,7 @@ def test_drift_free_levels_are_those_of_the_thermal_state_that_is_asked_for(
     assert found["figures"]["after"]["E"] > after["E"]
 
 
-def test_a_run_that_drifts_is_told_when_its_measured_levels_are_used(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_that_drifts_is_told_when_its_measured_levels_are_used(tmp_path, capsys):
     run = write_run(tmp_path / "run.csv", drift_um=30.0)
     found = result(capsys, run, tmp_path / "x.comp")
     assert found["levels"] == "measured"
@@ -225,9 +211,7 @@ def test_a_run_that_drifts_is_told_when_its_measured_levels_are_used(
     assert 0.0 < drift["apart"] <= drift["total"]
 
 
-def test_drift_free_levels_that_do_not_exist_are_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_drift_free_levels_that_do_not_exist_are_refused(tmp_path, capsys):
     run = tmp_path / "run.csv"
     rows = [f"1,{side},{t},1.0" for side in ("forward", "backward") for t in (0, 900, 2100)]
     run.write_text("cycle,direction,target_mm,deviation_um\n" + "\n".join(rows) + "\n")
@@ -241,15 +225,13 @@ def test_drift_free_levels_that_do_not_exist_are_refused(
 # ---- reversal -----------------------------------------------------------------------------------
 
 
-def test_backlash_is_refused_where_the_points_have_both_directions(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_backlash_is_refused_where_the_points_have_both_directions(run, tmp_path, capsys):
     assert refused(run, tmp_path / "x.comp", "--backlash") == "reversal_in_points"
 
 
 def test_on_a_control_with_one_value_the_reversal_remains_or_is_written_apart(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, capsys
+):
     output = tmp_path / "x.ini"
     assert correct(run, output, control="sinumerik") == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -262,9 +244,7 @@ def test_on_a_control_with_one_value_the_reversal_remains_or_is_written_apart(
     assert abs(float(value)) == pytest.approx(0.002, abs=1e-5)
 
 
-def test_the_reversal_of_a_run_in_one_direction_is_not_known(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_reversal_of_a_run_in_one_direction_is_not_known(tmp_path, capsys):
     run = write_run(tmp_path / "run.csv", backward=None)
     asked = refused(run, tmp_path / "x.ini", "--backlash", control="sinumerik")
     assert asked == "reversal_not_measured"
@@ -282,9 +262,7 @@ def backlash_value(path: Path) -> float:
     return float(value)
 
 
-def test_the_reversal_value_in_force_is_added_to_what_the_run_still_shows(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_reversal_value_in_force_is_added_to_what_the_run_still_shows(run, tmp_path, capsys):
     alone, with_it = tmp_path / "a.ini", tmp_path / "b.ini"
     control = ("--control", "sinumerik", "--backlash")
     assert main(["correct", str(run), *control, "-o", str(alone)]) == 0
@@ -304,8 +282,8 @@ def test_the_reversal_value_in_force_is_added_to_what_the_run_still_shows(
 
 
 def test_a_control_that_then_ignores_its_reversal_value_gets_it_in_the_points(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, capsys
+):
     alone, with_it = tmp_path / "a.comp", tmp_path / "b.comp"
     assert "reversal_may_be_ignored" in warned(result(capsys, run, alone))
     found = result(capsys, run, with_it, "--backlash-in-force", "0.006")
@@ -316,9 +294,7 @@ def test_a_control_that_then_ignores_its_reversal_value_gets_it_in_the_points(
     assert found["figures"]["after"]["E"] < 0.05
 
 
-def test_a_fanuc_with_two_tables_gets_it_in_the_second_one_and_zero_in_1851(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_fanuc_with_two_tables_gets_it_in_the_second_one_and_zero_in_1851(run, tmp_path, capsys):
     output = tmp_path / "p.txt"
     more = ("--set", "bidirectional=1", "--set", "largest_value=127", "--points", "5")
     assert correct(run, output, *more, "--backlash-in-force", "0.008", control="fanuc") == 0
@@ -336,8 +312,8 @@ def test_a_fanuc_with_two_tables_gets_it_in_the_second_one_and_zero_in_1851(
     ],
 )
 def test_a_reversal_value_that_the_file_does_not_replace_is_refused(
-    run: Path, tmp_path: Path, control: str, more: tuple[str, ...], code: str
-) -> None:
+    run, tmp_path, control, more, code
+):
     old = tmp_path / "old.comp"
     old.write_text("0 0 0\n250 250.01 250.01\n")
     more = tuple(word.replace("OLD", str(old)) for word in more)
@@ -348,18 +324,14 @@ def test_a_reversal_value_that_the_file_does_not_replace_is_refused(
     assert correct(run, output, *more, "--backlash-in-force", "0", control=control) == 0
 
 
-def test_a_reversal_value_in_micrometres_is_refused(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_reversal_value_in_micrometres_is_refused(run, tmp_path, capsys):
     for value in ("9", "nan", "-1.5", "nine"):
         with pytest.raises(SystemExit):
             correct(run, tmp_path / "x", "--backlash-in-force", value)
         assert "write 0.009 for 9" in capsys.readouterr().err
 
 
-def test_the_stated_reversal_value_counts_and_not_that_of_the_older_file(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_stated_reversal_value_counts_and_not_that_of_the_older_file(run, tmp_path, capsys):
     old, new = tmp_path / "old.ini", tmp_path / "new.ini"
     assert correct(run, old, "--backlash", control="sinumerik") == 0  # 0.002
     more = ("--merge", str(old), "--backlash", "--backlash-in-force", "0.005")
@@ -373,9 +345,7 @@ def test_the_stated_reversal_value_counts_and_not_that_of_the_older_file(
 # ---- merge --------------------------------------------------------------------------------------
 
 
-def test_merging_adds_what_the_run_still_shows_to_the_table_in_force(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_merging_adds_what_the_run_still_shows_to_the_table_in_force(run, tmp_path, capsys):
     old, new = tmp_path / "old.comp", tmp_path / "new.comp"
     old.write_text("0 0 0\n100 100.004 100.002\n250 250.01 250.01\n")
     assert correct(run, new, "--merge", str(old)) == 0
@@ -390,9 +360,7 @@ def test_merging_adds_what_the_run_still_shows_to_the_table_in_force(
         np.testing.assert_allclose(1000 * (table[:, 1 + a] - table[:, 0]), before + rest, atol=0.01)
 
 
-def test_the_figures_of_a_merged_table_are_those_of_taking_the_old_one_out(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_figures_of_a_merged_table_are_those_of_taking_the_old_one_out(run, tmp_path, capsys):
     old = tmp_path / "old.comp"
     old.write_text("0 0 0\n100 100.004 100.002\n250 250.01 250.01\n")
     found = result(capsys, run, tmp_path / "new.comp", "--merge", str(old))
@@ -404,7 +372,7 @@ def test_the_figures_of_a_merged_table_are_those_of_taking_the_old_one_out(
     assert "older_table_lost" in warned(told)
 
 
-def test_equidistant_points_of_the_older_table_are_kept(run: Path, tmp_path: Path) -> None:
+def test_equidistant_points_of_the_older_table_are_kept(run, tmp_path):
     old, new = tmp_path / "old.ini", tmp_path / "new.ini"
     assert correct(run, old, "--spacing", "25", control="sinumerik") == 0
     assert correct(run, new, "--merge", str(old), control="sinumerik") == 0
@@ -415,7 +383,7 @@ def test_equidistant_points_of_the_older_table_are_kept(run: Path, tmp_path: Pat
     )
 
 
-def test_merging_reads_the_older_table_of_several_and_writes_one(run: Path, tmp_path: Path) -> None:
+def test_merging_reads_the_older_table_of_several_and_writes_one(run, tmp_path):
     first, second, new = (tmp_path / name for name in ("a.ini", "b.ini", "new.ini"))
     assert correct(run, first, "--spacing", "50", control="sinumerik") == 0
     assert correct(run, second, "--spacing", "50", "--reference", "200", control="sinumerik") == 0
@@ -469,9 +437,7 @@ def test_merging_a_run_that_covers_less_keeps_the_rest_of_the_older_table(
     assert np.ptp(values[1] - values[0]) <= step
 
 
-def test_what_new_points_lose_of_the_older_table_is_told_with_its_place(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_new_points_lose_of_the_older_table_is_told_with_its_place(run, tmp_path, capsys):
     old = tmp_path / "old.comp"
     old.write_text("0 0 0\n120 120.007 120.007\n130 130 130\n600 600 600\n")
     found = result(capsys, run, tmp_path / "x", "--merge", str(old), "--points", "4")
@@ -479,9 +445,7 @@ def test_what_new_points_lose_of_the_older_table_is_told_with_its_place(
     assert (said["lost_at_point"], said["position"]) == (pytest.approx(7.0), 120.0)
 
 
-def test_points_outside_the_targets_are_named_with_their_values(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_points_outside_the_targets_are_named_with_their_values(run, tmp_path, capsys):
     output = tmp_path / "x.comp"
     said = warned(result(capsys, run, output, "--spacing", "45"))["points_outside_targets"]
     ((place, forward, backward),) = (row for row in triplets(output) if row[0] > 200.0)
@@ -489,9 +453,7 @@ def test_points_outside_the_targets_are_named_with_their_values(
     assert said["points"] == [f"{place:.9g} mm: {value}"]
 
 
-def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(run, tmp_path, capsys):
     old = tmp_path / "old.ini"
     assert correct(run, old, "--points", "2", control="sinumerik") == 0
     text = re.sub(r"(_STEP\[0,X\]=)\S+", r"\g<1>0.0000001", old.read_text())
@@ -505,8 +467,8 @@ def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(
 
 @pytest.mark.parametrize("deviation", [0.0, 0.001])
 def test_an_older_point_beside_a_target_is_left_out_unless_the_older_table_bends_there(
-    run: Path, tmp_path: Path, deviation: float, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, deviation, capsys
+):
     old, new = tmp_path / "old.comp", tmp_path / "new.comp"
     value = f"{99.995 + deviation:.6f}"
     old.write_text(f"0 0 0\n99.98 99.98 99.98\n99.995 {value} {value}\n200 200 200\n")
@@ -522,9 +484,7 @@ def fanuc_words(path: Path) -> dict[int, int]:
     return {int(n): int(v) for n, v in re.findall(r"N(\d{5})(?:A\d)?P(-?\d+)", path.read_text())}
 
 
-def test_merging_keeps_the_reference_point_that_the_older_file_states(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_merging_keeps_the_reference_point_that_the_older_file_states(run, tmp_path, capsys):
     old, new = tmp_path / "old", tmp_path / "new"
     words = ("--set", "largest_value=127")
     assert correct(run, old, "--reference", "100", "--spacing", "50", *words, control="fanuc") == 0
@@ -544,8 +504,8 @@ def test_merging_keeps_the_reference_point_that_the_older_file_states(
 
 @pytest.mark.parametrize("control", ["linuxcnc", "heidenhain-tnc640"])
 def test_merging_takes_the_zero_of_an_older_table_whose_file_is_read_without_one(
-    run: Path, tmp_path: Path, control: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, control, capsys
+):
     old, new = tmp_path / "old", tmp_path / "new"
     assert correct(run, old, "--reference", "100", "--spacing", "50", control=control) == 0
     capsys.readouterr()
@@ -556,8 +516,8 @@ def test_merging_takes_the_zero_of_an_older_table_whose_file_is_read_without_one
 
 
 def test_a_reference_point_that_moves_the_zero_of_the_older_table_is_warned_of(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, capsys
+):
     old = tmp_path / "old.comp"
     old.write_text("0 0 0\n40 40.001 40.001\n200 200.001 200.001\n")
     asked = ("--merge", str(old))
@@ -576,7 +536,7 @@ def test_a_reference_point_that_moves_the_zero_of_the_older_table_is_warned_of(
 
 
 @pytest.mark.parametrize(("place", "zero"), [(60.0, 50.0), (-20.0, 50.0), (190.0, 180.0)])
-def test_the_zero_of_an_older_table_is_the_nearest_of_several(place: float, zero: float) -> None:
+def test_the_zero_of_an_older_table_is_the_nearest_of_several(place, zero):
     mean = np.array([2.0, 1.0, -1.0, -2.0, 0.0, 3.0])
     position = np.array([0.0, 40.0, 60.0, 100.0, 180.0, 200.0])
     table = CompensationTable(
@@ -590,8 +550,8 @@ def test_the_zero_of_an_older_table_is_the_nearest_of_several(place: float, zero
 
 
 def test_merging_into_two_fanuc_tables_moves_1851_into_them_and_corrects_no_less(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run, tmp_path, capsys
+):
     old, new = tmp_path / "old.txt", tmp_path / "new.txt"
     more = ("--set", "bidirectional=1", "--set", "largest_value=127", "--points", "5")
     assert correct(run, old, *more, control="fanuc") == 0
@@ -611,9 +571,7 @@ def test_merging_into_two_fanuc_tables_moves_1851_into_them_and_corrects_no_less
     assert found["figures"]["after"]["E"] <= 2.0 * left + 0.05
 
 
-def test_the_older_table_of_another_axis_is_refused(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_older_table_of_another_axis_is_refused(run, tmp_path, capsys):
     old = tmp_path / "old.ini"
     assert correct(run, old, "--axis", "AX7", control="sinumerik") == 0
     asked = refused(run, tmp_path / "n.ini", "--merge", str(old), control="sinumerik")
@@ -623,9 +581,7 @@ def test_the_older_table_of_another_axis_is_refused(
 # ---- files --------------------------------------------------------------------------------------
 
 
-def test_nothing_that_was_measured_and_no_table_in_force_is_overwritten(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_that_was_measured_and_no_table_in_force_is_overwritten(run, tmp_path, capsys):
     old = tmp_path / "old.comp"
     old.write_text("0 0 0\n250 250.01 250.01\n")
     contents = [p.read_bytes() for p in (run, old)]
@@ -640,9 +596,7 @@ def test_nothing_that_was_measured_and_no_table_in_force_is_overwritten(
     assert not (tmp_path / "x").exists()
 
 
-def test_a_table_that_stood_there_is_kept_under_another_name(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_table_that_stood_there_is_kept_under_another_name(run, tmp_path, capsys):
     output = tmp_path / "x.comp"
     for k, content in enumerate(("0 0 0\n1 1 1\n", "0 0 0\n2 2 2\n"), start=1):
         output.write_text(content)
@@ -658,16 +612,14 @@ def test_a_table_that_stood_there_is_kept_under_another_name(
     ]
 
 
-def test_the_same_words_give_the_same_table_byte_for_byte(run: Path, tmp_path: Path) -> None:
+def test_the_same_words_give_the_same_table_byte_for_byte(run, tmp_path):
     files = [tmp_path / name for name in ("a", "b")]
     for file in files:
         assert correct(run, file, "--drift-free", control="sinumerik") == 0
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_the_axis_is_the_runs_or_the_stated_one_or_assumed_with_a_warning(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_axis_is_the_runs_or_the_stated_one_or_assumed_with_a_warning(run, tmp_path, capsys):
     unnamed = write_run(tmp_path / "unnamed.csv", axis="")
     odd = write_run(tmp_path / "odd.csv", axis="X) G0 Z-100")
     assert result(capsys, run, tmp_path / "x", "--axis", "Y1")["axis"] == "Y1"
@@ -680,8 +632,8 @@ def test_the_axis_is_the_runs_or_the_stated_one_or_assumed_with_a_warning(
 
 @pytest.mark.parametrize("more", [("--no-drift",), ()])
 def test_without_the_drift_model_the_table_is_the_same_and_drift_is_said_to_be_unknown(
-    tmp_path: Path, more: tuple[str, ...], capsys: pytest.CaptureFixture[str]
-) -> None:
+    tmp_path, more, capsys
+):
     run = write_run(tmp_path / "run.csv", drift_um=8.0)
     found = result(capsys, run, tmp_path / "x.comp", *more)
     assert (found["figures_without_drift"] is None) is bool(more)
@@ -694,12 +646,8 @@ def test_without_the_drift_model_the_table_is_the_same_and_drift_is_said_to_be_u
 
 @pytest.mark.parametrize("more", [(), ("--drift-free",)])
 def test_limits_of_the_control_are_checked_before_the_drift_model(
-    run: Path,
-    tmp_path: Path,
-    more: tuple[str, ...],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    run, tmp_path, more, monkeypatch, capsys
+):
     def never(*_: object, **__: object) -> None:
         raise AssertionError
 
@@ -717,9 +665,7 @@ def straight(slope: float) -> tuple[float, ...]:
     return tuple(slope * target for target in TARGETS)
 
 
-def test_errors_that_no_axis_has_are_refused_and_large_ones_doubted(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_errors_that_no_axis_has_are_refused_and_large_ones_doubted(tmp_path, capsys):
     output = tmp_path / "x.comp"
     run = write_run(tmp_path / "run.csv", straight(100.2), straight(100.2))
     assert refused(run, output, "--no-drift") == "table_too_steep"
@@ -742,9 +688,7 @@ def table_with(position: list[float], value: list[float], kind: AxisKind) -> Com
 
 
 @pytest.mark.parametrize(("kind", "share"), [(AxisKind.LINEAR, 100.0), (AxisKind.ROTARY, 360.0)])
-def test_the_limit_of_the_slope_is_a_tenth_of_the_way_on_both_kinds_of_axis(
-    kind: AxisKind, share: float
-) -> None:
+def test_the_limit_of_the_slope_is_a_tenth_of_the_way_on_both_kinds_of_axis(kind, share):
     near = table_with([0.0, 10.0, 20.0], [0.0, 9.99 * share, 0.0], kind)
     (said,) = doubts_about_size(near)
     assert said.code == "warning-steep"
@@ -755,7 +699,7 @@ def test_the_limit_of_the_slope_is_a_tenth_of_the_way_on_both_kinds_of_axis(
     assert doubts_about_size(small) == ()
 
 
-def test_two_points_close_together_are_no_reason_to_doubt_the_unit() -> None:
+def test_two_points_close_together_are_no_reason_to_doubt_the_unit():
     close = table_with([0.0, 100.0, 100.005, 200.0], [0.0, 1.0, 2.0, 3.0], AxisKind.LINEAR)
     assert close.steepest_slope[0] == pytest.approx(200.0)
     assert doubts_about_size(close) == ()
@@ -764,9 +708,7 @@ def test_two_points_close_together_are_no_reason_to_doubt_the_unit() -> None:
         doubts_about_size(short)
 
 
-def test_the_sum_with_an_older_table_is_held_to_the_same_limits(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_sum_with_an_older_table_is_held_to_the_same_limits(run, tmp_path, capsys):
     old = tmp_path / "old.comp"
     old.write_text("0 0 0\n200 202.1 202.1\n")
     found = result(capsys, run, tmp_path / "a", "--merge", str(old))
@@ -830,15 +772,13 @@ class Forgetful(Control):
     ],
 )
 def test_a_file_that_is_not_read_back_as_it_was_meant_is_not_written(
-    run: Path, tmp_path: Path, control: Control, code: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    run, tmp_path, control, code, monkeypatch
+):
     monkeypatch.setattr(_make_table, "control_by_name", lambda _: control)
     assert refused(run, tmp_path / "x", control="forgetful") == code
     assert not (tmp_path / "x").exists()
 
 
-def test_half_a_step_of_rounding_is_allowed(
-    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_half_a_step_of_rounding_is_allowed(run, tmp_path, monkeypatch):
     monkeypatch.setattr(_make_table, "control_by_name", lambda _: Forgetful(off=0.0499))
     assert correct(run, tmp_path / "x", control="forgetful") == 0

@@ -44,9 +44,7 @@ def evaluated(capsys: pytest.CaptureFixture[str], path: Path, *options: str) -> 
     return json.loads(capsys.readouterr().out)
 
 
-def test_closed_form_figures_through_the_command(
-    run_file: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_closed_form_figures_through_the_command(run_file, capsys):
     results = evaluated(capsys, run_file)
     figures = results["iso230_2"]
     assert (figures["E"], figures["R"], figures["A"]) == pytest.approx(
@@ -60,9 +58,7 @@ def test_closed_form_figures_through_the_command(
     assert steps == pytest.approx([-d for d in forward["mean_difference"]])
 
 
-def test_json_to_a_file_leaves_the_table_on_the_terminal(
-    run_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_to_a_file_leaves_the_table_on_the_terminal(run_file, tmp_path, capsys):
     assert main(["evaluate", str(run_file), "--json", str(tmp_path / "r.json")]) == 0
     out = capsys.readouterr().out
     assert "ISO 230-2:2014" in out
@@ -70,7 +66,7 @@ def test_json_to_a_file_leaves_the_table_on_the_terminal(
     assert json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["test"]["cycles"] == 5
 
 
-def test_absent_figures_are_null(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_absent_figures_are_null(tmp_path, capsys):
     x = closed_form(6, 1.5, 2.0, 0.7)
     x[:, :, 1] = np.nan
     path = tmp_path / "one_way.csv"
@@ -82,9 +78,7 @@ def test_absent_figures_are_null(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert results["adjacent_difference"]["backward"] is None
 
 
-def test_a_rotary_axis_is_evaluated_in_arcsec(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_rotary_axis_is_evaluated_in_arcsec(tmp_path, capsys):
     path = tmp_path / "c_axis.csv"
     x = closed_form(8, 1.5, 2.0, 0.7)
     path.write_text(tidy(x, np.arange(8) * 45.0, unit="deg", error="arcsec"), encoding="utf-8")
@@ -95,9 +89,7 @@ def test_a_rotary_axis_is_evaluated_in_arcsec(
     assert "arcsec" in capsys.readouterr().out
 
 
-def test_a_long_axis_has_no_repeatability_unless_asked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_long_axis_has_no_repeatability_unless_asked(tmp_path, capsys):
     path = tmp_path / "long.csv"
     path.write_text(tidy(closed_form(12, 1.5, 2.0, 0.7), np.arange(12) * 240.0), encoding="utf-8")
     short = evaluated(capsys, path)
@@ -109,8 +101,8 @@ def test_a_long_axis_has_no_repeatability_unless_asked(
 
 
 def test_editions_are_named_on_the_result_and_old_standards_stand_beside_the_present_one(
-    run_file: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    run_file, capsys
+):
     for option, edition, beside in (
         ("1997", "1997", None),
         ("1988", "2014", "iso230_2_1988"),
@@ -125,17 +117,13 @@ def test_editions_are_named_on_the_result_and_old_standards_stand_beside_the_pre
     assert "unverified: from memory" in capsys.readouterr().out
 
 
-def test_the_reference_cycle_is_counted_from_one(
-    run_file: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_reference_cycle_is_counted_from_one(run_file, capsys):
     results = evaluated(capsys, run_file, "--reference-cycle", "3")
     assert results["adjacent_difference"]["reference_cycle"] == 3
     assert results["adjacent_difference"]["forward"]["chart"][0] == pytest.approx(2.0)
 
 
-def test_bad_input_is_one_line_and_exit_code_2(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_2(tmp_path, capsys):
     assert main(["evaluate", str(tmp_path / "none.csv")]) == 2
     captured = capsys.readouterr()
     assert (captured.out, captured.err.count("\n")) == ("", 1)
@@ -143,8 +131,8 @@ def test_bad_input_is_one_line_and_exit_code_2(
 
 
 def test_what_cannot_be_evaluated_or_written_is_refused_before_anything_is_written(
-    run_file: Path, tmp_path: Path
-) -> None:
+    run_file, tmp_path
+):
     before = run_file.read_bytes()
     json_file, report = tmp_path / "r.json", tmp_path / "c.pdf"
     broken = tmp_path / "broken.csv"
@@ -165,9 +153,7 @@ def test_what_cannot_be_evaluated_or_written_is_refused_before_anything_is_writt
     assert not json_file.exists()
 
 
-def test_without_adjacent_differences_the_standard_is_evaluated_all_the_same(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_adjacent_differences_the_standard_is_evaluated_all_the_same(tmp_path, capsys):
     x = closed_form(6, 1.5, 2.0, 0.7)[:, :4]
     x[0, 2:] = np.nan
     x[1, :2] = np.nan
@@ -180,9 +166,7 @@ def test_without_adjacent_differences_the_standard_is_evaluated_all_the_same(
     refusal("evaluate", path, "--reference-cycle", "1")
 
 
-def test_an_option_that_contradicts_the_file_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_option_that_contradicts_the_file_is_named(tmp_path, capsys):
     path = tmp_path / "step.csv"
     path.write_text("# cycle: step\n" + tidy(closed_form(6, 1.5, 2.0, 0.7)), encoding="utf-8")
     assert any("Annex B" in w for w in evaluated(capsys, path)["warnings"])
@@ -190,9 +174,7 @@ def test_an_option_that_contradicts_the_file_is_named(
     assert "the file names a step cycle, the option a standard cycle" in warnings
 
 
-def test_an_old_standard_that_needs_more_readings_is_left_out_with_its_reason(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_old_standard_that_needs_more_readings_is_left_out_with_its_reason(tmp_path, capsys):
     path = tmp_path / "long.csv"
     x = closed_form(12, 1.5, 2.0, 0.7)[:, :1]
     path.write_text(tidy(x, np.arange(12) * 240.0), encoding="utf-8")
@@ -202,15 +184,13 @@ def test_an_old_standard_that_needs_more_readings_is_left_out_with_its_reason(
     assert any("other standard" in w for w in results["warnings"])
 
 
-def test_a_closed_pipe_is_no_error(run_file: Path) -> None:
+def test_a_closed_pipe_is_no_error(run_file):
     command = f'"{sys.executable}" -m thermaxis evaluate "{run_file}" | head -n 1'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert done.stderr == ""
 
 
-def test_the_progress_bar_appears_by_itself_and_goes_again(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_progress_bar_appears_by_itself_and_goes_again(monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with Progress() as progress:
         progress("first", 0, 2)
@@ -224,9 +204,7 @@ def test_the_progress_bar_appears_by_itself_and_goes_again(
     assert capsys.readouterr().out == ""
 
 
-def test_hostile_text_in_a_file_cannot_drive_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_hostile_text_in_a_file_cannot_drive_the_terminal(tmp_path, capsys):
     path = tmp_path / "hostile.csv"
     head = "# header axis: X\x1b[31m[bold red]\n# header title: \x1b]0;owned\x07\n"
     path.write_text(head + tidy(closed_form(6, 1.5, 2.0, 0.7)), encoding="utf-8")
@@ -237,12 +215,7 @@ def test_hostile_text_in_a_file_cannot_drive_the_terminal(
     assert "[bold red]" in out
 
 
-def test_the_measured_file_may_be_shown_under_another_name(
-    run_file: Path,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_measured_file_may_be_shown_under_another_name(run_file, capsys, tmp_path, monkeypatch):
     picture = b'<?xml version="1.0"?><svg xmlns="http://www.w3.org/2000/svg"></svg>'
     monkeypatch.setattr(_figures.Chart, "svg", lambda *_: picture)  # the text is the subject
     page = tmp_path / "certificate.html"

@@ -45,9 +45,7 @@ def evaluated(capsys: pytest.CaptureFixture[str], path: Path, *options: str) -> 
     return json.loads(capsys.readouterr().out)
 
 
-def test_the_drift_of_a_known_run_comes_out(
-    drifting: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_drift_of_a_known_run_comes_out(drifting, capsys):
     results = evaluated(capsys, drifting)
     drift = results["drift"]
     assert drift["significant"] is True
@@ -66,9 +64,7 @@ def test_the_drift_of_a_known_run_comes_out(
     assert free["R"] < measured["R"]
 
 
-def test_the_reference_time_chooses_the_thermal_state(
-    drifting: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_reference_time_chooses_the_thermal_state(drifting, capsys):
     start = evaluated(capsys, drifting, "--reference-time", "0")["drift"]
     late = evaluated(capsys, drifting, "--reference-time", "0.4")["drift"]
     assert (start["reference_time_s"], late["reference_time_s"]) == pytest.approx((0.0, 1440.0))
@@ -76,9 +72,7 @@ def test_the_reference_time_chooses_the_thermal_state(
     assert difference == pytest.approx(np.full(8, RATE_UM_PER_S * 1440.0), abs=0.5)
 
 
-def test_a_run_without_drift_is_left_as_it_was(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_without_drift_is_left_as_it_was(tmp_path, capsys):
     rng = np.random.default_rng(6)
     path = tmp_path / "quiet.csv"
     x = closed_form(8, 1.5, 2.0, 0.0)[:, :1] + 0.3 * rng.normal(size=(8, 5, 2))
@@ -92,7 +86,7 @@ def test_a_run_without_drift_is_left_as_it_was(
     assert "no drift is seen" in capsys.readouterr().out
 
 
-def test_no_drift_on_request(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_drift_on_request(drifting, capsys):
     results = evaluated(capsys, drifting, "--no-drift")
     assert results["drift"] is None
     assert results["uncertainty"] is None
@@ -100,9 +94,7 @@ def test_no_drift_on_request(drifting: Path, capsys: pytest.CaptureFixture[str])
     assert "Drift eliminated" not in capsys.readouterr().out
 
 
-def test_the_order_serves_as_time_and_the_result_says_so(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_order_serves_as_time_and_the_result_says_so(tmp_path, capsys):
     rng = np.random.default_rng(7)
     x = closed_form(8, 1.5, 2.0, 0.0)[:, :1] + RATE_UM_PER_S * stop_times(8, 10, 10.0)
     path = tmp_path / "order.csv"
@@ -113,9 +105,7 @@ def test_the_order_serves_as_time_and_the_result_says_so(
     assert any("order serves as time" in text for text in results["warnings"])
 
 
-def test_without_an_order_the_drift_is_null_and_the_command_goes_on(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_an_order_the_drift_is_null_and_the_command_goes_on(tmp_path, capsys):
     path = tmp_path / "none.csv"
     rows = timed(closed_form(8, 1.5, 2.0, 0.7)).splitlines()
     path.write_text("\n".join(row.rpartition(",")[0] for row in rows) + "\n", encoding="utf-8")
@@ -125,9 +115,7 @@ def test_without_an_order_the_drift_is_null_and_the_command_goes_on(
     assert any("no drift model" in text for text in results["warnings"])
 
 
-def test_a_budget_widens_the_uncertainty(
-    drifting: Path, root: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_budget_widens_the_uncertainty(drifting, root, capsys):
     plain = evaluated(capsys, drifting)
     assert any("no budget" in text for text in plain["uncertainty"]["measured"]["left_out"])
     budget = evaluated(capsys, drifting, "--budget", str(root / "examples" / "budget.toml"))
@@ -135,9 +123,7 @@ def test_a_budget_widens_the_uncertainty(
     assert budget["uncertainty"]["label"] == "GUM"
 
 
-def test_an_outlier_is_left_out_on_request_and_named(
-    drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_outlier_is_left_out_on_request_and_named(drifting, tmp_path, capsys):
     lines = drifting.read_text(encoding="utf-8").splitlines()
     cells = lines[40].split(",")
     cells[3] = f"{float(cells[3]) + 30.0:.3f}"

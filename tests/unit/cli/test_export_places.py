@@ -57,9 +57,7 @@ def exported(words: str, folder: Path) -> None:
         ("--cycle-s 1 --limit 9 --rate 1 --plausible 80:5", "--plausible", "no_range"),
     ],
 )
-def test_what_was_typed_wrong_is_named_as_an_option(
-    options: str, key: str, code: str, tmp_path: Path
-) -> None:
+def test_what_was_typed_wrong_is_named_as_an_option(options, key, code, tmp_path):
     model = a_model(tmp_path / "m.json")
     with refused(code) as caught:
         exported(f"{model} {options}", tmp_path)
@@ -87,16 +85,14 @@ MODELS: Mapping[str, tuple[dict[str, object], str, str, tuple[str, str]]] = {
 
 
 @pytest.mark.parametrize("what", MODELS)
-def test_what_the_target_cannot_hold_of_a_model_is_named_with_its_file(
-    what: str, tmp_path: Path
-) -> None:
+def test_what_the_target_cannot_hold_of_a_model_is_named_with_its_file(what, tmp_path):
     traits, options, code, (key, channel) = MODELS[what]
     model = a_model(tmp_path / "m.json", **traits)
     with refused(code, Place(str(model), key=key, channel=channel)):
         exported(f"{model} {options} {STATED}", tmp_path)
 
 
-def test_a_name_that_comes_from_the_file_is_named_as_the_file(tmp_path: Path) -> None:
+def test_a_name_that_comes_from_the_file_is_named_as_the_file(tmp_path):
     model = a_model(tmp_path / "lag.json")
     with refused("block_name_taken", Place(str(model)), name="tx_lag"):
         exported(f"{model} --cycle-s 1 {STATED}", tmp_path)
@@ -120,9 +116,7 @@ def test_a_name_that_comes_from_the_file_is_named_as_the_file(tmp_path: Path) ->
         ("margin_k = 5.0", "margin_k = 1e-42", "validity.margin_k", "too_small_for_plc"),
     ],
 )
-def test_a_rule_of_a_machine_is_named_by_file_table_and_key(
-    old: str, new: str, key: str, code: str, root: Path, tmp_path: Path
-) -> None:
+def test_a_rule_of_a_machine_is_named_by_file_table_and_key(old, new, key, code, root, tmp_path):
     shutil.copytree(root / "examples" / "machine", tmp_path / "machine")
     machine, model = (tmp_path / "machine" / n for n in ("lathe.toml", "models/lathe.json"))
     text = machine.read_text(encoding="utf-8")
@@ -132,25 +126,21 @@ def test_a_rule_of_a_machine_is_named_by_file_table_and_key(
         exported(f"{model} --cycle-s 0.1015625 {REAL} --machine {machine}", tmp_path)
 
 
-def test_a_sensor_that_the_machine_has_not_is_named_by_the_table_that_lacks_it(
-    root: Path, tmp_path: Path
-) -> None:
+def test_a_sensor_that_the_machine_has_not_is_named_by_the_table_that_lacks_it(root, tmp_path):
     machine = root / "examples" / "machine" / "lathe.toml"
     model = a_model(tmp_path / "m.json")
     with refused("entries_missing", Place(str(machine), key="input")):
         exported(f"{model} --cycle-s 1 --machine {machine}", tmp_path)
 
 
-def test_a_slope_beyond_what_the_control_adds_names_limits_and_positions(tmp_path: Path) -> None:
+def test_a_slope_beyond_what_the_control_adds_names_limits_and_positions(tmp_path):
     models = " ".join(str(a_model(tmp_path / f"{k}.json")) for k in (1, 2))
     line = "--dialect sinumerik-tempcomp --positive away --at 1 --at 2.5"
     with refused("slope_too_large", Place(key="--limit, --at")):
         exported(f"{models} --cycle-s 1 {line} {STATED}", tmp_path)
 
 
-def test_a_rate_of_a_line_names_no_output_that_the_machine_does_not_have(
-    root: Path, tmp_path: Path
-) -> None:
+def test_a_rate_of_a_line_names_no_output_that_the_machine_does_not_have(root, tmp_path):
     shutil.copytree(root / "examples" / "machine", tmp_path / "machine")
     machine = tmp_path / "machine" / "lathe.toml"
     text = machine.read_text(encoding="utf-8")

@@ -87,8 +87,8 @@ def texts_of(dialect: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dic
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_every_text_from_people_passes_the_filter_once_and_only_once(
-    dialect: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    dialect, tmp_path, monkeypatch
+):
     patched = 0
     for name, module in list(modules.items()):
         if name.startswith("thermaxis.") and hasattr(module, FILTER):

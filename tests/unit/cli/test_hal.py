@@ -1,9 +1,5 @@
 """``thermaxis hal`` writes what the running machine is compared with."""
 
-from pathlib import Path
-
-import pytest
-
 from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.runtime.machine_files import machine_file
 from thermaxis.cli import execute
@@ -27,9 +23,7 @@ def run(*words: object) -> int:
     return execute(["hal", *map(str, words)])
 
 
-def test_the_file_has_the_limits_of_the_configuration(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_file_has_the_limits_of_the_configuration(tmp_path, capsys):
     path, output = machine_file(tmp_path, *TO_LINUXCNC), tmp_path / "z.hal"
     assert run(str(path), "-o", str(output)) == 0
     text = output.read_text(encoding="ascii")
@@ -41,9 +35,7 @@ def test_the_file_has_the_limits_of_the_configuration(
     assert "without a write for 2 s" in said
 
 
-def test_without_a_file_the_lines_go_to_standard_output(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_file_the_lines_go_to_standard_output(tmp_path, capsys):
     path = machine_file(tmp_path, *TO_LINUXCNC)
     assert run(str(path)) == 0
     settings = read_machine(path).sink.linuxcnc
@@ -51,12 +43,12 @@ def test_without_a_file_the_lines_go_to_standard_output(
     assert capsys.readouterr().out == hal_text(settings)
 
 
-def test_a_configuration_with_another_sink_is_refused(tmp_path: Path) -> None:
+def test_a_configuration_with_another_sink_is_refused(tmp_path):
     error = refusal("hal", machine_file(tmp_path))
     assert (error.code, error.place.key) == ("sink_not_linuxcnc", "sink.kind")
 
 
-def test_the_configuration_is_not_overwritten(tmp_path: Path) -> None:
+def test_the_configuration_is_not_overwritten(tmp_path):
     path = machine_file(tmp_path, *TO_LINUXCNC)
     before = path.read_bytes()
     assert code_of("hal", path, "-o", path) == "output_is_input"

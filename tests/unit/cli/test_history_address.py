@@ -1,7 +1,6 @@
 """Where ``thermaxis history`` takes a database's password from, and where not."""
 
 import argparse
-from pathlib import Path
 
 import pytest
 
@@ -24,14 +23,14 @@ def parsed(*words: str) -> argparse.Namespace:
         "postgresql://a:@127.0.0.1/x",
     ],
 )
-def test_a_password_in_an_address_is_refused_and_not_repeated(url: str) -> None:
+def test_a_password_in_an_address_is_refused_and_not_repeated(url):
     with pytest.raises(ConfigurationError, match="contains a password") as refused:
         history.run(parsed("check", url))
     assert "hunter2" not in str(refused.value)
     assert "--password-file" in str(refused.value)
 
 
-def test_the_password_of_a_url_comes_from_a_private_file(tmp_path: Path) -> None:
+def test_the_password_of_a_url_comes_from_a_private_file(tmp_path):
     secret = tmp_path / "secret"
     secret.write_text("hunter2\n")
     arguments = parsed("check", "postgresql://a@127.0.0.1/x", "--password-file", str(secret))
@@ -44,11 +43,11 @@ def test_the_password_of_a_url_comes_from_a_private_file(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("name", ["h.db", "machine.toml"])
-def test_a_file_takes_no_password(tmp_path: Path, name: str) -> None:
+def test_a_file_takes_no_password(tmp_path, name):
     with pytest.raises(ConfigurationError, match="belongs to the URL"):
         history.run(parsed("check", str(tmp_path / name), "--password-file", "secret"))
 
 
-def test_a_connection_to_another_computer_without_encryption_is_refused() -> None:
+def test_a_connection_to_another_computer_without_encryption_is_refused():
     with pytest.raises(ConfigurationError, match="not encrypted for certain"):
         history.run(parsed("check", "postgresql://a@plant.example/x"))

@@ -32,7 +32,7 @@ def result(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, 
     return json.loads(capsys.readouterr().out)
 
 
-def test_the_issues_command_writes_a_plan(tmp_path: Path) -> None:
+def test_the_issues_command_writes_a_plan(tmp_path):
     output = tmp_path / "PLAN.json"
     assert run(*PAPER, "--mode", "bidirectional", "-o", output) == 0
     plan = read_plan(output)
@@ -43,16 +43,14 @@ def test_the_issues_command_writes_a_plan(tmp_path: Path) -> None:
     assert (plan.pitch, plan.interval, plan.seed) == (5.0, chosen.interval, 1)
 
 
-def test_the_papers_run_says_what_it_takes(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_papers_run_says_what_it_takes(capsys):
     assert run(*PAPER) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "total 5.14 308.1" in printed
     assert "Every further second at a stop adds 0.89 h (3200 stops)" in printed
 
 
-def test_tables_name_the_hash_the_targets_the_range_and_the_assumptions(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tables_name_the_hash_the_targets_the_range_and_the_assumptions(tmp_path, capsys):
     output = tmp_path / "plan.json"
     asked = (*SMALL, "-o", output, "--noise", "0.3", "--title", "spindle side")
     assert run(*asked, simulated=True) == 0
@@ -65,9 +63,7 @@ def test_tables_name_the_hash_the_targets_the_range_and_the_assumptions(
     assert "simulated runs through the drift" in " ".join(printed.split())
 
 
-def test_json_on_standard_output_stands_alone_and_has_every_number(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_json_on_standard_output_stands_alone_and_has_every_number(capsys):
     found = result(capsys, *SMALL, "--cycles", "3")
     assert set(found) == {
         *("plan", "stops", "lowest", "highest", "duration_s", "assumptions", "expected"),
@@ -92,7 +88,7 @@ def test_json_on_standard_output_stands_alone_and_has_every_number(
     assert found["search"] is None
 
 
-def test_the_same_words_give_the_same_plan_byte_for_byte(tmp_path: Path) -> None:
+def test_the_same_words_give_the_same_plan_byte_for_byte(tmp_path):
     files = [tmp_path / name for name in ("a.json", "b.json", "c.json")]
     for file, seed in zip(files, ("4", "4", "5"), strict=True):
         assert run(*SMALL, "--seed", seed, "-o", file) == 0
@@ -109,17 +105,13 @@ def test_the_same_words_give_the_same_plan_byte_for_byte(tmp_path: Path) -> None
         (("--mode", "step", "--approach-side", "forward"), Cycle.STEP, (FORWARD,)),
     ],
 )
-def test_modes_and_sides_set_the_order_of_visits(
-    tmp_path: Path, words: tuple[str, ...], cycle: Cycle, approaches: tuple[int, ...]
-) -> None:
+def test_modes_and_sides_set_the_order_of_visits(tmp_path, words, cycle, approaches):
     assert run(*SMALL, *words, "-o", tmp_path / "plan.json") == 0
     plan = read_plan(tmp_path / "plan.json")
     assert (plan.cycle, plan.approaches) == (cycle, approaches)
 
 
-def test_a_rotary_axis_has_degrees_and_seconds_of_arc(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_rotary_axis_has_degrees_and_seconds_of_arc(tmp_path, capsys):
     output = tmp_path / "plan.json"
     words = ("--rotary", "--length", "360", "--targets", "9", "--start", "-180", "--feed", "720")
     assert run(*words, "-o", output) == 0
@@ -132,9 +124,7 @@ def test_a_rotary_axis_has_degrees_and_seconds_of_arc(
     assert " mm" not in printed
 
 
-def test_a_wanted_uncertainty_sets_the_number_of_cycles(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wanted_uncertainty_sets_the_number_of_cycles(tmp_path, capsys):
     output = tmp_path / "plan.json"
     assert run(*SMALL, "--target-uncertainty", "0.12", "-o", output) == 0
     cycles = read_plan(output).cycles
@@ -151,16 +141,14 @@ def test_a_wanted_uncertainty_sets_the_number_of_cycles(
     assert of_r["search"]["cycles"] > cycles
 
 
-def test_the_standard_asks_for_five_cycles(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_standard_asks_for_five_cycles(capsys):
     for words, cycles in (((), 2), (("--standard",), 5)):
         found = result(capsys, *SMALL, "--target-uncertainty", "0.35", *words)
         assert isinstance(found["search"], dict)
         assert found["search"]["cycles"] == cycles
 
 
-def test_what_cannot_be_reached_is_said_with_its_limit_and_nothing_is_written(
-    tmp_path: Path,
-) -> None:
+def test_what_cannot_be_reached_is_said_with_its_limit_and_nothing_is_written(tmp_path):
     output = tmp_path / "plan.json"
     words = ("--target-uncertainty", "0.01", "--longest", "2", "-o", output)
     error = refusal("plan", *SMALL, *words)
@@ -170,9 +158,7 @@ def test_what_cannot_be_reached_is_said_with_its_limit_and_nothing_is_written(
     assert not output.exists()
 
 
-def test_an_order_of_visits_that_hides_drift_is_warned_of(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_an_order_of_visits_that_hides_drift_is_warned_of(capsys):
     words = (*SMALL, "--mode", "step", "--cycles", "4")
     step = result(capsys, *words)["warnings"]
     assert isinstance(step, list)
@@ -180,14 +166,14 @@ def test_an_order_of_visits_that_hides_drift_is_warned_of(
     assert result(capsys, *SMALL)["warnings"] == []
 
 
-def test_one_cycle_promises_no_uncertainty(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_cycle_promises_no_uncertainty(capsys):
     assert run(*SMALL, "--cycles", "1") == 0
     printed = capsys.readouterr().out
     assert "Expected uncertainty: none. 12 readings of 12 levels cannot tell drift" in printed
     assert result(capsys, *SMALL, "--cycles", "1")["expected"] is None
 
 
-def test_what_cannot_be_is_refused_by_the_name_of_the_option() -> None:
+def test_what_cannot_be_is_refused_by_the_name_of_the_option():
     for words, option in [
         (("--dwell", "-1"), "--dwell"),
         (("--recording", "nan"), "--recording"),
@@ -217,9 +203,7 @@ def test_what_cannot_be_is_refused_by_the_name_of_the_option() -> None:
         assert refusal("plan", *SMALL, *words).place.key == option
 
 
-def test_the_page_about_planning_shows_what_the_command_prints(
-    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_page_about_planning_shows_what_the_command_prints(root, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     page = (root / "docs" / "how-to" / "plan-a-run.md").read_text(encoding="utf-8")
     blocks = re.findall(
@@ -232,7 +216,7 @@ def test_the_page_about_planning_shows_what_the_command_prints(
         assert [line for line in shown.splitlines() if line not in printed] == []
 
 
-def test_the_file_on_the_page_is_a_plan(root: Path, tmp_path: Path) -> None:
+def test_the_file_on_the_page_is_a_plan(root, tmp_path):
     page = (root / "docs" / "how-to" / "plan-a-run.md").read_text(encoding="utf-8")
     (shown,) = re.findall(r"```json\n(.*?)```", page, re.DOTALL)
     path = tmp_path / "plan.json"

@@ -32,9 +32,7 @@ def words(plan: Path, output: Path, *more: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", control_names())
-def test_every_control_gets_a_program_that_names_the_plan_by_its_hash(
-    plan: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_control_gets_a_program_that_names_the_plan_by_its_hash(plan, tmp_path, name, capsys):
     output = tmp_path / "run.nc"
     asked = ["program", str(plan), "--control", name, "-o", str(output), "--travel", "-10:510"]
     assert main(asked) == 0
@@ -49,8 +47,8 @@ def test_every_control_gets_a_program_that_names_the_plan_by_its_hash(
 
 
 def test_a_travel_may_begin_with_a_minus_and_options_behind_it_are_still_options(
-    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    plan, tmp_path, capsys
+):
     output = tmp_path / "a.ngc"
     assert main(words(plan, output, "--travel", "-2.5:+3.1e2", "--warm-up", "2")) == 0
     printed = capsys.readouterr().out
@@ -63,8 +61,8 @@ def test_a_travel_may_begin_with_a_minus_and_options_behind_it_are_still_options
 
 @pytest.mark.parametrize(("travel", "excess"), [("0:300", 2.441), ("-10:300", 2.117)])
 def test_a_program_that_leaves_the_travel_is_refused_and_nothing_is_written(
-    plan: Path, tmp_path: Path, travel: str, excess: float
-) -> None:
+    plan, tmp_path, travel, excess
+):
     output = tmp_path / "a.ngc"
     error = refusal(*words(plan, output, "--travel", travel))
     assert (error.code, error.place.key) == ("program_beyond_travel", "--travel")
@@ -74,30 +72,26 @@ def test_a_program_that_leaves_the_travel_is_refused_and_nothing_is_written(
     assert not output.exists()
 
 
-def test_the_exact_travel_is_enough(plan: Path, tmp_path: Path) -> None:
+def test_the_exact_travel_is_enough(plan, tmp_path):
     p = read_plan(plan)
     travel = f"{p.lowest!r}:{p.highest!r}"
     assert main(words(plan, tmp_path / "a.ngc", "--travel", travel)) == 0
 
 
-def test_a_travel_that_cannot_be_is_refused(plan: Path, tmp_path: Path) -> None:
+def test_a_travel_that_cannot_be_is_refused(plan, tmp_path):
     for travel in ["5", "1:1", "a:b", "nan:3", "0:inf", "1:2:3"]:
         with pytest.raises(SystemExit):
             main(words(plan, tmp_path / "a.ngc", f"--travel={travel}"))
 
 
-def test_without_a_travel_screen_and_head_of_the_program_warn(
-    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_travel_screen_and_head_of_the_program_warn(plan, tmp_path, capsys):
     output = tmp_path / "a.ngc"
     assert main(words(plan, output)) == 0
     assert "warning: the travel of the axis was not stated" in capsys.readouterr().out
     assert "travel" in output.read_text(encoding="ascii").lower()
 
 
-def test_the_warm_up_is_in_the_program_and_in_its_duration(
-    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_warm_up_is_in_the_program_and_in_its_duration(plan, tmp_path, capsys):
     output = tmp_path / "a.ngc"
     assert main(words(plan, output, "--warm-up", "10")) == 0
     p = read_plan(plan)
@@ -114,24 +108,20 @@ def test_the_warm_up_is_in_the_program_and_in_its_duration(
 
 
 @pytest.mark.parametrize("more", [("--axis", "X)\nG0 Z-9"), ("--set", "colour=red")])
-def test_what_the_control_cannot_do_is_refused(
-    plan: Path, tmp_path: Path, more: tuple[str, ...]
-) -> None:
+def test_what_the_control_cannot_do_is_refused(plan, tmp_path, more):
     output = tmp_path / "a.ngc"
     refusal(*words(plan, output, *more))
     assert not output.exists()
 
 
-def test_an_unknown_control_is_refused_with_the_names_of_those_that_are(
-    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_control_is_refused_with_the_names_of_those_that_are(plan, tmp_path, capsys):
     asked = ["program", str(plan), "--control", "abacus", "-o", str(tmp_path / "a")]
     assert main(asked) == 2
     error = capsys.readouterr().err
     assert all(name in error for name in ("abacus", *control_names()))
 
 
-def test_the_plan_is_never_overwritten(plan: Path, content: bytes) -> None:
+def test_the_plan_is_never_overwritten(plan, content):
     for output, code in (
         (plan, "output_is_input"),
         (plan.parent / "no" / "a.ngc", "folder_missing"),
@@ -141,16 +131,14 @@ def test_the_plan_is_never_overwritten(plan: Path, content: bytes) -> None:
     assert plan.read_bytes() == content
 
 
-def test_a_file_that_is_no_plan_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_is_no_plan_is_refused(tmp_path, capsys):
     other = tmp_path / "a.json"
     other.write_text("{}", encoding="ascii")
     assert main(words(other, tmp_path / "a.ngc")) == 2
     assert "thermaxis-plan" in capsys.readouterr().err
 
 
-def test_the_title_of_a_plan_reaches_no_program_as_code(plan: Path, tmp_path: Path) -> None:
+def test_the_title_of_a_plan_reaches_no_program_as_code(plan, tmp_path):
     output = tmp_path / "a.ngc"
     write_plan(replace(read_plan(plan), title="x) G0 Z-100"), plan)
     for name in control_names():
@@ -162,8 +150,8 @@ def test_the_title_of_a_plan_reaches_no_program_as_code(plan: Path, tmp_path: Pa
 
 @pytest.mark.parametrize(("length", "cut"), [(60, False), (61, True)])
 def test_a_title_that_is_cut_in_the_head_of_the_program_is_told(
-    plan: Path, tmp_path: Path, length: int, cut: bool, capsys: pytest.CaptureFixture[str]
-) -> None:
+    plan, tmp_path, length, cut, capsys
+):
     output, title = tmp_path / "a.ngc", "spindle-side-" * 20
     write_plan(replace(read_plan(plan), title=title[:length]), plan)
     assert main(["program", str(plan), "--control", "linuxcnc", "-o", str(output)]) == 0
@@ -173,7 +161,7 @@ def test_a_title_that_is_cut_in_the_head_of_the_program_is_told(
     assert (title[:61] in output.read_text(encoding="ascii")) is False
 
 
-def test_the_help_names_every_control(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_names_every_control(capsys):
     for command in ("program", "correct", "check-table"):
         with pytest.raises(SystemExit):
             main([command, "--help"])

@@ -29,9 +29,7 @@ class FullDisk(io.StringIO):
 
 
 @pytest.mark.parametrize("at_once", [True, False])
-def test_a_full_disk_under_the_messages_ends_no_recording(
-    monkeypatch: pytest.MonkeyPatch, at_once: bool
-) -> None:
+def test_a_full_disk_under_the_messages_ends_no_recording(monkeypatch, at_once):
     stream = FullDisk(at_once=at_once)
     with monkeypatch.context() as within:
         within.setattr(sys, "stderr", stream)
@@ -41,9 +39,7 @@ def test_a_full_disk_under_the_messages_ends_no_recording(
     stream.tries = 0
 
 
-def test_a_message_has_its_time_and_no_line_of_its_own_making(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_message_has_its_time_and_no_line_of_its_own_making(capsys):
     _show("a\nb")
     said = capsys.readouterr().err
     assert said.count("\n") == 1

@@ -21,7 +21,7 @@ HEAVY = CHARTS | {"asyncua", "cryptography", "numpy", "polars", "pydantic", "sci
         (["evaluate", str(EXAMPLE), "--no-drift"], HEAVY - {"numpy"}),
     ],
 )
-def test_nothing_is_imported_that_is_not_needed(words: list[str], unwanted: set[str]) -> None:
+def test_nothing_is_imported_that_is_not_needed(words, unwanted):
     code = f"""
 import contextlib, io, sys
 from thermaxis.cli import main
@@ -37,9 +37,7 @@ print(sorted({unwanted!r} & set(sys.modules)))
     ("command", "package", "extra"),
     [("user", "argon2", "runtime"), ("screen", "starlette", "screen")],
 )
-def test_a_missing_package_is_named_with_the_extra_that_brings_it(
-    command: str, package: str, extra: str
-) -> None:
+def test_a_missing_package_is_named_with_the_extra_that_brings_it(command, package, extra):
     code = f"""
 import sys
 sys.modules[{package!r}] = None
@@ -52,21 +50,19 @@ sys.exit(main([{command!r}, "--help"]))
     assert done.stderr.count("\n") == 1
 
 
-def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_command_the_help_is_shown(capsys):
     assert main([]) == 0
     assert "evaluate" in capsys.readouterr().out
 
 
-def test_unknown_words_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_words_are_refused(capsys):
     with pytest.raises(SystemExit) as stopped:
         main(["evaluat"])
     assert stopped.value.code == 2
     assert "invalid choice" in capsys.readouterr().err
 
 
-def test_an_error_where_json_alone_was_asked_for_is_json_too(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_error_where_json_alone_was_asked_for_is_json_too(tmp_path, capsys):
     asked = ["plan", "--length", "100", "--targets", "6", "--standard", "--json"]
     assert main([*asked, "-"]) == 2
     printed = capsys.readouterr()

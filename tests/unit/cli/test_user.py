@@ -4,7 +4,6 @@ import getpass
 import io
 import stat
 import sys
-from pathlib import Path
 
 import pytest
 from argon2 import PasswordHasher
@@ -40,9 +39,7 @@ def typed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.mark.usefixtures("piped")
-def test_a_user_is_added_with_a_password_from_a_pipe(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_user_is_added_with_a_password_from_a_pipe(tmp_path, capsys):
     path = tmp_path / "users.toml"
     assert run("add", path, "novak", "--role", "operator", "--stdin") == 0
     (user,) = read_users(path)
@@ -54,7 +51,7 @@ def test_a_user_is_added_with_a_password_from_a_pipe(
     assert SECRET not in said.out + said.err + path.read_text(encoding="utf-8")
 
 
-def test_a_password_is_asked_for_twice(tmp_path: Path, typed: list[str]) -> None:
+def test_a_password_is_asked_for_twice(tmp_path, typed):
     path = tmp_path / "users.toml"
     typed += [SECRET, SECRET]
     assert run("add", path, "novak", "--role", "viewer") == 0
@@ -64,9 +61,7 @@ def test_a_password_is_asked_for_twice(tmp_path: Path, typed: list[str]) -> None
     assert [user.name for user in read_users(path)] == ["novak"]
 
 
-def test_a_user_keeps_the_place_when_role_and_password_change(
-    tmp_path: Path, typed: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_user_keeps_the_place_when_role_and_password_change(tmp_path, typed, capsys):
     path = tmp_path / "users.toml"
     for name in ("novak", "dvorak"):
         typed += [SECRET, SECRET]
@@ -88,7 +83,7 @@ def test_a_user_keeps_the_place_when_role_and_password_change(
     assert capsys.readouterr().out == "There are no users.\n"
 
 
-def test_somebody_who_is_not_there_cannot_be_removed(tmp_path: Path, typed: list[str]) -> None:
+def test_somebody_who_is_not_there_cannot_be_removed(tmp_path, typed):
     path = tmp_path / "users.toml"
     typed += [SECRET, SECRET]
     run("add", path, "novak", "--role", "viewer")
@@ -97,19 +92,19 @@ def test_somebody_who_is_not_there_cannot_be_removed(tmp_path: Path, typed: list
 
 
 @pytest.mark.usefixtures("piped")
-def test_a_pipe_is_never_taken_for_a_person(tmp_path: Path) -> None:
+def test_a_pipe_is_never_taken_for_a_person(tmp_path):
     asked = ("user", "add", tmp_path / "users.toml", "novak", "--role", "viewer")
     assert code_of(*asked) == "no_terminal"
 
 
-def test_a_short_password_is_refused_and_no_file_appears(tmp_path: Path, typed: list[str]) -> None:
+def test_a_short_password_is_refused_and_no_file_appears(tmp_path, typed):
     typed += ["1234567", "1234567"]
     refusal("user", "add", tmp_path / "users.toml", "novak", "--role", "viewer")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.usefixtures("piped")
-def test_a_file_that_others_may_read_is_not_added_to(tmp_path: Path) -> None:
+def test_a_file_that_others_may_read_is_not_added_to(tmp_path):
     path = tmp_path / "users.toml"
     path.write_text("", encoding="utf-8")
     path.chmod(0o644)
