@@ -2,17 +2,16 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import MappingProxyType
 from typing import TypeAlias, final
 
 import numpy as np
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import DataError
 from thermaxis.files.table import protected
-from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     FIGURE_KEYS,
     DriftResult,
@@ -102,8 +101,8 @@ class Trend:
     """Their starts, naive or all in UTC; None if one is not stated: then the order is as given."""
     changes: tuple[TrendChange, ...]
     """Changes of the shown figures from the first run to the last."""
-    warnings: tuple[str, ...]
-    """What the reader must know before comparing, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader must know before comparing; what is of one run has its file as the place."""
 
     @property
     def figures(self) -> tuple[str, ...]:
@@ -148,14 +147,14 @@ def evaluate_trend(
     if len(kinds) > 1:
         odd = next(name for name, test in tests if test.kind is not tests[0][1].kind)
         raise DataError("runs_of_two_kinds", place=Place(file=odd))
-    said: list[str] = []
+    said: list[Message] = []
     runs: list[TrendRun] = []
     for done, (name, test) in enumerate(tests):
         if progress is not None:
             progress(f"run {name}", done, len(tests))
-        run, remarks = _evaluate(name, test, with_drift=drift)
+        run, own = _evaluate(name, test, with_drift=drift)
         runs.append(run)
-        said += [f"{name}: {remark}" for remark in remarks]
+        said += [replace(one, place=one.place._replace(file=name)) for one in own]
     if progress is not None:
         progress("runs", len(tests), len(tests))
     ordered, dates, remark = _in_order(runs)
@@ -167,16 +166,18 @@ def evaluate_trend(
     return Trend(tuple(ordered), dates, changes, warnings)
 
 
-def _evaluate(name: str, test: PositioningTest, *, with_drift: bool) -> tuple[TrendRun, list[str]]:
-    said = list(map(sentence_of, test.remarks))
+def _evaluate(
+    name: str, test: PositioningTest, *, with_drift: bool
+) -> tuple[TrendRun, list[Message]]:
+    said = list(test.remarks)
     iso230_2 = evaluate_iso230_2(test)
     result: DriftResult | None = None
     if with_drift:
         try:
             result = evaluate_drift(test)
-            said += map(sentence_of, result.warnings)
+            said += result.warnings
         except DataError as error:
-            said.append(f"no figures without drift: {sentence_of(error.message).rstrip('.')}")
+            said.append(Message("warning-no_drift_free_figures", {"cause": error.message}))
     uncertainty = evaluate_uncertainty(test, result)
     values = figures_by_key(iso230_2)
     free: dict[str, float | None] = {}
@@ -215,20 +216,14 @@ def _with_uncertainty(
 
 def _in_order(
     runs: Sequence[TrendRun],
-) -> tuple[list[TrendRun], tuple[datetime, ...] | None, list[str]]:
-    without = [run.name for run in runs if run.test.start is None]
+) -> tuple[list[TrendRun], tuple[datetime, ...] | None, list[Message]]:
+    without = tuple(run.name for run in runs if run.test.start is None)
     if without:
-        named = ", ".join(printable(name, 60) for name in without[:5])
-        more = f" and {len(without) - 5} more" if len(without) > 5 else ""
-        remark = f"{named}{more} state(s) no start time: the runs stand in the order given"
-        return list(runs), None, [remark] if len(runs) > 1 else []
+        warning = Message("warning-no_start_time", {"runs": without})
+        return list(runs), None, [warning] if len(runs) > 1 else []
     starts = [run.test.start for run in runs if run.test.start is not None]
     aware = {start.tzinfo is not None for start in starts}
-    said = (
-        ["some runs state a time zone and some do not: the latter are taken as UTC"]
-        if len(aware) > 1
-        else []
-    )
+    said = [Message("warning-zones_mixed")] if len(aware) > 1 else []
     dates = [
         start if start.tzinfo is None else start.astimezone(UTC).replace(tzinfo=None)
         for start in starts
@@ -254,20 +249,19 @@ def _change(runs: Sequence[TrendRun], key: str) -> TrendChange | None:
 # ---- whether the runs may be compared -----------------------------------------------------------
 
 
-def _incomparable(runs: Sequence[TrendRun]) -> list[str]:
-    """Say in words in what the runs differ that a comparison assumes to be the same."""
+def _incomparable(runs: Sequence[TrendRun]) -> list[Message]:
+    """Say in what the runs differ that a comparison assumes to be the same."""
     if len(runs) < 2:
-        return ["one run has no trend"]
-    said: list[str] = []
-    for what, label, consequence in _CONDITIONS:
-        said += _differing(runs, what, label, consequence)
+        return [Message("warning-one_run")]
+    said = [
+        Message(code, {"groups": groups})
+        for code, label in _CONDITIONS.items()
+        if len(groups := _groups(runs, label)) > 1
+    ]
     said += _moved_targets(runs)
-    unmet = [run.name for run in runs if check_test_conditions(run.test)]
+    unmet = tuple(run.name for run in runs if check_test_conditions(run.test))
     if unmet:
-        said.append(
-            f"not all conditions of the standard are met in {_listed(unmet)}: the command evaluate"
-            " says which"
-        )
+        said.append(Message("warning-conditions_not_met", {"runs": unmet}))
     return [*said, *_air(runs)]
 
 
@@ -285,47 +279,31 @@ def _rule(run: TrendRun) -> str:
 
 
 _Label: TypeAlias = Callable[[TrendRun], str]
-_CONDITIONS: tuple[tuple[str, _Label, str], ...] = (
-    ("machine", _stated("machine"), "is it one machine?"),
-    ("serial number", _stated("serial_number"), "is it one machine?"),
-    ("axis", _stated("axis"), "is it one axis?"),
-    (
-        "number of targets",
-        lambda run: str(run.test.target.size),
-        "more targets find larger extremes",
-    ),
-    ("kind of test cycle", lambda run: str(run.test.cycle), "it drifts otherwise while measured"),
-    ("approaches", _approaches, "one direction has no B, E, R and A"),
-    ("number of cycles", lambda run: str(run.test.cycles), "R and A of few cycles scatter more"),
-    ("rule of the standard", _rule, "axes over 2000 mm have no R and A"),
-    (
-        "source of the times",
-        lambda run: str(run.test.time_source),
-        "drift is not told apart equally well",
-    ),
-)
-"""What a comparison assumes to be the same, and what follows if it is not."""
+_CONDITIONS: dict[str, _Label] = {
+    "warning-machines_differ": _stated("machine"),
+    "warning-serial_numbers_differ": _stated("serial_number"),
+    "warning-axes_differ": _stated("axis"),
+    "warning-target_counts_differ": lambda run: str(run.test.target.size),
+    "warning-test_cycles_differ": lambda run: str(run.test.cycle),
+    "warning-approaches_differ": _approaches,
+    "warning-cycle_counts_differ": lambda run: str(run.test.cycles),
+    "warning-rules_differ": _rule,
+    "warning-time_sources_differ": lambda run: str(run.test.time_source),
+}
+"""What a comparison assumes to be the same, by the code of what is said if it is not."""
 
 
-def _listed(names: Sequence[str], shown: int = 4) -> str:
-    text = ", ".join(printable(name, 60) for name in names[:shown])
-    return text if len(names) <= shown else f"{text} and {len(names) - shown} more"
-
-
-def _differing(runs: Sequence[TrendRun], what: str, label: _Label, consequence: str) -> list[str]:
+def _groups(runs: Sequence[TrendRun], label: _Label) -> tuple[str, ...]:
+    """Return what runs state, each with the runs that state it."""
     groups: dict[str, list[str]] = {}
     for run in runs:
         text = label(run)
         if text:
             groups.setdefault(text, []).append(run.name)
-    if len(groups) < 2:
-        return []
-    parts = [f"{printable(text, 60)} ({_listed(names, 2)})" for text, names in groups.items()]
-    more = f" and {len(parts) - 4} more" if len(parts) > 4 else ""
-    return [f"the runs differ in {what}: {'; '.join(parts[:4])}{more}: {consequence}"]
+    return tuple(f"{printable(text, 60)} ({', '.join(names)})" for text, names in groups.items())
 
 
-def _moved_targets(runs: Sequence[TrendRun]) -> list[str]:
+def _moved_targets(runs: Sequence[TrendRun]) -> list[Message]:
     """Compare the measured range and the positions of every run with those of the first one."""
     first = runs[0].test.target
     if first.size < 2:
@@ -341,22 +319,14 @@ def _moved_targets(runs: Sequence[TrendRun]) -> list[str]:
         elif target.size == first.size:
             largest = float(np.max(np.abs(target - first)))
             moved += [run.name] if largest > _SAME_POSITION * interval else []
-    reference = printable(runs[0].name, 60)
-    said: list[str] = []
-    if elsewhere:
-        said.append(
-            f"{_listed(elsewhere)} measured another part of the axis than {reference}: E, M and A"
-            " grow with the length"
-        )
-    if moved:
-        said.append(
-            f"the targets of {_listed(moved)} lie elsewhere than those of {reference}: a periodic"
-            " error is caught at other phases"
-        )
-    return said
+    return [
+        Message(code, {"runs": tuple(names), "reference": runs[0].name})
+        for code, names in (("warning-other_part", elsewhere), ("warning-targets_moved", moved))
+        if names
+    ]
 
 
-def _air(runs: Sequence[TrendRun]) -> list[str]:
+def _air(runs: Sequence[TrendRun]) -> list[Message]:
     mean: dict[str, float] = {}
     for run in runs:
         air = run.test.environment.get("air_temperature_c")
@@ -366,9 +336,9 @@ def _air(runs: Sequence[TrendRun]) -> list[str]:
     if len(mean) < 2 or max(mean.values()) - min(mean.values()) <= _WARM_K:
         return []
     coldest, warmest = min(mean, key=lambda n: mean[n]), max(mean, key=lambda n: mean[n])
-    between = f"between {printable(coldest, 60)} and {printable(warmest, 60)}"
-    said = f"the air differs by {mean[warmest] - mean[coldest]:.1f} K {between}"
-    return [f"{said}: E, M and A change with it where expansion is not compensated"]
+    values = {"difference_k": mean[warmest] - mean[coldest]}
+    values |= {"coldest": coldest, "warmest": warmest}
+    return [Message("warning-air_differs", values)]
 
 
 # ---- as a table ---------------------------------------------------------------------------------
