@@ -74,38 +74,12 @@ def sentence(
 
 
 def sentence_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
-    """Return the sentence of a message, without its place.
-
-    Parameters
-    ----------
-    message : Message
-        Code and values.
-    language : str
-        One of `LANGUAGES`.
-
-    Returns
-    -------
-    str
-        The sentence, as of `sentence`.
-    """
+    """Return the sentence of a message, without its place."""
     return sentence(message.code, message.values, language=language)
 
 
 def remedy_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
-    """Return what to do about a message.
-
-    Parameters
-    ----------
-    message : Message
-        Code and values.
-    language : str
-        One of `LANGUAGES`.
-
-    Returns
-    -------
-    str
-        The sentence; empty where the catalogue has none.
-    """
+    """Return what to do about a message; empty where the catalogue has nothing."""
     key = f"{message.code}.remedy"
     known = key in keys(LANGUAGES[0])
     return sentence(key, message.values, language=language) if known else ""
@@ -114,17 +88,7 @@ def remedy_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
 def text_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
     """Return place, sentence and remedy of a message.
 
-    Parameters
-    ----------
-    message : Message
-        Code, values and place.
-    language : str
-        One of `LANGUAGES`.
-
-    Returns
-    -------
-    str
-        Such as ``run.csv, line 7: '3,x' is not a number. Correct it.``
+    Such as ``run.csv, line 7: '3,x' is not a number. Correct it.``
     """
     place = place_text(message.place, language=language)
     text = sentence_of(message, language=language)
@@ -135,21 +99,9 @@ def text_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
 def alarm_sentences(
     code: str, values: Mapping[str, Value], *, language: str = LANGUAGES[0]
 ) -> AlarmSentences:
-    """Return what is said of an alarm.
+    """Return text, cause and remedy of an alarm.
 
-    Parameters
-    ----------
-    code : str
-        The alarm's code, such as ``sensor_bad``.
-    values : mapping
-        What its sentences say, by name.
-    language : str
-        One of `LANGUAGES`.
-
-    Returns
-    -------
-    AlarmSentences
-        Text, cause and remedy; of a code that has no sentence, code and values as the text alone.
+    Of a code that has no sentence, code and values are the text, and there is nothing else.
     """
     key = f"alarm-{code}"
     text = sentence(key, values, language=language)
@@ -160,20 +112,7 @@ def alarm_sentences(
 
 
 def place_text(place: Place, *, language: str = LANGUAGES[0]) -> str:
-    """Return a place in words, its file first.
-
-    Parameters
-    ----------
-    place : Place
-        The place.
-    language : str
-        One of `LANGUAGES`.
-
-    Returns
-    -------
-    str
-        Such as ``run.csv, line 7, column Z_um``; empty where nothing is stated.
-    """
+    """Return a place in words, its file first, such as ``run.csv, line 7, column Z_um``."""
     return ", ".join(
         sentence(f"place-{name}", {name: value}, language=language)
         for name, value in zip(place._fields, place, strict=True)
@@ -182,37 +121,13 @@ def place_text(place: Place, *, language: str = LANGUAGES[0]) -> str:
 
 
 def template(key: str, *, language: str = LANGUAGES[0]) -> str:
-    """Return a sentence whose values are filled in where it is shown, such as a local time.
-
-    Parameters
-    ----------
-    key : str
-        Key in the catalogue, as of `sentence`.
-    language : str
-        One of `LANGUAGES`.
-
-    Returns
-    -------
-    str
-        The sentence with ``{name}`` for each value, such as ``since {time}``.
-    """
+    """Return a sentence whose values are filled in where it is shown, such as ``since {time}``."""
     gaps = _catalogue(language).gaps.get(key.partition(".")[0], ())
     return _formatted(key, {name: f"{{{name}}}" for name in gaps}, language) or key
 
 
 def keys(language: str) -> frozenset[str]:
-    """Return every key of a catalogue.
-
-    Parameters
-    ----------
-    language : str
-        One of `LANGUAGES`.
-
-    Returns
-    -------
-    frozenset of str
-        Keys as `sentence` takes them.
-    """
+    """Return every key of the catalogue of a language, as `sentence` takes them."""
     return _catalogue(language).keys
 
 

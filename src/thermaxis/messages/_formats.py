@@ -13,21 +13,10 @@ _SPACE: Final = "\N{NO-BREAK SPACE}"
 
 
 def number_text(value: object, spec: str, language: str) -> str:
-    """Return a number as it is shown.
+    """Return a number as it is shown, with a true minus and the decimal sign of the language.
 
-    Parameters
-    ----------
-    value : object
-        The number; what is no finite number is not known.
-    spec : str
-        Python's format of it, such as ``.1f``, ``+.1f`` or ``g``.
-    language : str
-        One of `LANGUAGES`; it decides the decimal sign.
-
-    Returns
-    -------
-    str
-        The number with a true minus, zero without a sign; `ABSENT` where it is none.
+    The format is Python's, such as ``.1f``, ``+.1f`` or ``g``. Zero has no sign; what is no finite
+    number is `ABSENT`.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return ABSENT
@@ -39,17 +28,9 @@ def number_text(value: object, spec: str, language: str) -> str:
 
 
 def duration_text(time_s: object) -> str:
-    """Return a time in the two largest units that it has, the same in every language.
+    """Return a time in the two largest units that it has, such as ``1 h 30 min`` or ``45 s``.
 
-    Parameters
-    ----------
-    time_s : object
-        The time; what is no finite number is not known. [s]
-
-    Returns
-    -------
-    str
-        Such as ``1 h``, ``1 h 30 min`` or ``45 s``.
+    The same in every language; what is no finite number is `ABSENT`.
     """
     if not isinstance(time_s, int | float) or not math.isfinite(time_s):
         return ABSENT
@@ -70,34 +51,18 @@ def _two_units(count: int, base: int, large: str, small: str, *, rough: bool = F
 
 
 def short_names(names: str) -> str:
-    """Return inputs and outputs without the unit in their names: it stands beside the value.
+    """Return names without the unit at their end, which stands beside the value: ``Z`` of ``Z_um``.
 
-    Parameters
-    ----------
-    names : str
-        A name, or several with ``", "`` between.
-
-    Returns
-    -------
-    str
-        ``Z`` of ``Z_um``, ``T_spindle`` of ``T_spindle_C``.
+    Several have ``", "`` between them.
     """
     return ", ".join(_UNIT_OF_NAME.sub("", name) for name in names.split(", "))
 
 
 def as_sentence(text: str) -> str:
-    """Return what stands within a sentence as one of its own.
+    """Return what stands within a sentence as one of its own: a large first letter and a full stop.
 
-    Parameters
-    ----------
-    text : str
-        Such as ``an operator holds it``.
-
-    Returns
-    -------
-    str
-        With a large first letter and a full stop. What begins with the name of a file or a value
-        keeps its first letter: with another one it would be another name.
+    What begins with the name of a file or a value keeps its first letter: with another one it would
+    be another name.
     """
     first = _FIRST_WORD.match(text)
     named = first is not None and _NAME.search(first[0])

@@ -37,24 +37,15 @@ def _check_same(logs: Sequence[ThermalLog], result: Verification) -> None:
 def write_verification_report(
     model: CompensationModel, logs: Sequence[ThermalLog], result: Verification, path: Path
 ) -> None:
-    """Write the report of a verification in the format that the file's suffix names.
+    """Write the report of a verification as PDF or HTML, as the suffix of the file says.
 
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    logs : sequence of ThermalLog
-        The logs, in the order of the result.
-    result : Verification
-        What `verify` found.
-    path : Path
-        A file that ends in ``.pdf``, ``.html`` or ``.htm``; it is replaced if it exists.
+    The logs are those of the result, in its order. A file that exists is replaced.
 
     Raises
     ------
     ConfigurationError
-        If the suffix is another one, the logs are not those of the result, or the file cannot be
-        written.
+        If the suffix is none of ``.pdf``, ``.html`` and ``.htm``, the logs are not those of the
+        result, or the file cannot be written.
 
     References
     ----------
@@ -74,27 +65,15 @@ def write_identification_report(
     *,
     reference_s: float,
 ) -> None:
-    """Write the report of an identification in the format that the file's suffix names.
+    """Write the report of an identification as PDF or HTML, as the suffix of the file says.
 
-    Parameters
-    ----------
-    result : Identification
-        What `identify` found.
-    records : Records
-        The records that it was given.
-    logs : sequence of ThermalLog
-        The logs that the records were made of.
-    provenance : Provenance
-        Where everything comes from.
-    path : Path
-        A file that ends in ``.pdf``, ``.html`` or ``.htm``; it is replaced if it exists.
-    reference_s : float
-        Inputs and outputs are relative to their mean over this first time. [s]
+    The logs are those that the records were made of; inputs and outputs are relative to their mean
+    over the first time, `reference_s`. A file that exists is replaced.
 
     Raises
     ------
     ConfigurationError
-        If the suffix is another one, or the file cannot be written.
+        If the suffix is none of ``.pdf``, ``.html`` and ``.htm``, or the file cannot be written.
 
     References
     ----------
@@ -118,30 +97,14 @@ def write_verification_figures(
 ) -> tuple[Path, ...]:
     """Write every chart of a verification as PNG and SVG, and what is drawn as CSV.
 
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    logs : sequence of ThermalLog
-        The logs, in the order of the result.
-    result : Verification
-        What `verify` found.
-    folder : Path
-        Where the files go; it is made if it does not exist.
-
-    Returns
-    -------
-    tuple of Path
-        The files. The same result gives the same bytes.
+    The logs are those of the result, in its order; the folder is made if it does not exist, and the
+    same result gives the same bytes. The numbers of figures 4 and 7 to 13 of Mareš and Horejš 2021
+    are in the names of the files.
 
     Raises
     ------
     ConfigurationError
         If the logs are not those of the result, or the folder or a file cannot be written.
-
-    References
-    ----------
-    Mareš and Horejš 2021, figures 4 and 7 to 13 (their numbers are in the names of the files).
     """
     _check_same(logs, result)
     return write_charts(verification_charts(model, tuple(logs), result), folder)
@@ -157,32 +120,14 @@ def write_identification_figures(
 ) -> tuple[Path, ...]:
     """Write every chart of an identification as PNG and SVG, and what is drawn as CSV.
 
-    Parameters
-    ----------
-    result : Identification
-        What `identify` found.
-    records : Records
-        The records that it was given.
-    logs : sequence of ThermalLog
-        The logs that the records were made of.
-    folder : Path
-        Where the files go; it is made if it does not exist.
-    reference_s : float
-        Inputs and outputs are relative to their mean over this first time. [s]
-
-    Returns
-    -------
-    tuple of Path
-        The files. The same result gives the same bytes.
+    Inputs and outputs are relative to their mean over the first time, `reference_s`. The folder is
+    made if it does not exist, and the same result gives the same bytes. The numbers of figures 3
+    and 4 of Mareš and Horejš 2021 are in the names of the files.
 
     Raises
     ------
     ConfigurationError
         If the folder or a file cannot be written.
-
-    References
-    ----------
-    Mareš and Horejš 2021, figures 3 and 4 (their numbers are in the names of the files).
     """
     charts = identification_charts(result, records, logs, reference_s=reference_s)
     return write_charts(charts, folder)

@@ -150,19 +150,9 @@ def _even(log: ThermalLog, step_s: float) -> ThermalLog:
 
 
 def usual_step_of(log: ThermalLog, inputs: Sequence[InputDefinition]) -> float:
-    """Return the longest usual time between two values of an input's channel.
+    """Return the median time from value to value of the slowest of the inputs' channels. [s]
 
-    Parameters
-    ----------
-    log : ThermalLog
-        The log.
-    inputs : sequence of InputDefinition
-        The inputs.
-
-    Returns
-    -------
-    float
-        Median time from value to value of the slowest channel; 0 where there are none. [s]
+    0 where no channel has two values.
     """
     steps = [0.0]
     for definition in inputs:
@@ -189,28 +179,13 @@ def compensation_model(
     provenance: Provenance | None = None,
     warnings: Sequence[str] = (),
 ) -> CompensationModel:
-    """Return identified models as one that may run on the machine.
+    """Return identified models, by output, as one that may run on the machine.
 
-    Parameters
-    ----------
-    models : mapping of str to ThermalModel
-        Model by output; parts are found among the inputs of the records by their names.
-    records : Records
-        What the models were identified from.
-    static_gains_um_per_k : mapping of str to FloatArray, optional
-        Gains of the static regression by output, one per input of the records: the baseline of a
-        verification. Default: none. [µm/K]
-    provenance : Provenance, optional
-        Where they come from. Default: nothing is stated.
-    warnings : sequence of str
-        What the user of the model must know.
-
-    Returns
-    -------
-    CompensationModel
-        Gains and time constants as identified, an input held for three usual steps of the slowest
-        channel (a minute at least), delays rounded to the sample time, with the range
-        of every input in the logs. Limits belong to a machine, not to its model.
+    Parts are found among the inputs of the records by their names. An input is held for three usual
+    steps of the slowest channel (a minute at least), delays are rounded to the sample time, and
+    every input has the range that it had in the logs. Limits belong to a machine, not to its model.
+    The gains of the static regression, by output and one per input, are the baseline of a
+    verification.
     """
     definitions = {definition.name: k for k, definition in enumerate(records.inputs)}
     slowest_s = HELD_STEPS * max(records.sample_time_s, records.input_step_s)

@@ -259,18 +259,7 @@ def correct_emissivity(
 
 
 def default_regions(shape: tuple[int, int]) -> tuple[Region, ...]:
-    """Return the whole image and its quarters.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        Rows and columns of the image. [1]
-
-    Returns
-    -------
-    tuple of Region
-        Whole, upper left, upper right, lower left, lower right.
-    """
+    """Return the whole image and its quarters: upper left, upper right, lower left, lower right."""
     rows, columns = shape
     x, y = float(columns // 2), float(rows // 2)
     return (

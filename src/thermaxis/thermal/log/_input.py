@@ -110,18 +110,7 @@ def evaluate_input(log: ThermalLog, definition: InputDefinition) -> FloatArray:
 
 
 def check_inputs(definitions: Sequence[InputDefinition]) -> None:
-    """Check that the names of inputs differ.
-
-    Parameters
-    ----------
-    definitions : sequence of InputDefinition
-        The inputs of a model.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is none, or two have the same name.
-    """
+    """Refuse inputs of a model of which there is none, or two have the same name."""
     if not definitions:
         raise ConfigurationError("no_input", place=Place(key="input"))
     seen: set[str] = set()

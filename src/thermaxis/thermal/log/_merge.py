@@ -188,18 +188,7 @@ def merge_logs(
 
 
 def join_rates(logs: Sequence[ThermalLog]) -> ThermalLog:
-    """Join groups of channels that one recorder took at different rates, by its one clock.
-
-    Parameters
-    ----------
-    logs : sequence of ThermalLog
-        At least one.
-
-    Returns
-    -------
-    ThermalLog
-        The union of their rows.
-    """
+    """Join groups of channels that one recorder took at different rates, by its one clock."""
     joined = logs[0]
     for log in logs[1:]:
         joined = _joined(joined, log, _clock_offset(joined, log), "")

@@ -45,22 +45,7 @@ def block_numbers(time_s: FloatArray, sample_time_s: float) -> NDArray[np.int64]
 
 
 def block_means(values: FloatArray, block: NDArray[np.int64], blocks: int) -> FloatArray:
-    """Return the mean of the measured values in each block.
-
-    Parameters
-    ----------
-    values : FloatArray
-        One channel, (n,); NaN where not measured. [unit of the channel]
-    block : array of int
-        Block of each row, (n,). [1]
-    blocks : int
-        Number of blocks b. [1]
-
-    Returns
-    -------
-    FloatArray
-        Means, (b,); NaN where a block has no measured value. [unit of the channel]
-    """
+    """Return the mean of what each block has of a channel, (b,); NaN where it has nothing."""
     measured = ~np.isnan(values)
     if not bool(measured.all()):
         values, block = values[measured], block[measured]

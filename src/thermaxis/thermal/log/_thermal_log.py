@@ -232,18 +232,7 @@ class ThermalLog:
         return self.name or "log"
 
     def place(self, column: str = "") -> Place:
-        """Return the place of an error in this log, or in one of its columns.
-
-        Parameters
-        ----------
-        column : str
-            Name of the column. Default: the whole log.
-
-        Returns
-        -------
-        Place
-            The place.
-        """
+        """Return the place of an error in this log, or in one of its columns."""
         return Place(self.where, column=column)
 
     @property
@@ -324,40 +313,15 @@ class ThermalLog:
         raise DataError("wrong_unit", unit=own, needed=unit, place=self.place(known))
 
     def plain_column(self, name: str) -> FloatArray:
-        """Return the values of a column, temperatures in degC, others in their own unit.
-
-        Parameters
-        ----------
-        name : str
-            Name of the column, in upper or lower case.
-
-        Returns
-        -------
-        FloatArray
-            Values, (n,); NaN where not measured. [degC or the column's unit]
-
-        Raises
-        ------
-        DataError
-            If there is no such column.
-        """
+        """Return the values of a column, temperatures in degC, others in their own unit, (n,)."""
         known = self.name_of(name)
         return self.column(known, unit="degC" if self.units[known] in _TO_CELSIUS else "")
 
     def start_of(self, values: FloatArray, reference_s: float) -> float:
-        """Return what a series was at the start: what relative coordinates refer to.
+        """Return the mean of a series in the rows of the log over the first time.
 
-        Parameters
-        ----------
-        values : FloatArray
-            Values in the rows of the log, (n,); NaN where not measured. [any]
-        reference_s : float
-            The first time. [s]
-
-        Returns
-        -------
-        float
-            Mean over the first time, or else the first value; NaN where there is none. [any]
+        Relative coordinates refer to it. Where nothing was measured then it is the first value; NaN
+        where there is none.
         """
         present = ~np.isnan(values)
         early = values[present & (self.time_s <= reference_s)]
@@ -503,18 +467,7 @@ class ThermalLog:
 
 
 def common_names(logs: Iterable[ThermalLog]) -> tuple[str, ...]:
-    """Return the names of the columns that all logs have, in the order of the first one.
-
-    Parameters
-    ----------
-    logs : iterable of ThermalLog
-        Logs; names are compared exactly.
-
-    Returns
-    -------
-    tuple of str
-        Names; empty if there is no log or no common column.
-    """
+    """Return the names of the columns that all logs have, in the order of the first one."""
     names: list[str] | None = None
     for log in logs:
         names = [n for n in (log.columns if names is None else names) if n in log.columns]

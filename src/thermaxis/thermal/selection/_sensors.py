@@ -82,17 +82,7 @@ class SensorFinding:
 
 
 def sensor_noise_k(experiments: Sequence[Experiment]) -> FloatArray:
-    """Return the white noise of every input.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        With the same inputs.
-
-    Returns
-    -------
-    FloatArray
-        Standard deviation, (k,). [K]
+    """Return the white noise of every input, standard deviation, (k,). [K]
 
     Notes
     -----

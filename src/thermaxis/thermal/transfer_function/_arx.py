@@ -410,24 +410,14 @@ def pole_warnings(model: PolynomialModel, experiments: Sequence[Experiment]) -> 
 
 
 def block_means(experiment: Experiment, rows: int) -> Experiment:
-    """Return an experiment at a longer sample time, each row the mean of a block.
+    """Return an experiment at a longer sample time, each row the mean of what a block of rows has.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        The test.
-    rows : int
-        Rows of a block, at least one; what is left over at the end is dropped. [row]
-
-    Returns
-    -------
-    Experiment
-        Means of what is present in each block; NaN where nothing is.
+    Rows that are left over at the end are dropped; a block without a value is NaN.
 
     Raises
     ------
     ConfigurationError
-        If rows is less than one.
+        If a block has less than one row.
     DataError
         If fewer than eight blocks with a displacement are left.
     """

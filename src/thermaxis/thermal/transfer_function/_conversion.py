@@ -54,18 +54,7 @@ class OtherMode:
         return (2.0 if self.pair else 1.0) * self.gain.real
 
     def left_after(self, rows: int) -> float:
-        """Return how far the mode is from its end after a unit step.
-
-        Parameters
-        ----------
-        rows : int
-            Rows since the step. [row]
-
-        Returns
-        -------
-        float
-            Contribution after that many rows minus the lasting one. [µm/K]
-        """
+        """Return how far the mode is from its end some rows after a unit step. [µm/K]"""
         return -(2.0 if self.pair else 1.0) * (self.gain * self.pole**rows).real
 
 
@@ -222,23 +211,8 @@ def _at_distances(coefficients: FloatArray, distances: ComplexArray) -> ComplexA
 def modal_part(form: ModalForm, input_name: str) -> ModalPart:
     """Return direct gain and lags of a modal form; other modes go into the direct gain.
 
-    Parameters
-    ----------
-    form : ModalForm
-        The form.
-    input_name : str
-        Name of the input.
-
-    Returns
-    -------
-    ModalPart
-        The form itself where it has lags alone, else its equivalent once the other modes have
-        decayed; `left_after` says how far it is off before.
-
-    Raises
-    ------
-    DataError
-        If a mode does not decay.
+    Where there are other modes it is the equivalent once they have decayed: `left_after` says how
+    far it is off before. A mode that does not decay is a DataError.
     """
     if not form.stable:
         worst = max(mode.modulus for mode in form.other_modes)
@@ -254,19 +228,10 @@ def modal_part(form: ModalForm, input_name: str) -> ModalPart:
 
 
 def left_after(form: ModalForm, rows: int) -> float:
-    """Return how far the equivalent of `modal_part` is off some rows after a unit step.
+    """Return how far the equivalent of `modal_part` is off some rows after a unit step. [µm/K]
 
-    Parameters
-    ----------
-    form : ModalForm
-        The form.
-    rows : int
-        Rows since the step arrived, 0 at the row of the step itself. [row]
-
-    Returns
-    -------
-    float
-        Step response of the transfer function minus that of the equivalent. [µm/K]
+    The step arrives at row 0; the result is the response of the transfer function minus that of the
+    equivalent.
     """
     return sum(mode.left_after(rows) for mode in form.other_modes) - fsum(form.late_gains[rows:])
 
@@ -274,26 +239,9 @@ def left_after(form: ModalForm, rows: int) -> float:
 def equivalent_part(
     transfer_function: TransferFunction, sample_time_s: float, input_name: str
 ) -> ModalPart:
-    """Return direct gain and lags that do what a transfer function does.
+    """Return direct gain and lags that do what a transfer function does at a sample time.
 
-    Parameters
-    ----------
-    transfer_function : TransferFunction
-        Numerator a and denominator b.
-    sample_time_s : float
-        Time between rows for which they hold. [s]
-    input_name : str
-        Name of the input.
-
-    Returns
-    -------
-    ModalPart
-        As `modal_part`.
-
-    Raises
-    ------
-    DataError
-        As in `modal_form` and `modal_part`.
+    Errors and what other modes become are those of `modal_form` and `modal_part`.
     """
     return modal_part(modal_form(transfer_function, sample_time_s), input_name)
 
@@ -341,27 +289,13 @@ def transfer_function_of(part: ModalPart, sample_time_s: float) -> TransferFunct
 def change_sample_time(
     transfer_function: TransferFunction, sample_time_s: float, new_sample_time_s: float
 ) -> TransferFunction:
-    """Return the same model for another sample time, pole by pole.
-
-    Parameters
-    ----------
-    transfer_function : TransferFunction
-        Numerator a and denominator b.
-    sample_time_s : float
-        Time between rows for which they hold. [s]
-    new_sample_time_s : float
-        Wanted time between rows. [s]
-
-    Returns
-    -------
-    TransferFunction
-        Poles p^(new / old), gains unchanged; late gains and delays must stay whole rows.
+    """Return the same model for another sample time: poles p^(new / old), gains unchanged.
 
     Raises
     ------
     DataError
-        As in `modal_form`, or if a negative pole, a late gain or a delay has no counterpart at
-        the new sample time.
+        As in `modal_form`, or if a negative pole, a late gain or a delay has no counterpart at the
+        new sample time: late gains and delays must stay whole rows.
     """
     require_sample_time(new_sample_time_s)
     form = modal_form(transfer_function, sample_time_s)
@@ -409,24 +343,9 @@ def _product(distances: Sequence[complex]) -> ComplexArray:
 
 
 def polynomial_model_of(model: ThermalModel, sample_time_s: float) -> PolynomialModel:
-    """Return numerators and denominators of a model of direct gains and lags.
+    """Return numerators and denominators of direct gains and lags, exact for inputs that are held.
 
-    Parameters
-    ----------
-    model : ThermalModel
-        The model.
-    sample_time_s : float
-        Time between rows. [s]
-
-    Returns
-    -------
-    PolynomialModel
-        Exact for inputs that are held between rows.
-
-    Raises
-    ------
-    DataError
-        As in `transfer_function_of`.
+    Errors are those of `transfer_function_of`.
     """
     return PolynomialModel(
         input_names=model.input_names,
@@ -437,23 +356,7 @@ def polynomial_model_of(model: ThermalModel, sample_time_s: float) -> Polynomial
 
 
 def thermal_model_of(model: PolynomialModel) -> ThermalModel:
-    """Return direct gains and lags that do what numerators and denominators do.
-
-    Parameters
-    ----------
-    model : PolynomialModel
-        The model.
-
-    Returns
-    -------
-    ThermalModel
-        Modes that are no lags go into the direct gains, as in `modal_part`.
-
-    Raises
-    ------
-    DataError
-        As in `equivalent_part`.
-    """
+    """Return direct gains and lags that do what numerators and denominators do, as `modal_part`."""
     return ThermalModel(
         parts=tuple(
             equivalent_part(part, model.sample_time_s, name)

@@ -92,24 +92,9 @@ def _spread(measured: FloatArray) -> float:
 
 
 def simulation_figures(measured_um: FloatArray, simulated_um: FloatArray) -> SimulationFigures:
-    """Evaluate a free run against the measured displacement.
+    """Evaluate a free run against the measured displacement, both (n,). [µm]
 
-    Parameters
-    ----------
-    measured_um : FloatArray
-        Measured displacement, (n,); NaN where not measured. [µm]
-    simulated_um : FloatArray
-        Simulated displacement, (n,). [µm]
-
-    Returns
-    -------
-    SimulationFigures
-        Fit, ranges and errors over the rows that have both.
-
-    Raises
-    ------
-    DataError
-        As in `fit_percent`.
+    NaN where not measured; errors are those of `fit_percent`.
 
     References
     ----------

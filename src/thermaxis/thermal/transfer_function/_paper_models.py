@@ -17,32 +17,18 @@ _LARGE_LOSS = 0.01
 
 
 def paper_spindle_model() -> CompensationModel:
-    """Return the paper's transfer function of the spindle, epsilon 1.
+    """Return the paper's transfer function of the spindle, epsilon 1: equation (5), table 1.
 
-    Returns
-    -------
-    CompensationModel
-        Output ``Z_um``, part ``spindle``; direct gain and one lag that equal the printed
-        coefficients after some tens of samples.
-
-    References
-    ----------
-    Mareš and Horejš 2021, equation (5), table 1.
+    Output ``Z_um``, part ``spindle``; direct gain and one lag that equal the printed coefficients
+    after some tens of samples.
     """
     return _model("spindle", "T_spindle_C", PAPER_SPINDLE, "table 1, epsilon 1")
 
 
 def paper_table_model() -> CompensationModel:
-    """Return the paper's transfer function of the table, epsilon 2.
+    """Return the paper's transfer function of the table, epsilon 2: equation (6), table 2.
 
-    Returns
-    -------
-    CompensationModel
-        Output ``Z_um``, part ``table``, with the warning that its printed digits do not define it.
-
-    References
-    ----------
-    Mareš and Horejš 2021, equation (6), table 2.
+    It warns that its printed digits do not define it.
     """
     return _model("table", "T_table_C", PAPER_TABLE, "table 2, epsilon 2")
 

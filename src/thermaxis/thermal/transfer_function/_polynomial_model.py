@@ -110,18 +110,9 @@ class TransferFunction:
         return bool(np.all(np.abs(self.poles) < 1.0))
 
     def time_constants_s(self, sample_time_s: float) -> FloatArray:
-        """Return the time constant of every pole by its modulus, slowest first.
+        """Return the time constant of every pole by its modulus, slowest first, (m,). [s]
 
-        Parameters
-        ----------
-        sample_time_s : float
-            Time between rows. [s]
-
-        Returns
-        -------
-        FloatArray
-            Time after which the response of the pole has fallen to 1/e, (m,); infinite for a pole
-            on or outside the unit circle, 0 for one at z = 0. [s]
+        Infinite for a pole on or outside the unit circle, 0 for one at z = 0.
         """
         w = self.distances_from_one
         # |z|^2 = 1 - 2 Re w + |w|^2, which keeps the digits of a slow pole

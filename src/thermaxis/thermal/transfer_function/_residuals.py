@@ -288,24 +288,9 @@ class StepResponses:
 
 
 def step_responses(result: PolynomialResult, rows: int) -> StepResponses:
-    """Return the step responses of a polynomial model and how sure they are.
+    """Return the step responses of a result of `arx` or `oe` over some rows, and how sure they are.
 
-    Parameters
-    ----------
-    result : PolynomialResult
-        Result of `arx` or `oe`.
-    rows : int
-        Rows to show, at least one. [row]
-
-    Returns
-    -------
-    StepResponses
-        One column per input.
-
-    Raises
-    ------
-    DataError
-        If rows is less than one.
+    Fewer rows than one are a DataError.
     """
     if rows < 1:
         raise DataError("not_positive", value=rows, place=Place(key="rows"))
@@ -363,18 +348,7 @@ class PoleZeroMap:
 
 
 def pole_zero_map(result: PolynomialResult) -> tuple[PoleZeroMap, ...]:
-    """Return poles and zeros of every part.
-
-    Parameters
-    ----------
-    result : PolynomialResult
-        Result of `arx` or `oe`.
-
-    Returns
-    -------
-    tuple of PoleZeroMap
-        One per input.
-    """
+    """Return poles and zeros of every part of a result of `arx` or `oe`, one map per input."""
     maps: list[PoleZeroMap] = []
     sample_time_s = result.model.sample_time_s
     for name, part, at in zip(

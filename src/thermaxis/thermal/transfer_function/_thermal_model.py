@@ -172,19 +172,9 @@ def simulate_modal(
 
 
 def step_response(model: ThermalModel, times_s: FloatArray) -> FloatArray:
-    """Return what a lasting step of one kelvin does, input by input.
+    """Return what a lasting step of one kelvin does, input by input, (n, k). [µm/K]
 
-    Parameters
-    ----------
-    model : ThermalModel
-        The model.
-    times_s : FloatArray
-        Times since the step, (n,). [s]
-
-    Returns
-    -------
-    FloatArray
-        Displacement, (n, k). [µm/K]
+    Times are in seconds since the step, (n,).
     """
     times = np.asarray(times_s, dtype=np.float64)
     response = np.zeros((times.size, len(model.parts)))

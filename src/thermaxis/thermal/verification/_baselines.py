@@ -185,17 +185,9 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
 
 
 def persistence_one_step(measured_um: FloatArray) -> FloatArray:
-    """Return the last measured displacement before each row: what every one-step figure must beat.
+    """Return the last measured displacement before each row, NaN where there is none. [µm]
 
-    Parameters
-    ----------
-    measured_um : FloatArray
-        Measured displacement, (n,); NaN where not measured. [µm]
-
-    Returns
-    -------
-    FloatArray
-        Last measured value before the row, (n,); NaN where there is none. [µm]
+    Every one-step figure must beat it.
     """
     measured = np.asarray(measured_um, dtype=np.float64)
     places = np.where(np.isnan(measured), -1, np.arange(measured.size))
