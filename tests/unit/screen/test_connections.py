@@ -5,15 +5,17 @@ about is waited for as long as it takes; only what must not is looked at for a f
 """
 
 import asyncio
+import contextlib
 import socket
 from collections.abc import AsyncGenerator
-from contextlib import asynccontextmanager
+from itertools import product
 from typing import Any, NamedTuple
 
 import pytest
 import uvicorn
 
 from tests.opcua_server import until
+from tests.scenes import scene
 from thermaxis.screen import _connections
 from thermaxis.screen._connections import Connection, Listener
 
@@ -42,7 +44,7 @@ class Served(NamedTuple):
     """Those that are open."""
 
 
-@asynccontextmanager
+@contextlib.asynccontextmanager
 async def serving(listener: Listener) -> AsyncGenerator[Served]:
     """Serve as the screen does, at a free port."""
     listener.bind((LOOPBACK, 0))
@@ -86,96 +88,82 @@ async def answer_of(reader: asyncio.StreamReader) -> bytes:
     return head.split()[1]
 
 
-def test_connections_beyond_the_bound_of_an_address_or_of_all_are_closed_at_once() -> None:
-    async def all_of_it() -> None:
-        listener = Listener(socket.AF_INET)
-        listener.most, listener.most_of_address = 5, 3
-        async with serving(listener) as (port, _):
-            first = [await open_one(port) for _ in range(3)]
-            fourth, fourth_writer = await open_one(port)
-            assert await ended(fourth)
-            others = [await open_one(port, "127.0.0.2") for _ in range(2)]
-            sixth, sixth_writer = await open_one(port, "127.0.0.3")
-            assert await ended(sixth)
-            for reader, writer in (*first, *others):  # and nobody else is harmed
-                writer.write(ASKS + b"\r\n")
-                assert await answer_of(reader) == b"200"
-            first[0][1].write(ASKS + b"Connection: close\r\n\r\n")
-            assert await ended(first[0][0])
-            last_reader, last = await open_one(port)  # one that has ended makes room
-            last.write(ASKS + b"\r\n")
-            assert await answer_of(last_reader) == b"200"
-            for _, writer in (*first, *others):
-                writer.close()
-            for writer in (fourth_writer, sixth_writer, last):
-                writer.close()
-
-    asyncio.run(all_of_it())
+@scene
+async def test_connections_beyond_the_bound_of_an_address_or_of_all_are_closed_at_once() -> None:
+    listener = Listener(socket.AF_INET)
+    listener.most, listener.most_of_address = 5, 3
+    async with serving(listener) as (port, _):
+        first = [await open_one(port) for _ in range(3)]
+        fourth, fourth_writer = await open_one(port)
+        assert await ended(fourth)
+        others = [await open_one(port, "127.0.0.2") for _ in range(2)]
+        sixth, sixth_writer = await open_one(port, "127.0.0.3")
+        assert await ended(sixth)
+        for reader, writer in (*first, *others):  # and nobody else is harmed
+            writer.write(ASKS + b"\r\n")
+            assert await answer_of(reader) == b"200"
+        first[0][1].write(ASKS + b"Connection: close\r\n\r\n")
+        assert await ended(first[0][0])
+        last_reader, last = await open_one(port)  # one that has ended makes room
+        last.write(ASKS + b"\r\n")
+        assert await answer_of(last_reader) == b"200"
+        for _, writer in (*first, *others):
+            writer.close()
+        for writer in (fourth_writer, sixth_writer, last):
+            writer.close()
 
 
-@pytest.mark.parametrize("sent", [b"", ASKS, b"\r\n", b"GET / HTT"])
-@pytest.mark.parametrize("after", [0, 1])
-def test_a_request_that_does_not_come_whole_ends_its_connection(
-    sent: bytes, after: int, monkeypatch: pytest.MonkeyPatch
+@scene
+async def test_a_request_that_does_not_come_whole_ends_its_connection(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Also the second request of a connection, where the library would wait for ever."""
     monkeypatch.setattr(Connection, "request_s", 0.1)
-    began_whole = bool(after) and not sent  # an idle one has the library's time
-
-    async def all_of_it() -> bool:
-        async with serving(Listener(socket.AF_INET)) as (port, _):
+    async with serving(Listener(socket.AF_INET)) as (port, _):
+        for sent, after in product((b"", ASKS, b"\r\n"), (0, 1)):
+            idle = bool(after) and not sent  # one that is idle has the library's time
             reader, writer = await open_one(port)
             for _ in range(after):
                 writer.write(ASKS + b"\r\n")
                 assert await answer_of(reader) == b"200"
             writer.write(sent)
-            found = await ended(reader, 1.0 if began_whole else 20.0)
+            assert await ended(reader, 1.0 if idle else 20.0) is not idle, (sent, after)
             writer.close()
-            return found
-
-    assert asyncio.run(all_of_it()) is not began_whole
 
 
-def test_a_request_that_comes_slowly_but_in_time_is_answered(
+@scene
+async def test_a_request_that_comes_slowly_but_in_time_is_answered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(Connection, "request_s", 20.0)
-
-    async def all_of_it() -> bytes:
-        async with serving(Listener(socket.AF_INET)) as (port, _):
-            reader, writer = await open_one(port)
-            for part in (ASKS[:7], ASKS[7:], b"\r\n"):
-                writer.write(part)
-                await writer.drain()
-            found = await answer_of(reader)
-            writer.close()
-            return found
-
-    assert asyncio.run(all_of_it()) == b"200"
+    async with serving(Listener(socket.AF_INET)) as (port, _):
+        reader, writer = await open_one(port)
+        for part in (ASKS[:7], ASKS[7:], b"\r\n"):
+            writer.write(part)
+            await writer.drain()
+        assert await answer_of(reader) == b"200"
+        writer.close()
 
 
-def test_an_answer_that_is_not_taken_ends_its_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+@scene
+async def test_an_answer_that_is_not_taken_ends_its_connection(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(Connection, "stall_s", 0.1)
-
-    async def all_of_it() -> bool:
-        async with serving(Listener(socket.AF_INET)) as (port, connections):
-            reader, writer = await open_one(port)
-            writer.transport.pause_reading()
-            writer.write(b"GET /50000000 HTTP/1.1\r\nHost: x\r\n\r\n")
-            await until(lambda: bool(connections))
-            await until(lambda: not connections, 20.0)
-            writer.transport.resume_reading()
-            got = 0
-            try:
-                async with asyncio.timeout(20.0):
-                    while part := await reader.read(1 << 20):
-                        got += len(part)
-            except ConnectionError:
-                pass
-            writer.close()
-            return got < 50_000_000
-
-    assert asyncio.run(all_of_it())
+    async with serving(Listener(socket.AF_INET)) as (port, connections):
+        reader, writer = await open_one(port)
+        writer.transport.pause_reading()
+        writer.write(b"GET /50000000 HTTP/1.1\r\nHost: x\r\n\r\n")
+        await until(lambda: bool(connections))
+        await until(lambda: not connections, 20.0)
+        writer.transport.resume_reading()
+        got = 0
+        with contextlib.suppress(ConnectionError):
+            async with asyncio.timeout(20.0):
+                while part := await reader.read(1 << 20):
+                    got += len(part)
+        writer.close()
+        assert got < 50_000_000
 
 
 def test_a_page_with_its_files_is_far_from_the_bounds() -> None:

@@ -655,7 +655,7 @@ async def raw(port: int, sent: bytes) -> tuple[int, bytes]:
 
 
 HEAD = b"Host: 127.0.0.1:PORT\r\nConnection: close\r\n"
-OURS = b"Origin: http://127.0.0.1:PORT\r\n"
+POSTED = b"POST / HTTP/1.1\r\n" + HEAD + b"Origin: http://127.0.0.1:PORT\r\n"
 CHUNKED = b"Transfer-Encoding: chunked\r\n"
 UPGRADE = (
     b"GET /live HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\nConnection: Upgrade\r\n"
@@ -664,45 +664,16 @@ UPGRADE = (
 )
 RAW = {
     "a look": (b"GET / HTTP/1.1\r\n" + HEAD + b"\r\n", 200),
-    "a look with a path of another server": (
-        b"GET http://evil.example/ HTTP/1.1\r\n" + HEAD + b"\r\n",
-        404,
-    ),
-    "a look in absolute form": (b"GET http://127.0.0.1:PORT/ HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
+    "a path of another server": (b"GET http://evil.example/ HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
     "no host": (b"GET / HTTP/1.0\r\n\r\n", 421),
     "two hosts": (b"GET / HTTP/1.1\r\nHost: evil.example\r\n" + HEAD + b"\r\n", None),
     "a folded host": (b"GET / HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n evil\r\n\r\n", None),
-    "a way up": (b"GET /static/../../x HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
-    "a way up in another spelling": (b"GET /static/%2e%2e/x HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
-    "a trace": (b"TRACE / HTTP/1.1\r\n" + HEAD + b"\r\n", 405),
-    "a question of another page": (
-        b"OPTIONS / HTTP/1.1\r\nAccess-Control-Request-Method: POST\r\n" + HEAD + b"\r\n",
-        405,
-    ),
+    "a way up": (b"GET /static/%2e%2e/x HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
     "a star": (b"OPTIONS * HTTP/1.1\r\n" + HEAD + b"\r\n", 405),
-    "a request without an origin": (
-        b"POST / HTTP/1.1\r\n" + HEAD + b"Content-Length: 1\r\n\r\nx",
-        403,
-    ),
-    "a request of ours": (
-        b"POST / HTTP/1.1\r\n" + HEAD + OURS + b"Content-Length: 1\r\n\r\nx",
-        200,
-    ),
-    "chunks": (
-        b"POST / HTTP/1.1\r\n" + HEAD + OURS + CHUNKED + b"\r\n3\r\nabc\r\n0\r\n\r\n",
-        200,
-    ),
+    "no origin": (b"POST / HTTP/1.1\r\n" + HEAD + b"Content-Length: 1\r\n\r\nx", 403),
+    "chunks": (POSTED + CHUNKED + b"\r\n3\r\nabc\r\n0\r\n\r\n", 200),
     "chunks without an end": (
-        b"POST / HTTP/1.1\r\n"
-        + HEAD
-        + OURS
-        + CHUNKED
-        + b"\r\n"
-        + (b"400\r\n" + b"x" * 0x400 + b"\r\n") * 17,
-        413,
-    ),
-    "a large length": (
-        b"POST / HTTP/1.1\r\n" + HEAD + OURS + b"Content-Length: 99999999\r\n\r\n",
+        POSTED + CHUNKED + b"\r\n" + (b"400\r\n" + b"x" * 0x400 + b"\r\n") * 17,
         413,
     ),
     "a web socket of another page": (UPGRADE + b"Origin: http://evil.example\r\n\r\n", 403),

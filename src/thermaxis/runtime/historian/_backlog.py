@@ -84,11 +84,6 @@ class Backlog:
 
     Too much is never kept: the oldest cycles go first, events only when they alone take a quarter
     of the memory. What is being stored at the moment is never dropped.
-
-    Parameters
-    ----------
-    largest_bytes : int
-        Memory for what waits. [byte]
     """
 
     def __init__(self, largest_bytes: int) -> None:
@@ -153,18 +148,7 @@ class Backlog:
             self._count(loss)
 
     def take(self, most: int) -> Sequence[Item]:
-        """Return the oldest items in their order; they stay here until `stored` or `put_back`.
-
-        Parameters
-        ----------
-        most : int
-            Largest number. [1]
-
-        Returns
-        -------
-        sequence of Item
-            The items; empty if nothing waits.
-        """
+        """Return the oldest items in their order; they stay here until `stored` or `put_back`."""
         with self._lock:
             if not self._flying:
                 queues = (self._cycles, self._events)
@@ -182,13 +166,9 @@ class Backlog:
             self._rest()
 
     def put_back(self, stored_seq: int = -1) -> None:
-        """Let what was taken wait again.
+        """Let what was taken wait again, but for what is stored all the same up to a number.
 
-        Parameters
-        ----------
-        stored_seq : int
-            Items up to this number are stored all the same: the database said so after a
-            connection was lost whose last answer never came. [1]
+        The database says so after a connection was lost whose last answer never came.
         """
         with self._lock:
             self._forget([item for item in self._flying if item.seq <= stored_seq])

@@ -46,26 +46,7 @@ def _no_report(_step: str, _done: int, _total: int) -> None:
 def check_history(url: str, password: str = "", *, report: Report = _no_report) -> Condition:
     """Read everything that a history holds, beside the loop that writes it.
 
-    Parameters
-    ----------
-    url : str
-        The database.
-    password : str
-        Password of the database's user.
-    report : callable
-        Is told step, pieces read and their number, 0 where it is not known.
-
-    Returns
-    -------
-    Condition
-        What is in it. That it is returned means that every page, block and event could be read.
-
-    Raises
-    ------
-    DataError
-        If anything is damaged.
-    ConfigurationError
-        If the URL is wrong, the file is not there, or the history is of a newer program.
+    That it returns means that every page, block and event could be read: damage is a `DataError`.
     """
     path = sqlite_path(parse_url(url, password))
     if path is not None and path.is_file():
@@ -103,22 +84,6 @@ def copy_history(url: str, target: Path) -> None:
 
     Copying the files of a running database one after the other is no way: the log may be emptied
     between the two.
-
-    Parameters
-    ----------
-    url : str
-        The database.
-    target : Path
-        The copy; it must not be there.
-
-    Raises
-    ------
-    ConfigurationError
-        If the URL is wrong or that of a server, the file is not there, or the copy is.
-    DataError
-        If it cannot be read.
-    OSError
-        If the copy cannot be written.
     """
     path = sqlite_path(parse_url(url))
     if path is None:

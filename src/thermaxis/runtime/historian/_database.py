@@ -20,26 +20,7 @@ _BUSY_S = 5.0
 
 
 def parse_url(url: str, password: str = "") -> URL:
-    """Return the address of a database.
-
-    Parameters
-    ----------
-    url : str
-        ``sqlite:///file`` (four slashes for an absolute path) or ``postgresql+psycopg://...``.
-    password : str
-        Password, where the URL has none.
-
-    Returns
-    -------
-    sqlalchemy.engine.URL
-        The address.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no such address, names no file, or allows a connection to another computer
-        without encryption.
-    """
+    """Return the address of a database."""
     try:
         parsed = make_url(url)
     except (ArgumentError, ValueError) as error:

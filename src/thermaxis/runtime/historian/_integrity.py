@@ -23,7 +23,7 @@ class Soundness(NamedTuple):
     complete: bool
     """Whether the whole file was looked at."""
     text: str
-    """What is wrong, or why it is not complete; empty otherwise."""
+    """What is wrong; empty if nothing is."""
 
 
 def is_damage(error: BaseException | None) -> bool:
@@ -33,27 +33,7 @@ def is_damage(error: BaseException | None) -> bool:
 
 
 def check_file(path: Path, longest_s: float) -> Soundness:
-    """Look through SQLite's file.
-
-    Parameters
-    ----------
-    path : Path
-        The file. One that is not there or empty is sound.
-    longest_s : float
-        Time after which the check is broken off. [s]
-
-    Returns
-    -------
-    Soundness
-        What was found.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file is a text: somebody named the wrong file.
-    sqlite3.Error
-        If the file cannot be opened or read at all.
-    """
+    """Look through SQLite's file."""
     if not path.exists() or path.stat().st_size == 0:
         return Soundness(sound=True, complete=True, text="")
     _refuse_text(path)
@@ -68,11 +48,7 @@ def check_file(path: Path, longest_s: float) -> Soundness:
         if is_damage(error):
             return Soundness(sound=False, complete=True, text=str(error))
         if error.sqlite_errorcode == sqlite3.SQLITE_INTERRUPT:
-            return Soundness(
-                sound=True,
-                complete=False,
-                text=f"the check was broken off after {longest_s:g} s: the file is large",
-            )
+            return Soundness(sound=True, complete=False, text="")
         raise
     finally:
         connection.close()

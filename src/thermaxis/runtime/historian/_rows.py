@@ -131,23 +131,7 @@ class RowPacker:
         self._layout_codes: dict[tuple[object, ...], tuple[int, struct.Struct]] = {}
 
     def pack(self, record: CycleRecord) -> PackedCycle:
-        """Return a record as a row.
-
-        Parameters
-        ----------
-        record : CycleRecord
-            The record.
-
-        Returns
-        -------
-        PackedCycle
-            The row; `record_of` gives the record back.
-
-        Raises
-        ------
-        struct.error, TypeError, ValueError, OverflowError, AttributeError
-            If a value is not what its field promises (`UNPACKABLE`).
-        """
+        """Return a record as a row."""
         output = record.output
         samples = record.samples.values()
         applied = record.applied.values()

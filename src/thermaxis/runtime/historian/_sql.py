@@ -67,15 +67,7 @@ class SqlHistorian(Historian):
     # ---- the loop's side ------------------------------------------------------------------------
 
     async def open(self, outputs: Sequence[str], channels: Sequence[str]) -> None:
-        """Begin to store; a database that is not there is waited for.
-
-        Parameters
-        ----------
-        outputs : sequence of str
-            Names of the outputs.
-        channels : sequence of str
-            Names of the model's channels.
-        """
+        """Begin to store; a database that is not there is waited for."""
         self._packer.outputs = tuple(outputs)
         self._packer.channels = tuple(channels)
         if self._thread is None:
@@ -83,26 +75,14 @@ class SqlHistorian(Historian):
             self._thread.start()
 
     def record(self, record: CycleRecord) -> None:
-        """Take a cycle; one that is not what its fields promise counts as lost.
-
-        Parameters
-        ----------
-        record : CycleRecord
-            The cycle.
-        """
+        """Take a cycle; one that is not what its fields promise counts as lost."""
         try:
             self._backlog.add_cycle(self._packer.pack(record))
         except UNPACKABLE as error:
             self._refuse(error, Loss(cycles=1))
 
     def event(self, event: EventRecord) -> None:
-        """Take an event.
-
-        Parameters
-        ----------
-        event : EventRecord
-            The event.
-        """
+        """Take an event."""
         try:
             self._backlog.add_event(pack_event(event))
         except (*UNPACKABLE, RecursionError) as error:
@@ -124,18 +104,7 @@ class SqlHistorian(Historian):
         return HistorianStatus(failure is None, waiting, lost, failure)
 
     async def drain(self, deadline_s: float) -> bool:
-        """Wait until everything that was taken is stored.
-
-        Parameters
-        ----------
-        deadline_s : float
-            Longest time to wait. [s]
-
-        Returns
-        -------
-        bool
-            Whether everything is stored.
-        """
+        """Wait so long until everything that was taken is stored; return whether it is."""
         self._hurry.set()
         try:
             return await asyncio.to_thread(self._backlog.empty.wait, deadline_s)
@@ -144,13 +113,7 @@ class SqlHistorian(Historian):
                 self._hurry.clear()
 
     async def close(self, deadline_s: float) -> None:
-        """Store what is left, as far as a time allows, and end; the rest counts as lost.
-
-        Parameters
-        ----------
-        deadline_s : float
-            The time. [s]
-        """
+        """Store what is left, as far as a time allows, and end; the rest counts as lost."""
         self._end_s = time.monotonic() + deadline_s
         self._closing.set()
         self._hurry.set()

@@ -77,31 +77,6 @@ def open_store(
 
     A damaged file of SQLite is put aside and a new one begun. The folder of the file is made where
     only that one is missing.
-
-    Parameters
-    ----------
-    url : sqlalchemy.engine.URL
-        The address.
-    run_key : str
-        Name of this run, unlike that of every other.
-    check_s : float
-        Longest integrity check. [s]
-    utc : datetime
-        The time of day.
-    watch : FileWatch
-        What is remembered of the file; it is brought up to date.
-
-    Returns
-    -------
-    Store
-        The database.
-
-    Raises
-    ------
-    ConfigurationError
-        If the database is of a newer program, written by another one, or no database.
-    sqlalchemy.exc.SQLAlchemyError, sqlite3.Error, OSError
-        If it cannot be reached or used.
     """
     path = sqlite_path(url)
     if path is not None:  # its folder is made, but no folder above: a disk may not be mounted yet
@@ -134,7 +109,7 @@ def _look_through(path: Path, check_s: float, utc: datetime, watch: FileWatch) -
         values = {"file": path.name, "detail": found.text, "aside": target.name}
         watch.remarks.append(Message("event-history_damaged", values))
     elif not found.complete:
-        values = {"file": path.name, "detail": found.text}
+        values = {"file": path.name, "longest_s": check_s}
         watch.remarks.append(Message("event-history_unchecked", values))
     watch.checked, watch.damage = True, ""
 

@@ -26,23 +26,10 @@ class Encryption(StrEnum):
 
 
 def encryption_of(url: str) -> Encryption:
-    """Return how a connection to PostgreSQL is kept from others.
+    """Return how a connection to PostgreSQL is kept from others: the weakest of its modes.
 
-    Parameters
-    ----------
-    url : str
-        Its URL. Hosts count wherever they stand: as an authority, also a list, and as the keys
-        ``host`` and ``hostaddr``.
-
-    Returns
-    -------
-    Encryption
-        That of the weakest of its modes, if it states several.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no URL.
+    Hosts count wherever they stand: as an authority, also a list, and as the keys ``host`` and
+    ``hostaddr``.
 
     References
     ----------
@@ -69,38 +56,14 @@ def _without_port(name: str) -> str:
 def check_encryption(url: str, *, key: str) -> None:
     """Check that nobody between this computer and a database of PostgreSQL can read along.
 
-    Parameters
-    ----------
-    url : str
-        Its URL.
-    key : str
-        Key or option that states it, for the error.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no URL, or allows a connection to another computer without encryption: the mode
-        has to be stated, as PostgreSQL's own default falls back to none.
+    The mode has to be stated, as PostgreSQL's own default falls back to none.
     """
     if encryption_of(url) is Encryption.NONE:
         raise ConfigurationError("database_unencrypted", place=Place(key=key))
 
 
 def refuse_password(url: str, *, key: str) -> None:
-    """Check that a URL has no password: addresses are shown, stored and listed by the system.
-
-    Parameters
-    ----------
-    url : str
-        The URL.
-    key : str
-        Key or option that states it, for the error.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no URL or has one.
-    """
+    """Check that a URL has no password: addresses are shown, stored and listed by the system."""
     parts = _split(url)
     try:
         password = parts.password

@@ -38,23 +38,7 @@ _REFUSALS = (DataError, IntegrityError, ValueError, TypeError, OverflowError)
 
 
 def pack_event(event: EventRecord) -> PackedEvent:
-    """Return an event as it is stored; what is too long is cut.
-
-    Parameters
-    ----------
-    event : EventRecord
-        The event.
-
-    Returns
-    -------
-    PackedEvent
-        The event.
-
-    Raises
-    ------
-    TypeError, ValueError, AttributeError, OverflowError, RecursionError
-        If a value is not what its field promises.
-    """
+    """Return an event as it is stored; what is too long is cut."""
     details = json.dumps(
         {**event.details, "code": event.code, "values": values_as_json(event.values)}
     )
@@ -84,21 +68,7 @@ def _failure_of(error: BaseException, cause: BaseException) -> Message:
 
 @final
 class Writer:
-    """Stores what waits, as often as it is asked to. Used by one thread, but for `trouble`.
-
-    Parameters
-    ----------
-    url : sqlalchemy.engine.URL
-        The database.
-    settings : HistorianSettings
-        Settings.
-    clock : Clock
-        The time of day of its own events.
-    backlog : Backlog
-        What waits.
-    packer : RowPacker
-        What made the rows.
-    """
+    """Stores what waits, as often as it is asked to. Used by one thread, but for `trouble`."""
 
     def __init__(
         self,
@@ -137,18 +107,7 @@ class Writer:
         return self._failure
 
     def attempt(self, expired: Callable[[], bool] = lambda: False) -> bool:
-        """Store everything that waits, and keep house.
-
-        Parameters
-        ----------
-        expired : callable
-            Whether there is no more time.
-
-        Returns
-        -------
-        bool
-            Whether the database could be used.
-        """
+        """Store everything that waits, and keep house."""
         if self._store is None and not self._open():
             return False
         self._write(expired)

@@ -168,16 +168,6 @@ def _wanted() -> frozenset[int]:
 def fill_address_space(service: NodeManagementService) -> int:
     """Make the nodes of the standard that a status server needs.
 
-    Parameters
-    ----------
-    service : NodeManagementService
-        asyncua's, of a server without any node.
-
-    Returns
-    -------
-    int
-        How many were made. [1]
-
     References
     ----------
     OPC UA Part 5 (information model), as asyncua carries it.

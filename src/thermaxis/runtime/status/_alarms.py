@@ -136,36 +136,12 @@ def alarms_of(
 
 
 def alarms_of_found(elsewhere: Sequence[FoundElsewhere], utc: datetime) -> tuple[Alarm, ...]:
-    """Return the alarms for offsets that have just been found elsewhere.
-
-    Parameters
-    ----------
-    elsewhere : sequence of FoundElsewhere
-        What was found.
-    utc : datetime
-        When.
-
-    Returns
-    -------
-    tuple of Alarm
-        One for each.
-    """
+    """Return the alarms for offsets that have just been found elsewhere."""
     return tuple(one.at(utc) for one in _of_found(elsewhere))
 
 
 def sensor_key(name: str) -> str:
-    """Return the key of the alarm of a sensor.
-
-    Parameters
-    ----------
-    name : str
-        Name of the channel.
-
-    Returns
-    -------
-    str
-        The key, as it is in `Alarm.key`.
-    """
+    """Return the key of the alarm of a sensor."""
     return f"sensor {name}"
 
 

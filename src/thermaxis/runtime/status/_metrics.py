@@ -38,20 +38,7 @@ Samples = Iterable[tuple[Mapping[str, str], Value]]
 
 
 def format_metrics(status: RuntimeStatus | None, age_s: float) -> str:
-    """Return the page.
-
-    Parameters
-    ----------
-    status : RuntimeStatus or None
-        Status of the last cycle; None before the first.
-    age_s : float
-        Time since it was published. [s]
-
-    Returns
-    -------
-    str
-        The text format 0.0.4; every metric begins with ``thermaxis_``.
-    """
+    """Return the page in the text format 0.0.4; every metric begins with ``thermaxis_``."""
     lines: list[str] = []
     for figure, text, samples in _figures(status, age_s):
         name = f"thermaxis_{figure}"
@@ -216,13 +203,7 @@ class MetricsServer:
             ) from None
 
     def publish(self, status: RuntimeStatus) -> None:
-        """Keep a status until somebody asks. Returns at once.
-
-        Parameters
-        ----------
-        status : RuntimeStatus
-            Status after a cycle.
-        """
+        """Keep a status until somebody asks. Returns at once."""
         self._status = status
         self._published_s = self._clock.monotonic_s()
 

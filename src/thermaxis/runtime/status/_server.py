@@ -313,9 +313,8 @@ class StatusServer:
         now_s = self._clock.monotonic_s()
         self._failed_s = [s for s in self._failed_s if now_s - s < FAILURES_WITHIN_S] + [now_s]
         again = len(self._failed_s) < MOST_FAILURES
-        follows = "it begins anew" if again else "it is ended, and every connection with it"
-        text = f"the status server cannot tell its subscribers ({printable(repr(error), 200)})"
-        self._audit(EventRecord(self._clock.utc(), "alarm", "", f"{text}: {follows}"))
+        code = "event-subscribers_untold" if again else "event-status_server_ended"
+        self._tell_event("alarm", "", code, {"detail": printable(repr(error), 200)})
         if again:
             self._begin_telling(tree)
         else:

@@ -358,15 +358,7 @@ class _BinaryServer(BinaryServer):
 
 @final
 class GuardedServer(Server):
-    """asyncua's server with the doors shut that stand open in it.
-
-    Parameters
-    ----------
-    log_in : callable, optional
-        Says who logs in. Default: nobody can by name.
-    anonymous : bool
-        Whether somebody without a name may look. Channels without security take sessions then.
-    """
+    """asyncua's server with the doors shut that stand open in it."""
 
     def __init__(self, log_in: LogIn | None, *, anonymous: bool) -> None:
         super().__init__(iserver=_InternalServer(log_in, anonymous=anonymous))
@@ -380,13 +372,7 @@ class GuardedServer(Server):
         self.set_identity_tokens(tokens if log_in is None else [*tokens, ua.UserNameIdentityToken])
 
     async def start(self) -> None:
-        """Begin to listen.
-
-        Raises
-        ------
-        OSError
-            If the address is not this computer's or the port is taken.
-        """
+        """Begin to listen."""
         await self._setup_server_nodes()
         await self.iserver.start()
         address, port = self._get_bind_socket_info()

@@ -69,21 +69,7 @@ def status_code(name: str) -> ua.StatusCode:
 def data_value(
     kind: Kind, value: Value, quality: str, source: datetime | None, server: datetime
 ) -> ua.DataValue:
-    """Return a value with its quality and both time stamps.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of the value.
-    value : Value
-        The value; None becomes Null.
-    quality : str
-        Name of its status code.
-    source : datetime or None
-        When it was measured.
-    server : datetime
-        When it was asked for.
-    """
+    """Return a value with its quality and both time stamps."""
     held: object = list(value) if isinstance(value, tuple) else value
     if kind is Kind.COUNT and isinstance(value, int):
         held = value % _COUNT_MODULUS
@@ -108,22 +94,7 @@ def flag_variant(*, flag: bool) -> ua.Variant:
 def values_of(
     wanted: Sequence[Argument], given: Sequence[ua.Variant]
 ) -> tuple[list[float | str], str]:
-    """Return the arguments of a call as plain values.
-
-    Parameters
-    ----------
-    wanted : sequence of Argument
-        What the method takes.
-    given : sequence of Variant
-        What the client sent.
-
-    Returns
-    -------
-    values : list of float or str
-        The arguments.
-    wrong : str
-        Name of the status code that refuses the call; empty where the arguments fit.
-    """
+    """Return the arguments of a call as plain values."""
     if len(given) < len(wanted):
         return [], "BadArgumentsMissing"
     if len(given) > len(wanted):
@@ -144,17 +115,7 @@ def values_of(
 
 @final
 class Tree:
-    """The nodes of the status server.
-
-    Parameters
-    ----------
-    server : GuardedServer
-        The server, initialised.
-    namespace : int
-        Index of the nodes' namespace. [1]
-    read : callable
-        Returns the present value of a path.
-    """
+    """The nodes of the status server."""
 
     def __init__(
         self, server: GuardedServer, namespace: int, read: Callable[[str], ua.DataValue]
@@ -176,13 +137,7 @@ class Tree:
         return self._read(str(node_id.Identifier))
 
     async def add_leaves(self, leaves: Sequence[Leaf]) -> None:
-        """Make the nodes that are not there yet; between two of them the loop may run.
-
-        Parameters
-        ----------
-        leaves : sequence of Leaf
-            What is shown.
-        """
+        """Make the nodes that are not there yet; between two of them the loop may run."""
         for leaf in leaves:
             if leaf.path not in self._held:
                 await self._add_leaf(leaf)
@@ -254,19 +209,7 @@ class Tree:
         arguments: tuple[Sequence[Argument], Sequence[Argument]],
         called: Called,
     ) -> None:
-        """Make a method under ``Requests``.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-        text : str
-            What it asks for.
-        arguments : tuple of two sequences of Argument
-            What it takes, and what it gives back.
-        called : callable
-            Answers a call.
-        """
+        """Make a method under ``Requests``."""
         path = f"Requests/{name}"
         attributes = ua.MethodAttributes(
             DisplayName=ua.LocalizedText(name),
@@ -315,25 +258,11 @@ class Tree:
         return iter([path for path, held in self._held.items() if held.datachange_callbacks])
 
     async def tell(self, path: str, value: ua.DataValue) -> None:
-        """Tell the subscribers of a path its value.
-
-        Parameters
-        ----------
-        path : str
-            The path.
-        value : DataValue
-            Its value; asyncua itself drops it where it equals the last one.
-        """
+        """Tell the subscribers of a path its value."""
         await _tell_all(self._held[path], value)
 
     def show_time(self, now: Callable[[], datetime]) -> None:
-        """Show the server's time, computed when it is read.
-
-        Parameters
-        ----------
-        now : callable
-            Returns the time of day in UTC.
-        """
+        """Show the server's time, computed when it is read."""
         inner = self._server.iserver
         whole = ua.NodeId(ObjectIds.Server_ServerStatus)
         current = ua.NodeId(ObjectIds.Server_ServerStatus_CurrentTime)
