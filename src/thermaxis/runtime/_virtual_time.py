@@ -7,13 +7,10 @@ virtual time going on meanwhile, so that no time-out fires because a thread was 
 
 import asyncio
 import selectors
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Any, Final, TypeVar, final
-
-if TYPE_CHECKING:
-    from _typeshed import FileDescriptorLike
+from typing import Any, Final, TypeVar, final
 
 T = TypeVar("T")
 
@@ -27,47 +24,28 @@ deadlock. [s]"""
 
 
 @final
-class _JumpingSelector(selectors.BaseSelector):
+class _JumpingSelector(selectors.DefaultSelector):
     """Looks at the sockets without waiting; where the loop would wait, time jumps."""
 
     def __init__(self) -> None:
-        self._sockets = selectors.DefaultSelector()
+        super().__init__()
         self.now_s = START_S
         self.threads = 0
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         """Return what is ready; let the virtual time go on where nothing is. [s]"""
-        ready = self._sockets.select(0)
+        ready = super().select(0)
         if ready or (timeout is not None and timeout <= 0.0):
             return ready
         if self.threads:
-            return self._sockets.select(LONGEST_STANDSTILL_S)
+            return super().select(LONGEST_STANDSTILL_S)
         if timeout is not None:
             self.now_s += timeout
             return []
-        ready = self._sockets.select(LONGEST_STANDSTILL_S)
+        ready = super().select(LONGEST_STANDSTILL_S)
         if not ready:
             raise RuntimeError("everybody waits, and nothing will ever happen")
         return ready
-
-    def register(
-        self, fileobj: "FileDescriptorLike", events: int, data: object = None
-    ) -> selectors.SelectorKey:
-        return self._sockets.register(fileobj, events, data)
-
-    def unregister(self, fileobj: "FileDescriptorLike") -> selectors.SelectorKey:
-        return self._sockets.unregister(fileobj)
-
-    def modify(
-        self, fileobj: "FileDescriptorLike", events: int, data: object = None
-    ) -> selectors.SelectorKey:
-        return self._sockets.modify(fileobj, events, data)
-
-    def get_map(self) -> "Mapping[FileDescriptorLike, selectors.SelectorKey]":
-        return self._sockets.get_map()
-
-    def close(self) -> None:
-        self._sockets.close()
 
 
 @final

@@ -7,9 +7,11 @@ import asyncio
 import math
 import re
 import tomllib
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -41,23 +43,27 @@ DEADLINE_S = 0.5
 HEARTBEAT, ARM = "thermaxis-heartbeat", "thermaxis-arm"
 
 
-def beside(
-    hal: MemoryHal,
-    act: Callable[[LinuxCncSink], Awaitable[None]],
-    settings: LinuxCncSettings = SETTINGS,
-) -> None:
-    """Open a sink beside a HAL, act in virtual time, and close it."""
+@pytest.fixture
+def runner() -> SimpleNamespace:
+    """Run tests that are coroutines in virtual time."""
+    return SimpleNamespace(run=run_in_virtual_time)
 
-    async def life() -> None:
-        sink = LinuxCncSink(settings, VirtualClock(), hal.attach)
-        await sink.open()
-        try:
-            await asyncio.sleep(0.2)
-            await act(sink)
-        finally:
-            await sink.close()
 
-    run_in_virtual_time(life())
+@pytest.fixture
+def hal() -> MemoryHal:
+    return MemoryHal(hal_text(SETTINGS))
+
+
+@asynccontextmanager
+async def beside(hal: MemoryHal) -> AsyncIterator[LinuxCncSink]:
+    """Open a sink beside a HAL, and close it."""
+    sink = LinuxCncSink(SETTINGS, VirtualClock(), hal.attach)
+    await sink.open()
+    try:
+        await asyncio.sleep(0.2)
+        yield sink
+    finally:
+        await sink.close()
 
 
 async def write_for(
@@ -86,10 +92,8 @@ def edges(hal: MemoryHal, signal: str) -> int:
 # ---- the way of an offset -----------------------------------------------------------------------
 
 
-def test_nothing_is_written_before_found_was_read() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_nothing_is_written_before_found_was_read(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         assert sink.connected
         assert not await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
         assert hal.sets == []
@@ -97,15 +101,11 @@ def test_nothing_is_written_before_found_was_read() -> None:
         assert await sink.found(DEADLINE_S) is None
         assert hal.sets == []
         assert await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
-
-    beside(hal, act)
     assert edges(hal, ARM) == 1
 
 
-def test_requested_accepted_and_effective_are_three_numbers() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_requested_accepted_and_effective_are_three_numbers(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         assert (await sink.read_back(DEADLINE_S))["Z_um"] == (None, 0.0, 0.0)
         await write_for(sink, 1.0, 30.0)
         z = (await sink.read_back(DEADLINE_S))["Z_um"]
@@ -116,8 +116,6 @@ def test_requested_accepted_and_effective_are_three_numbers() -> None:
         z = (await sink.read_back(DEADLINE_S))["Z_um"]
         assert z.effective_um == pytest.approx(30.0, rel=1e-6)
 
-    beside(hal, act)
-
 
 @settings(max_examples=20)
 @given(
@@ -127,45 +125,39 @@ def test_requested_accepted_and_effective_are_three_numbers() -> None:
 def test_sign_and_unit_of_each_joint_are_those_of_its_sentence(z_um: float, x_um: float) -> None:
     hal = MemoryHal(hal_text(SETTINGS))
 
-    async def act(sink: LinuxCncSink) -> None:
-        await write_for(sink, 0.2, z_um, x_um)
-        back = await sink.read_back(DEADLINE_S)
-        assert back["Z_um"].accepted_um == pytest.approx(z_um, rel=1e-6, abs=1e-9)
-        assert back["X_um"].accepted_um == pytest.approx(x_um, rel=1e-6, abs=1e-9)
+    async def life() -> None:
+        async with beside(hal) as sink:
+            await write_for(sink, 0.2, z_um, x_um)
+            back = await sink.read_back(DEADLINE_S)
+            assert back["Z_um"].accepted_um == pytest.approx(z_um, rel=1e-6, abs=1e-9)
+            assert back["X_um"].accepted_um == pytest.approx(x_um, rel=1e-6, abs=1e-9)
 
-    beside(hal, act)
+    run_in_virtual_time(life())
     assert hal.pin("thermaxis-limit-2.in") == pytest.approx(z_um / 1000.0, rel=1e-12)
     assert hal.pin("thermaxis-limit-0.in") == pytest.approx(-x_um / 25400.0, rel=1e-12)
 
 
-def test_the_drive_is_shifted_and_the_controller_does_not_see_it() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
+async def test_the_drive_is_shifted_and_the_controller_does_not_see_it(hal: MemoryHal) -> None:
     hal.put("joint.2.motor-pos-cmd", -10.0)
 
-    async def act(sink: LinuxCncSink) -> None:
+    async with beside(hal) as sink:
         await write_for(sink, 4.0, 30.0)
-
-    beside(hal, act)
     assert hal.pin("thermaxis-shift-2.out") == pytest.approx(-10.0 + 0.030, abs=1e-12)
     assert hal.pin("joint.2.motor-pos-fb") == pytest.approx(-10.0, abs=1e-12)
 
 
-def test_every_write_moves_the_heartbeat_once() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_every_write_moves_the_heartbeat_once(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         assert all(await write_for(sink, 2.0, 1.0))
-
-    beside(hal, act)
     beats = [value for _, name, value in hal.sets if name == HEARTBEAT]
     assert len(beats) == 20
     assert all(a != b for a, b in pairwise(beats))
 
 
-def test_what_is_no_number_stops_the_heartbeat_and_the_machine_takes_the_offset_back() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_what_is_no_number_stops_the_heartbeat_and_the_machine_takes_the_offset_back(
+    hal: MemoryHal,
+) -> None:
+    async with beside(hal) as sink:
         await write_for(sink, 2.0, 10.0)
         before = list(hal.sets)
         nothing = [{"X_um": 0.0, "Z_um": value} for value in (math.nan, math.inf, -math.inf)]
@@ -177,16 +169,14 @@ def test_what_is_no_number_stops_the_heartbeat_and_the_machine_takes_the_offset_
         assert hal.sets == before
         assert (await sink.read_back(DEADLINE_S))["Z_um"] == (10.0, 0.0, 0.0)
 
-    beside(hal, act)
-
 
 # ---- the watchdog -------------------------------------------------------------------------------
 
 
-def test_a_writer_that_pauses_finds_the_offset_on_its_way_and_arms_once_more() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_a_writer_that_pauses_finds_the_offset_on_its_way_and_arms_once_more(
+    hal: MemoryHal,
+) -> None:
+    async with beside(hal) as sink:
         await write_for(sink, 6.0, 50.0)
         await asyncio.sleep(4.0)
         for _ in range(10):  # it stays tripped however often a write is tried
@@ -202,23 +192,17 @@ def test_a_writer_that_pauses_finds_the_offset_on_its_way_and_arms_once_more() -
         assert edges(hal, ARM) == 1
         assert await sink.write({"Z_um": found["Z_um"] or 0.0, "X_um": 0.0}, DEADLINE_S)
         assert sink.last_error == ""
-
-    beside(hal, act)
     assert edges(hal, ARM) == 2
 
 
-def test_the_request_stands_before_the_watchdog_is_armed() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_the_request_stands_before_the_watchdog_is_armed(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         await write_for(sink, 6.0, 50.0)
         await asyncio.sleep(10.0)
         await sink.write({"Z_um": 50.0, "X_um": 0.0}, DEADLINE_S)
         assert hal.pin("thermaxis-shift-2.offset") == 0.0
         assert (await sink.found(DEADLINE_S)) == {"Z_um": 0.0, "X_um": 0.0}
         await sink.write({"Z_um": 0.5, "X_um": 0.0}, DEADLINE_S)
-
-    beside(hal, act)
     names = [name for _, name, _ in hal.sets]
     last_edge = max(i for i, (_, name, value) in enumerate(hal.sets) if name == ARM and value)
     request = max(i for i, name in enumerate(names) if name == "thermaxis-request-2")
@@ -246,24 +230,20 @@ def test_a_successor_in_time_goes_on_without_an_edge_and_a_late_one_needs_it() -
         assert edges(hal, ARM) == wanted
 
 
-def test_a_watchdog_that_does_not_start_is_no_accepted_write() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_a_watchdog_that_does_not_start_is_no_accepted_write(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         hal.behaviour["watchdog.process"] = lambda: None
         assert not any(await write_for(sink, 1.0, 10.0))
         assert "watchdog" in sink.last_error
-
-    beside(hal, act)
 
 
 @pytest.mark.parametrize(
     "frozen_in", ["gets thermaxis-ok", "gets thermaxis-request-0", "gets thermaxis-arm"]
 )
-def test_what_a_frozen_program_comes_back_to_is_not_written_late(frozen_in: str) -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_what_a_frozen_program_comes_back_to_is_not_written_late(
+    hal: MemoryHal, frozen_in: str
+) -> None:
+    async with beside(hal) as sink:
         await sink.found(DEADLINE_S)
         hal.freezes[frozen_in] = 5.0
         assert not await sink.write({"Z_um": 10.0, "X_um": 0.0}, DEADLINE_S)
@@ -272,17 +252,14 @@ def test_what_a_frozen_program_comes_back_to_is_not_written_late(frozen_in: str)
         assert hal.pin(ARM) == 0.0
         assert hal.pin("thermaxis-shift-2.offset") == 0.0
 
-    beside(hal, act)
-
 
 # ---- a machine that is not there, goes, or is not as it must be ---------------------------------
 
 
-def test_a_machine_that_is_not_there_is_waited_for() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
+async def test_a_machine_that_is_not_there_is_waited_for(hal: MemoryHal) -> None:
     hal.running = False
 
-    async def act(sink: LinuxCncSink) -> None:
+    async with beside(hal) as sink:
         assert not sink.connected
         assert "not running" in sink.last_error
         assert await sink.found(DEADLINE_S) is None
@@ -293,13 +270,9 @@ def test_a_machine_that_is_not_there_is_waited_for() -> None:
         assert sink.connected
         assert await sink.found(DEADLINE_S) is not None
 
-    beside(hal, act)
 
-
-def test_after_each_return_of_the_machine_found_is_news_once() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_after_each_return_of_the_machine_found_is_news_once(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         for _ in range(3):
             assert all(await write_for(sink, 0.5, 1.0))
             hal.running = False
@@ -316,13 +289,11 @@ def test_after_each_return_of_the_machine_found_is_news_once() -> None:
             assert await sink.found(DEADLINE_S) is not None
             assert await sink.found(DEADLINE_S) is None
 
-    beside(hal, act)
 
-
-def test_a_machine_that_does_not_answer_costs_no_more_than_the_deadline() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_a_machine_that_does_not_answer_costs_no_more_than_the_deadline(
+    hal: MemoryHal,
+) -> None:
+    async with beside(hal) as sink:
         loop = asyncio.get_running_loop()
         await write_for(sink, 0.5, 1.0)
         hal.answers = False
@@ -339,13 +310,9 @@ def test_a_machine_that_does_not_answer_costs_no_more_than_the_deadline() -> Non
         await asyncio.sleep(3.0)
         assert sink.connected
 
-    beside(hal, act)
 
-
-def test_a_servo_thread_that_stands_still_is_a_lost_connection() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_a_servo_thread_that_stands_still_is_a_lost_connection(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         await write_for(sink, 0.5, 1.0)
         hal.thread_runs = False
         assert not (await write_for(sink, 1.0, 2.0))[-1]
@@ -357,25 +324,19 @@ def test_a_servo_thread_that_stands_still_is_a_lost_connection() -> None:
         await asyncio.sleep(2.0)
         assert sink.connected
 
-    beside(hal, act)
 
-
-def test_the_period_counter_may_begin_again() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
+async def test_the_period_counter_may_begin_again(hal: MemoryHal) -> None:
     hal.put("thermaxis-count.count", 2.0**32 - 100.0)
 
-    async def act(sink: LinuxCncSink) -> None:
+    async with beside(hal) as sink:
         assert all(await write_for(sink, 1.0, 1.0))
         assert hal.pin("thermaxis-count.count") < 400.0
 
-    beside(hal, act)
 
-
-def test_a_joint_that_is_not_homed_takes_no_offset() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
+async def test_a_joint_that_is_not_homed_takes_no_offset(hal: MemoryHal) -> None:
     hal.values["joint.2.homed"] = 0.0
 
-    async def act(sink: LinuxCncSink) -> None:
+    async with beside(hal) as sink:
         assert not sink.connected
         assert sink.failure == Message(
             "error-joint_not_homed", {"joints": ("2",)}, Place("LinuxCNC")
@@ -396,13 +357,9 @@ def test_a_joint_that_is_not_homed_takes_no_offset() -> None:
         assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
         assert await sink.found(DEADLINE_S) == {"Z_um": 0.0, "X_um": 0.0}
 
-    beside(hal, act)
 
-
-def test_another_program_that_sets_the_offset_is_noticed() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_another_program_that_sets_the_offset_is_noticed(hal: MemoryHal) -> None:
+    async with beside(hal) as sink:
         await write_for(sink, 0.5, 1.0)
         hal.values["thermaxis-request-2"] = 0.05
         assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
@@ -413,8 +370,6 @@ def test_another_program_that_sets_the_offset_is_noticed() -> None:
         )
         assert await sink.found(DEADLINE_S) is not None
         assert await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
-
-    beside(hal, act)
 
 
 WRONG = {
@@ -453,14 +408,8 @@ WRONG = {
 }
 
 
-def test_a_machine_that_is_arranged_otherwise_is_not_written_to() -> None:
+async def test_a_machine_that_is_arranged_otherwise_is_not_written_to() -> None:
     text = hal_text(SETTINGS)
-
-    async def act(sink: LinuxCncSink) -> None:
-        assert not any(await write_for(sink, 1.0, 1.0))
-        assert not sink.connected
-        assert fault in sink.last_error, name
-        assert hal.sets == []
 
     for name, (pattern, other, fault) in WRONG.items():
         changed = re.sub(pattern, other, text)
@@ -475,53 +424,51 @@ def test_a_machine_that_is_arranged_otherwise_is_not_written_to() -> None:
             hal.hidden.add(fault)
         else:
             assert changed != text
-        beside(hal, act)
+        async with beside(hal) as sink:
+            assert not any(await write_for(sink, 1.0, 1.0)), name
+            assert not sink.connected
+            assert fault in sink.last_error, name
+            assert hal.sets == []
 
 
-def test_a_set_that_is_not_confirmed_is_no_accepted_write() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
+async def test_a_set_that_is_not_confirmed_is_no_accepted_write(hal: MemoryHal) -> None:
 
     def other_value(command: str) -> None:
         if command == "gets thermaxis-request-2" and hal.sets:
             hal.values["thermaxis-request-2"] = 0.001
 
-    async def act(sink: LinuxCncSink) -> None:
+    async with beside(hal) as sink:
         await sink.found(DEADLINE_S)
         hal.before_answer = other_value
         assert not await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
         assert "0.005 was set and 0.001 is there" in sink.last_error
         assert edges(hal, HEARTBEAT) == edges(hal, ARM) == 0
 
-    beside(hal, act)
-
 
 @pytest.mark.parametrize("signal", [HEARTBEAT, ARM])
-def test_a_bit_that_is_not_confirmed_is_no_accepted_write(signal: str) -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
+async def test_a_bit_that_is_not_confirmed_is_no_accepted_write(
+    hal: MemoryHal, signal: str
+) -> None:
 
     def other_value(command: str) -> None:
         if command == f"gets {signal}":
             hal.values[signal] = 1.0 - hal.values[signal]
 
-    async def act(sink: LinuxCncSink) -> None:
+    async with beside(hal) as sink:
         await sink.found(DEADLINE_S)
         hal.before_answer = other_value
         assert not await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
         assert signal in sink.last_error
 
-    beside(hal, act)
 
-
-def test_a_refused_set_is_no_accepted_write_though_the_value_stands_there_already() -> None:
-    hal = MemoryHal(hal_text(SETTINGS))
-
-    async def act(sink: LinuxCncSink) -> None:
+async def test_a_refused_set_is_no_accepted_write_though_the_value_stands_there_already(
+    hal: MemoryHal,
+) -> None:
+    async with beside(hal) as sink:
         await sink.found(DEADLINE_S)
         hal.source_of["thermaxis-request-2"] = "another.out"
         assert not await sink.write({"Z_um": 0.0, "X_um": 0.0}, DEADLINE_S)
         assert "already has writer" in sink.last_error
-
-    beside(hal, act)
 
 
 EVENTS = st.one_of(
@@ -572,12 +519,13 @@ def test_whatever_happens_the_bounds_hold_and_arming_follows_found(
             hal.running = hal.thread_runs = hal.answers = True
         assert edges(hal, ARM) <= told[0]
 
-    async def act(sink: LinuxCncSink) -> None:
-        for what, value in [("found", 0.0), ("write", 40.0), *events]:
-            await happen(sink, what, value)
-            await asyncio.sleep(0.05)
+    async def life() -> None:
+        async with beside(hal) as sink:
+            for what, value in [("found", 0.0), ("write", 40.0), *events]:
+                await happen(sink, what, value)
+                await asyncio.sleep(0.05)
 
-    beside(hal, act)
+    run_in_virtual_time(life())
     assert all(math.isfinite(value) for _, _, value in hal.sets)
     step = max(abs(b - a) for a, b in pairwise(offsets))
     assert step <= 1.000001e-3 * RATE_UM_PER_S * PERIOD_S

@@ -255,9 +255,8 @@ def test_old_files_are_deleted_and_those_of_others_stay(tmp_path: Path) -> None:
 class Disk:
     """Lets `os.write` fail as a disk with so many bytes left does."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, error: int = errno.ENOSPC) -> None:
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.left = 10**9
-        self.error = error
         self._write, self._cut = os.write, os.ftruncate
         monkeypatch.setattr(_recorder_files.os, "write", self.write)
         monkeypatch.setattr(_recorder_files.os, "ftruncate", self.cut)
@@ -268,7 +267,7 @@ class Disk:
 
     def write(self, descriptor: int, content: bytes | memoryview) -> int:
         if self.left <= 0:
-            raise OSError(self.error, os.strerror(self.error))
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         count = self._write(descriptor, content[: self.left])
         self.left -= count
         return count
@@ -311,21 +310,6 @@ def test_rows_that_fit_are_written_before_a_disk_is_full(
     assert stored.error == os.strerror(errno.ENOSPC)
     assert len(times(tmp_path / NAME)) == stored.entries + 1
     assert stored.entries * row(1).size > 4000
-
-
-def test_a_largest_file_size_of_the_disk_begins_another_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = recording(tmp_path)
-    files.store([row(0)])
-    disk = Disk(monkeypatch, errno.EFBIG)
-    disk.left = 0
-    assert files.store([row(1)]).error
-    disk.left = 10**9
-    assert files.store([row(1), row(2)]) == (2, "")
-    files.close()
-    assert times(tmp_path / NAME) == [at(0)]
-    assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(1), at(2)]
 
 
 def test_a_limit_that_no_file_may_pass_leaves_no_empty_files(tmp_path: Path) -> None:

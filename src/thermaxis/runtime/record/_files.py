@@ -216,7 +216,6 @@ class RecordingFiles:
                 done += self._store_some(entries, done)
             self._sync(entries[-1].log_ms if entries else 0.0)
         except OSError as error:
-            self._set_aside(error)
             return Stored(done, error.strerror or type(error).__name__)
         return Stored(done)
 
@@ -277,22 +276,6 @@ class RecordingFiles:
             self._pair.close()
             self._finished.append(self._pair.log.path)
             self._pair = None
-
-    def _set_aside(self, error: OSError) -> None:
-        """Go on in new files where these cannot grow, as on disks with a largest file size."""
-        pair = self._pair
-        if error.errno != errno.EFBIG or pair is None:
-            return
-        if pair.last_row_ms is not None:
-            self._finish()
-            return
-        self._pair = None
-        if pair.log.size > len(self._heads.log):
-            pair.close()
-        else:
-            self.written.pop()
-            pair.sources.remove()
-            pair.log.remove()
 
     def _begin(self, day: date, log_ms: float) -> _Pair:
         """Make new files; no file that is there is touched."""
