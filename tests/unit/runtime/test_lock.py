@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.refusals import refused
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import sole_runner
 from thermaxis.runtime.historian._integrity import writer_lock
@@ -20,9 +21,9 @@ def test_a_lock_is_held_by_one_and_free_for_the_next_one_after_it(tmp_path: Path
     path = tmp_path / "a.lock"
     with FileLock(path, TAKEN, required=True):
         for required in (True, False):
-            with pytest.raises(ConfigurationError) as refused:
+            with pytest.raises(ConfigurationError) as caught:
                 FileLock(path, TAKEN, required=required)
-            assert refused.value is TAKEN
+            assert caught.value is TAKEN
     with FileLock(path, TAKEN, required=False):
         assert path.read_bytes() == b""
 
@@ -41,7 +42,7 @@ def test_what_acts_on_a_machine_does_not_begin_on_a_system_without_locks(
 ) -> None:
     monkeypatch.setitem(sys.modules, "fcntl", None)
     with (
-        pytest.raises(ConfigurationError, match="no locks on files"),
+        refused("no_file_locks"),
         sole_runner(tmp_path / "lathe.state.json", "lathe"),
     ):
         pytest.fail("nothing may begin")
@@ -63,7 +64,7 @@ def test_a_disk_without_locks_stops_what_acts_on_a_machine_alone(
 
     monkeypatch.setattr(fcntl, "flock", refuse)
     with (
-        pytest.raises(ConfigurationError, match="No locks available"),
+        refused("disk_without_locks", cause="No locks available"),
         sole_runner(tmp_path / "lathe.state.json", "lathe"),
     ):
         pytest.fail("nothing may begin")

@@ -188,8 +188,10 @@ error-no_argon2id_hash = The hash is not an argon2id hash of reasonable cost.
 
 error-machine_in_use = Another program already runs { $machine }.
     .remedy = End it first: two would write the same offset.
-error-no_file_locks = A second program at the machine cannot be excluded: { $cause }.
-    .remedy = Run on Linux, with the file on a disk of this computer.
+error-no_file_locks = A second program at the machine cannot be excluded: the system has no locks on files.
+    .remedy = Run on Linux.
+error-disk_without_locks = A second program at the machine cannot be excluded: the disk keeps no locks ({ $cause }).
+    .remedy = Put the file on a disk of this computer.
 error-history_in_use = Another program writes to this history.
     .remedy = Give each machine a history of its own, or end the other program.
 error-recording_in_use = Another recording writes logs named { $name } here.

@@ -1,5 +1,7 @@
 """What a configuration file says, as frozen values: the rest of the program sees nothing else."""
 
+import errno
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -418,7 +420,7 @@ class MachineConfiguration:
             file = (folder / parts).resolve(strict=True)
             inside = file.is_relative_to(folder) and file.is_file()
         except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-            cause = error.strerror if isinstance(error, OSError) else "links in a circle"
+            cause = getattr(error, "strerror", None) or os.strerror(errno.ELOOP)
             raise ConfigurationError("no_such_model", cause=cause, place=place) from None
         if not inside:
             raise ConfigurationError("model_outside_folder", place=place)

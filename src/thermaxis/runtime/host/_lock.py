@@ -30,9 +30,7 @@ class FileLock:
             raise taken
         if required:
             self.release()
-            raise ConfigurationError(
-                "no_file_locks", cause=_reason(failure), place=Place(str(path))
-            )
+            raise _unlocked(failure, Place(str(path)))
 
     def release(self) -> None:
         """Let others have it."""
@@ -60,10 +58,11 @@ def _lock(descriptor: int) -> OSError | ImportError | None:
     return None
 
 
-def _reason(failure: OSError | ImportError) -> str:
-    if isinstance(failure, OSError):
-        return f"the disk keeps no locks ({failure.strerror or type(failure).__name__})"
-    return "the system has no locks on files"
+def _unlocked(failure: OSError | ImportError, place: Place) -> ConfigurationError:
+    if isinstance(failure, ImportError):
+        return ConfigurationError("no_file_locks", place=place)
+    cause = failure.strerror or type(failure).__name__
+    return ConfigurationError("disk_without_locks", cause=cause, place=place)
 
 
 @contextmanager

@@ -252,8 +252,6 @@ class CompensationLoop:
         self._past: deque[tuple[float, Mapping[str, float]]] = deque(maxlen=PAST_ROWS)
         self._past_s = float("-inf")
         self._names = tuple(output.name for output in compensation.model.outputs)
-        self._parts = _parts_of(compensation)
-        self._gain: tuple[float | None, tuple[tuple[float, ...], ...]] = (math.nan, ())
 
     # ---- what others ask ------------------------------------------------------------------------
 
@@ -341,22 +339,19 @@ class CompensationLoop:
                 self._refuse_waiting()
                 await self._save_last()
                 self._tell_end()
-        return dict(zip(self._names, self._state.correction_um, strict=True))
+        return self._correction_um()
 
     def _tell_end(self) -> None:
         """Tell what stands in the machine when the loop ends."""
-        standing = [
-            f"{name} {value:+.2f} um"
-            for name, value in zip(self._names, self._state.correction_um, strict=True)
-            if value
-        ]
+        left = [f"{name} {value:+.2f} um" for name, value in self._correction_um().items() if value]
         values: dict[str, Value] = {"machine": self.settings.machine}
-        if standing:
-            self._event(
-                "stop", "event-loop_ended_standing", {**values, "standing": ", ".join(standing)}
-            )
-        else:
-            self._event("stop", "event-loop_ended", values)
+        if left:
+            values["standing"] = ", ".join(left)
+        self._event("stop", "event-loop_ended_standing" if left else "event-loop_ended", values)
+
+    def _correction_um(self) -> dict[str, float]:
+        """Return the corrections of now by output. [µm]"""
+        return dict(zip(self._names, self._state.correction_um, strict=True))
 
     async def _cycles(self, stop: asyncio.Event, cycles: int | None) -> None:
         cycle_s = self.compensation.cycle_s
@@ -417,7 +412,7 @@ class CompensationLoop:
         self._state, output = cycle(self.compensation, self._state, reading)
         if connected and not self._silent() and output.state is not SupervisorState.OFF:
             correction_um = dict(zip(self._names, output.correction_um, strict=True))
-            self._touch()
+            self._touched = self.clock.monotonic_s(), self.clock.utc()
             self._refused = not await self.sink.write(correction_um, wait_s)
             self._applied = await self.sink.read_back(wait_s)
             self._left.leave(correction_um, self._applied, refused=self._refused)
@@ -440,7 +435,7 @@ class CompensationLoop:
                 output,
                 self._applied,
                 lateness_s,
-                self._parts,
+                tuple(tuple(p.name for p in o.parts) for o in self.compensation.model.outputs),
                 self._gains(),
                 self._state.diameter_mm,
             )
@@ -504,9 +499,6 @@ class CompensationLoop:
             return math.copysign(total_um, found_um)
         return found_um
 
-    def _touch(self) -> None:
-        self._touched = self.clock.monotonic_s(), self.clock.utc()
-
     def _silent(self) -> bool:
         """Whether the machine has not been looked at or written to for too long.
 
@@ -537,7 +529,7 @@ class CompensationLoop:
         if not self._applied or not self.sink.connected:
             return False
         tolerance_um = self.compensation.supervisor.read_back_tolerance_um
-        for name, correction_um in zip(self._names, self._state.correction_um, strict=True):
+        for name, correction_um in self._correction_um().items():
             accepted_um = self._applied.get(name, _UNKNOWN).accepted_um
             if accepted_um is None or abs(accepted_um - correction_um) > tolerance_um:
                 return True
@@ -610,8 +602,6 @@ class CompensationLoop:
         past = tuple(self._past)
         self._state = with_compensation(new, self.compensation, self._state, past)
         self.compensation = new
-        self._parts = _parts_of(new)
-        self._gain = (math.nan, ())
         self.settings = replace(self.settings, model_file=waiting.request.text, model_sha256=sha256)
 
     def _without_unseen(
@@ -741,14 +731,12 @@ class CompensationLoop:
             self._tell_connections(last, status)
         if now_s - self._alarms_s >= ALARMS_EVERY_S or memory.state is not before.state:
             self._alarms_s = now_s
-            elsewhere = self._left.elsewhere()
-            unread = now_s - self._known_s >= UNREAD_AFTER_S
             self._alarms = alarms_of(
                 status,
                 compensation,
                 self._forbidden or (),
-                elsewhere,
-                unread=unread,
+                self._left.elsewhere(),
+                unread=now_s - self._known_s >= UNREAD_AFTER_S,
                 other_state=self._other_state,
             )
             self._tell_alarms(status.alarms)
@@ -768,9 +756,8 @@ class CompensationLoop:
     def _tell_alarms(self, before: Sequence[Alarm]) -> None:
         known = {alarm.key for alarm in before}
         for alarm in self._alarms:
-            if (
-                alarm.key not in known and alarm.code != AlarmCode.FOUND_ELSEWHERE
-            ):  # told when it was found
+            told = alarm.code == AlarmCode.FOUND_ELSEWHERE  # when it was found
+            if alarm.key not in known and not told:
                 self._tell_alarm(alarm)
         standing = {alarm.key for alarm in self._alarms}
         for alarm in before:
@@ -807,13 +794,10 @@ class CompensationLoop:
         self.historian.event(EventRecord.of(self.clock.utc(), kind, "", message))
 
     def _gains(self) -> tuple[tuple[float, ...], ...]:
-        """Return the gain of every part at the workpiece's diameter, computed when it changes."""
+        """Return the gain of every part at the workpiece's diameter."""
         diameter_mm = self._state.diameter_mm
-        if self._gain[0] != diameter_mm:
-            outputs = self.compensation.model.outputs
-            gains = tuple(tuple(gain_of(p, diameter_mm) for p in o.parts) for o in outputs)
-            self._gain = diameter_mm, gains
-        return self._gain[1]
+        outputs = self.compensation.model.outputs
+        return tuple(tuple(gain_of(part, diameter_mm) for part in o.parts) for o in outputs)
 
     def _channels(self) -> tuple[str, ...]:
         return self.compensation.model.channels
@@ -888,8 +872,7 @@ class CompensationLoop:
         )
         self._diameter = self._state.diameter_mm
         if self._state.memory.held:  # the hold goes on, and should hold what it held
-            held_um = dict(zip(self._names, self._state.correction_um, strict=True))
-            self._left.leave(held_um, {})
+            self._left.leave(self._correction_um(), {})
         self._event("start", "event-saved_state", {"age_s": age_s, "resumed": taken})
 
 
@@ -969,10 +952,6 @@ def _with_self_test(compensation: Compensation) -> Compensation:
 def _standing_um(applied: Applied) -> float | None:
     """Return where an offset stands: what acts where the machine tells, else what it accepted."""
     return applied.accepted_um if applied.effective_um is None else applied.effective_um
-
-
-def _parts_of(compensation: Compensation) -> tuple[tuple[str, ...], ...]:
-    return tuple(tuple(part.name for part in o.parts) for o in compensation.model.outputs)
 
 
 def _flag(sample: SourceSample, meaning: bool) -> bool | None:  # noqa: FBT001 - the value that means yes
