@@ -878,7 +878,7 @@ def largest_jump_um(program: Program, seed: int, calls: int) -> tuple[float, flo
     return largest_um, way_um
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_an_axis_never_jumps_whatever_stands_there_after_losses_and_restarts(seed: int) -> None:
     largest_um, way_um = largest_jump_um(build_program(slow_settings()), seed, 4000)
     assert largest_um == pytest.approx(0.25, abs=1e-12)  # reached, never passed
@@ -1000,14 +1000,11 @@ def test_the_rule_itself_is_not_noticed() -> None:
     assert not is_noticed(with_values({"take_over": RULE}))
 
 
-@pytest.mark.parametrize("words", WRONG_RULES)
-def test_every_other_rule_for_taking_an_offset_over_is_noticed(words: str) -> None:
-    assert is_noticed(with_values({"take_over": WRONG_RULES[words]}))
-
-
-@pytest.mark.parametrize("name", ["called", "waiting", "linked"])
-def test_a_call_that_is_forgotten_is_noticed(name: str) -> None:
-    assert is_noticed(with_values({name: name}))
+def test_every_other_rule_for_taking_an_offset_over_is_noticed() -> None:
+    wrong = {words: {"take_over": rule} for words, rule in WRONG_RULES.items()}
+    wrong |= {f"{name} is forgotten": {name: name} for name in ("called", "waiting", "linked")}
+    missed = [words for words, values in wrong.items() if not is_noticed(with_values(values))]
+    assert missed == []
 
 
 def test_a_block_that_waits_for_nothing_in_off_is_noticed() -> None:

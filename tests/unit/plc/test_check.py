@@ -83,10 +83,10 @@ def test_a_program_that_keeps_every_rule_is_taken(double: bool) -> None:
     taken()
 
 
-@pytest.mark.parametrize("printer", [print_st, print_scl, print_c])
-def test_every_printer_checks_first(printer: Any) -> None:
-    with refused("undeclared"):
-        printer(program(let("t", "nobody")))
+def test_every_printer_checks_first() -> None:
+    for printer in [print_st, print_scl, print_c]:
+        with refused("undeclared"):
+            printer(program(let("t", "nobody")))
 
 
 def test_an_error_names_block_statement_and_branch() -> None:
@@ -104,31 +104,40 @@ def test_the_last_block_is_the_one_that_is_called() -> None:
 # ---- names and texts ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["", "Upper", "1st", "_a", "a_", "a__b", "a-b", "x" * (LONGEST_NAME + 1), "if", "step", "real",
-     "double", "tx_own", "ü"],
-)  # fmt: skip
-def test_a_name_that_some_target_refuses_is_refused(name: str) -> None:
-    broken("name_illegal", temporaries=(number(name),))
-    broken("name_illegal", instances=(Instance(name, "tx_inner"),))
+def test_a_name_that_some_target_refuses_is_refused() -> None:
+    for name in [
+        "",
+        "Upper",
+        "1st",
+        "_a",
+        "a_",
+        "a__b",
+        "a-b",
+        "x" * (LONGEST_NAME + 1),
+        "if",
+        "step",
+        "real",
+        "double",
+        "tx_own",
+        "ü",
+    ]:
+        broken("name_illegal", temporaries=(number(name),))
+        broken("name_illegal", instances=(Instance(name, "tx_inner"),))
 
 
-@pytest.mark.parametrize("name", ["main", "tx_Main", "tx_" + "x" * LONGEST_NAME, "tx__a"])
-def test_the_name_of_a_block_has_its_prefix_and_a_legal_form(name: str) -> None:
-    whole = program()
-    blocks = (replace(whole.blocks[0], name=name), replace(whole.blocks[1], instances=()))
-    with refused("block_name_illegal"):
-        check_program(replace(whole, blocks=blocks))
+def test_the_name_of_a_block_has_its_prefix_and_a_legal_form() -> None:
+    for name in ["main", "tx_Main", "tx_" + "x" * LONGEST_NAME, "tx__a"]:
+        whole = program()
+        blocks = (replace(whole.blocks[0], name=name), replace(whole.blocks[1], instances=()))
+        with refused("block_name_illegal"):
+            check_program(replace(whole, blocks=blocks))
 
 
-@pytest.mark.parametrize(
-    "name", ["tx_number", "tx_step", "tx_init", "tx_main_step", "tx_main_init"]
-)
-def test_the_name_of_a_block_is_none_that_c_needs(name: str) -> None:
-    whole = program()
-    with refused("block_name_taken_in_c"):
-        check_program(replace(whole, blocks=(*whole.blocks, replace(inner(), name=name))))
+def test_the_name_of_a_block_is_none_that_c_needs() -> None:
+    for name in ["tx_number", "tx_step", "tx_init", "tx_main_step", "tx_main_init"]:
+        whole = program()
+        with refused("block_name_taken_in_c"):
+            check_program(replace(whole, blocks=(*whole.blocks, replace(inner(), name=name))))
 
 
 def test_names_are_declared_once() -> None:
@@ -140,15 +149,13 @@ def test_names_are_declared_once() -> None:
         check_program(replace(whole, blocks=(inner(), *whole.blocks)))
 
 
-@pytest.mark.parametrize(
-    "text", ["*)", "(* nested", "/* c", "a\nb", "50 µm", "'", "{", "#", '"', ";"]
-)
-def test_remarks_have_no_sign_that_could_end_them(text: str) -> None:
-    broken("remark_signs", Remark(text))
-    broken("remark_signs", temporaries=(Variable("v", Kind.NUMBER, text),))
-    broken("remark_signs", remarks=(text,))
-    with refused("remark_signs"):
-        check_program(replace(program(), head=(text,)))
+def test_remarks_have_no_sign_that_could_end_them() -> None:
+    for text in ["*)", "(* nested", "/* c", "a\nb", "50 µm", "'", "{", "#", '"', ";"]:
+        broken("remark_signs", Remark(text))
+        broken("remark_signs", temporaries=(Variable("v", Kind.NUMBER, text),))
+        broken("remark_signs", remarks=(text,))
+        with refused("remark_signs"):
+            check_program(replace(program(), head=(text,)))
 
 
 def test_units_in_brackets_stand_beside_variables_and_not_in_statements() -> None:
@@ -159,9 +166,8 @@ def test_units_in_brackets_stand_beside_variables_and_not_in_statements() -> Non
 # ---- variables ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("kind", "start"),
-    [
+def test_a_start_is_of_its_kind() -> None:
+    for kind, start in [
         (Kind.BOOL, 1),
         (Kind.BOOL, 0.5),
         (Kind.INT, 32768),
@@ -171,10 +177,8 @@ def test_units_in_brackets_stand_beside_variables_and_not_in_statements() -> Non
         (Kind.NUMBER, float("nan")),
         (Kind.NUMBER, float("inf")),
         (Kind.NUMBER, True),
-    ],
-)
-def test_a_start_is_of_its_kind(kind: Kind, start: float) -> None:
-    broken("wrong_start", temporaries=(Variable("v", kind, "v", start),))
+    ]:
+        broken("wrong_start", temporaries=(Variable("v", kind, "v", start),))
 
 
 def test_a_number_that_the_target_cannot_keep_is_refused_with_its_name() -> None:
@@ -239,9 +243,8 @@ def test_an_output_is_one_of_an_instance() -> None:
 # ---- kinds and operations -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
+def test_kinds_are_never_mixed() -> None:
+    for statement in [
         let("x", "go"),
         let("x", "k"),
         let("x", 1),
@@ -265,28 +268,23 @@ def test_an_output_is_one_of_an_instance() -> None:
         let("i", -32769),
         when("u", let("x", "u")),
         when(two("k", "+", 1), let("x", "u")),
-    ],
-)
-def test_kinds_are_never_mixed(statement: Any) -> None:
-    with pytest.raises(ProgramError):
-        check_program(program(statement))
+    ]:
+        with pytest.raises(ProgramError):
+            check_program(program(statement))
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
+def test_a_number_is_computed_alone() -> None:
+    for statement in [
         let("x", two("u", "*", two("u", "+", "x"))),
         let("x", two(two("u", "*", "x"), "+", "x")),
         let("was", two(two("u", "-", "x"), ">", "a")),
         when(two("a", "<", two("u", "+", "x")), let("x", "u")),
         let("was", two("go", "AND", two(two("u", "*", "a"), "<", "x"))),
         let(Element("ring", "i"), two(two("u", "*", "a"), "+", "x")),
-    ],
-)
-def test_a_number_is_computed_alone(statement: Any) -> None:
-    with pytest.raises(ProgramError) as caught:
-        check_program(program(statement))
-    assert caught.value.code in {"two_computations", "computation_not_alone"}
+    ]:
+        with pytest.raises(ProgramError) as caught:
+            check_program(program(statement))
+        assert caught.value.code in {"two_computations", "computation_not_alone"}
 
 
 def test_one_operation_on_numbers_may_have_signs_elements_and_outputs() -> None:
@@ -302,15 +300,15 @@ def test_only_copied_numbers_are_compared_for_equality() -> None:
     broken("computed_number_compared", let("was", two(Minus(Name("u")), "=", "x")))
 
 
-@pytest.mark.parametrize("divisor", ["zero", "u", "x", Minus(Name("a"))])
-def test_only_a_constant_that_is_not_zero_divides(divisor: Any) -> None:
-    broken("divisor_not_constant", let("x", two("u", "/", divisor)))
-    taken(let("x", two("u", "/", "a")))
+def test_only_a_constant_that_is_not_zero_divides() -> None:
+    for divisor in ["zero", "u", "x", Minus(Name("a"))]:
+        broken("divisor_not_constant", let("x", two("u", "/", divisor)))
+        taken(let("x", two("u", "/", "a")))
 
 
-@pytest.mark.parametrize("name", ["u", "go", "k", "a", "last"])
-def test_inputs_and_constants_are_never_written(name: str) -> None:
-    broken("written_though_constant", Assign(Name(name), Name(name)))
+def test_inputs_and_constants_are_never_written() -> None:
+    for name in ["u", "go", "k", "a", "last"]:
+        broken("written_though_constant", Assign(Name(name), Name(name)))
 
 
 def test_arrays_are_named_with_an_index_and_nothing_else_is() -> None:

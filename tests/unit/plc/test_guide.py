@@ -69,7 +69,9 @@ def guide(settings: PlcSettings, target: Target) -> str:
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=str)
-def test_every_input_and_output_is_in_the_guide_with_its_unit(target: Target) -> None:
+def test_the_guide_has_every_input_and_output_safe_words_and_no_mark_unexplained(
+    target: Target,
+) -> None:
     settings = exported(double=target.variant != "s7-300")
     text = guide(settings, target)
     main = build_program(settings).blocks[-1]
@@ -82,20 +84,12 @@ def test_every_input_and_output_is_in_the_guide_with_its_unit(target: Target) ->
     assert "\n## Not protected\n" in text
     assert "within 200 s from the largest one" in text  # 50 um at 0.25 um/s
     assert ("TIA Portal not checked" in text) == (target.dialect == "scl")
-
-
-@pytest.mark.parametrize("target", TARGETS, ids=str)
-def test_text_from_people_comes_as_letters_digits_and_few_signs(target: Target) -> None:
-    text = guide(exported(double=target.variant != "s7-300"), target)
+    # Text from people comes as letters, digits and few signs.
     assert text.isascii()
     for piece in ("*)", "<script>", "{0}", "`x`", "END_VAR |"):
         assert piece not in text
     assert "END_VAR x script 0 a" in text
-
-
-@pytest.mark.parametrize("target", TARGETS, ids=str)
-def test_every_mark_that_is_used_is_explained(target: Target) -> None:
-    text = guide(exported(double=target.variant != "s7-300"), target)
+    # Every mark that is used is explained.
     used = set(re.findall(r"\[(run|V|inf|trade|M|src|S)[,\] ]", text))
     legend = next(line for line in text.splitlines() if line.startswith("Marks:"))
     assert used
@@ -223,15 +217,15 @@ def test_a_model_without_a_gain_is_said_never_to_correct_and_no_hours_of_zero_ar
         assert ("This model counts from its start" in head) == (not warned)
 
 
-@pytest.mark.parametrize(("lowest_c", "warned"), [(-10.0, True), (0.0, True), (0.5, False)])
-def test_a_range_that_an_open_input_lies_in_is_warned_of(lowest_c: float, warned: bool) -> None:
-    settings = exported()
-    rules = dict(settings.compensation.sensors)
-    rules["T2"] = SensorRules(lowest_c=lowest_c, highest_c=90.0)
-    changed = replace(settings, compensation=replace(settings.compensation, sensors=rules))
-    text = guide(changed, Target("c"))
-    assert ("0.0 degC lies in the plausible range of T2: an open input" in text) == warned
-    assert "what the lowest or highest count of its module means" in text
+def test_a_range_that_an_open_input_lies_in_is_warned_of() -> None:
+    for lowest_c, warned in [(-10.0, True), (0.0, True), (0.5, False)]:
+        settings = exported()
+        rules = dict(settings.compensation.sensors)
+        rules["T2"] = SensorRules(lowest_c=lowest_c, highest_c=90.0)
+        changed = replace(settings, compensation=replace(settings.compensation, sensors=rules))
+        text = guide(changed, Target("c"))
+        assert ("0.0 degC lies in the plausible range of T2: an open input" in text) == warned
+        assert "what the lowest or highest count of its module means" in text
 
 
 def test_trims_and_holds_are_said_to_end_by_themselves() -> None:

@@ -20,14 +20,14 @@ MORE_FLAGS = (
 # ---- the text -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("double", [True, False])
-def test_the_text_is_ascii_in_lines_of_a_hundred_signs(double: bool) -> None:
-    for text in print_c(small(double=double)):
-        assert text.isascii()
-        assert max(map(len, text.splitlines())) <= 100
-        assert not any(line != line.rstrip() for line in text.splitlines())
-        assert text.count("/*") == text.count("*/")
-        assert "//" not in text
+def test_the_text_is_ascii_in_lines_of_a_hundred_signs() -> None:
+    for double in [True, False]:
+        for text in print_c(small(double=double)):
+            assert text.isascii()
+            assert max(map(len, text.splitlines())) <= 100
+            assert not any(line != line.rstrip() for line in text.splitlines())
+            assert text.count("/*") == text.count("*/")
+            assert "//" not in text
 
 
 def test_inputs_outputs_states_and_instances_are_members_and_the_rest_is_local() -> None:

@@ -207,8 +207,10 @@ def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_n
         assert block.state == list(SupervisorState).index(expected)
 
 
-@pytest.mark.parametrize("odd", [math.nan, math.inf, -1e30])
-@pytest.mark.parametrize("name", ["read_k0_mm", "read_slope", "read_reference_mm"])
+@pytest.mark.parametrize(
+    ("name", "odd"),
+    [("read_k0_mm", math.nan), ("read_slope", math.inf), ("read_reference_mm", -1e30)],
+)
 def test_what_is_no_line_counts_as_not_read(name: str, odd: float) -> None:
     line = LineSettings(positions_mm=(0.0, 1000.0), away=True)
     block = executable(build_line_program(settings_at((0.0, 1000.0)), line))()
@@ -364,18 +366,15 @@ def test_vectors_have_a_column_for_everything_and_are_the_same_twice() -> None:
     assert len(lines) == 51
 
 
-@pytest.mark.parametrize(
-    ("positions", "code"),
-    [
+def test_positions_that_make_no_line_are_refused() -> None:
+    for positions, code in [
         ((100.0,), "too_few_positions"),
         ((100.0, 100.5), "positions_too_close"),
         ((100.0, math.nan), "outside_range"),
         ((100.0, 2e5), "outside_range"),
-    ],
-)
-def test_positions_that_make_no_line_are_refused(positions: tuple[float, ...], code: str) -> None:
-    with refused(code):
-        LineSettings(positions_mm=positions, away=True)
+    ]:
+        with refused(code):
+            LineSettings(positions_mm=positions, away=True)
 
 
 def test_limits_that_allow_a_slope_which_the_control_does_not_follow_are_refused() -> None:
