@@ -2,6 +2,9 @@ from ._settings import (
     PlcSettings as PlcSettings,
     export_settings as export_settings,
 )
+from ._texts import (
+    remark_of as remark_of,
+)
 from .blocks import (
     LineSettings as LineSettings,
     build_line_program as build_line_program,

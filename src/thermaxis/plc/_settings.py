@@ -6,10 +6,10 @@ from itertools import pairwise
 from math import expm1, frexp
 from typing import final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc.tree import REMARK, PlcNames, names_of, noted, remark_text, stored
+from thermaxis.plc.tree import PlcNames, names_of, stored
 
 INTERLOCK = "plc"
 """Name of the one interlock of the block."""
@@ -50,10 +50,9 @@ class PlcSettings:
     ConfigurationError
         If there are redundant sensors or other interlocks than `INTERLOCK`, too many outputs,
         parts, sections or channels, a delay that is no whole number of cycles or too long, a gap
-        that is shorter than the longest cycle, a name that cannot be made legal, a note with
-        signs that no remark may have, or a number that the target's numbers cannot hold. In REAL
-        also if the cycle is no multiple of 1/128 s, a time is too long to be counted exactly, or
-        a rate is lost in the rounding of its total.
+        that is shorter than the longest cycle, a name that cannot be made legal, or a number that
+        the target's numbers cannot hold. In REAL also if the cycle is no multiple of 1/128 s, a
+        time is too long to be counted exactly, or a rate is lost in the rounding of its total.
     """
 
     compensation: Compensation
@@ -64,9 +63,8 @@ class PlcSettings:
     """Name of the block, before it is made legal."""
     model_sha256: str = ""
     """Hash of the model's file, in 64 hexadecimal digits; empty where there is none."""
-    notes: tuple[str, ...] = ()
-    """What the export has changed in the model, in sentences that may stand in a remark: what
-    people have written in them has passed `remark_text`, once."""
+    notes: tuple[Message, ...] = ()
+    """What the export has changed in the model."""
     names: PlcNames = field(init=False, repr=False, compare=False)
     """Names of everything."""
 
@@ -89,8 +87,6 @@ class PlcSettings:
             )
         if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
             raise ConfigurationError("no_sha256", place=Place(key="model_sha256"))
-        if not all(REMARK.fullmatch(text) for text in self.notes):
-            raise ConfigurationError("remark_signs", place=Place(key="notes"))
         object.__setattr__(self, "names", names_of(model, self.name))
         _require_numbers(self)
 
@@ -170,7 +166,7 @@ def export_settings(
     changed = replace(
         compensation, cycle_s=cycle_s, redundant=frozenset[str](), interlocks=(INTERLOCK,)
     )
-    notes: list[str] = []
+    notes: list[Message] = []
     outputs = tuple(
         replace(output, parts=tuple(_in_cycles(part, cycle_s, notes) for part in output.parts))
         for output in compensation.model.outputs
@@ -186,12 +182,12 @@ def export_settings(
     )
 
 
-def _in_cycles(part: Part, cycle_s: float, notes: list[str]) -> Part:
+def _in_cycles(part: Part, cycle_s: float, notes: list[Message]) -> Part:
     delay_s = round(part.delay_s / cycle_s) * cycle_s
     if delay_s == part.delay_s:
         return part
-    seconds = f"{noted(part.delay_s)} s in the model, {noted(delay_s)} s here"
-    notes.append(f"delay of {remark_text(part.name)}: {seconds}")
+    values = {"part": part.name, "model_s": part.delay_s, "here_s": delay_s}
+    notes.append(Message("change-delay_in_whole_cycles", values))
     return replace(part, delay_s=delay_s)
 
 

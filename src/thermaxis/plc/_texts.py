@@ -1,8 +1,29 @@
-"""The paragraphs of guide and head, which stand in ``texts.md``."""
+"""The paragraphs of guide and head, which stand in ``texts.md``, and sentences as remarks."""
 
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+
+from thermaxis.codes import Message, Value
+from thermaxis.messages import sentence
+from thermaxis.plc.tree import noted, remark_text
+
+
+def remark_of(message: Message) -> str:
+    """Return the sentence of a message so that it may stand in a remark of any target."""
+    return sentence(message.code, {name: _plain(value) for name, value in message.values.items()})
+
+
+def _plain(value: Value) -> str:
+    match value:
+        case Message():
+            return remark_of(value)
+        case tuple():
+            return ", ".join(map(_plain, value))
+        case float():
+            return noted(value)
+        case _:
+            return remark_text(str(value))
 
 
 def text(key: str, **values: object) -> str:

@@ -8,6 +8,7 @@ from hashlib import sha256
 
 import pytest
 
+from thermaxis.codes import message_as_json
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -30,6 +31,7 @@ from thermaxis.plc import (
     build_program,
     export_settings,
     guide_text,
+    remark_of,
     report_of,
     report_text,
 )
@@ -282,7 +284,8 @@ def test_the_report_has_hashes_of_the_files_and_no_day() -> None:
     report = report_of(settings, facts, files)
     assert report["files"] == {n: sha256(t.encode()).hexdigest() for n, t in files.items()}
     assert report["models"] == [{"name": "z.json", "sha256": "ab" * 32}]
-    assert report["changed"] == list(settings.notes)
+    assert report["changed"] == [*map(remark_of, settings.notes)]
+    assert report["changed_codes"] == [*map(message_as_json, settings.notes)]
     assert len(settings.notes) == 1
     assert report == report_of(settings, facts, files)
     text = report_text(report)

@@ -1,7 +1,7 @@
 """The files of an export: program, test vectors, guide and report, as text."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from hashlib import sha256
 from typing import NamedTuple, cast, final
@@ -10,7 +10,7 @@ from thermaxis import plc
 from thermaxis.cli._arguments import refuse_foreign
 from thermaxis.cli.exchange._export_places import typed_place
 from thermaxis.cli.exchange._export_settings import Exported, exported_of
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc.blocks import setting_warnings, wrapped
 from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
@@ -35,7 +35,7 @@ class Export(NamedTuple):
     """Content by name; the report is the last."""
     report: Mapping[str, object]
     """Content of the report."""
-    remarks: tuple[str, ...]
+    remarks: tuple[Message, ...]
     """What the user must know besides the model's warnings."""
 
 
@@ -69,7 +69,9 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     told = [""]
     if exported.machine:
         told.append(f"Rules and limits of the machine {remark_text(exported.machine)}")
-    told += [line for text in exported.warnings for line in wrapped(f"Warning: {text}.")]
+    told += [
+        line for one in exported.warnings for line in wrapped(f"Warning: {plc.remark_of(one)}.")
+    ]
     told += [
         f"Test vectors: {stem}.vectors.csv, SHA-256",
         f"  {sha256(tested.text.encode('utf-8')).hexdigest()}",
@@ -161,17 +163,10 @@ def _name_of(
     return first.name.removesuffix(".json")
 
 
-def _remarks(exported: Exported, target: plc.Target, size: int) -> tuple[str, ...]:
-    said: list[str] = []
+def _remarks(exported: Exported, target: plc.Target, size: int) -> Iterator[Message]:
     if target.variant == "s7-300" and size > LARGEST_S7_300_BYTES:
-        said.append(
-            f"the instance data take {size} bytes, which small CPUs of the S7-300 class have no"
-            " data block for: choose a longer cycle where delays are long"
-        )
+        yield Message("remark-large_instance", {"size": size})
     if exported.compensation.redundant:
-        said.append("the block has no redundant sensors: choose between two before it")
+        yield Message("remark-no_redundant_in_block")
     if len(exported.compensation.interlocks) > 1:
-        said.append(
-            "interlocks_met is one input for " + ", ".join(exported.compensation.interlocks)
-        )
-    return tuple(said)
+        yield Message("remark-one_interlock", {"interlocks": exported.compensation.interlocks})

@@ -1,13 +1,13 @@
 """What ``thermaxis export`` exports: models with rules and limits of a machine, or stated ones."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from thermaxis.cli._arguments import number, refuse_both, refuse_foreign
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -21,7 +21,6 @@ from thermaxis.compensation import (
 from thermaxis.errors import ConfigurationError, require_unique
 from thermaxis.files import model_sha256, read_model
 from thermaxis.plc.blocks import at_position, require_apart
-from thermaxis.plc.tree import remark_text
 from thermaxis.runtime import MachineConfiguration, read_machine
 
 _Value = TypeVar("_Value")
@@ -52,9 +51,9 @@ class Exported(NamedTuple):
     """Position by output; empty where there is no line. [mm]"""
     machine: str
     """Name of the machine whose rules these are; empty where they were stated."""
-    changed: tuple[str, ...] = ()
-    """What was changed in the models, in words."""
-    warnings: tuple[str, ...] = ()
+    changed: tuple[Message, ...] = ()
+    """What was changed in the models."""
+    warnings: tuple[Message, ...] = ()
     """What in the machine's configuration does not fit the export, in words that may stand in a
     remark."""
 
@@ -196,11 +195,11 @@ def _common_provenance(sources: tuple[ModelSource, ...]) -> Provenance:
 def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
     """Return what the words of the command line ask for."""
     read = sources = read_sources(arguments.models)
-    changed: tuple[str, ...] = ()
+    changed: tuple[Message, ...] = ()
     if arguments.reference is not None:
         sources = tuple(_with_stated_references(source) for source in read)
         if any(a.model != b.model for a, b in zip(read, sources, strict=True)):
-            changed = ("references: those that the model states, in place of those at the start",)
+            changed = (Message("change-references_stated"),)
     positions: tuple[float, ...] = ()
     if line:
         model, positions, origins = _at_positions(sources, arguments.at)
@@ -213,13 +212,13 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
         refuse_foreign(arguments, "--dialect sinumerik-tempcomp", *alone)
         model = source.model
         origins = tuple(output.name for output in model.outputs)
-    machine, warnings = "", ()
+    machine, warnings = "", tuple[Message, ...]()
     if arguments.machine is not None:
         for option in ("--limit", "--rate", "--plausible"):
             refuse_both(arguments, option, "--machine")
         compensation, configuration = _of_machine(arguments.machine, model, origins)
         machine = configuration.name
-        warnings = _machine_warnings(configuration, read, arguments.cycle_s)
+        warnings = tuple(_machine_warnings(configuration, read, arguments.cycle_s))
     else:
         compensation = _stated(model, origins, arguments)
     digest = read[0].sha256 if model == read[0].model else model_sha256(model)
@@ -248,23 +247,22 @@ def _of_machine(
 
 def _machine_warnings(
     configuration: MachineConfiguration, sources: tuple[ModelSource, ...], cycle_s: float
-) -> tuple[str, ...]:
-    """Return what was set up for another model or another cycle than the exported ones."""
-    said: list[str] = []
+) -> Iterator[Message]:
+    """Yield what was set up for another model or another cycle than the exported ones."""
     own_s = configuration.rules.cycle_s
     if own_s != cycle_s:
-        said.append(
-            f"the cycle is {cycle_s:g} s here and {own_s:g} s in the configuration of the machine:"
-            f" with its rate a call may move the correction {cycle_s / own_s:.3g} times as far"
-        )
+        values = {"cycle_s": cycle_s, "machine_cycle_s": own_s}
+        times = float(f"{cycle_s / own_s:.3g}")
+        yield Message("warning-cycle_of_machine", {**values, "times": times})
     model = configuration.model
     if any(source.sha256 != model.sha256 for source in sources):
-        exported = ", ".join(f"{remark_text(s.name)} ({s.sha256[:12]})" for s in sources)
-        said.append(
-            f"the configuration of the machine is for the model {remark_text(model.path.name)}"
-            f" ({model.sha256[:12]}), exported is {exported}: its limits and rules may not suit it"
-        )
-    return tuple(said)
+        exported = tuple(_with_hash(source.name, source.sha256) for source in sources)
+        own = _with_hash(model.path.name, model.sha256)
+        yield Message("warning-model_of_machine", {"model": own, "exported": exported})
+
+
+def _with_hash(name: str, sha256: str) -> Message:
+    return Message("text-model_with_hash", {"name": name, "sha256": sha256[:12]})
 
 
 def _stated(

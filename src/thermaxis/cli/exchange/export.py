@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import cast
 
+from thermaxis import plc
 from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.cli._json import write_json
 from thermaxis.cli.exchange._export_files import Export, export_of
@@ -140,11 +141,10 @@ def _summary(export: Export, folder: Path) -> str:
             f"  REAL differs from LREAL by at most {export.difference.model_um:.2g} µm of the"
             f" model in {export.difference.calls} calls without faults"
         )
-    warned = [text] if (text := restart_warning(settings)) else []
-    lines += [f"changed: {text}" for text in settings.notes]
-    lines += [
-        f"warning: {printable(text, 400)}" for text in (*warned, *export.remarks, *model.warnings)
-    ]
+    restart = restart_warning(settings)
+    warned = [plc.remark_of(one) for one in (restart, *export.remarks) if one is not None]
+    lines += [f"changed: {plc.remark_of(note)}" for note in settings.notes]
+    lines += [f"warning: {printable(text, 400)}" for text in (*warned, *model.warnings)]
     lines += [f"written: {printable(str(folder / name))}" for name in export.files]
     lines.append(f"not checked: {'; '.join(cast('list[str]', export.report['not_checked']))}")
     return "\n".join(lines) + "\n"

@@ -5,7 +5,6 @@ from ._head import (
     NEVER_OUTCOMES as NEVER_OUTCOMES,
     NEVER_QUALITIES as NEVER_QUALITIES,
     head_of as head_of,
-    restart_warning as restart_warning,
     wrapped as wrapped,
 )
 from ._library import (
@@ -22,5 +21,6 @@ from ._tempcomp import (
     require_apart as require_apart,
 )
 from ._warnings import (
+    restart_warning as restart_warning,
     setting_warnings as setting_warnings,
 )

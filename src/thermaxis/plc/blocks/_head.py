@@ -19,9 +19,9 @@ from thermaxis.compensation import (
 )
 from thermaxis.messages import sentence
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
-from thermaxis.plc._texts import paragraphs, text
+from thermaxis.plc._texts import paragraphs, remark_of, text
 from thermaxis.plc.blocks._library import numbered
-from thermaxis.plc.blocks._warnings import never_corrects, setting_warnings
+from thermaxis.plc.blocks._warnings import restart_warning, setting_warnings
 from thermaxis.plc.tree import noted, remark_text
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ MOST_FIGURES = 40
 """Figures of the identification that are listed. [1]"""
 
 
-_REST = 3.0
 _NEVER = " (never in a PLC)"
 NEVER_OUTCOMES = frozenset(
     {
@@ -69,27 +68,6 @@ def head_of(settings: PlcSettings) -> tuple[str, ...]:
     return tuple(line for paragraph in paragraphs for line in wrapped(paragraph))
 
 
-def restart_warning(settings: PlcSettings) -> str:
-    """Return what a restart of a warm machine does to a model that counts from its start."""
-    model = settings.compensation.model
-    if model.reference == STATED:
-        return ""
-    if all(map(never_corrects, model.outputs)):
-        return ""
-    parts = [part for output in model.outputs for part in output.parts]
-    slowest_s = model.input_filter_s + max(
-        [0.0, *(s.time_constant_s for part in parts for s in part.sections if s.gain_um_per_k)]
-    )
-    lasts = ""
-    if slowest_s > 0.0:
-        hours = noted(float(f"{_REST * slowest_s / 3600.0:.2g}"))
-        lasts = (
-            f" the correction is wrong for about three of its slowest time constants, {hours} h,"
-            " and"
-        )
-    return text("restart_warning", lasts=lasts)
-
-
 def wrapped(paragraph: str) -> list[str]:
     """Return a paragraph as lines of a head."""
     indent = " " * (len(paragraph) - len(paragraph.lstrip()))
@@ -119,9 +97,9 @@ def _identity(settings: PlcSettings) -> Iterator[str]:
     for warning in settings.compensation.model.warnings:
         yield f"Warning: {remark_text(warning, 300)}"
     for warning in setting_warnings(settings):
-        yield f"Warning: {warning}."
+        yield f"Warning: {remark_of(warning)}."
     for note in settings.notes:
-        yield f"Changed by the export: {note}"
+        yield f"Changed by the export: {remark_of(note)}"
 
 
 def _conventions(settings: PlcSettings) -> Iterator[str]:
@@ -141,7 +119,7 @@ def _conventions(settings: PlcSettings) -> Iterator[str]:
     else:
         yield "Reference: the first good temperatures after the start, sections start at rest."
         if warning := restart_warning(settings):
-            yield f"Warning: {warning}"
+            yield f"Warning: {remark_of(warning)}"
         yield text("head_reference")
     yield "Start: nothing is kept over a loss of power."
 

@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple, final
 
+from thermaxis.codes import Message
 from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
-from thermaxis.plc._texts import paragraphs, text
+from thermaxis.plc._texts import paragraphs, remark_of, text
 from thermaxis.plc.blocks import LineSettings, bound_texts, restart_warning, setting_warnings
 from thermaxis.plc.guide._losses import losses_text
 from thermaxis.plc.guide._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
@@ -26,8 +27,8 @@ class GuideFacts(NamedTuple):
     """Interlocks of the machine, which are one input here."""
     line: LineSettings | None = None
     """The line; None where there is none."""
-    warnings: tuple[str, ...] = ()
-    """What else is to be warned of, in sentences without their full stops, as remarks."""
+    warnings: tuple[Message, ...] = ()
+    """What else is to be warned of."""
 
 
 def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> str:
@@ -92,12 +93,12 @@ def _opening(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     for warning in settings.compensation.model.warnings:
         yield _stopped(f"Warning of the model: {remark_text(warning, 300)}")
     for said in (*setting_warnings(settings), *facts.warnings):
-        yield _stopped(f"**Warning:** {said}")
+        yield _stopped(f"**Warning:** {remark_of(said)}")
     for changed in settings.notes:
-        yield _stopped(f"Changed by the export: {changed}")
+        yield _stopped(f"Changed by the export: {remark_of(changed)}")
     warning = restart_warning(settings)
     if warning:
-        yield f"**Warning: {warning}**"
+        yield f"**Warning: {remark_of(warning)}**"
     yield ""
     yield text("marks")
     if facts.target.dialect in {"scl", TEMPCOMP}:
@@ -243,7 +244,7 @@ def _off(settings: PlcSettings) -> Iterator[str]:
     warning = restart_warning(settings)
     if warning:
         yield ""
-        yield f"**{warning}**"
+        yield f"**{remark_of(warning)}**"
 
 
 def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:

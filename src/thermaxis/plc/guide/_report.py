@@ -8,7 +8,9 @@ from math import expm1
 from typing import NamedTuple, final
 
 from thermaxis import __version__
+from thermaxis.codes import Message, message_as_json
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
+from thermaxis.plc._texts import remark_of
 from thermaxis.plc.blocks import LineSettings, restart_warning, setting_warnings
 from thermaxis.plc.tree import Block, Kind, Program
 from thermaxis.plc.vectors import Vectors
@@ -72,7 +74,7 @@ class ReportFacts(NamedTuple):
     """Size of the instance data, about; None where nobody counted. [byte]"""
     machine: str = ""
     """Name of the machine whose rules these are; empty where they were stated."""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     """What else is to be warned of."""
 
 
@@ -112,6 +114,12 @@ def report_of(
     compensation, target = settings.compensation, facts.target
     model = compensation.model
     rules = compensation.supervisor
+    restart = restart_warning(settings)
+    warnings = (
+        *(() if restart is None else (restart,)),
+        *setting_warnings(settings),
+        *facts.warnings,
+    )
     report: dict[str, object] = {
         "format": REPORT_FORMAT,
         "version": REPORT_VERSION,
@@ -125,14 +133,11 @@ def report_of(
         "models": [{"name": name, "sha256": digest} for name, digest in facts.models],
         "machine": facts.machine,
         "model_sha256": settings.model_sha256,
-        "changed": list(settings.notes),
+        "changed": [*map(remark_of, settings.notes)],
+        "changed_codes": [*map(message_as_json, settings.notes)],
         "reference": model.reference,
-        "warnings": [
-            *filter(None, (restart_warning(settings),)),
-            *setting_warnings(settings),
-            *facts.warnings,
-            *model.warnings,
-        ],
+        "warnings": [*map(remark_of, warnings), *model.warnings],
+        "warning_codes": [*map(message_as_json, warnings)],
         "names": {
             "channels": dict(zip(model.channels, settings.names.channels, strict=True)),
             "outputs": dict(
