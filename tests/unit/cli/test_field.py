@@ -86,7 +86,7 @@ def test_the_json_holds_what_a_plain_computation_gives(examples, capsys):
     assert found["images"][0]["time_s"] is None
     assert set(found) == {
         *("version", "rows", "columns", "mm_per_pixel", "emissivity", "reflected_temperature_c"),
-        *("images", "difference", "regions", "drift", "warnings"),
+        *("images", "difference", "regions", "drift", "warnings", "warning_codes"),
     }
 
 

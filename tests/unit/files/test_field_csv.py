@@ -6,6 +6,7 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tests.refusals import check_refusals, refusal_of
+from thermaxis.codes import remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import format_field_csv, read_field_csv, write_field_csv
 from thermaxis.files.images import field_csv
@@ -49,16 +50,18 @@ def test_comments_in_any_encoding_are_left_out(tmp_path):
 def test_an_empty_last_column_of_separators_is_left_out_and_said(tmp_path):
     found = read(tmp_path, "1.5;2;\n3;4;\n")
     assert found.temperature_c.tolist() == [[1.5, 2.0], [3.0, 4.0]]
-    assert "separator" in found.remarks[0]
+    assert found.remarks == (remark("empty_last_column"),)
 
 
 def test_whole_numbers_between_commas_may_be_halves_of_decimals_and_this_is_said(tmp_path):
-    assert "decimal comma" in read(tmp_path, "20,5,21,3\n20,6,21,4\n").remarks[0]
+    suspected = (remark("decimal_commas_suspected"),)
+    assert read(tmp_path, "20,5,21,3\n20,6,21,4\n").remarks == suspected
     assert read(tmp_path, "20.5,21\n20,6\n").remarks == ()
 
 
 def test_kelvin_are_suspected(tmp_path):
-    assert "kelvin" in read(tmp_path, "297.1,297.2\n297.3,297.4\n").remarks[0]
+    found = read(tmp_path, "297.1,297.2\n297.3,297.4\n")
+    assert found.remarks == (remark("kelvin_suspected"),)
 
 
 def test_a_wrong_cell_is_an_error_with_its_line_and_column(tmp_path):

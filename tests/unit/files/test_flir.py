@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.refusals import answer_of, refusal_of
+from thermaxis.codes import remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_flir
 from thermaxis.files.images import is_jpeg
-from thermaxis.files.images.flir import UNVERIFIED
 
 JPEG = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(64)
 FLIR = b"\xff\xd8\xff\xe1\x01\x00FLIR\x00\x01\x00\x00FFF\x00" + bytes(64)
@@ -68,17 +68,17 @@ def test_temperatures_settings_and_time_are_taken_and_marked_as_not_verified(lib
     assert found.temperature_c.tolist() == [[20.0, 21.0], [22.0, 23.0]]
     assert found.name == "table.jpg"
     assert found.remarks == (
-        UNVERIFIED,
-        "emissivity 0.95, reflected temperature 20.0 °C",
-        "taken 2026-03-02 15:04:05 by the clock of the camera",
+        remark("flir_unverified"),
+        remark("camera_settings", emissivity="0.95", reflected_c=pytest.approx(20.0)),
+        remark("camera_clock", moment="2026-03-02 15:04:05"),
     )
-    assert "not verified on a real file" in UNVERIFIED
 
 
 def test_emissivity_and_reflection_go_to_the_formula_of_the_camera_in_kelvin(library, image):
     found = read_flir(image, emissivity=0.97, reflected_c=26.85)
     assert found.temperature_c[0, 0] == pytest.approx(40.0)
-    assert "emissivity 0.97, reflected temperature 26.9 °C" in found.remarks
+    said = remark("camera_settings", emissivity="0.97", reflected_c=pytest.approx(26.85))
+    assert said in found.remarks
 
 
 def test_without_the_library_the_error_says_how_to_install_it(monkeypatch, image):

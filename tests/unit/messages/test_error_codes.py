@@ -137,7 +137,7 @@ def test_errors_have_sentences_in_english() -> None:
     [
         ("finding", "findings_*.ftl", "finding"),
         ("advice", "advice_*.ftl", "advice"),
-        ("remark", "remarks_runs.ftl", "remark"),
+        ("remark", "remarks_*.ftl", "remark"),
         ("warning", "warnings_tables.ftl", "table_warning"),
     ],
 )

@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from scipy import stats
 
 from tests.refusals import refused
-from thermaxis.codes import Place
+from thermaxis.codes import Place, remark
 from thermaxis.thermal import (
     MOST_PIXELS,
     Region,
@@ -33,7 +33,7 @@ def test_the_difference_is_the_last_image_minus_the_first_where_neither_misses_a
     images = [field([[1, np.nan], [3, 4]]), field([[9, 9], [9, 9]]), field([[2, 4], [np.nan, 8]])]
     result = evaluate_thermal_fields(images)
     assert np.array_equal(result.difference_k, [[1, np.nan], [np.nan, 4]], equal_nan=True)
-    assert any("2 of 4 pixels are missing" in warning for warning in result.warnings)
+    assert remark("pixels_missing", missing=2, pixels=4) in result.warnings
 
 
 def test_a_pixel_that_one_image_misses_counts_in_no_mean():
@@ -82,7 +82,7 @@ def test_a_region_without_a_common_pixel_has_no_mean_and_this_is_said():
     images = [field([[1, np.nan], [1, 1]]), field([[1, 2], [1, 1]])]
     result = evaluate_thermal_fields(images, regions=[Region("corner", 1, 2, 0, 1)])
     assert np.isnan(result.region_mean_c).all()
-    assert any("region corner has no mean" in warning for warning in result.warnings)
+    assert remark("region_without_mean", region="corner") in result.warnings
     relation = relate_to_drift(
         evaluate_thermal_fields([*images, images[1]]), np.arange(3.0), np.arange(3.0)
     )

@@ -1,15 +1,15 @@
 """The drift of a positioning run at the times of thermal images."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
-from thermaxis.messages import sentence_of
 from thermaxis.positioning import DriftResult, FloatArray, evaluate_drift
 from thermaxis.quantities import AxisKind
 from thermaxis.thermal import DriftRelation, ThermalFieldsResult, relate_to_drift
@@ -39,8 +39,8 @@ class DriftAtImages:
     """b(t) at the images, (k,); NaN outside the run. [slope_unit]"""
     relation: DriftRelation
     """Correlations with the regions."""
-    warnings: tuple[str, ...]
-    """What the reader must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader must know."""
 
 
 def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
@@ -52,12 +52,10 @@ def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
     edge = EDGE_SHARE * (last - first)
     inside = (time_s >= first - edge) & (time_s <= last + edge)
     if bool(np.any(inside & ((time_s < first) | (time_s > last)))):
-        said.append(
-            "an image taken just before or after the run is set beside its first or last reading"
-        )
+        said.append(remark("image_at_edge_of_run"))
     if not bool(np.all(inside)):
         numbers = ", ".join(str(k + 1) for k in np.flatnonzero(~inside).tolist())
-        said.append(f"image {numbers} was taken outside the run: its drift is not extrapolated")
+        said.append(remark("image_outside_run", images=numbers))
     common = np.where(inside, np.interp(time_s, drift.time_s, drift.common), np.nan)
     slope = np.where(inside, 1000.0 * np.interp(time_s, drift.time_s, drift.slope), np.nan)
     relation = relate_to_drift(result, common, slope)
@@ -70,11 +68,13 @@ def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
         common=common,
         slope=slope,
         relation=relation,
-        warnings=(*map(sentence_of, drift.warnings), *said, *_judgement(drift, relation)),
+        warnings=(*drift.warnings, *said, *_judgement(drift, relation)),
     )
 
 
-def _times_in_run(drift: DriftResult, result: ThermalFieldsResult) -> tuple[FloatArray, list[str]]:
+def _times_in_run(
+    drift: DriftResult, result: ThermalFieldsResult
+) -> tuple[FloatArray, list[Message]]:
     if result.time_s is not None:
         if drift.reference_time_s is None:
             raise ConfigurationError("run_without_times", place=Place(key="--times"))
@@ -83,22 +83,13 @@ def _times_in_run(drift: DriftResult, result: ThermalFieldsResult) -> tuple[Floa
         raise ConfigurationError(
             "option_needs", place=Place(key="--run"), option="--run", needed="--times"
         )
-    said = "the images have no times: the first is taken as the start of the run, the last as its"
-    return drift.time_s[[0, -1]], [f"{said} end"]
+    return drift.time_s[[0, -1]], [remark("images_without_times")]
 
 
-def _judgement(drift: DriftResult, relation: DriftRelation) -> list[str]:
-    said: list[str] = []
+def _judgement(drift: DriftResult, relation: DriftRelation) -> Iterator[Message]:
     if not drift.significant:
-        said.append("the run has no significant drift: there is nothing to explain")
+        yield remark("no_drift_to_explain")
     if relation.images < 3:
-        said.append(
-            f"{relation.images} images within the run have no correlation with its drift: the"
-            " changes stand side by side; three images or more with --times would tell more"
-        )
+        yield remark("images_without_correlation", images=relation.images)
     else:
-        said.append(
-            "whatever warms up together correlates: a correlation over one warming is a hint at"
-            " where the heat comes from, not a proof"
-        )
-    return said
+        yield remark("correlation_no_proof")

@@ -17,10 +17,11 @@ from thermaxis.cli._arguments import add_figures, add_json, adder, number, refus
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli.axis._field_drift import DriftAtImages, drift_at_images
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, message_as_json, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_field_csv, read_flir, read_regions
 from thermaxis.files.images import is_jpeg
+from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Section, Table, Value, rows_of
 
 
@@ -124,29 +125,19 @@ def _starts_as_jpeg(path: Path) -> bool:
         return is_jpeg(stream.read(3))
 
 
-def _emissivity_warnings(arguments: argparse.Namespace) -> list[str]:
+def _emissivity_warnings(arguments: argparse.Namespace) -> Iterator[Message]:
     emissivity, reflected = arguments.emissivity, arguments.reflected_temperature
     if emissivity is None or reflected is None or emissivity == 1.0:
-        return []
-    said = [
-        (
-            f"apparent temperatures were corrected for an emissivity of {emissivity:g} and"
-            f" surroundings at {reflected:g} °C; in CSV by fourth powers of the temperature (total"
-            " radiation), an approximation of what a camera sees"
-        )
-    ]
+        return
+    yield remark("emissivity_corrected", emissivity=emissivity, reflected_c=reflected)
     if emissivity < 0.6:
-        said.append(
-            "with an emissivity below 0.6 the result depends on the surroundings as much as on the"
-            " surface: paint or tape it"
-        )
-    return said
+        yield remark("emissivity_low")
 
 
 def described(
     result: thermal.ThermalFieldsResult,
     drift: DriftAtImages | None,
-    warnings: Sequence[str],
+    warnings: Sequence[Message],
     options: Mapping[str, object],
 ) -> list[Part]:
     """Return the comparison of images for terminal and JSON."""
@@ -159,7 +150,8 @@ def described(
         *_images(result, f"Thermal fields of {across} x {down} pixels, °C"),
         _regions(result),
         Value("drift", None) if drift is None else Section("drift", list(_drift(drift))),
-        Value("warnings", warnings, "warning"),
+        Value("warnings", [*map(text_of, warnings)], "warning"),
+        Value("warning_codes", [*map(message_as_json, warnings)]),
     ]
 
 

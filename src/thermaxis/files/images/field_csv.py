@@ -9,7 +9,7 @@ from typing import TextIO, final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table import (
     check_is_text,
@@ -93,7 +93,7 @@ def read_field_csv(path: Path | str) -> ThermalField:
     if bool(np.all(np.isnan(temperature_c))):
         raise MeasurementFileError("no_temperature_in_image", place=form.at())
     if float(np.nanmean(temperature_c)) > _KELVIN_FROM_C:
-        remarks.append("the mean of the pixels is above 230 °C: is the file in kelvin?")
+        remarks.append(remark("kelvin_suspected"))
     temperature_c.setflags(write=False)
     return ThermalField(temperature_c, name=Path(path).name, remarks=tuple(remarks))
 
@@ -245,16 +245,13 @@ def _pixel(text: str, line: int, column: int, form: _Form) -> float:
     return value
 
 
-def _without_empty_edge(image: FloatArray, form: _Form) -> tuple[FloatArray, list[str]]:
+def _without_empty_edge(image: FloatArray, form: _Form) -> tuple[FloatArray, list[Message]]:
     """Leave out a last column that only a separator at the end of each line makes."""
-    remarks: list[str] = []
+    remarks: list[Message] = []
     if image.shape[1] > 2 and bool(np.all(np.isnan(image[:, -1]))):
         image = np.ascontiguousarray(image[:, :-1])
-        remarks.append("every line ends in a separator: the empty last column was left out")
+        remarks.append(remark("empty_last_column"))
     whole = form.delimiter == "," and not form.decimal and image.shape[1] % 2 == 0
     if whole and bool(np.all((image == np.round(image)) | np.isnan(image))):
-        remarks.append(
-            "all temperatures are whole numbers separated by commas: if the program writes a"
-            " decimal comma, export with semicolons"
-        )
+        remarks.append(remark("decimal_commas_suspected"))
     return image, remarks

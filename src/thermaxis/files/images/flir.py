@@ -8,14 +8,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files.table import DAMAGE, read_content
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
 from thermaxis.thermal.images import ABSOLUTE_ZERO_C
 
-UNVERIFIED = "read by the library flyr; not verified on a real file"
-"""Stands in the remarks of every image that comes from a radiometric JPEG."""
 _JPEG = b"\xff\xd8\xff"
 _FLIR_SEGMENT = b"FLIR\x00"
 _MOST_RECORDS = 4096
@@ -67,9 +65,9 @@ def read_flir(
     _refuse_if_endless(name, content)
     adjusted = _adjusted(emissivity, reflected_c)
     temperature_c, settings, taken = _unpacked(name, content, adjusted)
-    said = [UNVERIFIED, *_settings_in_words(settings)]
+    said = [remark("flir_unverified"), *_on_settings(settings)]
     if taken is not None:
-        said.append(f"taken {taken.isoformat(sep=' ')} by the clock of the camera")
+        said.append(remark("camera_clock", moment=taken.isoformat(sep=" ")))
     return ThermalField(temperature_c, name=Path(path).name, remarks=tuple(said))
 
 
@@ -139,11 +137,9 @@ def _refuse_if_endless(name: str, content: bytes) -> None:
         at = content.find(_FLIR_SEGMENT, at + 1)
 
 
-def _settings_in_words(settings: dict[str, float]) -> list[str]:
-    said: list[str] = []
-    if "emissivity" in settings and "reflected_apparent_temperature" in settings:
-        reflected_c = settings["reflected_apparent_temperature"] + ABSOLUTE_ZERO_C
-        said.append(
-            f"emissivity {settings['emissivity']:.3g}, reflected temperature {reflected_c:.1f} °C"
-        )
-    return said
+def _on_settings(settings: dict[str, float]) -> list[Message]:
+    if not {"emissivity", "reflected_apparent_temperature"} <= settings.keys():
+        return []
+    reflected_c = settings["reflected_apparent_temperature"] + ABSOLUTE_ZERO_C
+    emissivity = f"{settings['emissivity']:.3g}"
+    return [remark("camera_settings", emissivity=emissivity, reflected_c=reflected_c)]

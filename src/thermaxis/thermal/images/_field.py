@@ -1,13 +1,13 @@
 """Temperatures of a surface in plan view, before and after, and what they have to do with drift."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 
@@ -33,8 +33,8 @@ class ThermalField:
     """Temperatures, (rows, columns); NaN where a pixel is missing. [°C]"""
     name: str = ""
     """Name of the image, for tables and charts."""
-    remarks: tuple[str, ...] = ()
-    """What the reader noticed, in words."""
+    remarks: tuple[Message, ...] = ()
+    """What the reader noticed."""
 
     def __post_init__(self) -> None:
         """Check the shape and freeze the image."""
@@ -160,8 +160,8 @@ class ThermalFieldsResult:
     region_mean_c: FloatArray
     """Mean temperature of each image in each region over these pixels, (k, r); NaN where there are
     none. [°C]"""
-    warnings: tuple[str, ...]
-    """What the reader of the result must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader of the result must know."""
 
     @property
     def region_change_k(self) -> FloatArray:
@@ -320,17 +320,11 @@ def evaluate_thermal_fields(
     missing = int(np.count_nonzero(np.isnan(difference)))
     if missing == difference.size:
         raise DataError("no_common_pixel")
-    warnings: list[str] = []
-    for field in fields:
-        warnings += [
-            f"{field.name}: {remark}" if field.name else remark for remark in field.remarks
-        ]
+    warnings = [replace(one, place=Place(field.name)) for field in fields for one in field.remarks]
     if missing:
-        warnings.append(
-            f"{missing} of {difference.size} pixels are missing in the first image or the last one"
-        )
+        warnings.append(remark("pixels_missing", missing=missing, pixels=difference.size))
     warnings += [
-        f"region {region.name} has no mean: every pixel is missing in one image or another"
+        remark("region_without_mean", region=region.name)
         for region, count in zip(where, pixels.tolist(), strict=True)
         if count == 0
     ]
