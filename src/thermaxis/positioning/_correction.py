@@ -114,18 +114,10 @@ class CompensationTable:
         return float(slope[k]), float(self.position[k]), float(self.position[k + 1])
 
     def deviation_at(self, position: FloatArray) -> FloatArray:
-        """Return what the table holds the deviation to be, linear between its points.
+        """Return what the table holds the deviation to be, per direction, (p, 2).
 
-        Parameters
-        ----------
-        position : FloatArray
-            Positions, (p,). [mm or deg]
-
-        Returns
-        -------
-        FloatArray
-            Deviation per direction, half the reversal that is compensated apart included, (p, 2);
-            outside the points the end values. A control corrects by minus this. [µm or arcsec]
+        Linear between its points, outside them the end values; half the reversal that is
+        compensated apart is included. A control corrects by minus this. [µm or arcsec]
         """
         columns = [np.interp(position, self.position, self.deviation[:, a]) for a in (0, 1)]
         half = 0.0 if self.backlash is None else 0.5 * self.backlash
@@ -154,23 +146,9 @@ class AxisLevels:
 def axis_levels(target: FloatArray, level: FloatArray) -> AxisLevels:
     """Return levels that a table can be made of.
 
-    Parameters
-    ----------
-    target : FloatArray
-        Targets, (m,). [mm or deg]
-    level : FloatArray
-        Levels, (m, 2); NaN where there is none. [µm or arcsec]
-
-    Returns
-    -------
-    AxisLevels
-        Targets without a level are left out. Where one approach is missing throughout, the other
-        stands for both; where it is missing at a target only, that target is left out.
-
-    Raises
-    ------
-    DataError
-        If fewer than two targets are left.
+    Targets without a level are left out. Where one approach is missing throughout, the other
+    stands for both; where it is missing at a target only, that target is left out. Fewer than two
+    targets are refused.
     """
     known = ~np.isnan(level)
     measured = np.any(known, axis=0)
@@ -190,22 +168,7 @@ def axis_levels(target: FloatArray, level: FloatArray) -> AxisLevels:
 
 
 def measured_levels(test: PositioningTest) -> AxisLevels:
-    """Return the mean unidirectional deviations of a run as it was measured.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-
-    Returns
-    -------
-    AxisLevels
-        The levels; missing readings are left out of the means.
-
-    Raises
-    ------
-    DataError
-        If fewer than two targets have readings.
+    """Return the mean unidirectional deviations of a run; missing readings are left out.
 
     References
     ----------
@@ -453,27 +416,14 @@ def merge_tables(old: CompensationTable, residual: CompensationTable) -> Compens
 def interpolation_bound(
     levels: AxisLevels, position: FloatArray, *, per_direction: bool = True, backlash: bool = False
 ) -> FloatArray:
-    """Return how far a table with these points can miss the levels, before any rounding.
+    """Return how far a table with these points can miss each level, before any rounding, (m,).
 
     Worked out from the slopes of the levels alone, not by simulating a table: between two points
     the line of the levels departs from its chord by at most a quarter of the spacing times the
     difference of its largest and smallest slope there. Where the last level is held beyond the
-    targets, the difference of both chords is added.
-
-    Parameters
-    ----------
-    levels : AxisLevels
-        Levels of the targets. [µm or arcsec]
-    position : FloatArray
-        Points of the table, (k,). [mm or deg]
-    per_direction, backlash : bool
-        As of `compensation_table`; where reversal is not compensated target by target, what it
-        differs from its mean, or all of it, is added.
-
-    Returns
-    -------
-    FloatArray
-        Bound at each target, (m,), for the larger of both directions. [µm or arcsec]
+    targets, the difference of both chords is added; where reversal is not compensated target by
+    target, what it differs from its mean, or all of it. The larger of both directions counts.
+    [µm or arcsec]
     """
     target, level = levels.target, levels.level
     half = 0.5 * (level[:, FORWARD] - level[:, BACKWARD])
@@ -523,28 +473,11 @@ class CorrectionEffect:
 
 
 def evaluate_correction(test: PositioningTest, correction: FloatArray) -> CorrectionEffect:
-    """Return what corrections make of a run.
+    """Return what corrections, (m, 2), make of a run that was measured without them.
 
     The correction is taken at the nominal position. The axis, moved by it, then stands where the
     deviation is another one, by the slope of the levels times the correction: with 0.1 µm/mm
-    (1e-4) and 20 µm that is 0.002 µm.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run, measured without the table.
-    correction : FloatArray
-        What the control adds at each target per direction, (m, 2). [µm or arcsec]
-
-    Returns
-    -------
-    CorrectionEffect
-        Deviations and figures before and after.
-
-    Raises
-    ------
-    DataError
-        If the shape does not fit, or the run does not allow figures.
+    (1e-4) and 20 µm that is 0.002 µm. [µm or arcsec]
 
     References
     ----------

@@ -100,54 +100,17 @@ CYCLE_NAMES: Mapping[Cycle, str] = MappingProxyType(
 
 
 def edition_name(edition: Edition) -> str:
-    """Return the edition as a certificate names it.
-
-    Parameters
-    ----------
-    edition : Edition
-        The edition.
-
-    Returns
-    -------
-    str
-        Such as ISO 230-2:2014.
-    """
+    """Return the edition as a certificate names it, such as ISO 230-2:2014."""
     return f"ISO 230-2:{edition}"
 
 
 def other_standard_name(result: Iso230_2_1988Result | Vdi3441Result) -> str:
-    """Return the name of another standard.
-
-    Parameters
-    ----------
-    result : Iso230_2_1988Result or Vdi3441Result
-        Its figures.
-
-    Returns
-    -------
-    str
-        The standard and its year.
-    """
+    """Return the name of another standard and its year."""
     return "VDI/DGQ 3441:1977" if isinstance(result, Vdi3441Result) else "ISO 230-2:1988"
 
 
 def absence_reason(key: str, result: Iso230_2Result, test: PositioningTest) -> str:
-    """Return why a figure does not exist.
-
-    Parameters
-    ----------
-    key : str
-        Key of the figure.
-    result : Iso230_2Result
-        The result without this figure.
-    test : PositioningTest
-        The run.
-
-    Returns
-    -------
-    str
-        The reason in words.
-    """
+    """Return in words why a figure does not exist."""
     forward, backward = test.measured_approaches
     if not (forward and backward) and not key.endswith("_forward" if forward else "_backward"):
         return f"measured {'forward' if forward else 'backward'} only"

@@ -22,8 +22,7 @@ from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, PositioningReport, write_report
 from thermaxis.report.certificate import render_html
 from thermaxis.report.certificate._certificate import build_certificate
-from thermaxis.report.certificate._html import certificate_html
-from thermaxis.report.certificate._pdf import certificate_pdf
+from thermaxis.report.certificate._files import certificate_html, certificate_pdf
 
 DrawnOnce = Callable[[], AbstractContextManager[None]]
 

@@ -513,30 +513,10 @@ def evaluate_drift(
 def evaluate_drift_at(
     test: PositioningTest, reference_times_s: Sequence[float | None], *, robust: bool = False
 ) -> tuple[DriftResult, ...]:
-    """Separate the drift of a run from its levels and state them at several thermal states.
+    """Separate the drift of a run and state its levels at several thermal states.
 
-    Parameters
-    ----------
-    test : PositioningTest
-        The measured run, as in `evaluate_drift`.
-    reference_times_s : sequence of float or None
-        Times t0 of the thermal states, from the first reading; None is the mean time. [s]
-    robust : bool
-        As in `evaluate_drift`.
-
-    Returns
-    -------
-    tuple of DriftResult
-        One for each time; the run is fitted once.
-
-    Raises
-    ------
-    DataError
-        As in `evaluate_drift`.
-
-    References
-    ----------
-    As in `evaluate_drift`.
+    As `evaluate_drift`, for each of the times t0 from the first reading, None for the mean time;
+    the run is fitted once. [s]
     """
     run = _flatten(test, bow=False)
     references = [_reference(run, t, seconds=test.time_s is not None) for t in reference_times_s]

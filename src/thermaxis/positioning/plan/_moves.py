@@ -102,17 +102,7 @@ def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
 def motion_duration_s(plan: TestPlan, blocks: Sequence[MoveBlock]) -> float:
     """Return how long blocks of moves take from their first position, acceleration left out.
 
-    Parameters
-    ----------
-    plan : TestPlan
-        Feed, dwell and recording time.
-    blocks : sequence of MoveBlock
-        Blocks in their order, such as those of `moves_of_plan`.
-
-    Returns
-    -------
-    float
-        Moves at the feed and all stops, the ways between repetitions and blocks included. [s]
+    Moves at the feed and all stops, the ways between repetitions and blocks included. [s]
     """
     way, stops = 0.0, 0
     before: float | None = None

@@ -314,19 +314,8 @@ def periodic_error_visibility(target: FloatArray, pitch: float) -> float:
     """Return how much of a periodic error the targets show in its worst phase.
 
     The smallest root mean square, over all phases, of a sine with the period of the pitch at the
-    targets, after a straight line was taken out, relative to that of a sine met in all phases.
-
-    Parameters
-    ----------
-    target : FloatArray
-        Target positions, (m,). [mm or deg]
-    pitch : float
-        Period of the error. [mm or deg]
-
-    Returns
-    -------
-    float
-        0 where it is hidden, about 1 where all phases are met. [1]
+    targets, after a straight line was taken out, relative to that of a sine met in all phases:
+    0 where it is hidden, about 1 where all phases are met. [1]
     """
     angle = 2.0 * np.pi * target / pitch
     waves = np.stack((np.cos(angle), np.sin(angle)), axis=1)
@@ -368,16 +357,6 @@ def order_of_visits(plan: TestPlan) -> Visits:
         A window of n targets, forward and back, that moves on by one target at a time; windows
         that overlap an end of the axis are cut. So every target is visited n times.
 
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-
-    Returns
-    -------
-    Visits
-        The stops.
-
     References
     ----------
     ISO 230-2:2014, clause 5.3 and Annex B; the pilgrim step as laser software offers it.
@@ -386,22 +365,7 @@ def order_of_visits(plan: TestPlan) -> Visits:
 
 
 def visits_of(targets: int, cycles: int, approaches: tuple[int, ...], order: Cycle) -> Visits:
-    """Return the stops of a run in the order in which they are driven to.
-
-    Parameters
-    ----------
-    targets, cycles : int
-        Number of targets and cycles. [1]
-    approaches : tuple of int
-        Approaches that are recorded, 0 forward, 1 backward.
-    order : Cycle
-        Order of the visits, as `order_of_visits` says.
-
-    Returns
-    -------
-    Visits
-        The stops.
-    """
+    """Return the stops of a run in the order of its visits, as `order_of_visits` says."""
     shape = (targets, cycles, len(approaches))
     index: tuple[IndexArray, ...] = np.unravel_index(
         np.arange(targets * cycles * len(approaches)), shape

@@ -114,18 +114,9 @@ class ExpectedUncertainty:
         return float(np.nanmax(self.level_std))
 
     def of(self, key: str) -> float | None:
-        """Return a standard uncertainty by its key.
+        """Return a standard uncertainty by `level` or the key of a figure that the plan gives.
 
-        Parameters
-        ----------
-        key : str
-            `level`, or the key of a figure.
-
-        Returns
-        -------
-        float or None
-            The standard uncertainty, None if the plan does not give this figure.
-            [µm or arcsec]
+        [µm or arcsec]
         """
         if key == LEVEL_KEY:
             return self.largest_level_std
@@ -134,18 +125,7 @@ class ExpectedUncertainty:
 
 
 def why_nothing_is_expected(plan: TestPlan) -> ConfigurationError | None:
-    """Return why the uncertainty of a plan cannot be foretold.
-
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-
-    Returns
-    -------
-    ConfigurationError or None
-        The reason, not raised; None if the uncertainty can be foretold.
-    """
+    """Return why the uncertainty of a plan cannot be foretold, not raised; None if it can."""
     levels, place = plan.target.size * len(plan.approaches), Place(key="expected uncertainty")
     if plan.cycles < FEWEST_CYCLES or plan.stops - levels < _FEWEST_FREE:
         return ConfigurationError(

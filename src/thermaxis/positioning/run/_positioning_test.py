@@ -224,16 +224,8 @@ class PositioningTest:
     def with_cycle(self, cycle: Cycle) -> "PositioningTest":
         """Return the same readings, taken in another kind of cycle.
 
-        Parameters
-        ----------
-        cycle : Cycle
-            The order of visits that was used on the machine.
-
-        Returns
-        -------
-        PositioningTest
-            Where the acquisition order was deduced for the standard cycle, it is dropped for
-            another one, with a remark.
+        Where the acquisition order was deduced for the standard cycle, it is dropped for another
+        one, with a remark.
         """
         if cycle is self.cycle or not self.order_deduced:
             return replace(self, cycle=cycle)

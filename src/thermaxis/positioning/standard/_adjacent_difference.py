@@ -112,16 +112,8 @@ class AdjacentDifferenceResult:
 def student_factor(cycles: int) -> float | None:
     """Return the factor from a standard uncertainty to the bounds of the deviation chart.
 
-    Parameters
-    ----------
-    cycles : int
-        Number n of cycles. [1]
-
-    Returns
-    -------
-    float or None
-        Two-sided t for 95.45 % with n - 1 degrees of freedom for n < 30, 2 from 30 cycles on,
-        None for fewer than two. [1]
+    Two-sided t for 95.45 % with n - 1 degrees of freedom for n < 30, 2 from 30 cycles on, None for
+    fewer than two. [1]
 
     References
     ----------
@@ -138,26 +130,10 @@ def student_factor(cycles: int) -> float | None:
 
 
 def adjacent_differences(deviation: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return mean, standard uncertainty and number of the differences of neighbours.
+    """Return mean, standard uncertainty and number of the differences of neighbours, (m - 1,) each.
 
-    Parameters
-    ----------
-    deviation : FloatArray
-        Deviations of one approach, (m, n); NaN where a reading is missing. [µm or arcsec]
-
-    Returns
-    -------
-    mean_difference : FloatArray
-        Equation (4), (m - 1,). [µm or arcsec]
-    standard_uncertainty : FloatArray
-        Equation (6), (m - 1,); NaN for fewer than two cycles. [µm or arcsec]
-    cycles : FloatArray
-        Cycles with both readings, (m - 1,). [1]
-
-    Raises
-    ------
-    DataError
-        If the array does not have two axes.
+    `deviation` is that of one approach, (m, n), NaN where a reading is missing; the uncertainty is
+    NaN for fewer than two cycles. [µm or arcsec]
 
     References
     ----------

@@ -225,18 +225,7 @@ def arrays_by_key(figures: Iso230_2Figures) -> dict[str, FloatArray]:
 
 
 def figures_by_key(figures: Iso230_2Figures) -> dict[str, float | None]:
-    """Return the figures of one run by their keys.
-
-    Parameters
-    ----------
-    figures : Iso230_2Figures
-        Figures of one run.
-
-    Returns
-    -------
-    dict
-        Each of `FIGURE_KEYS`; None where a figure does not exist. [µm or arcsec]
-    """
+    """Return the figures of one run by `FIGURE_KEYS`; None where absent. [µm or arcsec]"""
     return {key: value_or_none(getattr(figures, key)) for key in FIGURE_KEYS}
 
 
@@ -255,16 +244,6 @@ class Iso230_2Result(Iso230_2Figures):
 
 def is_single_run_axis(test: PositioningTest) -> bool:
     """Return whether one run per direction is the rule: a linear axis measured over 2000 mm.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run; its length is the distance from the first to the last target.
-
-    Returns
-    -------
-    bool
-        True if one run per direction is the rule.
 
     References
     ----------

@@ -53,18 +53,7 @@ class RatioEstimate:
     """Interval in which 95 % of the single experiments fell. [1]"""
 
     def allows(self, ratio: float) -> bool:
-        """Whether a ratio is one that a single experiment may well give.
-
-        Parameters
-        ----------
-        ratio : float
-            Ratio of a single experiment of the same length. [1]
-
-        Returns
-        -------
-        bool
-            True if it lies in `single_interval`.
-        """
+        """Whether a ratio of a single experiment of the same length lies in `single_interval`."""
         return self.single_interval[0] <= ratio <= self.single_interval[1]
 
 

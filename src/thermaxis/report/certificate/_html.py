@@ -16,9 +16,6 @@ from thermaxis.report._document import (
     Table,
     Verdict,
 )
-from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._progress import Progress, silent
-from thermaxis.report.certificate._certificate import build_certificate, draw_pictures
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 _STYLE = """
@@ -68,16 +65,6 @@ footer { margin-top: 2rem; border-top: 1px solid #888; font-size: .8rem; color: 
   table.dense { font-size: 6.5pt; } table.dense th, table.dense td { padding: 0 .25em; }
 }
 """
-
-
-def certificate_html(report: PositioningReport, *, progress: Progress | None = None) -> str:
-    """Return the certificate as one HTML page."""
-    tell = progress or silent
-    pictures = draw_pictures(report, tell)
-    document = build_certificate(report, pictures)
-    page = render_html(document)
-    tell("certificate", len(pictures) + 1, len(pictures) + 1)
-    return page
 
 
 def render_html(document: Document) -> str:

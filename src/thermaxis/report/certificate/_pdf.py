@@ -1,4 +1,4 @@
-"""The certificate as PDF."""
+"""A certificate as PDF."""
 
 import datetime as dt
 import json
@@ -8,18 +8,6 @@ from importlib import resources
 import typst
 
 from thermaxis.report._document import Document
-from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._progress import Progress, silent
-from thermaxis.report.certificate._certificate import build_certificate, draw_pictures
-
-
-def certificate_pdf(report: PositioningReport, *, progress: Progress | None = None) -> bytes:
-    """Return the certificate as PDF."""
-    tell = progress or silent
-    pictures = draw_pictures(report, tell)
-    pdf = document_pdf(build_certificate(report, pictures), report.document_date)
-    tell("certificate", len(pictures) + 1, len(pictures) + 1)
-    return pdf
 
 
 def document_pdf(document: Document, date: dt.date | None) -> bytes:

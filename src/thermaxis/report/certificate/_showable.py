@@ -30,19 +30,11 @@ _NAMES = {
 
 
 def unshowable(report: PositioningReport) -> tuple[str, ...]:
-    """Return which texts of a run have characters that its certificate cannot show.
+    """Return sentences that name the texts of a run whose characters its certificate cannot show.
 
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-
-    Returns
-    -------
-    tuple of str
-        Sentences that name the fields; empty if every character has a sign in the fonts of the
-        PDF and of the charts, as those of Latin, Greek and Cyrillic scripts have. Other scripts
-        show in the text of the HTML page, with the fonts of the reader's machine.
+    Empty if every character has a sign in the fonts of the PDF and of the charts, as those of
+    Latin, Greek and Cyrillic scripts have. Other scripts show in the text of the HTML page, with
+    the fonts of the reader's machine.
     """
     header = report.header
     texts = [(_NAMES.get(key, "further lines"), key + value) for key, value in header.items()]
