@@ -6,9 +6,11 @@ import hashlib
 import logging
 import os
 import socket
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import TypeAlias
 
 import pytest
 from asyncua import ua
@@ -38,7 +40,6 @@ from thermaxis.runtime.opcua import (
     FAILURES,
     NewCertificate,
     PairFiles,
-    _pair as _opcua_pair,
     certificate_of,
     check_own_pair,
     explain,
@@ -53,6 +54,7 @@ from thermaxis.runtime.opcua._certificates import KEY_BITS, certificate_from
 
 URI = "urn:thermaxis:client"
 NODE = f"nsu={NAMESPACE};s="
+Connect: TypeAlias = Callable[..., AbstractAsyncContextManager[tuple[OpcUaSession, Cable]]]
 USER, PASSWORD = "fitter-Seven", "v3ry-Secret-w0rd"
 NOW = datetime.now(UTC)
 
@@ -84,38 +86,36 @@ def machine(runner: asyncio.Runner, pki: Path) -> Iterator[Machine]:
 
 
 @pytest.fixture
-def connect(runner: asyncio.Runner, machine: Machine, pki: Path):
-    """Run an act with a session that has changed settings."""
+def connect(machine: Machine, pki: Path) -> Connect:
+    """Return what opens a session on a cable, with changed settings."""
 
-    def run(act: Callable[[OpcUaSession, Cable], Awaitable[None]], **changes: object) -> None:
-        async def life() -> None:
-            cable = Cable()
-            cable.plug(machine)
-            await cable.mend()
-            given = {
-                "name": "lathe",
-                "url": cable.url,
-                "security": "Basic256Sha256",
-                "user": USER,
-                "password": Secret(PASSWORD),
-                "certificate": pki / "own.der",
-                "private_key": pki / "own.pem",
-                "server_certificate": pki / "server.der",
-                "timeout_s": 5.0,
-                "retry_s": 0.02,
-                **changes,
-            }
-            session = OpcUaSession(ConnectionSettings(**given), SystemClock())
-            try:
-                await session.open()
-                await act(session, cable)
-            finally:
-                await session.close()
-                await cable.cut()
+    @asynccontextmanager
+    async def connected(**changes: object) -> AsyncIterator[tuple[OpcUaSession, Cable]]:
+        cable = Cable()
+        cable.plug(machine)
+        await cable.mend()
+        given = {
+            "name": "lathe",
+            "url": cable.url,
+            "security": "Basic256Sha256",
+            "user": USER,
+            "password": Secret(PASSWORD),
+            "certificate": pki / "own.der",
+            "private_key": pki / "own.pem",
+            "server_certificate": pki / "server.der",
+            "timeout_s": 5.0,
+            "retry_s": 0.02,
+            **changes,
+        }
+        session = OpcUaSession(ConnectionSettings(**given), SystemClock())
+        try:
+            await session.open()
+            yield session, cable
+        finally:
+            await session.close()
+            await cable.cut()
 
-        runner.run(life())
-
-    return run
+    return connected
 
 
 def why(session: OpcUaSession) -> str:
@@ -132,18 +132,16 @@ async def refused_for(session: OpcUaSession, code: str) -> None:
 # ---- connections --------------------------------------------------------------------------------
 
 
-def test_a_user_reads_and_writes_through_an_encrypted_connection(connect, machine) -> None:
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+async def test_a_user_reads_and_writes_through_an_encrypted_connection(connect, machine) -> None:
+    async with connect() as (session, _):
         await until(lambda: session.connected)
         found = await session.read([NODE + "T1"], 5.0)
         assert found[0].Value.Value == 20.5
         assert await session.write([(NODE + "Offset", 0.25)], 5.0) == ["Good"]
         assert machine.value("Offset") == 0.25
 
-    connect(act)
 
-
-def test_nothing_on_the_wire_can_be_read(connect, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_nothing_on_the_wire_can_be_read(connect, monkeypatch: pytest.MonkeyPatch) -> None:
     sent = bytearray()
     real = asyncio.StreamWriter.write
 
@@ -153,11 +151,9 @@ def test_nothing_on_the_wire_can_be_read(connect, monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(asyncio.StreamWriter, "write", heard)
 
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+    async with connect() as (session, _):
         await until(lambda: session.connected)
         await session.read([NODE + "T1"], 5.0)
-
-    connect(act)
     assert len(sent) > 4000
     assert b"Basic256Sha256" in sent  # what is in the open is seen, so the ear works
     for word in (PASSWORD, USER):
@@ -175,7 +171,7 @@ def test_files_are_read_again_only_when_they_have_changed(
         reads.append(path)
         return private_key_of(path)
 
-    monkeypatch.setattr(_opcua_pair, "private_key_of", counted)
+    monkeypatch.setattr("thermaxis.runtime.opcua._pair.private_key_of", counted)
     for name in ("own.der", "own.pem", "server.der"):
         (tmp_path / name).write_bytes((pki / name).read_bytes())
     key = tmp_path / "own.pem"
@@ -205,20 +201,18 @@ def test_files_are_read_again_only_when_they_have_changed(
         asyncio.run(files.load_aside())
 
 
-def test_a_lost_connection_comes_back_without_parsing_a_key(
+async def test_a_lost_connection_comes_back_without_parsing_a_key(
     connect, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+    async with connect() as (session, cable):
         await until(lambda: session.connected)
-        monkeypatch.setattr(_opcua_pair, "private_key_of", None)
+        monkeypatch.setattr("thermaxis.runtime.opcua._pair.private_key_of", None)
         monkeypatch.setattr(uacrypto, "load_private_key", None)
         await cable.cut()
         await until(lambda: not session.connected)
         await cable.mend()
         await until(lambda: session.generation == 2)
         assert await session.write([(NODE + "Offset", 0.5)], 5.0) == ["Good"]
-
-    connect(act)
 
 
 def test_the_library_is_quiet_unless_somebody_has_set_its_level() -> None:
@@ -233,26 +227,22 @@ def test_the_library_is_quiet_unless_somebody_has_set_its_level() -> None:
         library.setLevel(before)
 
 
-def test_no_password_appears_in_any_log(connect, caplog: pytest.LogCaptureFixture) -> None:
+async def test_no_password_appears_in_any_log(connect, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.DEBUG, logger="asyncua")
 
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+    async with connect() as (session, _):
         await until(lambda: session.connected)
-
-    connect(act)
     assert "Sending" in caplog.text
     assert PASSWORD not in caplog.text
     assert str(PASSWORD.encode()) not in caplog.text
 
 
-def test_a_wrong_password_is_said_without_being_repeated(connect, caplog) -> None:
+async def test_a_wrong_password_is_said_without_being_repeated(connect, caplog) -> None:
     caplog.set_level(logging.DEBUG, logger="asyncua")
 
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+    async with connect(password=Secret("wrong-word")) as (session, _):
         await refused_for(session, "user_refused")
         assert "wrong-word" not in session.last_error + caplog.text
-
-    connect(act, password=Secret("wrong-word"))
 
 
 @pytest.mark.parametrize(
@@ -263,17 +253,17 @@ def test_a_wrong_password_is_said_without_being_repeated(connect, caplog) -> Non
         ({"security": "Aes256Sha256RsaPss", "timeout_s": 1.0}, "security_not_offered"),
     ],
 )
-def test_a_server_that_wants_another_log_in_certificate_or_policy_is_not_used(
+async def test_a_server_that_wants_another_log_in_certificate_or_policy_is_not_used(
     connect, pki: Path, changes: dict[str, object], code: str
 ) -> None:
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+    async with connect(
+        **{k: pki / v if v == "stranger.der" else v for k, v in changes.items()}
+    ) as (session, _):
         await refused_for(session, code)
         assert session.generation == 0
 
-    connect(act, **{k: pki / v if v == "stranger.der" else v for k, v in changes.items()})
 
-
-def test_an_own_certificate_that_the_machine_does_not_trust_is_said_so_until_it_does(
+async def test_an_own_certificate_that_the_machine_does_not_trust_is_said_so_until_it_does(
     connect, machine: Machine
 ) -> None:
     trusted = False
@@ -282,22 +272,19 @@ def test_an_own_certificate_that_the_machine_does_not_trust_is_said_so_until_it_
         if not trusted:
             raise ServiceError(ua.StatusCodes.BadCertificateUntrusted)
 
-    async def act(session: OpcUaSession, cable: Cable) -> None:
-        nonlocal trusted
-        await refused_for(session, "certificate_not_trusted")
-        assert "own.der" in session.last_error
-        trusted = True
-        await until(lambda: session.connected)
-        assert why(session) == ""
-
     machine.server.set_certificate_validator(validate)
     try:
-        connect(act)
+        async with connect() as (session, _):
+            await refused_for(session, "certificate_not_trusted")
+            assert "own.der" in session.last_error
+            trusted = True
+            await until(lambda: session.connected)
+            assert why(session) == ""
     finally:
         machine.server.iserver.certificate_validator = None
 
 
-def test_a_server_that_lost_its_encryption_gets_no_password(
+async def test_a_server_that_lost_its_encryption_gets_no_password(
     started: Machine, connect, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     logins: list[object] = []
@@ -309,7 +296,7 @@ def test_a_server_that_lost_its_encryption_gets_no_password(
 
     monkeypatch.setattr(Client, "activate_session", seen)
 
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+    async with connect(timeout_s=1.0) as (session, cable):
         await until(lambda: session.connected)
         assert len(logins) == 1
         await cable.cut()
@@ -318,15 +305,13 @@ def test_a_server_that_lost_its_encryption_gets_no_password(
         await refused_for(session, "security_not_offered")
         assert len(logins) == 1
 
-    connect(act, timeout_s=1.0)
 
-
-def test_a_renewed_own_certificate_is_used_at_the_next_connection(
+async def test_a_renewed_own_certificate_is_used_at_the_next_connection(
     connect, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     certificate, key = pair_in(tmp_path, "mine")
 
-    async def act(session: OpcUaSession, cable: Cable) -> None:
+    async with connect(certificate=certificate, private_key=key) as (session, cable):
         await until(lambda: session.connected)
         pair_in(tmp_path, "mine", organisation="renewed")
         await cable.cut()
@@ -338,13 +323,10 @@ def test_a_renewed_own_certificate_is_used_at_the_next_connection(
         await cable.mend()
         await refused_for(session, "file_open_to_others")
 
-    connect(act, certificate=certificate, private_key=key)
 
-
-def test_certificates_and_keys_that_cannot_be_used_refuse_the_start(connect, pki: Path) -> None:
-    async def act(session: OpcUaSession, cable: Cable) -> None:
-        pytest.fail("it was opened")
-
+async def test_certificates_and_keys_that_cannot_be_used_refuse_the_start(
+    connect, pki: Path
+) -> None:
     stranger = pki / "stranger.pem"
     stranger.chmod(0o640)
     for changes, code in (
@@ -355,7 +337,8 @@ def test_certificates_and_keys_that_cannot_be_used_refuse_the_start(connect, pki
         ({"server_certificate": pki / "missing.der"}, "file_unreadable"),
     ):
         with refused(code):
-            connect(act, **changes)
+            async with connect(**changes):
+                pytest.fail("it was opened")
 
 
 # ---- failures in words --------------------------------------------------------------------------

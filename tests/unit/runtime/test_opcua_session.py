@@ -14,7 +14,6 @@ from asyncua.client.ua_session import UaSession
 from tests.opcua_server import NAMESPACE, Cable, Machine, until
 from tests.refusals import refused
 from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, OpcUaSession, SystemClock
-from thermaxis.runtime.opcua import _session as _opcua_session
 from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
 from thermaxis.runtime.sinks.opcua import HEARTBEAT
 from thermaxis.runtime.sources import NodeSettings, OpcUaSource
@@ -538,7 +537,7 @@ async def test_one_write_at_most_is_on_its_way(wire: Wire, requests: list[str]) 
 async def test_a_connection_that_nobody_uses_is_tried_so_that_a_frozen_server_is_found(
     wire: Wire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_opcua_session, "IDLE_S", 0.05)
+    monkeypatch.setattr("thermaxis.runtime.opcua._session.IDLE_S", 0.05)
     await asyncio.sleep(0.2)
     assert wire.session.generation == 1
     wire.cable.stop()

@@ -28,7 +28,7 @@ from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
 from thermaxis.messages import sentence_of
 from thermaxis.runtime import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.record import _files as _recorder_files, bytes_per_day, try_once
+from thermaxis.runtime.record import bytes_per_day, try_once
 
 NAME = "lathe-2026-11-21.csv"
 
@@ -36,7 +36,7 @@ NAME = "lathe-2026-11-21.csv"
 @pytest.fixture(autouse=True)
 def _quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hours in seconds: nobody waits for the disk itself."""
-    monkeypatch.setattr(_recorder_files.os, "fsync", lambda _descriptor: None)
+    monkeypatch.setattr(os, "fsync", lambda _descriptor: None)
 
 
 def column(path: Path, index: int) -> list[str]:
@@ -308,7 +308,7 @@ class FullDisk:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.full = False
         self._write = os.write
-        monkeypatch.setattr(_recorder_files.os, "write", self.write)
+        monkeypatch.setattr(os, "write", self.write)
 
     def write(self, descriptor: int, content: bytes | memoryview) -> int:
         if self.full:

@@ -13,7 +13,7 @@ from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of,
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import RecordSettings
-from thermaxis.runtime.record import _files as _recorder_files, files_of, sole_writer
+from thermaxis.runtime.record import files_of, sole_writer
 from thermaxis.runtime.record._clock import as_text
 from thermaxis.runtime.record._files import Entry, RecordingFiles, mark
 from thermaxis.runtime.record._recorder import _Queue
@@ -258,8 +258,8 @@ class Disk:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.left = 10**9
         self._write, self._cut = os.write, os.ftruncate
-        monkeypatch.setattr(_recorder_files.os, "write", self.write)
-        monkeypatch.setattr(_recorder_files.os, "ftruncate", self.cut)
+        monkeypatch.setattr(os, "write", self.write)
+        monkeypatch.setattr(os, "ftruncate", self.cut)
 
     def cut(self, descriptor: int, size: int) -> None:
         self.left += os.fstat(descriptor).st_size - size

@@ -1,5 +1,6 @@
 """Complete logs as Parquet: the same numbers, whole files only, and another try after a failure."""
 
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -9,7 +10,6 @@ import pytest
 from tests.unit.runtime.recording import START, Recording, channel, rows_of, settings
 from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime.host import _private_files
 from thermaxis.runtime.record import parquet_writer, write_parquet
 
 NAME = "lathe-2026-11-21.csv"
@@ -51,7 +51,7 @@ def test_a_file_that_cannot_be_written_leaves_nothing_and_is_tried_again(
     def full(_descriptor: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(_private_files.os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", full)
     write([log])
     values = {"file": NAME, "cause": "No space left on device"}
     assert told == [Message("recording-parquet_unwritten", values)]

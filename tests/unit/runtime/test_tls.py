@@ -14,7 +14,6 @@ from tests.unit.runtime.status_server_parts import Pair
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import server_context
-from thermaxis.runtime.host._tls import LARGEST_FILE_BYTES
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +113,7 @@ def test_what_is_larger_than_any_certificate_or_key_is_refused(pair: Pair, tmp_p
     for source in (pair.pem, pair.key):
         large = tmp_path / f"large-{source.name}"
         large.touch(mode=0o600)
-        large.write_bytes(source.read_bytes() + b"\n" * LARGEST_FILE_BYTES)
+        large.write_bytes(source.read_bytes() + b"\n" * 1_000_000)
         with refused("file_too_long", Place(str(large))):
             server_context(*((large, pair.key) if source == pair.pem else (pair.pem, large)))
 

@@ -18,6 +18,7 @@ from tests.unit.runtime.status_server_parts import PASSWORD, HandClock, users_fi
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
+    FAILURES_BY_NAME,
     FAILURES_IN_ALL,
     REFUSED_S,
     Failures,
@@ -28,15 +29,8 @@ from thermaxis.runtime import (
     read_users,
     write_users,
 )
-from thermaxis.runtime.users._users import (
-    ANONYMOUS,
-    FAILURES_BY_NAME,
-    HASH_MEMORY_KIB,
-    HASH_PASSES,
-    Identity,
-    Users,
-    _checked_hash,
-)
+from thermaxis.runtime.users import ANONYMOUS, Identity, Users
+from thermaxis.runtime.users._users import HASH_MEMORY_KIB, HASH_PASSES, _checked_hash
 
 GOOD_HASH = PasswordHasher(1, 64, 1).hash("anything at all")
 

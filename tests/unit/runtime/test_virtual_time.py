@@ -7,8 +7,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from hypothesis import given, strategies as st
 
-from thermaxis.runtime import START_S, VirtualClock, _virtual_time, run_in_virtual_time
-from thermaxis.runtime._virtual_time import START_UTC
+from thermaxis.runtime import START_S, START_UTC, VirtualClock, run_in_virtual_time
 
 
 def test_thirty_days_pass_at_once() -> None:
@@ -104,7 +103,7 @@ def test_sockets_inside_the_program_work_without_time_going_by() -> None:
 
 
 def test_waiting_for_ever_is_an_error_and_no_hanging_test(monkeypatch) -> None:
-    monkeypatch.setattr(_virtual_time, "LONGEST_STANDSTILL_S", 0.05)
+    monkeypatch.setattr("thermaxis.runtime._virtual_time.LONGEST_STANDSTILL_S", 0.05)
 
     async def wait() -> None:
         await asyncio.Event().wait()
