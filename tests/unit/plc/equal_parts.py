@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from tests.unit.plc.plc_scenarios import CycleBlock, MoodPlant, random_settings
+from tests.unit.plc.plc_scenarios import DURATIONS, CycleBlock, MoodPlant, random_settings
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis.plc import (
     Block,
@@ -41,11 +41,6 @@ Row = tuple[float | bool | int, ...]
 Numbers = Any
 """Array of numbers, one row per call."""
 
-_DURATIONS = (
-    "settle_s", "recovery_delay_s", "input_timeout_s",
-    "hold_input_s", "hold_connection_s", "hold_interlock_s",
-    "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s",
-)  # fmt: skip
 _IDENTITY = ("model_id_1", "model_id_2")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")
 """What the exported source must stand without a warning."""
@@ -60,7 +55,7 @@ def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings
     if seed % 3 != 1:
         return plain
     rules = plain.compensation.supervisor
-    longer = {name: cycle_s * getattr(rules, name) for name in _DURATIONS}
+    longer = {name: cycle_s * getattr(rules, name) for name in DURATIONS}
     sensors = {
         channel: replace(sensor, frozen_s=min(cycle_s * sensor.frozen_s, 3600.0))
         for channel, sensor in plain.compensation.sensors.items()

@@ -49,6 +49,10 @@ SAMPLE_QUALITIES = list(SampleQuality)
 QUALITIES = list(Quality)
 MODELS = Path(__file__).parents[3] / "examples" / "models"
 
+DURATIONS = (
+    "settle_s", "recovery_delay_s", "input_timeout_s", "hold_input_s", "hold_connection_s",
+    "hold_interlock_s", "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s",
+)  # fmt: skip
 QUICK = SupervisorRules(
     settle_s=6.0,
     recovery_delay_s=2.0,

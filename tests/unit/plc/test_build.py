@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.unit.plc.plc_scenarios import (
+    DURATIONS,
     REASONS,
     STATES,
     CycleBlock,
@@ -69,7 +70,6 @@ from thermaxis.plc.tree import (
     If,
     Minus,
     Name,
-    Remark,
     Statement,
     Two,
     executable,
@@ -81,11 +81,6 @@ EXACT_CYCLES_S = (1.0, 10.0, 0.5, 0.125, 2.0)
 
 
 # ---- settings and blocks ------------------------------------------------------------------------
-
-DURATIONS = (
-    "settle_s", "recovery_delay_s", "input_timeout_s", "hold_input_s", "hold_connection_s",
-    "hold_interlock_s", "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s",
-)  # fmt: skip
 
 
 def some_settings(seed: int, *, double: bool = True) -> PlcSettings:
@@ -386,32 +381,6 @@ def test_the_head_says_where_the_model_comes_from_and_how_its_numbers_are_meant(
         assert said in head, said
 
 
-def test_a_hostile_text_enters_a_remark_as_letters_and_digits_only() -> None:
-    evil = "*) END_VAR; (* \u202e\n#include <x> */"
-    plain = one_section(double=True).compensation
-    part = replace(plain.model.outputs[0].parts[0], name=evil + "part")
-    provenance = Provenance(method=evil, program=evil, date=evil, logs=(TrainingLog(evil, "", 1),))
-    model = replace(
-        plain.model,
-        outputs=(replace(plain.model.outputs[0], parts=(part,)),),
-        provenance=provenance,
-        warnings=(evil,),
-    )
-    program = build_program(
-        export_settings(replace(plain, model=model), cycle_s=1.0, name=f"z {evil}")
-    )
-    check_program(program)
-    texts = [*program.head]
-    for block in program.blocks:
-        texts += [*block.remarks, *(s.text for s in block.body if isinstance(s, Remark))]
-        variables = (*block.inputs, *block.outputs, *block.states, *block.temporaries)
-        texts += [v.text for v in (*variables, *block.constants)]
-    text = " ".join(texts)
-    assert "END_VAR" in text
-    for sign in ("(*", "*)", "#", "<", ";", "\u202e"):
-        assert sign not in text
-
-
 def test_no_output_can_take_the_name_of_another_variable_of_the_block() -> None:
     """An output with the rest of any name behind one of the prefixes still gets its own name."""
     plain = one_section(double=True)
@@ -525,20 +494,6 @@ def test_the_heartbeat_counts_to_32767_and_begins_at_zero() -> None:
     beats = [heartbeat_of(block) for _ in range(32_770)]
     assert beats[:2] == [1, 2]
     assert beats[32_765:] == [32_766, 32_767, 0, 1, 2]
-
-
-def test_an_offset_that_stands_in_the_control_is_taken_over_and_never_jumped_to_zero() -> None:
-    settings = one_section(double=True)
-    block = executable(build_program(settings))()
-    said: list[float] = []
-    sent = (12.5,)
-    for _ in range(3):
-        told = quiet_inputs(settings, [20.0], sent) | {"enable": False}
-        tell(block, told)
-        block.step()
-        said.append(block.correction_z_um)
-        sent = (said[-1],)
-    assert said == [12.5, 12.5, 12.5]
 
 
 def test_a_longest_delay_fits_and_the_program_is_made_in_a_moment() -> None:
@@ -699,24 +654,6 @@ def test_the_rate_holds_from_the_offset_that_stands_there_when_it_is_enabled() -
     assert [said[active + k].correction_um[0] for k in range(50)] == [
         12.5 - 0.25 * (k + 1) for k in range(50)
     ]
-
-
-@pytest.mark.parametrize("fresh", [True, False])
-def test_an_offset_that_was_changed_in_off_does_not_jump_when_it_is_enabled(fresh: bool) -> None:
-    """0 to 40 um while it is Off: what is written first lies within a step of what stands there."""
-    rows = [{"enable": False, "read_z_um": 0.0}] * 5
-    rows += [{"enable": False, "read_z_um": 40.0, "read_ok": fresh}]
-    settings = slow_settings()
-    block = executable(build_program(settings))()
-    axis_um, written = 40.0, []
-    for row in [*rows, *[{"read_ok": fresh}] * 3, *[{}] * 30]:
-        tell(block, quiet_inputs(settings, [20.0], (axis_um,)) | row)
-        block.step()
-        if block.linked and block.state != 0:
-            written.append(block.correction_z_um - axis_um)
-            axis_um = block.correction_z_um
-    assert len(written) > 20
-    assert max(abs(change) for change in written) == 0.25
 
 
 # Connected before anything is read, then lost while it is off and while it is active.

@@ -20,15 +20,16 @@ with its values; below ``when name:`` and ``unless name:`` it stands where the v
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from functools import cache, reduce
 from importlib.resources import files
 from itertools import takewhile
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 from thermaxis.codes import Place
 from thermaxis.compensation import Outcome, Quality, Reason, SampleQuality, SupervisorState
+from thermaxis.plc._texts import expanded
 from thermaxis.plc.tree import (
     Assign,
     Block,
@@ -52,11 +53,6 @@ from thermaxis.plc.tree import (
     stored,
 )
 
-Values: TypeAlias = Mapping[str, Any]
-"""Values by their names in the text: numbers, texts, truths, and items with values of their own."""
-
-_INDENT = "    "
-_REPEATED = re.compile(r"( *)(each|when|unless) (\w+):")
 _DECLARED = re.compile(
     r" *(input|output|state|temporary|constant|instance) (bool |int |)(\w+)"
     r"(?:\[(\d+)\])?(?: = (\S+))?(?: from (\S+))?: (.*)"
@@ -89,7 +85,7 @@ def library_block(part: str, /, *, double: bool, name: str = "", **values: objec
 
     The error names the key behind ``from``, else the constant, and the value ``owner``.
     """
-    made = _expanded(_library()[part], {"double": double, **values})
+    made = expanded(_library()[part], {"double": double, **values})
     remarks = tuple(line for line, _ in takewhile(lambda pair: pair[0], made))
     declared: defaultdict[str, list[Variable]] = defaultdict(list)
     instances: list[Instance] = []
@@ -127,29 +123,6 @@ def _library() -> Mapping[str, list[str]]:
     pages = [page.read_text("utf-8") for page in folder.iterdir()]
     parts = (part.split("\n", 1) for page in pages for part in page.split("%% ")[1:])
     return {key: text.rstrip().split("\n") for key, text in parts}
-
-
-def _expanded(lines: Sequence[str], values: Values) -> Iterator[tuple[str, Values]]:
-    """Yield every line that stands in the block, each with the values that are known there."""
-    place = 0
-    while place < len(lines):
-        found = _REPEATED.fullmatch(lines[place])
-        place += 1
-        if found is None:
-            yield lines[place - 1].format(**values), values
-            continue
-        begin, word, name = found.groups()
-        first = place
-        while place < len(lines) and lines[place].startswith(begin + _INDENT):
-            place += 1
-        inner = [line[len(_INDENT) :] for line in lines[first:place]]
-        items: Sequence[Values] = [values]
-        if word == "each":
-            items = values[name]
-        elif bool(values[name]) != (word == "when"):
-            items = []
-        for item in items:
-            yield from _expanded(inner, {**values, **item})
 
 
 def _variable(name: str, kind: Kind, text: str, start: str | None, length: int) -> Variable:
