@@ -5,7 +5,8 @@ hands requests to the status server under the name of whoever has logged in; it 
 else, and the loop does not notice whether it lives.
 """
 
-from thermaxis.screen._assets import CHART_SCRIPT, Assets
-from thermaxis.screen._server import serve
-
-__all__ = ["CHART_SCRIPT", "Assets", "serve"]
+from thermaxis.screen._assets import (
+    CHART_SCRIPT as CHART_SCRIPT,
+    Assets as Assets,
+)
+from thermaxis.screen._server import serve as serve

@@ -88,7 +88,7 @@ async def serve(
                 timeout_graceful_shutdown=_LEAVE_S,
                 limit_concurrency=MOST_CONNECTIONS,
                 proxy_headers=False,
-                ssl_context_factory=None if context is None else _giving(context),
+                ssl_context_factory=None if context is None else lambda _config, _usual: context,
             ),
             lambda: tell(f"{'https' if secure else 'http'}://{_host(settings.address)}:{port}/"),
         )
@@ -100,15 +100,6 @@ def _context_of(settings: ScreenSettings) -> ssl.SSLContext | None:
     if settings.certificate is None or settings.private_key is None:
         return None
     return server_context(settings.certificate, settings.private_key)
-
-
-def _giving(
-    context: ssl.SSLContext,
-) -> Callable[[uvicorn.Config, Callable[[], ssl.SSLContext]], ssl.SSLContext]:
-    def given(_: uvicorn.Config, __: Callable[[], ssl.SSLContext]) -> ssl.SSLContext:
-        return context
-
-    return given
 
 
 def allowed_hosts(settings: ScreenSettings, port: int, *, secure: bool) -> tuple[str, ...]:

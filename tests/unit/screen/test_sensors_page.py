@@ -12,9 +12,8 @@ from hypothesis import given, strategies as st
 
 from tests.unit.screen.engineer_bench import CHANNELS, told_by_a_loop
 from tests.unit.screen.stand import Feed, client, lathe, parts
-from thermaxis.compensation import SensorRules
 from thermaxis.screen.pages import sensors_page
-from thermaxis.screen.pages.sensors_page import LEAST_VALUES, facts_of, noise_of, rules_of
+from thermaxis.screen.pages.sensors_page import LEAST_VALUES, facts_of, noise_of
 
 STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
 
@@ -74,17 +73,14 @@ def test_what_changed_while_nothing_came_is_no_noise_and_old_values_do_not_count
 # ---- rules and values ---------------------------------------------------------------------------
 
 
-def test_every_rule_of_a_sensor_is_told() -> None:
-    rules = SensorRules(lowest_c=1.0, highest_c=2.0, frozen_s=0.0, time_stamp_required=False)
-    assert rules_of(rules) == dataclasses.asdict(rules)
-
-
 def test_every_channel_redundant_interlock_and_flag_of_the_configuration_is_told() -> None:
     configuration = lathe()
     facts = json.loads(json.dumps(facts_of(configuration)))
     assert {c["name"]: c["redundant"] for c in facts["channels"]} == {
         name: f"{name}.redundant" for name in CHANNELS
     }
+    first = facts["channels"][0]
+    assert first["rules"] == dataclasses.asdict(configuration.rules.sensors[first["name"]])
     assert {i["signal"] for i in facts["interlocks"]} <= set(STATUS["signals"])
     assert {i["name"]: i["met"] for i in facts["interlocks"]} == {
         name: flag.value for name, flag in configuration.interlocks.items()

@@ -73,11 +73,7 @@ class _Wrong(NamedTuple):
     """Key of the words."""
 
 
-_HOST_WRONG = _Wrong(
-    421,
-    "login-host",
-    "login-host",
-)
+_HOST_WRONG = _Wrong(421, "login-host", "login-host")
 _ORIGIN_WRONG = _Wrong(403, "origin", "common-refused_origin")
 _PATH_WRONG = _Wrong(404, "path", "common-no_page")
 _LONG = _Wrong(414, "long", "common-refused_long")

@@ -1,6 +1,7 @@
 """The log-in and its end, and the choice of a language."""
 
 from http import HTTPStatus
+from typing import Any
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -98,14 +99,7 @@ async def _log_in(request: Request) -> Response:
         await parts.persons.log_out(_cookie(request))
     secret, person = found
     answer = answer_json({"name": person.name, "role": person.role.value})
-    answer.set_cookie(
-        cookie_name(parts, request.url.port),
-        secret,
-        path="/",
-        secure=parts.secure,
-        httponly=True,
-        samesite="strict",
-    )
+    answer.set_cookie(cookie_name(parts, request.url.port), secret, **_marks(parts))
     return answer
 
 
@@ -122,13 +116,7 @@ async def _log_out(request: Request) -> Response:
     parts = parts_of(request)
     await parts.persons.log_out(_cookie(request))
     answer = answer_json({})
-    answer.delete_cookie(
-        cookie_name(parts, request.url.port),
-        path="/",
-        secure=parts.secure,
-        httponly=True,
-        samesite="strict",
-    )
+    answer.delete_cookie(cookie_name(parts, request.url.port), **_marks(parts))
     return answer
 
 
@@ -138,16 +126,14 @@ async def _choose_language(request: Request) -> Response:
         return refuse(request, HTTPStatus.BAD_REQUEST, "login-no_language")
     visitor_of(request, touch=True)
     answer = answer_json({"language": language})
-    answer.set_cookie(
-        LANGUAGE_COOKIE,
-        language,
-        max_age=_YEAR_S,
-        path="/",
-        secure=parts_of(request).secure,
-        httponly=True,
-        samesite="strict",
-    )
+    marks = _marks(parts_of(request))
+    answer.set_cookie(LANGUAGE_COOKIE, language, max_age=_YEAR_S, **marks)
     return answer
+
+
+def _marks(parts: ScreenParts) -> dict[str, Any]:
+    """Return what keeps a cookie from scripts and from other sites."""
+    return {"path": "/", "secure": parts.secure, "httponly": True, "samesite": "strict"}
 
 
 def _cookie(request: Request) -> str | None:

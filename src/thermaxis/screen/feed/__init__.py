@@ -1,24 +1,15 @@
 """The loop's status as the screen gets it."""
 
-from thermaxis.screen.feed._said_status import said_code, said_status
-from thermaxis.screen.feed._status_feed import (
-    PATIENCE_S,
-    REQUESTS,
-    WHO_AM_I,
-    StatusFeed,
-    StatusSnapshot,
-    parse_status,
-    role_in,
+from thermaxis.screen.feed._said_status import (
+    said_code as said_code,
+    said_status as said_status,
 )
-
-__all__ = [
-    "PATIENCE_S",
-    "REQUESTS",
-    "WHO_AM_I",
-    "StatusFeed",
-    "StatusSnapshot",
-    "parse_status",
-    "role_in",
-    "said_code",
-    "said_status",
-]
+from thermaxis.screen.feed._status_feed import (
+    PATIENCE_S as PATIENCE_S,
+    REQUESTS as REQUESTS,
+    WHO_AM_I as WHO_AM_I,
+    StatusFeed as StatusFeed,
+    StatusSnapshot as StatusSnapshot,
+    parse_status as parse_status,
+    role_in as role_in,
+)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -10,7 +11,6 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.compensation import SensorRules
 from thermaxis.runtime import MachineConfiguration, Role, interlock_name, redundant_name
 from thermaxis.screen.access import answer_json, for_script, needs, parts_of, render
 from thermaxis.screen.pages.history import Json
@@ -81,7 +81,7 @@ def facts_of(configuration: MachineConfiguration) -> Json:
                 "redundant": redundant_name(name)
                 if name in configuration.rules.redundant
                 else None,
-                "rules": rules_of(rules),
+                "rules": asdict(rules),
             }
             for name, rules in configuration.rules.sensors.items()
         ],
@@ -92,20 +92,6 @@ def facts_of(configuration: MachineConfiguration) -> Json:
         "other_compensation": None if other is None else other.value,
         "diameter_read": configuration.diameter is not None,
         "probes": list(configuration.probes),
-    }
-
-
-def rules_of(rules: SensorRules) -> Json:
-    """Return the rules of one channel by name; the unit ends each name."""
-    return {
-        "lowest_c": rules.lowest_c,
-        "highest_c": rules.highest_c,
-        "largest_rate_k_per_s": rules.largest_rate_k_per_s,
-        "step_k": rules.step_k,
-        "longest_age_s": rules.longest_age_s,
-        "time_stamp_required": rules.time_stamp_required,
-        "frozen_s": rules.frozen_s,
-        "largest_difference_k": rules.largest_difference_k,
     }
 
 

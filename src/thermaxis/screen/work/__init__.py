@@ -1,25 +1,13 @@
 """Commands of this program in processes of their own, with limits."""
 
 from thermaxis.screen.work._work import (
-    BusyError,
-    Ending,
-    Limits,
-    Outcome,
-    Work,
-    WorkFolder,
-    close_work,
-    remove_leftovers,
-    work_of,
+    BusyError as BusyError,
+    Ending as Ending,
+    Limits as Limits,
+    Outcome as Outcome,
+    Work as Work,
+    WorkFolder as WorkFolder,
+    close_work as close_work,
+    remove_leftovers as remove_leftovers,
+    work_of as work_of,
 )
-
-__all__ = [
-    "BusyError",
-    "Ending",
-    "Limits",
-    "Outcome",
-    "Work",
-    "WorkFolder",
-    "close_work",
-    "remove_leftovers",
-    "work_of",
-]

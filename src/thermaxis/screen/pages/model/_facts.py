@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Final, NamedTuple
 
 from thermaxis.codes import printable
@@ -149,16 +150,11 @@ def facts_of_model(
 
 
 def _output_facts(model: CompensationModel, output: Output, diameter_mm: float | None) -> Json:
-    step = step_of(model, output)
     return {
         "name": output.name,
         "offset_um": output.offset_um,
         "parts": [_part_facts(part, diameter_mm) for part in output.parts],
-        "step": {
-            "time_s": step.time_s,
-            "known": step.known,
-            "response_um_per_k": step.response_um_per_k,
-        },
+        "step": step_of(model, output)._asdict(),
     }
 
 
@@ -169,24 +165,10 @@ def _part_facts(part: Part, diameter_mm: float | None) -> Json:
         and bool(points)
         and not points[0].diameter_mm <= diameter_mm <= points[-1].diameter_mm
     )
-    return {
-        "name": part.name,
-        "plus": part.plus,
-        "minus": part.minus,
-        "direct_gain_um_per_k": part.direct_gain_um_per_k,
-        "sections": [
-            {"gain_um_per_k": s.gain_um_per_k, "time_constant_s": s.time_constant_s}
-            for s in part.sections
-        ],
-        "delay_s": part.delay_s,
+    return asdict(part) | {
         "dc_gain_um_per_k": part.dc_gain_um_per_k,
-        "static_gain_um_per_k": part.static_gain_um_per_k,
-        "tool_gain": part.tool_gain,
-        "gain_by_diameter": [{"diameter_mm": p.diameter_mm, "gain": p.gain} for p in points],
         "gain_now": gain_of(part, diameter_mm),
         "gain_held": outside,
-        "lowest_k": part.lowest_k,
-        "highest_k": part.highest_k,
     }
 
 
@@ -195,9 +177,6 @@ def _provenance_facts(provenance: Provenance) -> Json:
         "method": printable(provenance.method, _LONGEST_WORD),
         "program": printable(provenance.program, _LONGEST_WORD),
         "date": printable(provenance.date, _LONGEST_WORD),
-        "logs": [
-            {"name": log.name, "sha256": log.sha256, "rows": log.rows, "first_row": log.first_row}
-            for log in provenance.logs
-        ],
+        "logs": [asdict(log) for log in provenance.logs],
         "figures": dict(provenance.figures),
     }
