@@ -256,14 +256,7 @@ def test_every_source_keeps_its_contract(stand) -> None:
     run_in_virtual_time(check())
 
 
-@pytest.mark.parametrize(
-    "stand",
-    [
-        LatheSinkStand,
-        LinuxCncStand,
-        DryStand,
-    ],
-)
+@pytest.mark.parametrize("stand", [LatheSinkStand, LinuxCncStand, DryStand])
 def test_every_sink_keeps_its_contract(stand) -> None:
     async def check() -> None:
         await check_sink(stand())

@@ -12,10 +12,7 @@ from ._correction import (
     table_points as table_points,
     values_at_points as values_at_points,
 )
-from .diagnosis import (
-    Finding as Finding,
-    diagnose as diagnose,
-)
+from .diagnosis import Finding as Finding, diagnose as diagnose
 from .drift import (
     DriftModel as DriftModel,
     DriftResult as DriftResult,

@@ -85,10 +85,7 @@ def drifting() -> tuple[PositioningTest, DriftResult]:
 # ---- what is promised ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("axis", "cycles", "amount"),
-    [("random", 5, 0.5), ("constant", 5, 3.0)],
-)
+@pytest.mark.parametrize(("axis", "cycles", "amount"), [("random", 5, 0.5), ("constant", 5, 3.0)])
 def test_the_true_figure_lies_within_u_in_88_to_99_percent(
     axis: str, cycles: int, amount: float
 ) -> None:

@@ -553,10 +553,7 @@ def _warnings(
     warnings = (
         (test.time_s is None, Message("warning-order_as_time")),
         (fitted.run.bow, Message("warning-axis_bows")),
-        (
-            _hides_drift(fitted.run, fitted.estimate.average),
-            Message("warning-visits_hide_drift"),
-        ),
+        (_hides_drift(fitted.run, fitted.estimate.average), Message("warning-visits_hide_drift")),
         (bool(suspects), Message("warning-target_drifts_otherwise", named)),
     )
     return tuple(warning for applies, warning in warnings if applies)

@@ -8,11 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import DataError
-from thermaxis.positioning.run import (
-    FloatArray,
-    PositioningTest,
-    freeze_arrays,
-)
+from thermaxis.positioning.run import FloatArray, PositioningTest, freeze_arrays
 from thermaxis.positioning.standard._iso230_2 import FIGURE_KEYS, iso230_2_figures
 
 MOST_EVALUATIONS = 200

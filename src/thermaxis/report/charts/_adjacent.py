@@ -8,11 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from thermaxis.positioning import (
-    APPROACHES,
-    AdjacentDifferenceResult,
-    FloatArray,
-)
+from thermaxis.positioning import APPROACHES, AdjacentDifferenceResult, FloatArray
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import (
     ARROWS,
@@ -39,14 +35,7 @@ def bound_words(result: AdjacentDifferenceResult) -> str:
 
 
 def _plot(axes: Axes, x: FloatArray, y: FloatArray, approach: int, label: str) -> None:
-    axes.plot(
-        x,
-        y,
-        **style_of(approach),
-        markersize=4.5,
-        label=label,
-        zorder=3,
-    )
+    axes.plot(x, y, **style_of(approach), markersize=4.5, label=label, zorder=3)
 
 
 def _pair_axis(axes: Axes, targets: int) -> FloatArray:

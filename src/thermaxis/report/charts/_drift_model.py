@@ -22,12 +22,7 @@ from thermaxis.positioning.diagnosis import is_temperature
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS, DARK, GREY, MARKERS, drawable, new_figure, zero_line
-from thermaxis.report.charts._parts import (
-    add_scale,
-    at_position,
-    position_label,
-    put_heading,
-)
+from thermaxis.report.charts._parts import add_scale, at_position, position_label, put_heading
 
 _MOST_DRAWN = 2000
 """More readings than these are one grey area, and a file of many megabytes. [1]"""

@@ -71,8 +71,7 @@ _ADJACENT = (
         "figure_10_standard_deviation",
         draw_standard_deviation,
         partial(
-            numbers.pair_numbers,
-            keys=("standard_uncertainty", "standard_deviation", "s_ratio"),
+            numbers.pair_numbers, keys=("standard_uncertainty", "standard_deviation", "s_ratio")
         ),
     ),
     Chart(

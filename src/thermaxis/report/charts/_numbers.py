@@ -6,12 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.positioning import (
-    APPROACHES,
-    FIGURE_KEYS,
-    DifferenceMonteCarlo,
-    FloatArray,
-)
+from thermaxis.positioning import APPROACHES, FIGURE_KEYS, DifferenceMonteCarlo, FloatArray
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report.charts._parts import adjacent_of
