@@ -52,6 +52,10 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
     ("help/13_machine_--help.txt", "*"): HELP,
     ("names", "thermaxis.thermal.[Ss]ample*[Tt]ime*"): STUDIES,
     ("names", "thermaxis.thermal.p*_with*"): STUDIES,
+    **{
+        ("names", f"thermaxis.plc.{name}"): "`CallSequence` and `vectors_of` do the same"
+        for name in ("scenario", "course_steps", "vectors_csv", "line_vectors_csv")
+    },
     ("names", "thermaxis.runtime.Problem"): "what is wrong with a configuration is a `Message`",
     **{
         ("names", f"thermaxis.thermal.{name}"): "a loop over `block_means`, a rounding"
