@@ -8,18 +8,22 @@ import pytest
 from asyncua import ua
 
 from tests.opcua_server import KINDS, Machine, start_machine
+from thermaxis.runtime import run_in_virtual_time
 
 FLOATS = {**KINDS, "Offset": (0.0, ua.VariantType.Float)}
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
-    """Run a test that is a coroutine in the event loop of the servers."""
+    """Run a test that is a coroutine: in virtual time, or in the event loop of the servers."""
     if not inspect.iscoroutinefunction(pyfuncitem.obj):
         return None
     names = inspect.signature(pyfuncitem.obj).parameters
-    runner = pyfuncitem._request.getfixturevalue("runner")
-    runner.run(pyfuncitem.obj(**{name: pyfuncitem.funcargs[name] for name in names}))
+    test = pyfuncitem.obj(**{name: pyfuncitem.funcargs[name] for name in names})
+    if getattr(pyfuncitem.module, "VIRTUAL_TIME", False):
+        run_in_virtual_time(test)
+    else:
+        pyfuncitem._request.getfixturevalue("runner").run(test)
     return True
 
 

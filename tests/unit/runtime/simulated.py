@@ -5,7 +5,8 @@ watchdog it takes its offset back without a moved heartbeat, at once as well.
 """
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple, cast
@@ -314,23 +315,30 @@ class Rig:
             return replace(self.compensation, model=model, limits={"X_um": LIMITS}), "22"
         return replace(self.compensation, model=model), "11"
 
+    @asynccontextmanager
+    async def running(
+        self, source: Source | None = None, **settings: Any
+    ) -> AsyncIterator[CompensationLoop]:
+        """Run a loop meanwhile, and end it then as the settings say."""
+        loop, stop = self.loop(source, **settings), asyncio.Event()
+        async with asyncio.TaskGroup() as group:
+            group.create_task(loop.run(stop))
+            yield loop
+            stop.set()
+
     def play(
         self,
         script: Callable[["Rig", CompensationLoop], Coroutine[Any, Any, None]],
         source: Source | None = None,
         **settings: Any,
-    ) -> CompensationLoop:
-        """Run a loop while a script acts, and end it as the settings say."""
+    ) -> None:
+        """Run a loop in virtual time while a script acts."""
 
-        async def both() -> CompensationLoop:
-            loop, stop = self.loop(source, **settings), asyncio.Event()
-            async with asyncio.TaskGroup() as group:
-                group.create_task(loop.run(stop))
+        async def both() -> None:
+            async with self.running(source, **settings) as loop:
                 await script(self, loop)
-                stop.set()
-            return loop
 
-        return run_in_virtual_time(both())
+        run_in_virtual_time(both())
 
     def play_and_kill(
         self, script: Callable[["Rig", CompensationLoop], Coroutine[Any, Any, None]]

@@ -17,6 +17,7 @@ from thermaxis.compensation import Request, RequestKind, SupervisorState
 from thermaxis.runtime import Alarm, Applied, CompensationLoop, LoopAnswer
 from thermaxis.runtime.loop._last_written import LastWrittenOffsets
 
+VIRTUAL_TIME = True
 FROZEN_S = 12.0
 
 
@@ -35,11 +36,11 @@ async def held(bench: Rig, loop: CompensationLoop) -> float:
     return bench.machine.z_um
 
 
-def test_a_hold_that_lost_its_value_while_the_loop_stood_still_is_told_and_goes_on() -> None:
+async def test_a_hold_that_lost_its_value_while_the_loop_stood_still_is_told_and_goes_on() -> None:
     bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         held_um = await held(bench, loop)
         assert held_um < -20.0
         freeze(FROZEN_S)
@@ -55,17 +56,17 @@ def test_a_hold_that_lost_its_value_while_the_loop_stood_still_is_told_and_goes_
         }
         await asyncio.sleep(600.0)
         assert told(loop) == [alarm], "it stays, and says since when"
-
-    bench.play(script)
     bench.assert_law()
     assert sum("had been left at" in event.text for event in bench.said("alarm")) == 1
 
 
-def test_it_is_told_until_somebody_acknowledges_it_and_once_more_when_it_happens_again() -> None:
+async def test_it_is_told_until_somebody_acknowledges_it_and_once_more_when_it_happens_again() -> (
+    None
+):
     bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await held(bench, loop)
         freeze(FROZEN_S)
         await asyncio.sleep(5.0)
@@ -85,14 +86,12 @@ def test_it_is_told_until_somebody_acknowledges_it_and_once_more_when_it_happens
             found = [event for event in bench.said("alarm") if "had been left" in event.text]
             assert sum(not event.text.startswith("gone") for event in found) == 1 + times
 
-    bench.play(script)
 
-
-def test_an_acknowledge_that_waited_while_the_loop_stood_still_takes_nothing_away_unseen() -> None:
+async def test_an_acknowledge_that_waited_while_the_loop_stood_still_takes_nothing_unseen() -> None:
     bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await held(bench, loop)
         asked = asyncio.ensure_future(ask(loop, RequestKind.ACKNOWLEDGE))
         await asyncio.sleep(0.0)
@@ -105,13 +104,10 @@ def test_an_acknowledge_that_waited_while_the_loop_stood_still_takes_nothing_awa
         await asyncio.sleep(2.0)
         assert told(loop) == []
 
-    bench.play(script)
 
-
-def test_what_is_found_is_in_the_history_even_where_no_alarm_was_made_before_the_next_one() -> None:
+async def test_what_is_found_is_in_the_history_even_where_no_alarm_was_made_meanwhile() -> None:
     bench = Rig(cycle_s=0.2)
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         held_um = await held(bench, loop)
         for times in range(1, 6):  # faster than alarms are looked for
             bench.machine.come_back(held_um + 5.0 * times)
@@ -121,13 +117,10 @@ def test_what_is_found_is_in_the_history_even_where_no_alarm_was_made_before_the
         said = [e.text for e in bench.said("alarm") if "had been left at" in e.text]
         assert sum(text.startswith("high: ") for text in said) == 5
 
-    bench.play(script)
 
-
-def test_an_acknowledge_accepts_no_sensor_that_jumped_while_the_loop_stood_still() -> None:
+async def test_an_acknowledge_accepts_no_sensor_that_jumped_while_the_loop_stood_still() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 60.0)
         request = Request(RequestKind.ACKNOWLEDGE, "Jana")
         asked = asyncio.ensure_future(loop.submit(request))
@@ -143,19 +136,16 @@ def test_an_acknowledge_accepts_no_sensor_that_jumped_while_the_loop_stood_still
         assert await ask(loop, RequestKind.ACKNOWLEDGE), "now it was shown"
         await asyncio.sleep(3.0)
         assert "sensor s" not in {alarm.key for alarm in loop.status.alarms}
-
-    bench.play(script)
     said = [event.text for event in bench.said("request") if "came meanwhile" in event.text]
     assert len(said) == 1
 
 
 @pytest.mark.parametrize(("moved_um", "says"), [(0.9, False), (1.1, True)])
-def test_after_a_lost_connection_only_an_offset_that_moved_by_more_than_the_tolerance_is_told(
+async def test_after_a_lost_connection_only_an_offset_that_moved_by_more_than_the_tolerance_is_told(
     moved_um: float, says: bool
 ) -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         held_um = await held(bench, loop)
         bench.machine.lose()
         await asyncio.sleep(8.0)
@@ -163,13 +153,10 @@ def test_after_a_lost_connection_only_an_offset_that_moved_by_more_than_the_tole
         await asyncio.sleep(4.0)
         assert bool(told(loop)) is says
 
-    bench.play(script)
 
-
-def test_an_offset_that_somebody_moves_while_the_compensation_is_off_is_no_loss() -> None:
+async def test_an_offset_that_somebody_moves_while_the_compensation_is_off_is_no_loss() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 60.0)
         await ask(loop, RequestKind.DISABLE)
         await asyncio.sleep(120.0)
@@ -180,20 +167,16 @@ def test_an_offset_that_somebody_moves_while_the_compensation_is_off_is_no_loss(
         await asyncio.sleep(8.0)
         assert told(loop) == []
 
-    bench.play(script)
 
-
-def test_a_silence_that_the_watchdog_bears_is_not_told() -> None:
+async def test_a_silence_that_the_watchdog_bears_is_not_told() -> None:
     bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 20.0)  # it moves by half a micrometre in each cycle
         freeze(1.9)
         await asyncio.sleep(5.0)
         assert told(loop) == []
-
-    bench.play(script)
 
 
 @pytest.mark.parametrize("stood_um", [0.0, None])

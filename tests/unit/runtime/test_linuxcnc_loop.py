@@ -15,9 +15,10 @@ from tests.unit.runtime.simulated import (
     state_of,
 )
 from thermaxis.compensation import Limits, Reason, SupervisorState
-from thermaxis.runtime import TOWARDS, CompensationLoop, VirtualClock, run_in_virtual_time
+from thermaxis.runtime import TOWARDS, VirtualClock
 from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
 
+VIRTUAL_TIME = True
 RATE_MM_PER_S = 2e-3
 LIMITS = Limits(LARGEST, 1e3 * RATE_MM_PER_S)
 SETTINGS = LinuxCncSettings(outputs={"Z_um": LinuxCncOutput(2, "mm", TOWARDS, LIMITS)})
@@ -57,34 +58,23 @@ class HalRig(Rig):
         assert max(steps) == pytest.approx(RATE_MM_PER_S * PERIOD_S, rel=1e-6)
 
 
-async def later(hal: MemoryHal) -> None:
-    """Let the machine alone for a minute."""
-    now_s = asyncio.get_running_loop().time()
-    hal.run_until(now_s)
-    hal.run_until(now_s + 60.0)
-
-
-def test_the_loop_takes_the_machine_to_its_goal_and_back_at_the_end() -> None:
+async def test_the_loop_takes_the_machine_to_its_goal_and_back_at_the_end() -> None:
     bench = HalRig()
-
-    async def script(_: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, THERE_S)
         assert state_of(loop) is SupervisorState.ACTIVE
         assert bench.offset_mm == pytest.approx(OFFSET_MM, rel=1e-6)
-
-    bench.play(script)
     assert bench.offset_mm <= 1.001 * RATE_MM_PER_S  # one cycle behind
-    run_in_virtual_time(later(bench.hal))
+    bench.hal.run_until(asyncio.get_running_loop().time() + 60.0)  # the machine alone
     assert bench.offset_mm == 0.0
     bench.assert_no_step()
     # on a ramp the machine follows behind: no difference of the read-back
     assert SupervisorState.FAULT not in bench.states()
 
 
-def test_a_loop_that_was_frozen_heals_by_itself_without_a_step() -> None:
+async def test_a_loop_that_was_frozen_heals_by_itself_without_a_step() -> None:
     bench = HalRig()
-
-    async def script(_: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, THERE_S)
         for command in FREEZES:
             begin = len(bench.offsets)
@@ -97,15 +87,12 @@ def test_a_loop_that_was_frozen_heals_by_itself_without_a_step() -> None:
             assert min(bench.offsets[begin:]) < 0.6 * OFFSET_MM  # eight seconds on its way to zero
             assert state_of(loop) is SupervisorState.ACTIVE
             assert bench.offset_mm == pytest.approx(OFFSET_MM, rel=1e-6)
-
-    bench.play(script)
     bench.assert_no_step()
 
 
-def test_a_machine_that_goes_is_held_for_and_gone_on_with_from_what_is_found() -> None:
+async def test_a_machine_that_goes_is_held_for_and_gone_on_with_from_what_is_found() -> None:
     bench = HalRig()
-
-    async def script(_: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, THERE_S)
         bench.hal.running = False
         await asyncio.sleep(5.0)
@@ -120,38 +107,31 @@ def test_a_machine_that_goes_is_held_for_and_gone_on_with_from_what_is_found() -
         await asyncio.sleep(THERE_S)
         assert state_of(loop) is SupervisorState.ACTIVE
         assert bench.offset_mm == pytest.approx(OFFSET_MM, rel=1e-6)
-
-    bench.play(script)
     bench.assert_no_step()
 
 
-def test_a_clamp_that_is_narrower_than_the_configuration_becomes_a_fault() -> None:
+async def test_a_clamp_that_is_narrower_than_the_configuration_becomes_a_fault() -> None:
     bench = HalRig()
     bench.hal.values["thermaxis-limit-2.max"] = 0.010
 
-    async def script(_: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, THERE_S)
         assert state_of(loop) is SupervisorState.FAULT
         assert loop.status is not None
         assert Reason.READ_BACK_DIFFERS in loop.status.output.reasons
-
-    bench.play(script)
     assert max(bench.offsets) <= 0.010 + 1e-12
 
 
-def test_a_cycle_longer_than_the_watchdog_s_default_gets_a_longer_one() -> None:
+async def test_a_cycle_longer_than_the_watchdog_s_default_gets_a_longer_one() -> None:
     slow = LinuxCncSettings(outputs=SETTINGS.outputs, cycle_s=30.0)
     hal = MemoryHal(hal_text(slow))
 
-    async def life() -> None:
-        sink = LinuxCncSink(slow, VirtualClock(), hal.attach)
-        await sink.open()
-        await asyncio.sleep(1.0)
-        assert await sink.found(1.0) is not None
-        for _ in range(3):
-            assert await sink.write({"Z_um": -5.0}, 1.0)
-            await asyncio.sleep(30.0)
-        await sink.close()
-
-    run_in_virtual_time(life())
+    sink = LinuxCncSink(slow, VirtualClock(), hal.attach)
+    await sink.open()
+    await asyncio.sleep(1.0)
+    assert await sink.found(1.0) is not None
+    for _ in range(3):
+        assert await sink.write({"Z_um": -5.0}, 1.0)
+        await asyncio.sleep(30.0)
+    await sink.close()
     assert hal.pin("thermaxis-shift-2.offset") == pytest.approx(0.005)

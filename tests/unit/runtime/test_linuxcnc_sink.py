@@ -7,11 +7,10 @@ import asyncio
 import math
 import re
 import tomllib
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from itertools import pairwise
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -40,13 +39,8 @@ Z = LinuxCncOutput(2, "mm", AWAY, LIMITS)
 X = LinuxCncOutput(0, "inch", TOWARDS, LIMITS)
 SETTINGS = LinuxCncSettings(outputs={"Z_um": Z, "X_um": X})
 DEADLINE_S = 0.5
+VIRTUAL_TIME = True
 HEARTBEAT, ARM = "thermaxis-heartbeat", "thermaxis-arm"
-
-
-@pytest.fixture
-def runner() -> SimpleNamespace:
-    """Run tests that are coroutines in virtual time."""
-    return SimpleNamespace(run=run_in_virtual_time)
 
 
 @pytest.fixture
@@ -629,26 +623,21 @@ class Commands:
             raise BrokenPipeError
 
 
-def on_a_pipe(
-    answer: Callable[[str], str], act: Callable[[HalPipe, Commands], Awaitable[None]]
-) -> None:
-    """Act on a pipe whose program answers by a function, in virtual time."""
-
-    async def life() -> None:
-        reader = asyncio.StreamReader()
-        commands = Commands(reader, answer)
-        pipe = HalPipe(commands, reader)
-        await act(pipe, commands)
-        await pipe.close()
-        assert commands.closed
-
-    run_in_virtual_time(life())
+@asynccontextmanager
+async def piped(answer: Callable[[str], str]) -> AsyncIterator[tuple[HalPipe, Commands]]:
+    """Open a pipe whose program answers by a function, and close it."""
+    reader = asyncio.StreamReader()
+    commands = Commands(reader, answer)
+    pipe = HalPipe(commands, reader)
+    yield pipe, commands
+    await pipe.close()
+    assert commands.closed
 
 
-def test_lines_of_an_error_shift_no_later_answer() -> None:
+async def test_lines_of_an_error_shift_no_later_answer() -> None:
     said = {"bad": "<stdin>:1: not found\n<stdin>:1: setp failed\n", "getp a": "1\n", "quiet": ""}
 
-    async def act(pipe: HalPipe, _: Commands) -> None:
+    async with piped(said.__getitem__) as (pipe, _):
         answers = await pipe.ask(["getp a", "bad", "quiet", "getp a"], 1.0)
         assert answers == [
             ("1",),
@@ -658,24 +647,20 @@ def test_lines_of_an_error_shift_no_later_answer() -> None:
         ]
         assert await pipe.ask(["getp a"], 1.0) == [("1",)]
 
-    on_a_pipe(said.__getitem__, act)
 
-
-def test_many_commands_are_given_in_batches_that_a_pipe_takes_whole() -> None:
+async def test_many_commands_are_given_in_batches_that_a_pipe_takes_whole() -> None:
     sizes: list[int] = []
 
-    async def act(pipe: HalPipe, commands: Commands) -> None:
+    async with piped(lambda command: f"{command}\n") as (pipe, commands):
         asked = [f"show pin thermaxis-shift-15.update-{i:04d}" for i in range(300)]
         assert await pipe.ask(asked, 1.0) == [(command,) for command in asked]
         sizes.extend(commands.sizes)
-
-    on_a_pipe(lambda command: f"{command}\n", act)
     assert len(sizes) > 1
     assert max(sizes) <= 4096
 
 
-def test_a_pipe_that_was_not_answered_in_time_is_out_of_step_for_good() -> None:
-    async def act(pipe: HalPipe, commands: Commands) -> None:
+async def test_a_pipe_that_was_not_answered_in_time_is_out_of_step_for_good() -> None:
+    async with piped(lambda _: "1\n") as (pipe, commands):
         commands.silent = True
         with pytest.raises(HalLostError, match=r"within 0\.5 s"):
             await pipe.ask(["getp a"], 0.5)
@@ -683,11 +668,9 @@ def test_a_pipe_that_was_not_answered_in_time_is_out_of_step_for_good() -> None:
         with pytest.raises(HalLostError, match="out of step"):
             await pipe.ask(["getp a"], 0.5)
 
-    on_a_pipe(lambda _: "1\n", act)
 
-
-def test_a_cancelled_exchange_leaves_the_pipe_out_of_step() -> None:
-    async def act(pipe: HalPipe, commands: Commands) -> None:
+async def test_a_cancelled_exchange_leaves_the_pipe_out_of_step() -> None:
+    async with piped(lambda _: "1\n") as (pipe, commands):
         commands.silent = True
         task = asyncio.create_task(pipe.ask(["getp a"], 5.0))
         await asyncio.sleep(0.1)
@@ -697,26 +680,20 @@ def test_a_cancelled_exchange_leaves_the_pipe_out_of_step() -> None:
         with pytest.raises(HalLostError, match="out of step"):
             await pipe.ask(["getp a"], 0.5)
 
-    on_a_pipe(lambda _: "1\n", act)
 
-
-def test_a_program_that_ends_is_said_to_have_ended_with_its_last_words() -> None:
-    async def act(pipe: HalPipe, commands: Commands) -> None:
+async def test_a_program_that_ends_is_said_to_have_ended_with_its_last_words() -> None:
+    async with piped(lambda _: "1\n") as (pipe, commands):
         commands.answers.feed_data(b"HAL: ERROR: no memory\n")
         commands.ends = True
         with pytest.raises(HalLostError, match="has ended: HAL: ERROR: no memory"):
             await pipe.ask(["getp a"], 0.5)
 
-    on_a_pipe(lambda _: "1\n", act)
 
-
-def test_two_who_ask_at_once_get_their_own_answers() -> None:
-    async def act(pipe: HalPipe, _: Commands) -> None:
+async def test_two_who_ask_at_once_get_their_own_answers() -> None:
+    async with piped(lambda command: f"{command}\n") as (pipe, _):
         asked = [[f"getp {who}{i}" for i in range(20)] for who in "abc"]
         answers = await asyncio.gather(*(pipe.ask(commands, 1.0) for commands in asked))
         assert answers == [[(command,) for command in commands] for commands in asked]
-
-    on_a_pipe(lambda command: f"{command}\n", act)
 
 
 def test_only_one_finite_number_is_a_number_and_only_true_and_false_are_bits() -> None:

@@ -52,23 +52,21 @@ from thermaxis.runtime import (
 )
 from thermaxis.runtime.loop import TESTED_EVERY_S, UNREAD_AFTER_S
 
+VIRTUAL_TIME = True
 NEAR_GOAL = pytest.approx(GOAL_UM, abs=0.01)
 
 
 # ---- out and back -------------------------------------------------------------------------------
 
 
-def test_the_offset_goes_to_minus_the_model_at_the_allowed_rate_and_back_at_the_end() -> None:
+async def test_the_offset_goes_to_minus_the_model_at_the_allowed_rate_and_back_at_the_end() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 200.0)
         assert state_of(loop) is SupervisorState.ACTIVE
         assert bench.machine.z_um == GOAL_UM
         assert loop.status is not None
         assert loop.status.configuration_sha256 == SHA
-
-    bench.play(script)
     assert bench.machine.z_um == 0.0
     bench.assert_law(late_cycles=1.0)
     assert min(w.after_um - w.before_um for w in bench.machine.writes) == -RATE
@@ -101,18 +99,16 @@ def test_at_the_end_an_offset_may_be_left_where_it_is() -> None:
     assert bench.file.saved.enabled
 
 
-def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
+async def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
     bench = Rig()
     bench.machine.set_offset(Z_um=-12.0)
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await asyncio.sleep(30.0)
         assert not bench.machine.writes
         assert loop.status is not None
         assert loop.status.output.correction_um == (-12.0,)
         await enabled_for(loop, 100.0)
-
-    bench.play(script)
     bench.assert_law(late_cycles=1.0)
 
 
@@ -168,16 +164,13 @@ def test_a_fault_survives_a_clock_that_was_set_back() -> None:
 # ---- time ---------------------------------------------------------------------------------------
 
 
-def test_cycles_that_are_missed_are_counted_and_cost_no_step() -> None:
+async def test_cycles_that_are_missed_are_counted_and_cost_no_step() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 20.0)
         freeze(7.3)
         await asyncio.sleep(10.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-
-    loop = bench.play(script)
     records = bench.historian.records
     grid = round(records[-1].monotonic_s - records[0].monotonic_s)
     assert loop.status is not None
@@ -191,13 +184,13 @@ def test_cycles_that_are_missed_are_counted_and_cost_no_step() -> None:
 @pytest.mark.parametrize(
     ("frozen_s", "cycle_s"), [(1.6, 1.0), (2.9, 0.1), (5.0, 0.1), (3000.0, 1.0)]
 )
-def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
+async def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
     frozen_s: float, cycle_s: float
 ) -> None:
     bench = Rig(cycle_s=cycle_s)
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 50.0)
         assert bench.machine.z_um < -20.0
         bench.machine.freezes_s = frozen_s  # in the midst of a cycle
@@ -207,20 +200,18 @@ def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
         await asyncio.sleep(85.0)
         assert state_of(loop) is SupervisorState.ACTIVE
         assert bench.machine.z_um == NEAR_GOAL
-
-    bench.play(script)
     bench.assert_law()
     assert SupervisorState.FAULT not in bench.states()
 
 
 @pytest.mark.parametrize(("looks", "watched"), [(2, True), (10, False), (60, True)])
-def test_looks_without_an_answer_after_a_silence_are_repeated_until_there_is_one(
+async def test_looks_without_an_answer_after_a_silence_are_repeated_until_there_is_one(
     looks: int, watched: bool
 ) -> None:
     bench = Rig()
     bench.machine.watched = watched
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 60.0)
         freeze(3.0)
         bench.machine.unanswered = looks
@@ -235,16 +226,14 @@ def test_looks_without_an_answer_after_a_silence_are_repeated_until_there_is_one
         assert "offset_unread" not in alarms_of(loop)
         assert SupervisorState.FAULT not in bench.states()
         assert (SupervisorState.FADING in bench.states()) is (looks > 20)  # longer than it is held
-
-    bench.play(script)
     bench.assert_law()
 
 
-def test_what_is_no_offset_is_looked_at_until_somebody_has_mended_it() -> None:
+async def test_what_is_no_offset_is_looked_at_until_somebody_has_mended_it() -> None:
     bench = Rig()
     bench.machine.set_offset(Z_um=2e5)  # another unit
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await asyncio.sleep(30.0)
         assert bench.machine.writes == []
         assert "offset_unread" in alarms_of(loop)
@@ -254,27 +243,23 @@ def test_what_is_no_offset_is_looked_at_until_somebody_has_mended_it() -> None:
         assert await ask(loop, RequestKind.ACKNOWLEDGE)
         await enabled_for(loop, 60.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-
-    bench.play(script)
     bench.assert_law()
     assert [e.code for e in bench.said("alarm")].count("event-offset_unusable") == 1
 
 
-def test_a_computer_that_slept_is_noticed_by_the_time_of_day() -> None:
+async def test_a_computer_that_slept_is_noticed_by_the_time_of_day() -> None:
     bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 60.0)
         bench.clock.change_time_of_day(by_s=3600.0)  # while the monotonic clock stood still
         bench.machine.offset_um["Z_um"] = 0.0
         await asyncio.sleep(10.0)
-
-    bench.play(script)
     bench.assert_law()
 
 
-def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
+async def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
     class Freezing(SimulatedSink):
         frozen = 0
 
@@ -296,7 +281,7 @@ def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
     bench = Rig(sink=Freezing)
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running(Calm(bench.machine)) as loop:
         await enabled_for(loop, 60.0)
         assert bench.machine.z_um < -20.0
         bench.machine.freezes_s = 10.0
@@ -305,13 +290,11 @@ def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
         assert isinstance(loop.sink, Freezing)
         assert loop.sink.frozen == 1
         assert state_of(loop) is SupervisorState.ACTIVE
-
-    bench.play(script, Calm(bench.machine))
     bench.assert_law()
 
 
 @pytest.mark.parametrize("left_s", [0.05, 0.25, 0.35])
-def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_at_again(
+async def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_at_again(
     left_s: float,
 ) -> None:
     bench = Rig(cycle_s=0.1)
@@ -323,24 +306,23 @@ def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_a
 
     bench.self_test = self_test
 
-    async def life() -> None:
-        bench.machine.set_offset(Z_um=-20.0)  # left by a loop that was killed
-        bench.machine.heard_s += left_s - WATCHDOG_S
-        loop = bench.loop()
-        running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles=30))
-        await ask(loop, RequestKind.ENABLE)
-        await running
-
-    run_in_virtual_time(life())
+    bench.machine.set_offset(Z_um=-20.0)  # left by a loop that was killed
+    bench.machine.heard_s += left_s - WATCHDOG_S
+    loop = bench.loop()
+    running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles=30))
+    await ask(loop, RequestKind.ENABLE)
+    await running
     assert bench.machine.writes
     bench.assert_law()
 
 
-def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_its_pace() -> None:
+async def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_its_pace() -> (
+    None
+):
     bench = Rig(hold_input_s=10.0)
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 60.0)
         bench.machine.source_late_s = math.inf
         await asyncio.sleep(8.0)
@@ -352,8 +334,6 @@ def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_i
         bench.machine.source_late_s = 0.0
         await asyncio.sleep(5.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-
-    bench.play(script)
     bench.assert_law()
     # the heartbeat never rests: a machine with a watchdog keeps its offset meanwhile
     assert max(b.at_s - a.at_s for a, b in pairwise(bench.machine.writes)) < WATCHDOG_S
@@ -362,11 +342,11 @@ def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_i
 # ---- the machine --------------------------------------------------------------------------------
 
 
-def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> None:
+async def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> None:
     bench = Rig()
     seen: list[SupervisorState] = []
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         loop.listeners.append(lambda status: seen.append(status.output.state))
         await enabled_for(loop, 100.0)
         bench.machine.lose()
@@ -381,8 +361,6 @@ def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> No
         assert abs(bench.machine.writes[before].after_um) <= RATE + ROUNDED_UM
         await asyncio.sleep(100.0)
         assert bench.machine.z_um == GOAL_UM
-
-    bench.play(script)
     bench.assert_law(late_cycles=1.0)
 
 
@@ -390,13 +368,13 @@ def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step() -> No
     ("faulty", "watched"),
     [({"refuses": True}, False), ({"refuses": True}, True), ({"obeys": False}, False)],
 )
-def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged_and_costs_no_step(
+async def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged_and_costs_no_step(
     faulty: dict[str, bool], watched: bool
 ) -> None:
     bench = Rig()
     bench.machine.watched = watched
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 40.0)
         for name, value in faulty.items():
             setattr(bench.machine, name, value)
@@ -418,18 +396,16 @@ def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged_and_co
         assert bench.machine.z_um == 0.0
         await enabled_for(loop, 30.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-
-    bench.play(script)
     bench.assert_law(tolerance_um=TOLERANCE_UM)
     asked = [e.details["accepted"] for e in bench.said("request") if e.who == "Jana"]
     assert asked == [True, False, True, True]
 
 
-def test_a_short_refusal_beside_a_watchdog_costs_no_step() -> None:
+async def test_a_short_refusal_beside_a_watchdog_costs_no_step() -> None:
     bench = Rig()
     bench.machine.watched = True
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 100.0)
         assert bench.machine.z_um == NEAR_GOAL
         bench.machine.refuses = True
@@ -438,48 +414,42 @@ def test_a_short_refusal_beside_a_watchdog_costs_no_step() -> None:
         bench.machine.refuses = False
         await asyncio.sleep(20.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-
-    bench.play(script)
     bench.assert_law(tolerance_um=TOLERANCE_UM)
 
 
-def test_a_machine_that_takes_offsets_over_after_its_answer_is_moved_as_fast_as_allowed() -> None:
+async def test_a_machine_that_takes_offsets_over_after_its_answer_is_moved_as_fast_as_allowed() -> (
+    None
+):
     class Slow(SimulatedMachine):
         def take(self, correction_um: Mapping[str, float]) -> None:
             asyncio.get_running_loop().call_later(0.2, super().take, correction_um)
 
     # more in a cycle than the read-back may differ
     bench = Rig(machine=Slow({"s": 23.0, "c": 20.0, **FLAGS}), limits=Limits(LARGEST, 2.0))
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 6.0)
         begun_um = bench.machine.z_um
         await asyncio.sleep(10.0)
         assert bench.machine.z_um - begun_um == pytest.approx(-20.0, abs=0.01)
 
-    bench.play(script)
-
 
 @pytest.mark.parametrize("beyond_um", [1e-9, 0.4, 0.6])
-def test_an_offset_found_at_the_limit_is_no_fault_for_a_rounding(beyond_um: float) -> None:
+async def test_an_offset_found_at_the_limit_is_no_fault_for_a_rounding(beyond_um: float) -> None:
     bench = Rig()
     bench.machine.set_offset(Z_um=-LARGEST - beyond_um)
 
-    async def script(_: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await asyncio.sleep(2.0)
         accepted = await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(8.0)
         assert accepted is (beyond_um <= TOLERANCE_UM)
         assert state_of(loop) is (SupervisorState.ACTIVE if accepted else SupervisorState.OFF)
-
-    bench.play(script)
     assert all(abs(w.after_um - w.before_um) <= RATE + beyond_um for w in bench.machine.writes)
 
 
-def test_the_diameter_that_the_machine_states_is_taken_over_and_recorded() -> None:
+async def test_the_diameter_that_the_machine_states_is_taken_over_and_recorded() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         bench.machine.values[DIAMETER] = 1500.0
         await asyncio.sleep(3.0)
         assert loop.status is not None
@@ -491,8 +461,6 @@ def test_the_diameter_that_the_machine_states_is_taken_over_and_recorded() -> No
             bench.machine.values[DIAMETER] = unusable
             await asyncio.sleep(3.0)
         assert loop.status.diameter_mm == 800.0
-
-    bench.play(script)
     told = [(e.who, e.details["value"], e.details["accepted"]) for e in bench.said("request")]
     assert told[:-1] == [
         ("the machine", 1500.0, True),
@@ -504,10 +472,9 @@ def test_the_diameter_that_the_machine_states_is_taken_over_and_recorded() -> No
 # ---- people -------------------------------------------------------------------------------------
 
 
-def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() -> None:
+async def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 100.0)
         for name in ("outside.json", "other-output.json"):
             assert not await ask(loop, RequestKind.MODEL, text=name)
@@ -524,8 +491,6 @@ def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() ->
         await asyncio.sleep(100.0)
         assert (loop.status.model_file, loop.status.model_sha256) == ("new.json", "11")
         assert bench.machine.z_um == pytest.approx(-27.0, abs=0.01)
-
-    bench.play(script)
     bench.assert_law(late_cycles=1.0)
     told = [(e.who, e.details["text"], e.details["accepted"]) for e in bench.said("request")]
     assert told[1:4] == [
@@ -536,10 +501,9 @@ def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() ->
     assert "the model gives X; the machine needs Z" in bench.said("request")[2].text
 
 
-def test_an_equal_model_that_takes_over_changes_nothing() -> None:
+async def test_an_equal_model_that_takes_over_changes_nothing() -> None:
     bench = Rig(rise_s=300.0)
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 0.0)
         for k in range(1500):  # the machine warms up all the time
             bench.machine.values["s"] = 20.0 + 0.002 * k
@@ -552,13 +516,10 @@ def test_an_equal_model_that_takes_over_changes_nothing() -> None:
         assert loop.status.model_file == "copy.json"
         assert abs(loop.status.output.model_um[0] - before) < 1.0  # the steady state is 36 um
 
-    bench.play(script)
 
-
-def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
+async def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 100.0)
         assert not await ask(loop, RequestKind.TRIM, output="Z_um", value=5.1, duration_s=60.0)
         assert not await ask(loop, RequestKind.TRIM, output="Z_um", value=1.0)
@@ -572,53 +533,43 @@ def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
         await asyncio.sleep(45.0)
         assert bench.machine.z_um == NEAR_GOAL
         assert loop.status.trim_owner == {"Z_um": ""}
-
-    bench.play(script)
     bench.assert_law(late_cycles=1.0)
 
 
-def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> None:
+async def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> None:
     bench = Rig()
     answers: list[object] = []
 
-    async def life() -> None:
-        loop, stop = bench.loop(), asyncio.Event()
-        running = asyncio.ensure_future(loop.run(stop))
-        await enabled_for(loop, 60.0)
-        stop.set()
-        await asyncio.sleep(3.0)
-        assert state_of(loop) is SupervisorState.FADING
-        for kind in RequestKind:
-            answer = await loop.submit(Request(kind, "Jana", text="new.json"))
-            answers.append(answer.code)
-        await running
-        answers.append((await loop.submit(Request(RequestKind.ENABLE, "Jana"))).code)
-
-    run_in_virtual_time(life())
+    loop, stop = bench.loop(), asyncio.Event()
+    running = asyncio.ensure_future(loop.run(stop))
+    await enabled_for(loop, 60.0)
+    stop.set()
+    await asyncio.sleep(3.0)
+    assert state_of(loop) is SupervisorState.FADING
+    for kind in RequestKind:
+        answer = await loop.submit(Request(kind, "Jana", text="new.json"))
+        answers.append(answer.code)
+    await running
+    answers.append((await loop.submit(Request(RequestKind.ENABLE, "Jana"))).code)
     assert set(answers) == {LoopAnswer.ENDING}
     assert bench.machine.z_um == 0.0
     bench.assert_law(late_cycles=1.0)
 
 
-def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> None:
+async def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> None:
     bench = Rig()
 
-    async def life() -> None:
-        loop, stop = bench.loop(), asyncio.Event()
-        running = asyncio.ensure_future(loop.run(stop, cycles=3))
-        asked = asyncio.ensure_future(
-            loop.submit(Request(RequestKind.MODEL, "Jana", text="new.json"))
-        )
-        loop._ended = True
-        # as it is when the loop ends while a thread reads the file
-        answer = await asked
-        assert not answer.accepted
-        await running
-
-    run_in_virtual_time(life())
+    loop, stop = bench.loop(), asyncio.Event()
+    running = asyncio.ensure_future(loop.run(stop, cycles=3))
+    asked = asyncio.ensure_future(loop.submit(Request(RequestKind.MODEL, "Jana", text="new.json")))
+    loop._ended = True
+    # as it is when the loop ends while a thread reads the file
+    answer = await asked
+    assert not answer.accepted
+    await running
 
 
-def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
+async def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
     bench = Rig()
     finding = Message("self_test-output_not_writable", {}, Place(key="output.Z_um"))
     findings: list[tuple[Message, ...]] = [(finding,), (replace(finding, values={"n": 2}),), ()]
@@ -631,7 +582,7 @@ def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
 
     bench.self_test = self_test
 
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         assert await ask(loop, RequestKind.ENABLE)
         await asyncio.sleep(TESTED_EVERY_S + 3.0)
         assert state_of(loop) is SupervisorState.WARMING
@@ -640,8 +591,6 @@ def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
         assert "self_test" in [alarm.code for alarm in loop.status.alarms]
         await asyncio.sleep(TESTED_EVERY_S + 8.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-
-    bench.play(script)
     assert len(tested_s) == 3
     assert min(b - a for a, b in pairwise(tested_s)) >= TESTED_EVERY_S
     alarms = [e.values for e in bench.said("alarm") if e.code == "event-self_test"]
@@ -650,10 +599,9 @@ def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
     bench.assert_law()
 
 
-def test_everything_that_happens_is_recorded_with_who_and_when() -> None:
+async def test_everything_that_happens_is_recorded_with_who_and_when() -> None:
     bench = Rig()
-
-    async def script(bench: Rig, loop: CompensationLoop) -> None:
+    async with bench.running() as loop:
         await enabled_for(loop, 30.0)
         await ask(loop, RequestKind.HOLD)
         await asyncio.sleep(5.0)
@@ -673,8 +621,6 @@ def test_everything_that_happens_is_recorded_with_who_and_when() -> None:
         await asyncio.sleep(1.0)
         await ask(loop, RequestKind.ACKNOWLEDGE)
         await asyncio.sleep(90.0)
-
-    bench.play(script)
     events = bench.historian.events
     states = [(e.values["state"], e.values.get("reasons", ())) for e in bench.said("state")]
     assert states == [
