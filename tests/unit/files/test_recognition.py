@@ -45,22 +45,6 @@ def test_the_fallback_encoding_can_be_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.real_data
-def test_the_real_runs_are_recognised(real_data: Path) -> None:
-    shapes = {
-        path.parent.name + "/" + path.name: read_positioning(path).deviation.shape
-        for folder in ("psi_ecmccfg", "ess_target_b02_x")
-        for pattern in ("*_ISO230.dat", "*.csv")
-        for path in (real_data / "positioning" / folder).rglob(pattern)
-    }
-    assert shapes == {
-        "psi_fat_sat_2023/report.md_ISO230.dat": (5, 5, 2),
-        "ess_mcu1025_2021/report.md_ISO230.dat": (5, 5, 2),
-        "ess_target_b02_x/target_x_ISO230.dat": (9, 5, 2),
-        "ess_target_b02_x/x_positioning_with_times.csv": (9, 5, 2),
-    }
-
-
-@pytest.mark.real_data
 def test_other_real_files_are_refused(real_data: Path) -> None:
     for name in (
         "positioning/linuxcnc/screwcompX.dat",

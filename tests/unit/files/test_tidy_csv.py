@@ -553,18 +553,6 @@ def test_a_file_that_cannot_be_written_is_an_error_of_our_own(tmp_path: Path) ->
         assert caught.value.code == "file_unwritable"
 
 
-@pytest.mark.real_data
-def test_a_real_run_with_times_is_read_as_it_is(real_data: Path) -> None:
-    test = read_tidy_csv(real_data / "positioning/ess_target_b02_x/x_positioning_with_times.csv")
-    assert test.deviation.shape == (9, 5, 2)
-    assert test.deviation[0, 0, FORWARD] == -49.226
-    assert test.time_source is TimeSource.FILE
-    assert test.start == datetime(2022, 4, 6, 12, 48, 40, 1708)  # noqa: DTZ001  local time
-    assert test.end == datetime(2022, 4, 6, 13, 29, 14, 553787)  # noqa: DTZ001  no zone in the file
-    assert test.time_s.max() == pytest.approx(40.58 * 60, abs=1)
-    assert remarks_of(test) == ()
-
-
 def test_readings_with_a_deviation_only_beside_measured_ones_are_told(tmp_path: Path) -> None:
     heading = "cycle,direction,target_mm,measured_mm,deviation_um"
     rows = rows_of("{c},{w},{t},{m:.6f},{d}")

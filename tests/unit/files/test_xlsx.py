@@ -217,42 +217,6 @@ def test_a_password_an_old_workbook_and_other_files_are_told_apart(tmp_path: Pat
     assert refusal(tmp_path / "short.xlsx") == "file_damaged"
 
 
-SHARED = b"""<sst xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">
-<si><t>cycle</t></si><si><t>direction</t></si><si><r><t>target</t></r><r><t>_mm</t></r></si>
-<si><t>deviation_um</t></si><si><t>+</t></si><si><t>-</t></si></sst>"""
-
-
-def with_shared_texts(path: Path, shared: bytes = SHARED) -> Path:
-    """Keep texts in a part of their own, as spreadsheet programs do."""
-    main = "application/vnd.openxmlformats-officedocument.spreadsheetml"
-    override = (
-        f'<Override PartName="/xl/sharedStrings.xml" ContentType="{main}.sharedStrings+xml"/>'
-    )
-    cells = [[(k, "s") for k in range(4)]]
-    cells += [
-        [(row[0], "n"), (4 + ("b" in row[1]), "s"), (row[2], "n"), (row[3], "n")] for row in ROWS
-    ]
-    rows = "".join(
-        "<row>" + "".join(f'<c t="{kind}"><v>{value}</v></c>' for value, kind in row) + "</row>"
-        for row in cells
-    )
-    path = with_part(path, SHEET, lambda part: re.sub(b"<row.*</row>", rows.encode(), part))
-    path = with_part(
-        path,
-        "[Content_Types].xml",
-        lambda part: part.replace(b"</Types>", f"{override}</Types>".encode()),
-    )
-    with zipfile.ZipFile(path, "a") as archive:
-        archive.writestr("xl/sharedStrings.xml", shared)
-    return path
-
-
-def test_texts_kept_in_a_part_of_their_own_are_read(tmp_path: Path) -> None:
-    assert_the_run(read_xlsx(with_shared_texts(save(tmp_path, [HEADING, *ROWS]))))
-    shared = SHARED.replace(b"<si><t>-</t></si>", b"")
-    assert "file_damaged" in refusal(with_shared_texts(save(tmp_path, [HEADING, *ROWS]), shared))
-
-
 def test_a_part_without_a_name_is_damage(tmp_path: Path) -> None:
     path = save(tmp_path, [HEADING, *ROWS])
     with zipfile.ZipFile(path, "a") as archive:
