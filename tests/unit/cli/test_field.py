@@ -35,6 +35,11 @@ def as_json(capsys, *words):
     return json.loads(shown.out)
 
 
+def warned(found):
+    """Return the values of warnings by their codes."""
+    return {one["code"].partition("-")[2]: one["values"] for one in found["warning_codes"]}
+
+
 @pytest.fixture(scope="module")
 def examples(root):
     return root / "examples" / "field_before.csv", root / "examples" / "field_after.csv"
@@ -152,9 +157,10 @@ def test_two_images_stand_beside_the_drift_and_have_no_correlation(examples, roo
     assert found["drift"]["common"] == pytest.approx(drift.common[[0, -1]].tolist())
     assert found["drift"]["slope"] == pytest.approx((1000 * drift.slope[[0, -1]]).tolist())
     assert found["drift"]["correlation_common"] == []
-    said = " ".join(found["warnings"])
-    assert "the images have no times: the first is taken as the start of the run" in said
-    assert "2 images within the run have no correlation with its drift" in said
+    assert warned(found) == {
+        "images_without_times": {},
+        "images_without_correlation": {"images": 2},
+    }
     run(*examples, "--run", path)
     assert "Drift of x_axis_100_cycles.csv (model: smooth)" in capsys.readouterr().out
 
@@ -173,7 +179,7 @@ def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
     assert whole["correlation"] == pytest.approx(np.corrcoef(means, slope)[0, 1])
     assert whole["correlation"] > 0.9
     assert whole["per_k"] == pytest.approx(np.polyfit(means, slope, 1)[0])
-    assert any("not a proof" in warning for warning in found["warnings"])
+    assert warned(found) == {"correlation_no_proof": {}}
     run(*words)
     shown = capsys.readouterr().out
     assert "Region and growth of the axis b(t), 5 images" in shown
@@ -186,8 +192,8 @@ def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, cap
     found = as_json(capsys, *words)
     assert found["drift"]["images"] == 4
     assert found["drift"]["common"][4] is None
-    assert any("image 5 was taken outside the run" in warning for warning in found["warnings"])
-    assert any("just before or after the run" in warning for warning in found["warnings"])
+    assert warned(found).keys() >= {"image_at_edge_of_run", "image_outside_run"}
+    assert warned(found)["image_outside_run"] == {"images": "5"}
     run(*words)
     assert "–" in capsys.readouterr().out
 

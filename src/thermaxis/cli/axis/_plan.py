@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.codes import Message, Place, message_as_json
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_as_json, plan_sha256
 from thermaxis.messages import sentence_of
@@ -36,7 +36,7 @@ from thermaxis.positioning import (
     why_nothing_is_expected,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report.tables import Part, Section, Table, Value, rows_of, values_of
+from thermaxis.report.tables import Part, Section, Table, Value, messages_of, rows_of, values_of
 
 DEFAULT_CYCLES = 5
 _ASSUMED = ("noise", "drift", "time_constant_s", "systematic", "reversal")
@@ -172,6 +172,7 @@ def _searched(
 def described(result: PlanResult, output: str | None) -> list[Part]:
     """Return a plan for terminal and JSON."""
     plan, not_stated = result.plan, Value("not_stated", result.assumed)
+    warnings = messages_of("warnings", _all_warnings(result), "warning")
     return [
         *_head(result, output),
         *_search(result),
@@ -181,22 +182,9 @@ def described(result: PlanResult, output: str | None) -> list[Part]:
         *_duration(result),
         Section("assumptions", [*values_of(result.assumptions, *_ASSUMED), not_stated]),
         *_uncertainty(result),
-        Section(
-            "",
-            [
-                *_messages("remark", result.remarks),
-                *_messages("warning", _all_warnings(result)),
-            ],
-        ),
+        Section("", [*messages_of("remarks", result.remarks, "remark"), *warnings]),
         Value("version", __version__),
     ]
-
-
-def _messages(kind: str, messages: tuple[Message, ...]) -> tuple[Value, Value]:
-    return (
-        Value(f"{kind}s", tuple(map(sentence_of, messages)), kind),
-        Value(f"{kind}_codes", tuple(map(message_as_json, messages))),
-    )
 
 
 def _all_warnings(result: PlanResult) -> tuple[Message, ...]:

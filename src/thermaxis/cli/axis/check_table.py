@@ -20,11 +20,9 @@ from thermaxis.cli._progress import Progress
 from thermaxis.cli.axis.tables.control import add_control, axis_name
 from thermaxis.cli.axis.tables.described import (
     effects,
-    findings_as_parts,
     slope_in_words,
     table_of,
     targets_of,
-    warnings_as_parts,
 )
 from thermaxis.cli.axis.tables.in_force import read_older
 from thermaxis.cli.axis.tables.run import (
@@ -43,7 +41,7 @@ from thermaxis.codes import Message, printable
 from thermaxis.controls import Control, ReadTable, check_options, control_by_name, finding
 from thermaxis.messages import text_of
 from thermaxis.positioning import CorrectionEffect, evaluate_correction
-from thermaxis.report.tables import Part, Section, Value
+from thermaxis.report.tables import Part, Section, Value, messages_of
 
 _SPACING_ROUNDING = 0.0005
 """Half the last digit of a spacing, on the control with the fewest decimals. [mm or deg]"""
@@ -219,8 +217,8 @@ def described(result: CheckedTable) -> list[Part]:
         effects(run.test, measured, result.without_drift),
         Value("figures.opposite_sign", shown_figures(run.test, result.opposite.figures_after)),
         Value("range", {key: systematic_range(level) for key, level in ranges.items()}),
-        Section("", [*nothing, *findings_as_parts(findings, "finding")]),
-        *warnings_as_parts([*run.test.remarks, *warnings_of(result)]),
+        Section("", [*nothing, *messages_of("findings", findings, "finding")]),
+        *messages_of("warnings", [*run.test.remarks, *warnings_of(result)], "warning"),
     ]
 
 

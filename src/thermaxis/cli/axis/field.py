@@ -17,12 +17,11 @@ from thermaxis.cli._arguments import add_figures, add_json, adder, number, refus
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli.axis._field_drift import DriftAtImages, drift_at_images
-from thermaxis.codes import Message, Place, message_as_json, remark
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_field_csv, read_flir, read_regions
 from thermaxis.files.images import is_jpeg
-from thermaxis.messages import text_of
-from thermaxis.report.tables import Part, Section, Table, Value, rows_of
+from thermaxis.report.tables import Part, Section, Table, Value, messages_of, rows_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -80,8 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     result = thermal.evaluate_thermal_fields(fields, regions=regions, time_s=time_s)
     drift = None if arguments.run is None else drift_at_images(arguments.run, result)
     warnings = [*_emissivity_warnings(arguments), *result.warnings]
-    if drift is not None:
-        warnings += drift.warnings
+    warnings += () if drift is None else drift.warnings
     if arguments.figures is not None:
         report.write_field_figures(result, arguments.figures, mm_per_pixel=arguments.scale)
     options = {
@@ -150,8 +148,7 @@ def described(
         *_images(result, f"Thermal fields of {across} x {down} pixels, °C"),
         _regions(result),
         Value("drift", None) if drift is None else Section("drift", list(_drift(drift))),
-        Value("warnings", [*map(text_of, warnings)], "warning"),
-        Value("warning_codes", [*map(message_as_json, warnings)]),
+        *messages_of("warnings", warnings, "warning"),
     ]
 
 

@@ -10,12 +10,11 @@ from thermaxis.cli._arguments import add_encoding, add_figures, add_json, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import Place, message_as_json
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
-from thermaxis.messages import text_of
 from thermaxis.positioning import FIGURE_KEYS
-from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, values_of
 
 _UNCERTAINTY = (
     "±: expanded uncertainty (k = 2, GUM, Monte Carlo) from noise and drift alone, without"
@@ -95,8 +94,7 @@ def described(trend: report.Trend) -> list[Part]:
         Value("runs", [as_json(_run(run)) for run in trend.runs]),
         Section("", [_change(change, len(trend.runs), unit) for change in trend.changes]),
         Value("changes", [as_json(_values_of(change)) for change in trend.changes]),
-        Section("", [Value("warnings", [*map(text_of, trend.warnings)], "warning")]),
-        Value("warning_codes", [*map(message_as_json, trend.warnings)]),
+        Section("", messages_of("warnings", trend.warnings, "warning")),
     ]
 
 

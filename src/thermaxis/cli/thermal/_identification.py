@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from thermaxis import __version__, thermal
 from thermaxis.codes import message_as_json, values_as_json
 from thermaxis.messages import remedy_of, sentence, sentence_of, text_of
-from thermaxis.report.tables import Part, Section, Table, Value, as_json, values_of
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, values_of
 
 _T = 1.96
 _MOST_NAMED = 6
@@ -48,7 +48,7 @@ def described(
     experiments = max(len(e) for e in records.experiments.values())
     step_s = records.sample_time_s
     sensors = finding_sentences(findings)
-    outputs, warnings = result.outputs, [*map(text_of, result.warnings)]
+    outputs = result.outputs
     return [
         (
             f"method {result.method}, {experiments} experiment(s) at {step_s:g} s;"
@@ -73,9 +73,8 @@ def described(
         _joint(result),
         _beside(result),
         Value("findings", list(_findings(findings))),
-        Value("", warnings, "warning"),
-        Value("warnings", [*remarks, *sensors, *warnings]),
-        Value("warning_codes", [*map(message_as_json, result.warnings)]),
+        Value("", [*map(text_of, result.warnings)], "warning"),
+        *messages_of("warnings", result.warnings, before=[*remarks, *sensors]),
     ]
 
 
@@ -211,8 +210,7 @@ def _output(output: thermal.IdentifiedOutput, sample_time_s: float) -> list[Valu
     keys += ("validation_mae_um", "baseline_mae_um", "training_rmse_um")
     return [
         *values_of(output, *keys),
-        Value("warnings", [*map(text_of, output.warnings)]),
-        Value("warning_codes", [*map(message_as_json, output.warnings)]),
+        *messages_of("warnings", output.warnings),
         Value("parts", [as_json(part) for part in _parts(output)]),
         Value("offset_um", None if output.model is None else output.model.offset_um),
         *_polynomials(output.polynomials, sample_time_s),
@@ -229,8 +227,7 @@ def _parts(output: thermal.IdentifiedOutput) -> Iterator[list[Value]]:
             *values_of(part, *gains, "delay_s", "dc_gain"),
             *(Value(f"std.{key}", getattr(std, key)) for key in gains),
             Value("dc_gain_std", std.dc_gain),
-            Value("flags", [*map(text_of, std.flags)]),
-            Value("flag_codes", [*map(message_as_json, std.flags)]),
+            *messages_of("flags", std.flags),
         ]
 
 

@@ -16,10 +16,9 @@ from thermaxis.cli.thermal._thermal_logs import (
     remarks_of,
 )
 from thermaxis.cli.thermal.verify import figures_of
-from thermaxis.codes import message_as_json
 from thermaxis.files import model_sha256, read_model
 from thermaxis.messages import text_of
-from thermaxis.report.tables import Part, Section, Table, Value, as_json
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of
 from thermaxis.thermal import ThermalLog, Verification, verify
 
 
@@ -64,9 +63,8 @@ def _described(log: ThermalLog, results: Sequence[tuple[Path, str, Verification]
             "name": path.name,
             "model_sha256": digest,
             "outputs": {n: as_json(figures_of(f)) for n, f in result.pooled.items()},
-            "warnings": [*map(text_of, result.warnings)],
-            "warning_codes": [*map(message_as_json, result.warnings)],
         }
+        | as_json(messages_of("warnings", result.warnings))
         for path, digest, result in results
     ]
     names = dict.fromkeys(name for _, _, result in results for name in result.pooled)

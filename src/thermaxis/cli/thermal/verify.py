@@ -18,12 +18,12 @@ from thermaxis.cli.thermal._thermal_logs import (
     sensor_warnings,
     span,
 )
-from thermaxis.codes import Place, message_as_json, printable
+from thermaxis.codes import Place, printable
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_correction_limits, read_model
 from thermaxis.messages import text_of
-from thermaxis.report.tables import Part, Section, Table, Value, as_json, without_text
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, without_text
 
 _EXPLAINED = (
     "p-p: range of the measured displacement; left: of measured minus simulated (free run)."
@@ -171,8 +171,7 @@ def described(
         Value("logs", [as_json(_log(log)) for log in logs]),
         Value("", remarks, "reading"),
         Value("", [*map(text_of, result.warnings)], "warning"),
-        Value("warnings", [*remarks, *map(text_of, result.warnings)]),
-        Value("warning_codes", [*map(message_as_json, result.warnings)]),
+        *messages_of("warnings", result.warnings, before=remarks),
     ]
 
 
@@ -208,8 +207,7 @@ def _log(log: thermal.VerifiedLog) -> list[Part]:
                 for name, (share, beyond) in log.outside.items()
             },
         ),
-        Value("warnings", [*map(text_of, log.warnings)]),
-        Value("warning_codes", [*map(message_as_json, log.warnings)]),
+        *messages_of("warnings", log.warnings),
     ]
 
 

@@ -5,6 +5,7 @@ from ._described import (
     Value as Value,
     as_json as as_json,
     as_text as as_text,
+    messages_of as messages_of,
     rows_of as rows_of,
     values_of as values_of,
     without_text as without_text,

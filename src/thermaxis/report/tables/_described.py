@@ -1,14 +1,15 @@
 """The parts of a result's description, and what terminal and JSON make of them."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from datetime import datetime
 from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, message_as_json, printable
+from thermaxis.messages import text_of
 from thermaxis.report.tables._text_table import filled, text_table
 
 _ABSENT = "–"
@@ -75,6 +76,21 @@ def values_of(source: object, *keys: str) -> list[Value]:
 def without_text(*values: Value) -> list[Value]:
     """Return values for the JSON alone."""
     return [value._replace(head=None) for value in values]
+
+
+def messages_of(
+    key: str,
+    messages: Sequence[Message],
+    head: str | None = None,
+    *,
+    before: Sequence[str] = (),
+    say: Callable[[Message], str] = text_of,
+) -> list[Value]:
+    """Return messages as sentences, behind others, and as data: ``warnings``, ``warning_codes``."""
+    return [
+        Value(key, [*before, *map(say, messages)], head),
+        Value(f"{key.removesuffix('s')}_codes", [*map(message_as_json, messages)]),
+    ]
 
 
 def as_json(parts: Sequence[Part]) -> dict[str, object]:

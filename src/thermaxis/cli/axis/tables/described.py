@@ -1,6 +1,6 @@
 """The result of ``correct`` as text for a terminal and as JSON."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from thermaxis.cli.axis.tables.run import (
     table_warning,
     temperature_in_words,
 )
-from thermaxis.codes import Message, message_as_json
-from thermaxis.messages import sentence_of, text_of
+from thermaxis.codes import Message
+from thermaxis.messages import text_of
 from thermaxis.positioning import (
     APPROACHES,
     BACKWARD,
@@ -29,21 +29,13 @@ from thermaxis.positioning import (
     PositioningTest,
 )
 from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, edition_name
-from thermaxis.report.tables import Part, Section, Table, Value, rows_of
+from thermaxis.report.tables import Part, Section, Table, Value, messages_of, rows_of
 
 _DECIMALS = 2
 _MOST_OUTSIDE = 6
 """So many points outside the targets are named each. [1]"""
 _SAME_REVERSAL = 1e-3
 """Reversals nearer than this are the same: the last digit that is shown. [µm or arcsec]"""
-
-
-def findings_as_parts(findings: Sequence[Message], head: str | None = None) -> list[Part]:
-    """Return what was found in a control's table, as sentences and as data."""
-    return [
-        Value("findings", tuple(map(text_of, findings)), head),
-        Value("finding_codes", [message_as_json(one) for one in findings]),
-    ]
 
 
 def described(result: MadeTable, kept: str | None) -> list[Part]:
@@ -68,8 +60,7 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
         Section("", list(_sign_and_unit(result))),
         Value("sign", text_of(result.control.sign)),
         Value("unit", text_of(result.control.unit)),
-        Value("sentences", [text_of(one) for one in result.text.advice]),
-        Value("sentence_codes", [message_as_json(one) for one in result.text.advice]),
+        *messages_of("sentences", result.text.advice),
         Section("", list(_values(result))),
         table_of(result.read.table),
         Value("backlash_in_force", older.backlash),
@@ -79,8 +70,8 @@ def described(result: MadeTable, kept: str | None) -> list[Part]:
         effects(run.test, result.measured, result.without_drift),
         Section("merge", [*_older(result)]) if older.read is not None else Value("merge", None),
         Section("", [Value("", read, "finding in the older table")]),
-        *findings_as_parts(result.read.findings, "read back"),
-        *warnings_as_parts([*run.test.remarks, *said]),
+        *messages_of("findings", result.read.findings, "read back"),
+        *messages_of("warnings", [*run.test.remarks, *said], "warning"),
     ]
 
 
@@ -317,21 +308,13 @@ def _older(result: MadeTable) -> Iterator[Part]:
             f" {table.backlash:+.3f} {unit.deviation}"
         )
     yield Value("name", in_force.name)
-    yield from findings_as_parts(in_force.read.findings)
+    yield from messages_of("findings", in_force.read.findings)
     yield Value("lost", older.lost)
     yield Value("reference_position", point.older)
     yield Value("backlash", in_force.read.table.backlash)
     for key, values in (("old", older.at_points), ("change", change)):
         yield Value(f"{key}_forward", values[:, FORWARD])
         yield Value(f"{key}_backward", values[:, BACKWARD])
-
-
-def warnings_as_parts(warnings: Sequence[Message]) -> list[Part]:
-    """Return warnings as sentences and as data."""
-    return [
-        Value("warnings", [*map(sentence_of, warnings)], "warning"),
-        Value("warning_codes", [message_as_json(one) for one in warnings]),
-    ]
 
 
 def warnings_of(result: MadeTable) -> Iterator[Message]:
