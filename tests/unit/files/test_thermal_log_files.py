@@ -16,6 +16,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy import io
 
 from tests.refusals import refusal_of
+from thermaxis.codes import remark
 from thermaxis.errors import MeasurementFileError, ThermaxisError
 from thermaxis.files import (
     ColumnMapping,
@@ -25,6 +26,7 @@ from thermaxis.files import (
     write_thermal_log,
 )
 from thermaxis.files.logs import csv_log as thermal_csv
+from thermaxis.messages import sentence_of
 from thermaxis.thermal import ThermalLog
 
 TIME_S = np.arange(50.0) * 2.0
@@ -309,8 +311,9 @@ def test_what_recorders_write_is_understood(
     else:
         moment = dt.datetime.fromisoformat(start)
         assert (log.start, log.start.tzinfo is None) == (moment, moment.tzinfo is None)
-    assert len(log.remarks) == len(remarks)
-    assert all(part in said for part, said in zip(remarks, log.remarks, strict=True))
+    said = [sentence_of(one) for one in log.remarks]
+    assert len(said) == len(remarks)
+    assert all(part in one for part, one in zip(remarks, said, strict=True))
 
 
 def test_files_that_are_not_there_or_too_large_are_errors(
@@ -332,7 +335,7 @@ def test_the_hour_that_comes_twice_without_a_zone_is_named_and_carried_on(tmp_pa
     rows = [f"{(start + dt.timedelta(seconds=s)).strftime('%Y-%m-%dT%H:%M:%S')},1" for s in steps]
     log = from_text(tmp_path, "time,T_C\n" + "\n".join(rows) + "\n")
     np.testing.assert_allclose(log.time_s, np.arange(240) * 60.0)
-    assert "daylight saving" in log.remarks[0]
+    assert log.remarks[0].code == "remark-daylight_saving_ended"
 
 
 def test_a_few_words_among_empty_cells_are_a_column_of_words(tmp_path: Path) -> None:
@@ -340,7 +343,7 @@ def test_a_few_words_among_empty_cells_are_a_column_of_words(tmp_path: Path) -> 
     for header in ("time_s,T_C,alarm", 'time_s,T_C,"alarm"'):
         log = from_text(tmp_path, "\n".join([header, *rows]) + "\n")
         assert list(log.columns) == ["T_C"]
-        assert any("alarm" in remark for remark in log.remarks)
+        assert remark("columns_left_out", names="alarm") in log.remarks
     with pytest.raises(MeasurementFileError) as caught:
         from_text(
             tmp_path, "\n".join(["time_s,T_C,alarm", *rows, "30,1,2", "31,1,2", "32,1,2"]) + "\n"
@@ -395,7 +398,7 @@ def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
     log = read_thermal_log(path)
     assert list(log.columns) == ["T_1_C", "T_2_C", "T_3_C"]
     np.testing.assert_array_equal(log.columns["T_2_C"], [1, 4, 7, 10, 13])
-    assert "not as long as the times" in log.remarks[0]
+    assert log.remarks[0].code == "remark-variables_left_out"
 
 
 def test_groups_of_different_rates_share_the_union_of_times(tmp_path: Path) -> None:
@@ -435,7 +438,7 @@ NUMBERS = st.one_of(st.floats(-1e9, 1e9), st.just(float("nan")))
     steps=st.lists(st.floats(1e-3, 1e5), min_size=0, max_size=8),
     values=st.lists(NUMBERS, min_size=40, max_size=40),
     dated=st.booleans(),
-    remark=st.text(max_size=30),
+    noticed=st.text(max_size=30),
 )
 @settings(max_examples=30)
 def test_what_was_written_reads_back_the_same(
@@ -444,7 +447,7 @@ def test_what_was_written_reads_back_the_same(
     steps: list[float],
     values: list[float],
     dated: bool,
-    remark: str,
+    noticed: str,
 ) -> None:
     if "time_s" in names:
         return
@@ -459,7 +462,7 @@ def test_what_was_written_reads_back_the_same(
         start=START if dated else None,
         origin_s=0.0 if dated else 12.3456789,
         name="written",
-        remarks=(remark,),
+        remarks=(remark("of_file", said=noticed),),
     )
     path = Path(tempfile.gettempdir()) / f"thermaxis_trip_{hash(log)}" / "written.csv"
     path.parent.mkdir()
@@ -473,7 +476,7 @@ def test_what_was_written_reads_back_the_same(
     assert list(back.columns) == list(log.columns)
     assert dict(back.units) == dict(log.units)
     assert (back.start, back.origin_s, back.name) == (log.start, log.origin_s, log.name)
-    assert back.remarks == log.remarks
+    assert [*map(sentence_of, back.remarks)] == [*map(sentence_of, log.remarks)]
     np.testing.assert_array_equal(back.time_s, log.time_s)
     for name in log.columns:
         np.testing.assert_array_equal(back.columns[name], log.columns[name])

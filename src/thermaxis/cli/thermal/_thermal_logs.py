@@ -112,7 +112,7 @@ def read_logs(
 
 def remarks_of(logs: Sequence[ThermalLog]) -> list[str]:
     """Return what was noticed while logs were read, each sentence with its log."""
-    return [f"{log.where}: {remark}" for log in logs for remark in log.remarks]
+    return [f"{log.where}: {sentence_of(one)}" for log in logs for one in log.remarks]
 
 
 def measured_output(text: str) -> MeasuredOutput:

@@ -10,6 +10,7 @@ from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import read_logs
 from thermaxis.codes import printable
 from thermaxis.files import write_thermal_log
+from thermaxis.messages import sentence_of
 from thermaxis.thermal import merge_logs
 
 
@@ -55,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
         joined = merge_logs(a.log, b.log, shift_s=arguments.shift, common=arguments.common)
         write_thermal_log(joined, output)
     for remark in joined.remarks:
-        sys.stdout.write(f"{printable(remark, 400)}\n")
+        sys.stdout.write(f"{printable(sentence_of(remark), 400)}\n")
     sys.stdout.write(
         f"written: {printable(str(output))} ({joined.rows} rows, {len(joined.columns)} channels)\n"
     )

@@ -10,7 +10,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import DataError, MeasurementFileError
 from thermaxis.files.logs._cells import MISSING_WORDS
 from thermaxis.files.settings import TIME_UNITS_S, ColumnMapping, ThermalMapping
@@ -120,7 +120,7 @@ class ColumnPlan:
     """The other columns."""
     mapping: ThermalMapping
     """The mapping that was given, or an empty one."""
-    remarks: tuple[str, ...]
+    remarks: tuple[Message, ...]
     """What was noticed, in words."""
 
 
@@ -139,7 +139,7 @@ class LogTable:
     """Gives the values of a column by its index."""
     place_of: Callable[[int], Place] | None = None
     """Says where a row stands in the file, by its index. Default: rows count from 1."""
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Message, ...] = ()
     """What the reader noticed."""
     start: datetime | None = None
     """Time of day of the first row, if the file states it beside the columns."""
@@ -208,7 +208,7 @@ def plan_columns(
     _check_mapping(place, headings, parsed, mapping)
     time, seconds = _time_column(place, headings, parsed, mapping)
     date = _date_column(headings, time)
-    remarks: list[str] = []
+    remarks: list[Message] = []
     channels: list[Channel] = []
     for index, heading in enumerate(parsed):
         if index in {time, date}:
@@ -217,7 +217,7 @@ def plan_columns(
         if wanted is None:
             name = heading.name or f"column {index + 1}"
             if len(name) < len(headings[index].strip()) and len(name) >= LONGEST_HEADING:
-                remarks.append(f"the heading of column {index + 1} was cut to its first characters")
+                remarks.append(remark("heading_cut", column=index + 1))
             channels.append(Channel(index, name, heading.unit))
         elif not wanted.leave_out:
             channels.append(_mapped(index, heading, wanted))
@@ -336,7 +336,7 @@ def _channels(
     straight: StraightTimes,
     time_s: FloatArray,
     sample_time_s: float | None,
-    remarks: list[str],
+    remarks: list[Message],
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
     """Read, convert and reduce one column after the other: only one is whole in memory."""
     block = None if sample_time_s is None else block_numbers(time_s, sample_time_s)
@@ -359,13 +359,13 @@ def _channels(
         columns[channel.name], units[channel.name] = numbers, channel.unit
     words_left = [name for name in words_left if not re.fullmatch(r"column [0-9]+", name)]
     if words_left:
-        remarks.append(f"columns without numbers were left out: {first_few(words_left)}")
+        remarks.append(remark("columns_left_out", names=first_few(words_left)))
     if not columns:
         raise MeasurementFileError("no_channel_in_log", place=table.at())
     return columns, units
 
 
-def _within_limits(values: FloatArray, channel: Channel, remarks: list[str]) -> FloatArray:
+def _within_limits(values: FloatArray, channel: Channel, remarks: list[Message]) -> FloatArray:
     """Take what no sensor can measure as missing."""
     values = np.asarray(values, dtype=np.float64)
     with np.errstate(invalid="ignore"):
@@ -373,10 +373,7 @@ def _within_limits(values: FloatArray, channel: Channel, remarks: list[str]) -> 
     count = int(np.count_nonzero(beyond))
     if not count:
         return values
-    remarks.append(
-        f"column {channel.name}: {count} values beyond 1e9 in magnitude are no measured values and"
-        " count as missing"
-    )
+    remarks.append(remark("values_beyond", name=channel.name, count=count))
     return np.where(beyond, np.nan, values)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from thermaxis.files.logs._columns import parse_log_heading
 from thermaxis.files.table import encoded, protected, quoted, write_content
+from thermaxis.messages import sentence_of
 from thermaxis.thermal import ThermalLog
 
 
@@ -67,7 +68,7 @@ def _comments(log: ThermalLog) -> list[str]:
         lines.append(f"# start: {log.start.isoformat()}")
     if log.origin_s:
         lines.append(f"# origin_s: {_number(log.origin_s)}")
-    return lines + [f"# remark: {_ascii(remark)}" for remark in log.remarks]
+    return lines + [f"# remark: {_ascii(sentence_of(remark))}" for remark in log.remarks]
 
 
 def _ascii(text: str) -> str:

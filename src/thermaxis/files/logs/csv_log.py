@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.logs._cells import numbers_or_words
 from thermaxis.files.logs._columns import (
@@ -164,7 +164,7 @@ class _Body:
     parts: list[list["FloatArray | list[str | None]"]] = field(default_factory=list)
     lines: list[_Numbers] = field(default_factory=list)
     rows: int = 0
-    notes: list[str] = field(default_factory=list)
+    notes: list[Message] = field(default_factory=list[Message])
     words: Counter[str] = field(default_factory=Counter[str])
 
     @property
@@ -194,11 +194,10 @@ class _Body:
             row -= len(lines)
         return Place(self.path)
 
-    def remarks(self) -> list[str]:
+    def remarks(self) -> list[Message]:
         """Return what was noticed."""
         words = [
-            f"'{word}' stands in {count} cells that should hold numbers: they count as missing"
-            for word, count in self.words.items()
+            remark("word_in_cells", word=word, count=count) for word, count in self.words.items()
         ]
         return [*self.notes, *words]
 
@@ -221,11 +220,9 @@ class _Body:
         """Leave out a last line that was cut short, as when a recorder loses its power."""
         cells = split_cells(rows[-1], self.head.delimiter)
         if cells is None or len(cells) < self.width:
-            self.notes.append("the last line of the file is cut short and was left out")
+            self.notes.append(remark("line_cut_short"))
             return rows[:-1], numbers[:-1]
-        self.notes.append(
-            "the last line of the file has no line end: check that the file is complete"
-        )
+        self.notes.append(remark("no_line_end"))
         return rows, numbers
 
     def _parse(self, rows: list[str], numbers: _Numbers) -> None:
@@ -377,11 +374,11 @@ def _are_units(cells: Sequence[str], columns: int) -> bool:
     return len(cells) == columns and bool(known) and all(known)
 
 
-def _comments(head: _Head) -> tuple[datetime | None, float, list[str]]:
+def _comments(head: _Head) -> tuple[datetime | None, float, list[Message]]:
     """Return what this package writes above the headings."""
     start: datetime | None = None
     origin_s = 0.0
-    remarks: list[str] = []
+    remarks: list[Message] = []
     for line in head.comments:
         key, colon, value = line.lstrip("# ").partition(":")
         if not colon or key not in _SIGNIFICANT:
@@ -392,7 +389,7 @@ def _comments(head: _Head) -> tuple[datetime | None, float, list[str]]:
         elif key == "origin_s" and is_number(text) and np.isfinite(float(text)):
             origin_s = float(text)
         elif key == "remark" and len(remarks) < 500:
-            remarks.append(text[:1000])
+            remarks.append(remark("of_file", said=text[:1000]))
     return start, origin_s, remarks
 
 
@@ -410,11 +407,7 @@ def _read_body(source: _Source, path: Path | str, head: _Head, plan: ColumnPlan)
             place = Place(source.path)
             raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=place)
     if source.used_fallback:
-        body.notes.insert(
-            0,
-            f"the file is not UTF-8: its texts were read as {source.fallback}, numbers are not"
-            " affected",
-        )
+        body.notes.insert(0, remark("not_utf8", encoding=source.fallback))
     return body
 
 

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.logs._columns import (
     LogTable,
@@ -57,7 +57,6 @@ def read_thermal_mat(
     rows = _rows_of(vectors, mapping)
     kept = {key: values for key, values in vectors.items() if values.size == rows}
     others = [key for key, values in vectors.items() if values.size != rows]
-    remark = f"variables that are not as long as the times were left out: {first_few(others)}"
     headings = tuple(kept)
     plan = plan_columns(Place(name), headings, mapping)
     table = LogTable(
@@ -65,7 +64,7 @@ def read_thermal_mat(
         headings=headings,
         rows=rows,
         read=lambda index: kept[headings[index]],
-        remarks=(remark,) if others else (),
+        remarks=(remark("variables_left_out", names=first_few(others)),) if others else (),
     )
     return build_log(table, plan, name=Path(name).stem, sample_time_s=sample_time_s)
 

@@ -6,6 +6,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, remark
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 
@@ -32,8 +33,8 @@ class StraightTimes:
     """Rows of the file in order of time, (n,); None if all rows stay as they are."""
     place: IntArray | None
     """Row of the log that each of them belongs to, (n,); None if every row has its own."""
-    remarks: tuple[str, ...]
-    """What was done, in words."""
+    remarks: tuple[Message, ...]
+    """What was done."""
 
     def take(self, values: FloatArray) -> FloatArray:
         """Return a column in the rows of the log."""
@@ -56,13 +57,13 @@ def straighten_times(time_s: FloatArray, *, local: bool = False) -> StraightTime
     at the end of daylight saving time, makes later times go on from the last one by the usual
     step. A clock set forward cannot be told from a gap and stays. Rows of one time become one.
     """
-    remarks: list[str] = []
+    remarks: list[Message] = []
     order: IntArray | None = None
     given = np.isfinite(time_s)
     if not bool(given.all()):
         order = np.flatnonzero(given).astype(np.int64)
         lost = time_s.size - order.size
-        remarks.append(f"{lost} rows have no time and were left out")
+        remarks.append(remark("rows_without_time", count=lost))
         time_s = time_s[order]
     if time_s.size == 0:
         raise DataError("no_times")
@@ -73,7 +74,7 @@ def straighten_times(time_s: FloatArray, *, local: bool = False) -> StraightTime
         order = np.arange(time_s.size, dtype=np.int64)
     if np.count_nonzero(steps < 0.0) > 0.9 * steps.size:
         order, time_s = order[::-1], time_s[::-1]
-        remarks.append("the rows run from the latest to the earliest: they were turned round")
+        remarks.append(remark("rows_turned_round"))
     time_s, order = _in_order(time_s, order, remarks, local=local)
     first = np.concatenate(([True], np.diff(time_s) > 0.0))
     place = None
@@ -83,25 +84,21 @@ def straighten_times(time_s: FloatArray, *, local: bool = False) -> StraightTime
     return StraightTimes(time_s[first], order, place, tuple(remarks))
 
 
-def _about_repeated(time_s: FloatArray, first: NDArray[np.bool_]) -> str:
+def _about_repeated(time_s: FloatArray, first: NDArray[np.bool_]) -> Message:
     repeated = int(np.count_nonzero(~first))
-    at = float(time_s[~first][0] - time_s[0])
-    words = (
-        f"{repeated} rows have the time of another row, the first of them {at:g} s after the start:"
-        " of each column the first value counts"
-    )
+    at_s = float(time_s[~first][0] - time_s[0])
     if repeated > 0.3 * first.size:
-        words += "; the clock is too coarse for this recorder, and most readings are lost"
-    return words
+        return remark("clock_too_coarse", count=repeated, at_s=at_s)
+    return remark("times_repeated", count=repeated, at_s=at_s)
 
 
 def _in_order(
-    time_s: FloatArray, order: IntArray, remarks: list[str], *, local: bool
+    time_s: FloatArray, order: IntArray, remarks: list[Message], *, local: bool
 ) -> tuple[FloatArray, IntArray]:
     """Sort rows that are out of order, and carry times on where the clock was set back."""
     back = np.flatnonzero(np.diff(time_s) < 0.0) + 1
     if back.size > MOST_SET_BACKS:
-        remarks.append(f"{back.size} rows are out of order of time: the rows were sorted by time")
+        remarks.append(remark("rows_sorted", count=back.size))
         return _sorted(time_s, order)
     steps = np.diff(time_s)
     rising = steps[steps > 0.0]
@@ -121,15 +118,13 @@ def _in_order(
             unsorted += again.size
         elif amount <= SHORT_SET_BACK * usual:
             kept[row:covered] = False
-            remarks.append(
-                f"{again.size} rows from row {int(order[row])} on repeat times that were there"
-                f" before (the clock went back by {amount + usual:g} s): they were left out"
-            )
+            first, back_s = int(order[row]), amount + usual
+            remarks.append(remark("rows_repeat_times", count=again.size, row=first, back_s=back_s))
         else:
             time_s[row:] += amount + usual
             remarks.append(_about_set_back(int(order[row]), amount + usual, usual, local=local))
     if unsorted:
-        remarks.append(f"{unsorted} rows were out of order of time and were sorted in")
+        remarks.append(remark("rows_sorted_in", count=unsorted))
     return _sorted(time_s[kept], order[kept])
 
 
@@ -140,11 +135,11 @@ def _apart(times: FloatArray, others: FloatArray) -> float:
     return float(np.min(np.minimum(np.abs(times - others[right]), np.abs(times - others[left]))))
 
 
-def _about_set_back(row: int, amount: float, usual: float, *, local: bool) -> str:
-    words = f"the clock was set back by {amount:g} s at row {row}"
-    if abs(amount - _HOUR_S) <= max(usual, _HOUR_WITHIN_S):
-        words += " (one hour, as at the end of daylight saving time)" if local else " (one hour)"
-    return f"{words}: later times were carried on by the usual step of {usual:g} s"
+def _about_set_back(row: int, amount: float, usual: float, *, local: bool) -> Message:
+    one_hour = abs(amount - _HOUR_S) <= max(usual, _HOUR_WITHIN_S)
+    of_an_hour = "daylight_saving_ended" if local else "clock_set_back_one_hour"
+    code = of_an_hour if one_hour else "clock_set_back"
+    return remark(code, back_s=amount, row=row, usual_s=usual)
 
 
 def _sorted(time_s: FloatArray, order: IntArray) -> tuple[FloatArray, IntArray]:

@@ -13,9 +13,9 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log._resample import usual_step_s
 from thermaxis.thermal.log._thermal_log import ThermalLog, unit_of_name
 
@@ -170,28 +170,31 @@ def merge_logs(
     if shift_s is not None:
         if not np.isfinite(shift_s) or abs(shift_s) > 1e12:
             raise DataError("no_shift", shift_s=shift_s, place=Place(key="shift_s"))
-        remark = f"{b.where} was joined with the given shift of {shift_s:g} s"
+        joined_so = remark("joined_by_shift", log=b.where, shift_s=f"{shift_s:g}")
     elif has_common:
         found = find_shift(a, b, common=common)
         shift_s = found.shift_s
-        names = ", ".join(f"{x}={y}" for x, y in found.channels)
-        remark = (
-            f"{b.where} was joined with a shift of {_as_known(found)} s, found from {names} (known"
-            f" within {found.within_s:.2g} s, correlation {found.correlation:.4f})"
+        joined_so = remark(
+            "joined_by_channels",
+            log=b.where,
+            shift_s=_as_known(found),
+            names=", ".join(f"{x}={y}" for x, y in found.channels),
+            within_s=significant(found.within_s, 2),
+            correlation=found.correlation,
         )
     elif both_dated:
         shift_s = 0.0
-        remark = f"{b.where} was joined by the times of day: no channel is common to check them"
+        joined_so = remark("joined_by_times_of_day", log=b.where)
     else:
         raise DataError("no_clock_and_no_common_channel", place=Place(f"{a.where}, {b.where}"))
-    return _joined(a, b, base + shift_s, remark)
+    return _joined(a, b, base + shift_s, [joined_so])
 
 
 def join_rates(logs: Sequence[ThermalLog]) -> ThermalLog:
     """Join groups of channels that one recorder took at different rates, by its one clock."""
     joined = logs[0]
     for log in logs[1:]:
-        joined = _joined(joined, log, _clock_offset(joined, log), "")
+        joined = _joined(joined, log, _clock_offset(joined, log), [])
     return joined
 
 
@@ -202,7 +205,7 @@ def _as_known(found: ShiftResult) -> str:
     return f"{round(found.shift_s, decimals) + 0.0:.{decimals}f}"
 
 
-def _joined(a: ThermalLog, b: ThermalLog, offset_s: float, remark: str) -> ThermalLog:
+def _joined(a: ThermalLog, b: ThermalLog, offset_s: float, said: Sequence[Message]) -> ThermalLog:
     time_b = b.time_s + offset_s
     everything = np.concatenate((a.time_s, time_b))
     rank = np.argsort(everything, kind="stable")
@@ -225,9 +228,9 @@ def _joined(a: ThermalLog, b: ThermalLog, offset_s: float, remark: str) -> Therm
             renamed.append(f"{name} to {free}")
         columns[free], units[free] = _placed(values, place[a.rows :], time_s.size), b.units[name]
     begin = float(time_s[0])
-    remarks = [*a.remarks, *b.remarks, *([remark] if remark else [])]
+    remarks = [*a.remarks, *b.remarks, *said]
     if renamed:
-        remarks.append(f"columns of {b.where} were renamed: {', '.join(renamed)}")
+        remarks.append(remark("columns_renamed", log=b.where, names=", ".join(renamed)))
     return replace(
         a,
         time_s=time_s - begin,
@@ -235,7 +238,7 @@ def _joined(a: ThermalLog, b: ThermalLog, offset_s: float, remark: str) -> Therm
         units=units,
         start=None if a.start is None else a.start + timedelta(seconds=begin),
         origin_s=a.origin_s + (begin if a.start is None else 0.0),
-        remarks=tuple(dict.fromkeys(remarks)),
+        remarks=tuple(r for k, r in enumerate(remarks) if r not in remarks[:k]),
     )
 
 

@@ -13,7 +13,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place, Value
+from thermaxis.codes import Message, Place, Value, remark
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log._thermal_log import ThermalLog, common_names
 
@@ -736,7 +736,7 @@ def without_sentinels(log: ThermalLog) -> ThermalLog:
         are half or more stays as it is: there the unit is wrong, or the sensor.
     """
     columns: dict[str, FloatArray] = {}
-    remarks: list[str] = []
+    remarks: list[Message] = []
     for name, values in log.columns.items():
         present = ~np.isnan(values)
         columns[name] = values
@@ -749,10 +749,7 @@ def without_sentinels(log: ThermalLog) -> ThermalLog:
             mended[np.flatnonzero(present)[wrong]] = np.nan
             columns[name] = mended
             example = float(values[present][wrong][0])
-            remarks.append(
-                f"{count} values of {name} are no measurement, such as {example:g}: they count as"
-                " missing"
-            )
+            remarks.append(remark("values_no_measurement", count=count, name=name, example=example))
     if not remarks:
         return log
     return replace(log, columns=columns, remarks=(*log.remarks, *remarks))

@@ -11,7 +11,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray, require_sample_time
 from thermaxis.thermal.log._resample import block_means, block_numbers, usual_step_s
@@ -113,8 +113,8 @@ class ThermalLog:
     """What the recorder's own clock showed at the first row; 0 if times are dates. [s]"""
     name: str = ""
     """Name of the file, or one that was given: for messages."""
-    remarks: tuple[str, ...] = ()
-    """What the reader noticed, in words."""
+    remarks: tuple[Message, ...] = ()
+    """What the reader noticed."""
 
     def __post_init__(self) -> None:
         """Check lengths and times, and freeze every array."""

@@ -1,0 +1,28 @@
+### What was noticed when a thermal log was read or joined
+
+remark-heading_cut = the heading of column { $column } was cut to its first characters
+remark-values_beyond = column { $name }: { $count } values beyond 1e9 in magnitude are no measured values and count as missing
+remark-word_in_cells = '{ $word }' stands in { $count } cells that should hold numbers: they count as missing
+remark-line_cut_short = the last line of the file is cut short and was left out
+remark-variables_left_out = variables that are not as long as the times were left out: { $names }
+remark-values_no_measurement = { $count } values of { $name } are no measurement, such as { $example }: they count as missing
+
+## Order and times
+
+remark-rows_without_time = { $count } rows have no time and were left out
+remark-rows_turned_round = the rows run from the latest to the earliest: they were turned round
+remark-times_repeated = { $count } rows have the time of another row, the first of them { $at_s } s after the start: of each column the first value counts
+remark-clock_too_coarse = { $count } rows have the time of another row, the first of them { $at_s } s after the start: of each column the first value counts; the clock is too coarse for this recorder, and most readings are lost
+remark-rows_sorted = { $count } rows are out of order of time: the rows were sorted by time
+remark-rows_sorted_in = { $count } rows were out of order of time and were sorted in
+remark-rows_repeat_times = { $count } rows from row { $row } on repeat times that were there before (the clock went back by { $back_s } s): they were left out
+remark-clock_set_back = the clock was set back by { $back_s } s at row { $row }: later times were carried on by the usual step of { $usual_s } s
+remark-clock_set_back_one_hour = the clock was set back by { $back_s } s at row { $row } (one hour): later times were carried on by the usual step of { $usual_s } s
+remark-daylight_saving_ended = the clock was set back by { $back_s } s at row { $row } (one hour, as at the end of daylight saving time): later times were carried on by the usual step of { $usual_s } s
+
+## Two recorders
+
+remark-joined_by_shift = { $log } was joined with the given shift of { $shift_s } s
+remark-joined_by_channels = { $log } was joined with a shift of { $shift_s } s, found from { $names } (known within { $within_s } s, correlation { FIXED($correlation, decimals: 4) })
+remark-joined_by_times_of_day = { $log } was joined by the times of day: no channel is common to check them
+remark-columns_renamed = columns of { $log } were renamed: { $names }
