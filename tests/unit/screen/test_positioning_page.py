@@ -39,9 +39,7 @@ from thermaxis.screen.work._work import MOST_WAITING, Work
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
-DATA = Path(__file__).parents[4] / "shared" / "data"
 NOW = datetime(2026, 11, 21, 9, 30, tzinfo=UTC)
-PUBLIC_RUN = "positioning/ess_target_b02_x/target_x_ISO230.dat"
 
 
 class Clock:
@@ -240,34 +238,6 @@ def test_a_result_is_not_there_for_anybody_else(real: Real) -> None:
     assert [answer.status_code for answer in real.others] == [404, 404, 404]
     assert {answer.json()["error"] for answer in real.others} == {"positioning-gone"}
     assert real.list_of_another.json() == {"results": []}
-
-
-@pytest.mark.timeout(120)
-def test_the_format_is_told_from_the_content_not_from_the_name(tmp_path: Path) -> None:
-    with Stage(tmp_path) as stage:
-        body = (EXAMPLES / "y_axis_50_cycles.rtl").read_bytes()
-        answer = stage.send(body, name="lauf.xlsx", no_drift="yes", reference_cycle="3")
-        assert answer.status_code == 200, answer.text
-        shown = answer.json()
-    expected = evaluate_iso230_2(read_positioning(EXAMPLES / "y_axis_50_cycles.rtl"))
-    assert shown["figures"][11]["measured"] == pytest.approx(expected.A)
-    assert shown["drift"] is None
-    assert shown["verdict"] is None
-
-
-@pytest.mark.real_data
-@pytest.mark.timeout(120)
-@pytest.mark.skipif(not (DATA / PUBLIC_RUN).exists(), reason="the data are not here")
-def test_a_public_run_gives_its_known_figures(tmp_path: Path) -> None:
-    with Stage(tmp_path) as stage:
-        answer = stage.send(
-            (DATA / PUBLIC_RUN).read_bytes(), name="target_x_ISO230.dat", no_drift="yes"
-        )
-        assert answer.status_code == 200, answer.text
-        figures = {one["key"]: one["measured"] for one in answer.json()["figures"]}
-    known = {"B": 33.5757, "M": 93.6527, "E": 122.8472, "R": 55.1606, "A": 135.2711}
-    for key, value in known.items():
-        assert figures[key] == pytest.approx(value, abs=5e-5)
 
 
 # ---- hostile contents, by the real program ------------------------------------------------------

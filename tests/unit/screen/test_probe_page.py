@@ -43,7 +43,7 @@ from thermaxis.virtual.lathe import lathe_names
 
 MODEL = Path(__file__).parents[3] / "examples/machine/models/lathe.json"
 CYCLE_S = 10.0
-HOURS = 12
+HOURS = 8
 NOISE = LatheSettings()
 
 
@@ -168,7 +168,7 @@ def test_long_spans_are_compared_by_minutes_with_nearly_the_same_figures(
     with HistoryReader(morning.url) as reader:
         each = comparison(reader, "Z_um", morning.span, CYCLE_S, 4000)
         monkeypatch.setattr(_probe_page, "MOST_CYCLES", 100)
-        means = comparison(reader, "Z_um", morning.span, CYCLE_S, 720)
+        means = comparison(reader, "Z_um", morning.span, CYCLE_S, 60 * HOURS)
     assert means["means_s"] == 60.0
     for key in ("compensated_um", "uncompensated_um"):
         assert means["figures"][key] == pytest.approx(each["figures"][key], abs=4.0)

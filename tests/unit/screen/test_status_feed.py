@@ -466,10 +466,10 @@ async def test_looks_beyond_those_that_are_remembered_take_no_memory(
     used: list[int] = []
 
     tracemalloc.start()
-    for number in range(2, 802):
+    for number in range(2, 602):
         loop.text = read_as(20.0 + number / 64.0, number)
         await feed.after(feed.latest.number)
-        if number % 200 == 1:
+        if number % 150 == 1:
             gc.collect()
             used.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
