@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from blark.parse import parse_source_code
 
 from tests.unit.plc.equal_parts import (
     Comparison,
@@ -37,8 +38,10 @@ from tests.unit.plc.test_mutants import (
     every_mutant,
     excused,
     excuses_used,
+    settings_with_everything,
     unnoticed,
 )
+from thermaxis.plc import build_program, print_st
 from thermaxis.plc.blocks import NEVER_OUTCOMES, NEVER_QUALITIES
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
@@ -161,6 +164,12 @@ def test_whatever_can_occur_did_occur(demand: Demand) -> None:
         (holding, fading), (holding, fault), (fading, off), (fading, warming), (fading, active),
         (fading, fault), (fault, fading), (fault, off),
     }  # fmt: skip
+
+
+def test_another_grammar_reads_a_whole_program() -> None:
+    text = print_st(build_program(settings_with_everything()), "twincat")
+    assert parse_source_code(text).exception is None
+    assert parse_source_code(text.replace("END_IF;", "", 1)).exception is not None
 
 
 def test_what_contraction_would_change_is_measured(

@@ -933,15 +933,12 @@ def with_values(values: dict[str, str]) -> Program:
     return made
 
 
-def test_the_rule_itself_is_not_noticed() -> None:
-    assert not is_noticed(with_values({"take_over": RULE}))
-
-
 def test_every_other_rule_for_taking_an_offset_over_is_noticed() -> None:
     wrong = {words: {"take_over": rule} for words, rule in WRONG_RULES.items()}
     wrong |= {f"{name} is forgotten": {name: name} for name in ("called", "waiting", "linked")}
     missed = [words for words, values in wrong.items() if not is_noticed(with_values(values))]
     assert missed == []
+    assert not is_noticed(with_values({"take_over": RULE}))
 
 
 def test_a_block_that_waits_for_nothing_in_off_is_noticed() -> None:

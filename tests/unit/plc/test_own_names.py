@@ -48,10 +48,6 @@ def test_other_models_limits_numbers_and_cycles_have_other_blocks() -> None:
         assert inner(first).isdisjoint(inner(same_name))
 
 
-def test_the_same_export_has_the_same_names_in_every_run() -> None:
-    assert inner(random_settings(3)) == inner(random_settings(3))
-
-
 def test_every_block_of_a_text_is_one_of_its_own() -> None:
     own = with_own_names(build_program(random_settings(3)))
     text = print_scl(own, "s7-1500")

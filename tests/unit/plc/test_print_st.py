@@ -160,7 +160,3 @@ def test_editors_with_two_panes_get_marks_and_nothing_else_differs() -> None:
         assert text.count("the lower pane ----") == 2
         code = [line for line in text.splitlines() if line and not line.startswith("(*")]
         assert code == [line for line in plain.splitlines() if line and not line.startswith("(*")]
-
-
-def test_the_same_program_gives_the_same_text() -> None:
-    assert print_st(small()) == print_st(small())

@@ -267,7 +267,8 @@ def _checked(target: Target) -> list[str]:
         said.append("the C of the same printer compiled by gcc and run against the cycle, in tests")
     else:
         said.append(
-            "the text of the same printer run by an interpreter against the cycle, in tests"
+            "the text of the same printer put into C word by word and run against the cycle, in"
+            " tests"
         )
     return said
 
