@@ -23,14 +23,21 @@ def json_of(capsys: pytest.CaptureFixture[str], *words: str) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
-@pytest.mark.parametrize("name", control_names())
+@pytest.mark.parametrize(
+    ("name", "example"),
+    [*((name, EXAMPLES[0]) for name in control_names()), ("fanuc", EXAMPLES[1])],
+)
 def test_the_drift_free_table_of_an_example_takes_the_systematic_deviations_away(
     name, example, root, tmp_path, capsys
 ):
     run, table = str(root / "examples" / example), str(tmp_path / "table")
     control = ("--control", name)
     made = json_of(capsys, "correct", run, *control, "--drift-free", "--spacing", "5", "-o", table)
+    own, content = control_by_name(name), Path(table).read_bytes()
+    assert (made["sign"], made["unit"]) == (text_of(own.sign), text_of(own.unit))
+    assert "warning-sign_to_be_proven" in [one["code"] for one in made["warning_codes"]]
+    assert content.isascii()
+    assert content.count(b"\r\n") == (content.count(b"\n") if own.newline == "\r\n" else 0)
     found = json_of(capsys, "check-table", table, run, *control)
     assert found["table"] == made["table"]
     assert found["figures"] == {
@@ -50,20 +57,6 @@ def test_the_drift_free_table_of_an_example_takes_the_systematic_deviations_away
         assert after["E"] < 0.1 * before["E"]
     else:
         assert after["B"] == pytest.approx(before["B"], abs=1e-6)
-
-
-@pytest.mark.parametrize("name", control_names())
-def test_the_sign_of_every_control_is_the_one_that_its_summary_names(name, root, tmp_path, capsys):
-    run, table = str(root / "examples" / EXAMPLES[0]), str(tmp_path / "table")
-    assert main(["correct", run, "--control", name, "-o", table]) == 0
-    printed = " ".join(capsys.readouterr().out.split())
-    control = control_by_name(name)
-    assert f"sign: {text_of(control.sign)}" in printed
-    assert f"unit: {text_of(control.unit)}" in printed
-    assert "A wrong sign doubles the error" in printed
-    content = Path(table).read_bytes()
-    assert content.isascii()
-    assert content.count(b"\r\n") == (content.count(b"\n") if control.newline == "\r\n" else 0)
 
 
 def sides(values: dict, name: str) -> np.ndarray:

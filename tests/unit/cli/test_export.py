@@ -15,7 +15,7 @@ from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.plc.equal_parts import CBlock, CLibrary, c_library
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis import plc
-from thermaxis.cli.exchange import export
+from thermaxis.cli.exchange import _export_files, export
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_model, write_model
@@ -163,13 +163,14 @@ def test_a_large_step_an_open_input_and_a_model_without_gains_are_warned_of_ever
 
 def test_the_same_words_give_the_same_bytes_wherever_they_are_written(lathe, tmp_path):
     folders = [tmp_path / "one", tmp_path / "two"]
+    words = ("--dialect", "scl", "--cycle-s", "1", *STATED)
     for folder in folders:
-        run(lathe, "--dialect", "scl", "--real", "32", "--cycle-s", "1", *STATED, "-o", folder)
+        run(lathe, *words, "-o", folder)
     assert contents(folders[0]) == contents(folders[1])
     whole = b"".join(contents(folders[0]).values())
     assert str(tmp_path).encode() not in whole
     again = folders[0]
-    run(lathe, "--dialect", "scl", "--real", "32", "--cycle-s", "1", *STATED, "-o", again)
+    run(lathe, *words, "-o", again)
     assert contents(again) == contents(folders[1])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["one", "two"]
 
@@ -199,8 +200,9 @@ def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(tmp_path, 
 
 
 def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7_300(
-    tmp_path, capsys
+    tmp_path, capsys, monkeypatch
 ):
+    monkeypatch.setattr(_export_files, "measured_difference", lambda _: plc.Difference(0.0, 1))
     sizes: list[int] = []
     for delay_s in (0.0, 100.0, 9000.0):
         part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=delay_s)
