@@ -88,6 +88,10 @@ LOGS: dict[str, tuple[bytes | None, str]] = {
         "\n".join([HEAD, *(f"{k},{'warm' if k == 7 else 20},20,{k}" for k in range(50))]).encode(),
         "line 9, column T_a_C",
     ),
+    "a variable that claims 2 GB": (
+        b"MATLAB 5.0 MAT-file" + b" " * 105 + b"\x00\x01IM" + b"\x0f\x00\x00\x00\xff\xff\xff\x7f",
+        "damaged",
+    ),
     "damaged Parquet": (b"PAR1" + b"\xff" * 300 + b"PAR1", "damaged"),
 }
 
@@ -108,6 +112,9 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "no input": (("--output", "Z_um"), "no_input_named"),
     "misspelt output": (("--output", "Zz_um", *INPUT), "Zz_um"),
     "misspelt channel": (("--output", "Z_um", "--input", "a=T_aa_C"), "nearest are T_a_C"),
+    "a temperature as output": (("--output", "T_a_C", "--input", "a=T_b_C"), "um is needed"),
+    "an input twice": (("--output", "Z_um", *INPUT, *INPUT), "stated twice"),
+    "no date": (("--output", "Z_um", *INPUT, "--date", "31.3.2026"), "2026-03-31"),
     "the output as its own input": (("--output", "Z_um", "--input", "a=z_um"), "displacement"),
     "an output twice": (("--output", "Z_um", "--output", "Z_um", *INPUT), "twice"),
     "rows backwards": (("--output", "Z_um", *INPUT, "--span", "10:5"), "No row"),

@@ -116,6 +116,8 @@ def test_regions_come_from_a_file_in_pixels_and_millimetres(examples, write, cap
             "regions.a.y_px",
         ),
         ("[regions.a]\nx_px = [0, nan]\ny_px = [0, 2]\n", "not_finite", "regions.a.x_px[1]"),
+        ("[regions.a]\nx_px = [0, 1, 2]\ny_px = [0, 2]\n", "impossible_value", "regions.a.x_px"),
+        ("[regions.a]\nx_px = 'all'\ny_px = [0, 2]\n", "not_a_list", "regions.a.x_px"),
         ("[regions.a]\nx_px = [2, 0]\ny_px = [0, 2]\n", "edges_not_rising", "regions.a.x_px"),
         ("[regions.a]\nx_mm = [0, 2]\ny_px = [0, 2]\n", "scale_missing", "regions.a.x_mm"),
     ],
