@@ -16,6 +16,9 @@ Not protected: a configuration that is free of mistakes may still name the wrong
 wrong sign. The self-test looks at the machine; the sign is proven at commissioning.
 """
 
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -23,9 +26,11 @@ from pydantic import ValidationError
 from thermaxis.codes import Message
 from thermaxis.runtime.config._build import build_configuration
 from thermaxis.runtime.config._connection import explain, read_tables, refuse
-from thermaxis.runtime.config._places import with_lines
 from thermaxis.runtime.config._sections import MachineFile
 from thermaxis.runtime.config._settings import MachineConfiguration
+
+_TABLE = re.compile(r"""^\s*\[\s*((?:[\w-]+|"[^"]*"|'[^']*'|\s*\.\s*)+)\s*\]\s*(?:\#.*)?$""")
+_KEY = re.compile(r"""^\s*([\w-]+|"[^"]*"|'[^']*')\s*=""")
 
 
 def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, ...]:
@@ -52,11 +57,11 @@ def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, .
     try:
         sections = MachineFile.model_validate(tables)
     except ValidationError as error:
-        return with_lines(explain(error, MachineFile), file)
+        return _with_lines(explain(error, MachineFile), file)
     built = build_configuration(file, sections)
     if isinstance(built, MachineConfiguration):
         return built
-    return with_lines(built, file)
+    return _with_lines(built, file)
 
 
 def read_machine(path: Path | str) -> MachineConfiguration:
@@ -83,3 +88,47 @@ def read_machine(path: Path | str) -> MachineConfiguration:
     if isinstance(found, MachineConfiguration):
         return found
     raise refuse(found, path)
+
+
+def _with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:
+    """Name the file and the line of every mistake, where they can be found.
+
+    Where a key is missing, the line is that of its table. There is none where the text has forms
+    that only a whole reader of TOML follows, such as texts over several lines.
+    """
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError):
+        text = ""
+    lines = {} if '"""' in text or "'''" in text else _lines_of(text)
+    return tuple(_with_line(problem, str(file), lines) for problem in problems)
+
+
+def _lines_of(text: str) -> dict[str, int]:
+    """Return the line of every table and every key, by its name with its tables."""
+    found: dict[str, int] = {}
+    table = ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        head = _TABLE.match(line)
+        if head is not None:
+            table = _plain(head[1])
+            found.setdefault(table, number)
+            continue
+        key = _KEY.match(line)
+        if key is not None:
+            found.setdefault(f"{table}.{_plain(key[1])}".strip("."), number)
+    return found
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\s*\.\s*", ".", name).replace('"', "").replace("'", "").strip()
+
+
+def _with_line(problem: Message, file: str, lines: Mapping[str, int]) -> Message:
+    place = problem.place
+    if place.file:
+        return problem
+    key = place.key
+    while key and key not in lines:
+        key = key.rpartition(".")[0]
+    return replace(problem, place=place._replace(file=file, line=lines.get(key)))

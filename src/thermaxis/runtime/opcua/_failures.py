@@ -78,6 +78,12 @@ _BY_NAME: Final = {
     "BadTooManyOperations": "too_many_nodes",
     "BadTimeout": _NO_ANSWER,
 }
+_BY_KIND: Final[Mapping[type[OSError], str]] = {
+    TimeoutError: _NO_ANSWER,
+    ConnectionRefusedError: "nothing_listens",
+    socket.gaierror: "unknown_host",
+    ConnectionError: "connection_closed",
+}
 _SAID: Final[Mapping[str, tuple[str, ...]]] = {
     _TRUST: ("certificate",),
     "user_refused": ("user",),
@@ -179,12 +185,7 @@ def _opcua_meaning(error: ua.UaError) -> _Meaning:
 
 
 def _network_meaning(error: OSError) -> _Meaning:
-    if isinstance(error, TimeoutError):
-        return _NO_ANSWER, {}
-    if isinstance(error, ConnectionRefusedError):
-        return "nothing_listens", {}
-    if isinstance(error, socket.gaierror):
-        return "unknown_host", {}
-    if isinstance(error, ConnectionError):
-        return "connection_closed", {}
+    for kind, code in _BY_KIND.items():
+        if isinstance(error, kind):
+            return code, {}
     return "network_failed", {"cause": error.strerror or type(error).__name__}

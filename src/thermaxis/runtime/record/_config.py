@@ -186,18 +186,15 @@ def read_record(path: Path | str) -> RecordSettings:
     }
     record = file.record
     return RecordSettings(
-        name=record.name,
         channels=tuple(c for c in channels.values() if isinstance(c, ChannelSettings)),
         connections={
             name: _settings(name, section, path)
             for name, section in file.connection.items()
             if name in used
         },
-        days_per_file=record.days_per_file,
         largest_bytes=round(record.largest_mb * _MEGABYTE),
         memory_bytes=round(record.memory_mb * _MEGABYTE),
-        keep_days=record.keep_days,
-        parquet=record.parquet,
+        **record.model_dump(include={"name", "days_per_file", "keep_days", "parquet"}),
     )
 
 
