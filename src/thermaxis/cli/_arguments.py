@@ -137,7 +137,7 @@ def positive_seconds(text: str) -> float:
 
 def _stated(arguments: argparse.Namespace, option: str) -> bool:
     value = getattr(arguments, option.lstrip("-").replace("-", "_"))
-    return value is not None and value is not False and value != []
+    return value is not None and value is not False and value not in ("", [])
 
 
 def refuse_both(arguments: argparse.Namespace, one: str, other: str) -> None:

@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.unit.cli.refusals import refusal
 from thermaxis.cli import main
+from thermaxis.codes import Place
+from thermaxis.errors import DataError
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "x_axis_100_cycles.csv"
 CHARTS = {"matplotlib", "typst"}
@@ -72,3 +75,20 @@ def test_an_error_where_json_alone_was_asked_for_is_json_too(tmp_path, capsys):
     assert printed.err == f"thermaxis: error: {error['text']}\n"
     assert main([*asked, str(tmp_path / "r.json")]) == 2
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_report_that_cannot_be_written_leaves_one_value_where_json_alone_was_asked_for(
+    tmp_path, capsys, monkeypatch
+):
+    def fail(*_: object, **__: object) -> None:
+        raise DataError("file_unwritable", place=Place("r.html"), cause="No space left on device")
+
+    monkeypatch.setattr("thermaxis.report.write_report", fail)
+    assert main(["evaluate", str(EXAMPLE), "--report", str(tmp_path / "r.html"), "--json=-"]) == 2
+    assert json.loads(capsys.readouterr().out)["error"]["code"] == "file_unwritable"
+
+
+def test_without_a_probe_a_person_confirms_that_the_offset_moves(root):
+    lathe = root / "examples" / "machine" / "lathe.toml"
+    refused = refusal("commission", lathe, "--probe", "", "--yes")
+    assert (refused.code, refused.place.key) == ("option_needs", "--yes")

@@ -241,11 +241,13 @@ def run(arguments: argparse.Namespace) -> int:
         evaluated = evaluate(arguments)
         if not quiet:
             progress.hide()
-        show(describe_evaluation(evaluated), arguments.json)
+            show(describe_evaluation(evaluated), arguments.json)
         for path in reports:
             report.write_report(evaluated, path, progress=progress)
         if arguments.figures is not None:
             report.write_figures(evaluated, arguments.figures, progress=progress)
+    if quiet:  # one value alone: the result, or the error of a report
+        show(describe_evaluation(evaluated), arguments.json)
     if not quiet:
         written = [*reports, *([] if arguments.figures is None else [arguments.figures])]
         sys.stdout.write("".join(f"written: {path}\n" for path in written))

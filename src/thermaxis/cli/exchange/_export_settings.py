@@ -73,7 +73,9 @@ def named_number(text: str) -> _Named[float]:
 def named_range(text: str) -> _Named[tuple[float, float]]:
     """Return a range with or without a name before it: ``T_spindle_C=5:80``."""
     name, _, ends = text.rpartition("=")
-    lowest, _, highest = ends.partition(":")
+    lowest, colon, highest = ends.partition(":")
+    if not colon:
+        raise argparse.ArgumentTypeError(f"'{text}' is no range; write 5:80")
     return name, (_finite(lowest), _finite(highest))
 
 
@@ -294,7 +296,7 @@ def _by_name(
     """Return what was stated of every name; one without a name counts for all the others."""
     wanted = tuple(dict.fromkeys(wanted))
     found = dict(stated)
-    require_unique(option, [name for name, _ in stated])
+    require_unique(option, [name or option for name, _ in stated])
     foreign = [name for name in found if name and name not in wanted]
     if foreign:
         raise ConfigurationError(

@@ -9,6 +9,7 @@ position.
 import argparse
 import asyncio
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -76,9 +77,10 @@ def run(arguments: argparse.Namespace) -> int:
         )
     rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, arguments.history)
     runtime.run_in_virtual_time(rehearsal.play(hours))
+    show(rehearsal.described(hours), None)
     if arguments.output is not None:
         rehearsal.write(arguments.output)
-    show(rehearsal.described(hours), None, [arguments.output] if arguments.output else [])
+        sys.stdout.write(f"written: {arguments.output}\n")
     return 0
 
 

@@ -73,7 +73,9 @@ async def _run(
     loop.listeners.append(runtime.SignOfLife().tell)
     if not arguments.quiet:
         loop.listeners.append(_Teller().tell)
+    ending = _Ending()
     async with AsyncExitStack() as servers:
+        servers.enter_context(at_signals(ending.asked))  # until everything is closed
         status = build_status_server(
             configuration,
             loop,
@@ -91,28 +93,33 @@ async def _run(
             _say(f"status server: {status.url}", quiet=arguments.quiet)
         if metrics is not None:
             _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
-        standing = await _until_the_end(loop, arguments)
+        standing = await _until_the_end(loop, arguments, ending)
     return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
 
 
+class _Ending:
+    """What signals ask for: the first one lets the correction fade, the second one ends at once."""
+
+    def __init__(self) -> None:
+        self.stop = asyncio.Event()
+        self.running: asyncio.Future[Mapping[str, float]] | None = None
+
+    def asked(self) -> None:
+        if not self.stop.is_set():
+            _say("it is being ended: the correction fades first", quiet=False)
+            self.stop.set()
+        elif self.running is not None:
+            self.running.cancel()
+
+
 async def _until_the_end(
-    loop: runtime.CompensationLoop, arguments: argparse.Namespace
+    loop: runtime.CompensationLoop, arguments: argparse.Namespace, ending: _Ending
 ) -> Mapping[str, float]:
     """Run the loop until a signal; return the offsets that it leaves in the machine. [um]"""
-    stop = asyncio.Event()
-    running = asyncio.ensure_future(loop.run(stop, arguments.cycles))
-
-    def end() -> None:
-        if stop.is_set():
-            running.cancel()
-        else:
-            _say("it is being ended: the correction fades first", quiet=False)
-            stop.set()
-
+    ending.running = asyncio.ensure_future(loop.run(ending.stop, arguments.cycles))
     asking = asyncio.ensure_future(_ask_first(loop, arguments))
     try:
-        with at_signals(end):
-            return await running
+        return await ending.running
     except asyncio.CancelledError:
         _say("ended at once", quiet=False)
         last = loop.status
