@@ -416,7 +416,7 @@ def test_there_is_a_mutant_of_every_coefficient_and_every_transition() -> None:
         assert sum(name.startswith("line ") for name in names) >= 40
 
 
-@pytest.mark.parametrize(("dialect", "sample"), [("st", 16), ("c", 12)])
+@pytest.mark.parametrize(("dialect", "sample"), [("st", 8), ("c", 6)])
 def test_a_sample_of_the_mutants_is_noticed_and_a_change_that_changes_nothing_is_not(
     dialect: str, sample: int, tmp_path: Path
 ) -> None:
