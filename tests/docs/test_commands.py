@@ -25,5 +25,5 @@ def test_every_argument_has_a_help_text():
 
 def test_the_options_of_the_program_are_described():
     page = PAGE.read_text(encoding="utf-8")
-    names = [name for a in build_parser(only="")._actions for name in a.option_strings]
+    names = [name for a in build_parser(())._actions for name in a.option_strings]
     assert [name for name in names if f"`{name}`" not in page] == []

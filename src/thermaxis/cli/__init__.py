@@ -1,10 +1,9 @@
 """The command ``thermaxis``: one module per command, each imported when it is needed."""
 
 import argparse
-import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import Protocol, cast
 
@@ -93,8 +92,10 @@ def _load(name: str) -> Command:
     return cast("Command", cast("object", module))
 
 
-def build_parser(only: str | None = None) -> argparse.ArgumentParser:
-    """Return the parser of the command line."""
+def build_parser(
+    names: Iterable[str] = tuple(COMMANDS), *, whole: bool = True
+) -> argparse.ArgumentParser:
+    """Return the parser of the command line for some commands, whole with their arguments."""
     parser = argparse.ArgumentParser(
         prog="thermaxis",
         description="Measure machine axes without thermal drift, and compensate thermal errors.",
@@ -111,9 +112,9 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", prog="thermaxis", help=argparse.SUPPRESS
     )
-    for name, summary in COMMANDS.items():
-        command = commands.add_parser(name, help=summary, allow_abbrev=False)
-        if only is None or only == name:
+    for name in names:
+        command = commands.add_parser(name, help=COMMANDS[name], allow_abbrev=False)
+        if whole:
             module = _load(name)
             command.description = module.__doc__
             module.add_arguments(command)
@@ -151,7 +152,9 @@ def _lacking(error: ModuleNotFoundError) -> str:
 def execute(words: Sequence[str]) -> int:
     """Run a command and return its exit code; what is wrong is raised as an error."""
     wanted = next((word for word in words if not word.startswith("-")), "")
-    parser = build_parser(only=wanted if wanted in COMMANDS else "")
+    known = wanted in COMMANDS
+    offered = COMMANDS if set(words) - {"-h", "--help", "--version"} else ()
+    parser = build_parser((wanted,) if known else offered, whole=known)
     namespace = parser.parse_args(words)
     if namespace.command is None:
         parser.print_help()
@@ -167,6 +170,8 @@ def execute(words: Sequence[str]) -> int:
 
 def _write_error(error: ThermaxisError) -> None:
     """Write an error as JSON: code, values, place, and the sentence for people."""
+    import json  # noqa: PLC0415 - most starts need none
+
     said = message_as_json(error.message) | {"code": error.code, "text": str(error)}
     sys.stdout.write(json.dumps({"error": said}, indent=2, allow_nan=False) + "\n")
 

@@ -8,7 +8,6 @@ from typing import Any, Final, Literal, NamedTuple, cast, get_args
 
 from fluent.runtime import FluentBundle, FluentResource
 from fluent.runtime.types import FluentNone, FluentNumber, FluentType, fluent_number
-from fluent.syntax import ast
 
 from thermaxis.codes import Message, Place, Value, printable
 from thermaxis.messages._formats import ABSENT, duration_text, number_text, short_names
@@ -22,6 +21,11 @@ FREE_TEXT: Final = frozenset({"detail", "failure", "finding", "problem", "said",
 ISOLATE, END_OF_ISOLATE = "\N{FIRST STRONG ISOLATE}", "\N{POP DIRECTIONAL ISOLATE}"
 """What stands around English within a sentence of another language; invisible where it is shown."""
 _GAP: Final = re.compile(r"\$(\w+)")
+_ENTRY: Final = re.compile(r"^([a-z][\w-]*) *=.*(?:\n(?:[ \t]+\S.*|(?=\n[ \t]+\S)))*", re.MULTILINE)
+"""A sentence with its attributes: the lines that are indented after its first one."""
+_ATTRIBUTE: Final = re.compile(r"^[ \t]+\.(\w+) *=", re.MULTILINE)
+_OTHER: Final = re.compile(r"{ *([a-z]\w*-[\w-]+)[ .}]")
+"""Another sentence within one."""
 _LONGEST_VALUE: Final = 1000
 _LARGEST_COUNT: Final = 10**15
 """From here on a number counts nothing: what formats counts raises far beyond it. [1]"""
@@ -122,7 +126,7 @@ def place_text(place: Place, *, language: str = LANGUAGES[0]) -> str:
 
 def template(key: str, *, language: str = LANGUAGES[0]) -> str:
     """Return a sentence whose values are filled in where it is shown, such as ``since {time}``."""
-    gaps = _catalogue(language).gaps.get(key.partition(".")[0], ())
+    gaps = _GAP.findall(_catalogue(language).entries.get(key.partition(".")[0], ""))
     return _formatted(key, {name: f"{{{name}}}" for name in gaps}, language) or key
 
 
@@ -134,7 +138,7 @@ def keys(language: str) -> frozenset[str]:
 def _formatted(key: str, values: Mapping[str, _Argument], language: str) -> str | None:
     """Return a sentence of one catalogue; None where it has none, or a value is missing."""
     name, _, part = key.partition(".")
-    bundle = _catalogue(language).bundle
+    bundle = _catalogue(language).read(name)
     if not bundle.has_message(name):
         return None
     entry = bundle.get_message(name)
@@ -151,28 +155,30 @@ def isolated(text: str) -> str:
 
 
 class _Catalogue(NamedTuple):
+    """The sentences of a language, each parsed when it is first said: all take a fifth of 1 s."""
+
     bundle: FluentBundle
+    entries: Mapping[str, str]
     keys: frozenset[str]
-    gaps: Mapping[str, tuple[str, ...]]
+
+    def read(self, name: str) -> FluentBundle:
+        """Return the bundle with a sentence, if there is one, and with those within it."""
+        if name in self.entries and not self.bundle.has_message(name):
+            self.bundle.add_resource(FluentResource(self.entries[name]))
+            for other in _OTHER.findall(self.entries[name]):
+                self.read(other)
+        return self.bundle
 
 
 @cache
 def _catalogue(language: str) -> _Catalogue:
+    folder = resources.files("thermaxis.messages") / language
+    files = (file for file in folder.iterdir() if file.name.endswith(".ftl"))
+    found = (entry for file in files for entry in _ENTRY.finditer(file.read_text("utf-8")))
+    entries = {entry[1]: entry[0] for entry in found}
+    parts = {f"{name}.{part}" for name, e in entries.items() for part in _ATTRIBUTE.findall(e)}
     bundle = FluentBundle([language], _functions(language), use_isolating=False)
-    found: set[str] = set()
-    gaps: dict[str, tuple[str, ...]] = {}
-    for file in (resources.files("thermaxis.messages") / language).iterdir():
-        if file.name.endswith(".ftl"):
-            text = file.read_text("utf-8")
-            resource = FluentResource(text)
-            bundle.add_resource(resource)
-            for entry in resource.body:
-                if isinstance(entry, ast.Message):
-                    found.add(entry.id.name)
-                    found.update(f"{entry.id.name}.{one.id.name}" for one in entry.attributes)
-                    span = cast("ast.Span", entry.span)
-                    gaps[entry.id.name] = tuple(_GAP.findall(text[span.start : span.end]))
-    return _Catalogue(bundle, frozenset(found), gaps)
+    return _Catalogue(bundle, entries, frozenset({*entries, *parts}))
 
 
 # ---- values -------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, final
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import day_of
 from thermaxis.positioning import (
@@ -24,7 +24,6 @@ from thermaxis.report._moments import in_file
 from thermaxis.report._text import decimals_of_figures
 
 if TYPE_CHECKING:
-    from thermaxis.codes import Message
     from thermaxis.positioning import DriftResult, Finding, UncertaintyResult
     from thermaxis.report._limits_check import LimitsCheck
 
@@ -50,8 +49,8 @@ class PositioningReport:
     """Figures against the number of cycles; None if not evaluated."""
     other_standard: Iso230_2_1988Result | Vdi3441Result | None
     """Figures after another standard; None if not asked for."""
-    warnings: tuple[str, ...]
-    """What the reader of the results must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader of the results must know."""
     header: Mapping[str, str]
     """Fields of the head by key: those of the file, replaced by stated ones."""
     limits: "LimitsCheck | None"

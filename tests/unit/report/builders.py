@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from thermaxis.files import FigureLimits
-from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     PositioningTest,
     StartEnd,
@@ -90,7 +89,7 @@ def make_report(
         adjacent_difference=evaluate_adjacent_difference(test) if test.target.size > 1 else None,
         against_cycles=evaluate_against_cycles(test) if test.cycles > 1 else None,
         other_standard=None,
-        warnings=tuple(map(sentence_of, (*test.remarks, *conditions))),
+        warnings=(*test.remarks, *conditions),
         header={**test.header, **(header or {})},
         limits=None if limits is None else check_limits(limits, result),
         source_name="x_axis.csv",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.unit.report.builders import make_report, make_run
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.messages import sentence_of
@@ -328,14 +329,13 @@ def test_characters_without_a_sign_in_the_fonts_are_named(small: PositioningRepo
     assert unshowable(replace(small, header={"title": latin, "axis": "X"})) == ()
     header = {"title": "加工中心", "control": "中", "加": "1"}
     found = unshowable(replace(small, header=header, source_name="主.csv"))
-    assert [sentence.split(";")[0] for sentence in found] == [
-        (
-            "5 characters in Title, Control, further lines, name of the measurement file cannot be"
-            " shown in the PDF"
+    file = "name of the measurement file"
+    assert found == (
+        Message(
+            "warning-not_in_pdf", {"count": 5, "names": f"Title, Control, further lines, {file}"}
         ),
-        ("5 characters in Title, name of the measurement file cannot be shown in the charts"),
-    ]
-    assert all(sentence.isascii() for sentence in found)
+        Message("warning-not_in_charts", {"count": 5, "names": f"Title, {file}"}),
+    )
     report = replace(small, header=header)
     for warnings in ((), unshowable(report)):
         text = section_of(document_of(replace(report, warnings=warnings)), "Remarks")

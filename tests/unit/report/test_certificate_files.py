@@ -14,6 +14,7 @@ import pytest
 
 from tests.refusals import refused
 from tests.unit.report.builders import make_report, make_run
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS
@@ -191,8 +192,9 @@ def test_hostile_text_is_shown_and_not_obeyed(text: str) -> None:
         environment={text: StartEnd(1.0, 2.0)},
     )
     header = {**dict.fromkeys(HEADER_FIELDS, text), text: text}
+    said = Message("remark-of_file", {"said": text})
     report = make_report(
-        test, header=header, source_name=text, warnings=(text,), adjacent_difference=None
+        test, header=header, source_name=text, warnings=(said,), adjacent_difference=None
     )
     page = render_html(build_certificate(report, {}))
     assert_harmless(page)

@@ -22,9 +22,9 @@ from thermaxis.cli._arguments import (
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import NOWHERE, printable
+from thermaxis.codes import NOWHERE, Message, printable
 from thermaxis.errors import DataError
-from thermaxis.messages import sentence_of
+from thermaxis.messages import remedy_of
 from thermaxis.positioning import Cycle, Edition, PositioningTest
 from thermaxis.report import PositioningReport
 from thermaxis.report.tables import describe_evaluation
@@ -105,32 +105,33 @@ _Result = TypeVar("_Result")
 
 
 def _attempted(
-    evaluate: Callable[[], _Result], lacking: str, warnings: list[str]
+    evaluate: Callable[[], _Result], lacking: str, warnings: list[Message]
 ) -> _Result | None:
     """Return a result; where it cannot be formed, say so and go on."""
     try:
         return evaluate()
     except DataError as error:
-        warnings.append(f"{lacking}: {error.at(NOWHERE)}")
+        why = error.at(NOWHERE).message
+        remedy = Message(f"{why.code}.remedy", why.values) if remedy_of(why) else ""
+        warnings.append(Message(lacking, {"error": why, "remedy": remedy}))
         return None
 
 
 def _drift(
-    arguments: argparse.Namespace, test: PositioningTest, warnings: list[str]
+    arguments: argparse.Namespace, test: PositioningTest, warnings: list[Message]
 ) -> positioning.DriftResult | None:
     """Separate the drift; where it cannot be told from the levels, say so and go on."""
     time_s, robust = _reference_time_s(arguments), arguments.robust
     separate = partial(positioning.evaluate_drift, test, reference_time_s=time_s, robust=robust)
-    drift = _attempted(separate, "no drift model", warnings)
+    drift = _attempted(separate, "warning-no_drift_model", warnings)
     if drift is None:
         return None
     unit = test.kind.units.deviation
-    warnings += map(sentence_of, drift.warnings)
-    warnings += (
-        f"the reading of target {o.target} {positioning.APPROACHES[o.approach]} in cycle"
-        f" {o.cycle} lies {o.residual:+.3g} {unit} from the drift model and was left out of it"
-        for o in drift.outliers
-    )
+    warnings += drift.warnings
+    for o in drift.outliers:
+        where = {"target": o.target, "approach": positioning.APPROACHES[o.approach]}
+        values = {**where, "cycle": o.cycle, "residual": o.residual, "unit": unit}
+        warnings.append(Message("warning-outlier_left_out", values))
     return drift
 
 
@@ -140,7 +141,7 @@ def _reference_time_s(arguments: argparse.Namespace) -> float | None:
 
 
 def _adjacent_difference(
-    arguments: argparse.Namespace, test: PositioningTest, warnings: list[str]
+    arguments: argparse.Namespace, test: PositioningTest, warnings: list[Message]
 ) -> positioning.AdjacentDifferenceResult | None:
     """Evaluate the adjacent differences; a stated reference that the run lacks is an error."""
     cycle, time_s = arguments.reference_cycle, _reference_time_s(arguments)
@@ -150,8 +151,8 @@ def _adjacent_difference(
         )
     else:
         without_reference = partial(positioning.evaluate_adjacent_difference, test)
-        result = _attempted(without_reference, "no adjacent differences", warnings)
-    warnings += () if result is None else map(sentence_of, result.warnings)
+        result = _attempted(without_reference, "warning-no_adjacent_differences", warnings)
+    warnings += () if result is None else result.warnings
     return result
 
 
@@ -159,11 +160,12 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     """Read and evaluate the run that the arguments name."""
     path: Path = arguments.file
     test, sha256 = files.read_positioning_with_sha256(path, fallback_encoding=arguments.encoding)
-    warnings = [*map(sentence_of, test.remarks)]
+    warnings = [*test.remarks]
     if arguments.cycle is not None:
         stated, test = test.cycle, test.with_cycle(Cycle(arguments.cycle))
         if stated not in {Cycle.STANDARD, test.cycle}:
-            warnings.append(f"the file names a {stated} cycle, the option a {test.cycle} cycle")
+            values = {"stated": stated, "cycle": test.cycle}
+            warnings.append(Message("warning-cycle_of_option", values))
     other = {
         "1988": positioning.evaluate_iso230_2_1988,
         "vdi3441": positioning.evaluate_vdi_dgq_3441,
@@ -171,17 +173,13 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     edition = Edition(arguments.edition) if other is None else Edition.E2014
     iso230_2 = positioning.evaluate_iso230_2(test, edition=edition, full=arguments.full)
     conditions = positioning.check_test_conditions(test)
-    warnings += map(sentence_of, conditions)
+    warnings += conditions
     if iso230_2.single_run_rule:
-        means = f" although {test.cycles} runs exist (means of all of them)"
-        warnings.append(
-            "the axis is longer than 2000 mm: s, R and A are not evaluated"
-            f"{means if test.cycles > 1 else ''}; ask for them with --full"
-        )
+        warnings.append(Message("warning-single_run_rule", {"cycles": test.cycles}))
     adjacent = _adjacent_difference(arguments, test, warnings)
     other_standard = None
     if other is not None:
-        lacking = "no figures of the other standard"
+        lacking = "warning-no_figures_of_other_standard"
         other_standard = _attempted(lambda: other(test), lacking, warnings)
     drift = None if arguments.no_drift else _drift(arguments, test, warnings)
     uncertainty = budget = plan_differences = None
@@ -191,7 +189,7 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
         uncertainty = positioning.evaluate_uncertainty(test, drift, budget=budget)
     if arguments.plan is not None:
         plan_differences = positioning.check_against_plan(test, files.read_plan(arguments.plan))
-        warnings += map(sentence_of, plan_differences)
+        warnings += plan_differences
     limits = against_cycles = None
     if arguments.limits:
         limits = report.check_limits(

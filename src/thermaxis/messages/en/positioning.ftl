@@ -68,3 +68,23 @@ warning-run_paused = the run paused { $count } time(s); the longest pause, { FIX
 
 remark-one_approach_for_both = only { $approach } approaches were measured: they stand for both directions
 remark-targets_left_out = targets without readings were left out: { $targets }
+
+## An evaluation
+
+warning-no_drift_model = no drift model: { $error } { $remedy }
+warning-no_adjacent_differences = no adjacent differences: { $error } { $remedy }
+warning-no_figures_of_other_standard = no figures of the other standard: { $error } { $remedy }
+warning-outlier_left_out = the reading of target { $target } { $approach } in cycle { $cycle } lies { $residual } { $unit } from the drift model and was left out of it
+warning-cycle_of_option = the file names a { $stated } cycle, the option a { $cycle } cycle
+warning-single_run_rule = the axis is longer than 2000 mm: s, R and A are not evaluated{ $cycles ->
+        [1] {""}
+       *[other] {" "}although { $cycles } runs exist (means of all of them)
+    }; ask for them with --full
+warning-not_in_pdf = { $count ->
+        [1] 1 character
+       *[other] { $count } characters
+    } in { $names } cannot be shown in the PDF; the page that --report NAME.html writes shows them in its text
+warning-not_in_charts = { $count ->
+        [1] 1 character
+       *[other] { $count } characters
+    } in { $names } cannot be shown in the charts; there each is drawn as an empty box

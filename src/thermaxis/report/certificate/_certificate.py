@@ -284,7 +284,7 @@ def _uncertainty_note(report: PositioningReport) -> str:
 
 
 def _warning_section(report: PositioningReport) -> list[Section]:
-    warnings = dict.fromkeys((*report.warnings, *unshowable(report)))
+    warnings = dict.fromkeys(map(sentence_of, (*report.warnings, *unshowable(report))))
     if not warnings:
         return []
     items = tuple(plain_text(warning, 600) for warning in warnings)

@@ -4,7 +4,9 @@ from collections.abc import Iterable
 
 from matplotlib.ft2font import FT2Font
 
+from thermaxis.codes import Message
 from thermaxis.files.settings import HEADER_GROUPS
+from thermaxis.messages import sentence_of
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import chart_font, typeface
 from thermaxis.report._text import plain_text
@@ -29,8 +31,8 @@ _NAMES = {
 }
 
 
-def unshowable(report: PositioningReport) -> tuple[str, ...]:
-    """Return sentences that name the texts of a run whose characters its certificate cannot show.
+def unshowable(report: PositioningReport) -> tuple[Message, ...]:
+    """Return what names the texts of a run whose characters its certificate cannot show.
 
     Empty if every character has a sign in the fonts of the PDF and of the charts, as those of
     Latin, Greek and Cyrillic scripts have. Other scripts show in the text of the HTML page, with
@@ -41,7 +43,7 @@ def unshowable(report: PositioningReport) -> tuple[str, ...]:
     texts += [("name of the measurement file", report.source_name)]
     texts += [("names of channels", name) for name in report.test.channels]
     texts += [("further lines", name) for name in report.test.environment]
-    texts += [("remarks", text) for text in report.warnings]
+    texts += [("remarks", sentence_of(warning)) for warning in report.warnings]
     if report.limits is not None:
         texts.append(("name of the limits file", report.limits.limits.source_name))
     drawn = [
@@ -49,31 +51,27 @@ def unshowable(report: PositioningReport) -> tuple[str, ...]:
         (_NAMES["title"], header.get("title", "")),
         ("name of the measurement file", report.source_name),
     ]
-    page = "the page that --report NAME.html writes shows them in its text"
     return (
-        *_sentence(texts, typeface("DejaVuSansMono"), _BLOCKS, "the PDF", page),
-        *_sentence(drawn, chart_font(), (), "the charts", "there each is drawn as an empty box"),
+        *_absent_from(texts, typeface("DejaVuSansMono"), _BLOCKS, "warning-not_in_pdf"),
+        *_absent_from(drawn, chart_font(), (), "warning-not_in_charts"),
     )
 
 
-def _sentence(
+def _absent_from(
     texts: Iterable[tuple[str, str]],
     font: FT2Font,
     blocks: tuple[tuple[int, int], ...],
-    where: str,
-    comfort: str,
-) -> list[str]:
+    code: str,
+) -> list[Message]:
     found: dict[str, set[str]] = {}
     for name, text in texts:
         if not text.isascii() and (absent := _absent(text, font, blocks)):
             found.setdefault(name, set()).update(absent)
     if not found:
         return []
-    count = len(set[str]().union(*found.values()))
     names = list(found)
     listed = ", ".join(names[:_MOST_FIELDS]) + (", ..." if len(names) > _MOST_FIELDS else "")
-    signs = "1 character" if count == 1 else f"{count} characters"
-    return [f"{signs} in {listed} cannot be shown in {where}; {comfort}"]
+    return [Message(code, {"count": len(set[str]().union(*found.values())), "names": listed})]
 
 
 def _absent(text: str, font: FT2Font, blocks: tuple[tuple[int, int], ...]) -> set[str]:

@@ -37,6 +37,7 @@ from thermaxis.report.tables._described import (
     Table,
     Value,
     as_json,
+    messages_of,
     rows_of,
     values_of,
     without_text,
@@ -75,7 +76,7 @@ def describe_evaluation(report: PositioningReport) -> list[Part]:
         Value("plan_differences", differences and tuple(map(sentence_of, differences))),
         Value("plan_difference_codes", differences and tuple(map(value_as_json, differences))),
         Section("", _diagnosis(report.diagnosis)),
-        Section("", [Value("warnings", report.warnings, "warning")]),
+        Section("", messages_of("warnings", report.warnings, "warning", say=sentence_of)),
     ]
 
 

@@ -1,7 +1,7 @@
 // @ts-check
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
-import { forget } from "./ask/kept.js";
+import { endKeeping } from "./ask/kept.js";
 import { made, say as show } from "./elements.js";
 import { noDataWords, onLive, onNoData, onStatus, onVisitor, startLive } from "./live.js";
 import { clock, word } from "./words.js";
@@ -160,7 +160,7 @@ byId("language")?.addEventListener("change", async (event) => {
 });
 byId("logout")?.addEventListener("click", async () => {
   if (!(await went("/logout", {}))) return;
-  forget();
+  endKeeping();
   location.assign("/");
 });
 showNotice();

@@ -21,9 +21,11 @@ function logIn() {
   return name ? `${hash} ${name}` : "";
 }
 
+let loggedOut = false;
+
 /** @param {RequestState[]} requests */
 export function keep(requests) {
-  if (!logIn()) return;
+  if (!logIn() || loggedOut) return;
   try {
     sessionStorage.setItem(KEPT, JSON.stringify({ logIn: logIn(), requests }));
   } catch {
@@ -45,8 +47,14 @@ export function kept() {
   return [];
 }
 
-/** Whoever comes after a log-out begins with an empty list. */
-export function forget() {
+/** Whoever comes after a log-out begins with an empty list: what this page still hears of its
+ * requests before it is gone is not kept. */
+export function endKeeping() {
+  loggedOut = true;
+  forget();
+}
+
+function forget() {
   try {
     sessionStorage.removeItem(KEPT);
   } catch {
