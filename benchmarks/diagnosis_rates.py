@@ -21,6 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import PositioningTest, diagnose, evaluate_drift
 from thermaxis.positioning.diagnosis import COMMON_PITCHES_MM
 from thermaxis.virtual import (
@@ -135,7 +136,9 @@ def rates(
         first += keys[:1] == [key]
         named += key in keys
         none += not keys
-        text = " ".join(finding.text for finding in found if finding.finding == "periodic_error")
+        text = " ".join(
+            sentence_of(one.message) for one in found if one.finding == "periodic_error"
+        )
         period += f" {planted_period_mm(seed):g} mm" in text
     share = 100.0 / len(seeds)
     return first * share, named * share, none * share, period * share, seconds / len(seeds)

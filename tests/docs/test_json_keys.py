@@ -30,7 +30,7 @@ PROMISED = {
     "drift": "model significant p_no_drift noise_std_forward noise_std_backward residual_std"
     " total total_per_m reference_time_s levels_forward levels_backward levels_std_forward"
     " levels_std_backward iso230_2 uncertainty diagnosis",
-    "drift.diagnosis[]": "finding value unit text",
+    "drift.diagnosis[]": "finding value unit text message",
     "figures": " ".join(FIGURE_KEYS),
     "identify": "method stable outputs warnings",
     "identify.outputs.NAME": "fit_percent parts noise_std_um warnings numerator denominator"
@@ -51,6 +51,7 @@ FREE = (
     "check.configuration[].place",
     "check.configuration[].values",
     "identify.findings[].values",
+    "drift.diagnosis[].message",
 )
 """Objects whose keys come from a file, are numbers of cycles, options of one control, or those of
 what is said as data."""

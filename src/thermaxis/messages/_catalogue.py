@@ -10,7 +10,13 @@ from fluent.runtime import FluentBundle, FluentResource
 from fluent.runtime.types import FluentNone, FluentNumber, FluentType, fluent_number
 
 from thermaxis.codes import Message, Place, Value, printable
-from thermaxis.messages._formats import ABSENT, duration_text, number_text, short_names
+from thermaxis.messages._formats import (
+    ABSENT,
+    duration_text,
+    number_text,
+    short_names,
+    three_digits,
+)
 
 Language = Literal["en", "de", "cs"]
 """Languages that have a catalogue; the first is complete and stands in for the others."""
@@ -249,15 +255,20 @@ def _parts(argument: _Argument) -> Iterable[str]:
 def _functions(language: str) -> dict[str, Callable[[Any], FluentType]]:
     """Return the functions that a catalogue may call.
 
-    ``FIXED($x, decimals: 1)`` a number, ``SIGNED`` the same with its sign, ``DURATION($x_s)`` a
-    time, ``NAME($x)`` names without units, ``CODE($x, "reason")`` the sentences of codes.
+    ``FIXED($x, decimals: 1)`` a number, without decimals three digits of it, ``SIGNED`` the same
+    with its sign, ``DURATION($x_s)`` a time, ``NAME($x)`` names without units,
+    ``CODE($x, "reason")`` the sentences of codes.
     """
 
-    def fixed(argument: _Argument, decimals: FluentNumber) -> _Argument:
-        return _unknown(argument) or number_text(_number(argument), f".{decimals:d}f", language)
+    def fixed(
+        argument: _Argument, decimals: FluentNumber | None = None, sign: str = ""
+    ) -> _Argument:
+        number = _number(argument)
+        places = three_digits(number) if decimals is None else decimals
+        return _unknown(argument) or number_text(number, f"{sign}.{places:d}f", language)
 
-    def signed(argument: _Argument, decimals: FluentNumber) -> _Argument:
-        return _unknown(argument) or number_text(_number(argument), f"+.{decimals:d}f", language)
+    def signed(argument: _Argument, decimals: FluentNumber | None = None) -> _Argument:
+        return fixed(argument, decimals, "+")
 
     def duration(argument: _Argument) -> _Argument:
         return _unknown(argument) or duration_text(_number(argument))

@@ -27,6 +27,12 @@ def number_text(value: object, spec: str, language: str) -> str:
     return text if language == "en" else text.replace(".", ",")
 
 
+def three_digits(value: object) -> int:
+    """Return the decimals that show three digits of a number, two at most."""
+    size = abs(value) if isinstance(value, int | float) else 0.0
+    return 0 if size >= 100.0 else 1 if size >= 10.0 else 2
+
+
 def duration_text(time_s: object) -> str:
     """Return a time in the two largest units that it has, such as ``1 h 30 min`` or ``45 s``.
 

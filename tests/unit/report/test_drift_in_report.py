@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from tests.unit.report.builders import make_report, make_run
 from thermaxis.codes import Message
 from thermaxis.files import DecisionRule, FigureLimits
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     FIGURE_KEYS,
     DriftModel,
@@ -523,16 +524,20 @@ def test_a_budget_is_named_term_by_term(report: PositioningReport) -> None:
 def test_the_diagnosis_is_printed_in_its_order(report: PositioningReport) -> None:
     assert report.diagnosis
     listed = next(b for b in section_of(report, "Diagnosis").blocks if isinstance(b, ItemList))
-    assert listed.items == tuple(finding.text for finding in report.diagnosis)
+    assert listed.items == tuple(sentence_of(one.message) for one in report.diagnosis)
     assert listed.numbered
+
+
+def followed(channel: str) -> Message:
+    values = {"channel": channel, "correlation": 0.95, "gain": 1.0, "unit": "µm"}
+    return Message("finding-temperature_channel", values)
 
 
 def test_hostile_names_of_channels_and_findings_are_shown_and_not_obeyed() -> None:
     test = make_run(5, 4)
     channels = {f"{text} temp": np.full(test.deviation.shape, 21.0) for text in HOSTILE}
     findings = tuple(
-        Finding("temperature_channel", 1.0, "µm/K", f"The channel '{text}'.", None)
-        for text in HOSTILE
+        Finding("temperature_channel", 1.0, "µm/K", followed(text), None) for text in HOSTILE
     )
     report = drifting(replace(test, channels=channels), diagnosis=findings)
     chart = drift_chart(report)

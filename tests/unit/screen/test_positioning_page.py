@@ -151,6 +151,8 @@ class Real:
             self.shown: dict[str, Any] = answer.json()
             key = self.shown["id"]
             self.again = stage.get(f"/positioning/result/{key}")
+            german = stage.get(f"/positioning/result/{key}", **{"accept-language": "de"})
+            self.in_german: dict[str, Any] = german.json()
             self.listed = stage.get("/positioning/results")
             self.report = stage.get(f"/positioning/report/{key}")
             self.certificate = stage.get(f"/positioning/certificate/{key}")
@@ -206,6 +208,7 @@ def test_the_facts_of_the_run_and_what_is_said_about_it_are_shown(real: Real) ->
     }
     assert shown["drift"]["model"] == "smooth"
     assert any("Target 3" in text for text in shown["diagnosis"])
+    assert any("Zielposition 3 (40,675 mm)" in text for text in real.in_german["diagnosis"])
     assert shown["left_out"] == ["instrument and environment: no budget was given"]
     assert any("100 cycles" in text for text in shown["warnings"])
     assert real.again.json() == shown

@@ -84,16 +84,7 @@ positioning-drift_total = Over the run { $total } ± { $within } { $unit } in co
 positioning-drift_state = The drift-free figures are those of the thermal state after { $hours } h.
 positioning-anomalies = Targets that stand out
 positioning-anomaly = { $approach } position { $position } ({ $target } { $unit }): its spread is { $ratio } times that of the others
-positioning-diagnosis = Diagnosis (in the words of the evaluation)
-positioning-finding_scale_error = Scale error
-positioning-finding_periodic_error = Periodic error
-positioning-finding_backlash = Reversal value
-positioning-finding_backlash_step = Step of the reversal value
-positioning-finding_backlash_variation = Reversal value varies along the axis
-positioning-finding_spread = Scatter at one target
-positioning-finding_drift_reversal = The drift turned back
-positioning-finding_temperature_channel = The drift follows a temperature
-positioning-finding_hidden_period = The targets hide a period
+positioning-diagnosis = Diagnosis
 positioning-warnings = Warnings (in the words of the evaluation)
 positioning-other = Figures of { $name }
 

@@ -1,4 +1,4 @@
-"""Name what is wrong with an axis, in plain sentences with the number behind each.
+"""Name what is wrong with an axis, with the number behind each finding.
 
 Every finding has passed two gates: a statistical test, so that noise does not become a fault, and
 a practical threshold, so that a fault that nobody would repair is not named. Faults of the axis
@@ -9,12 +9,13 @@ The tests share a probability of 5 % of naming anything on a healthy axis: 2 % f
 0.5 % for each of the others.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from thermaxis.codes import Message
 from thermaxis.positioning.diagnosis._drift import Explained, channel_on, explanation, turns_of
 from thermaxis.positioning.diagnosis._levels import (
     FEWEST_TARGETS,
@@ -22,7 +23,6 @@ from thermaxis.positioning.diagnosis._levels import (
     LEVEL,
     Axis,
     axis_of,
-    number,
     upper_tail,
 )
 from thermaxis.positioning.diagnosis._periods import (
@@ -58,7 +58,7 @@ STEEL_PPM_PER_K = 11.5
 @final
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What the diagnosis found, in words and with its number."""
+    """What the diagnosis found, with its number."""
 
     finding: str
     """Key that stays: scale_error, periodic_error, backlash, backlash_step, backlash_variation,
@@ -69,8 +69,8 @@ class Finding:
     way back of the drift, drift per kelvin, or hidden period. [unit in `unit`]"""
     unit: str
     """Unit of the number as printed."""
-    text: str
-    """One plain sentence."""
+    message: Message
+    """Its sentence as data."""
     p_value: float | None
     """Probability of so much or more by chance alone, all places that were searched counted;
     for scale_error, backlash and drift_reversal if the true value were at its threshold. None
@@ -87,26 +87,34 @@ class _Ranked:
     """Contribution to the accuracy. [µm or arcsec]"""
 
 
-def _named_source(axis: Axis, period: float) -> str:
+def _named_source(axis: Axis, period: float) -> Message:
     stated = stated_periods(axis.test)
     linear = axis.test.kind is AxisKind.LINEAR
     if stated and period == stated[0] / 2.0:
-        return "half the pitch that the file states"
+        return Message("diagnosis-half_the_pitch")
     if period in stated:
-        return "as the file states for the drive or the encoder"
-    return "a common pitch of screws" if linear else "a common pitch of worm wheels"
+        return Message("diagnosis-period_stated")
+    return Message("diagnosis-screw_pitch" if linear else "diagnosis-worm_wheel_pitch")
+
+
+def _amounts(amounts: Iterable[float], unit: str) -> tuple[Message, ...]:
+    return tuple(Message("diagnosis-amount", {"amount": one, "unit": unit}) for one in amounts)
 
 
 def _periodic_findings(axis: Axis, found: Periodic | None) -> list[_Ranked]:
     if found is None:
         return []
-    others = ", ".join(axis.place(p) for p in found.others)
-    unsure = f"; on these targets {others} would fit about as well" if others else ""
-    text = (
-        f"Periodic error with an amplitude of {axis.amount(found.amplitude)} and a period of"
-        f" {axis.place(found.period)}, {_named_source(axis, found.period)}{unsure}."
-    )
-    finding = Finding("periodic_error", found.amplitude, axis.unit, text, found.p_value)
+    values = {
+        **axis.units,
+        "amplitude": found.amplitude,
+        "period": found.period,
+        "source": _named_source(axis, found.period),
+    }
+    message = Message("finding-periodic_error", values)
+    if found.others:
+        others = _amounts(found.others, axis.units["position_unit"])
+        message = Message("finding-periodic_error_ambiguous", {**values, "others": others})
+    finding = Finding("periodic_error", found.amplitude, axis.unit, message, found.p_value)
     return [_Ranked(finding, 0, 2.0 * found.amplitude)]
 
 
@@ -126,22 +134,20 @@ def _hidden_findings(test: PositioningTest, found: Periodic | None) -> list[_Ran
     if not hidden or (found is not None and found.period in hidden):
         return []
     unit = test.kind.units.position
-    listed = ", ".join(f"{p:g}" for p in hidden)
-    source = "stated in the file" if stated else "common for drives"
-    text = (
-        f"The intervals between the targets are nearly multiples of {listed} {unit} ({source}): an"
-        " error with such a period stays hidden; measure with a random part of the targets."
+    message = Message(
+        "finding-hidden_period_stated" if stated else "finding-hidden_period_common",
+        {"periods": _amounts(hidden, unit)},
     )
-    return [_Ranked(Finding("hidden_period", hidden[0], unit, text, None), 2, 0.0)]
+    return [_Ranked(Finding("hidden_period", hidden[0], unit, message, None), 2, 0.0)]
 
 
-def _expansion(test: PositioningTest) -> tuple[float, str]:
+def _expansion(test: PositioningTest) -> tuple[float, Message]:
     """Return the expansion coefficient [ppm/K] and where it comes from."""
     stated = test.environment.get("expansion_coefficient_ppm_per_k")
     for value in () if stated is None else (stated.start, stated.end):
         if value is not None and np.isfinite(value) and value > 0.0:
-            return value, "stated in the file"
-    return STEEL_PPM_PER_K, "steel; the file states no coefficient"
+            return value, Message("diagnosis-coefficient_stated")
+    return STEEL_PPM_PER_K, Message("diagnosis-coefficient_of_steel")
 
 
 def _line(axis: Axis, found: Periodic | None) -> tuple[float, float]:
@@ -167,19 +173,33 @@ def _scale_findings(axis: Axis, found: Periodic | None) -> list[_Ranked]:
     p_value = upper_tail((abs(slope) - least) / max(uncertainty, 1e-12), axis.free)
     if p_value >= LEVEL:
         return []
-    state = "with the drift of the run in it" if axis.drift is None else "at the first reading"
-    text = (
-        f"Straight-line error of {number(slope * per, signed=True)} {unit}"
-        f" ({axis.amount(slope * axis.length, signed=True)} over {axis.place(axis.length)}),"
-        f" {state}"
-    )
+    drift_included = axis.drift is None
+    state = Message("diagnosis-drift_included" if drift_included else "diagnosis-first_reading")
     if linear:
         ppm_per_k, source = _expansion(axis.test)
-        text += (
-            f"; an error of {number(abs(slope) * per / ppm_per_k)} K in the temperature of the"
-            f" material would explain it, at {ppm_per_k:g} ppm/K ({source})"
+        message = Message(
+            "finding-scale_error_linear",
+            {
+                "slope_um_per_m": slope * per,
+                "over_length_um": slope * axis.length,
+                "length_mm": axis.length,
+                "state": state,
+                "temperature_error_K": abs(slope) * per / ppm_per_k,
+                "expansion_ppm_per_K": ppm_per_k,
+                "source": source,
+            },
         )
-    finding = Finding("scale_error", slope * per, unit, text + ".", p_value)
+    else:
+        message = Message(
+            "finding-scale_error_rotary",
+            {
+                "slope_arcsec_per_turn": slope * per,
+                "over_length_arcsec": slope * axis.length,
+                "length_deg": axis.length,
+                "state": state,
+            },
+        )
+    finding = Finding("scale_error", slope * per, unit, message, p_value)
     return [_Ranked(finding, 0, abs(slope) * axis.length)]
 
 
@@ -188,25 +208,35 @@ def _shape_findings(axis: Axis, shape: Shape) -> list[_Ranked]:
     if shape.step_after is not None:
         k = shape.step_after
         step = last - first
-        text = (
-            f"The reversal value steps by {axis.amount(step, signed=True)} between"
-            f" {axis.place(float(axis.target[k - 1]))} and {axis.place(float(axis.target[k]))},"
-            f" from {axis.amount(first, signed=True)} to {axis.amount(last, signed=True)}."
+        message = Message(
+            "finding-backlash_step",
+            {
+                **axis.units,
+                "step": step,
+                "before": float(axis.target[k - 1]),
+                "behind": float(axis.target[k]),
+                "first": first,
+                "last": last,
+            },
         )
-        finding = Finding("backlash_step", step, axis.unit, text, shape.p_value)
+        finding = Finding("backlash_step", step, axis.unit, message, shape.p_value)
         return [_Ranked(finding, 0, abs(step))]
     size = float(np.ptp(shape.fitted))
     if size < LEAST_EFFECT:
         return []
     low, high = int(np.argmin(shape.fitted)), int(np.argmax(shape.fitted))
-    text = (
-        f"The reversal value varies by {axis.amount(size)} along the axis, from"
-        f" {axis.amount(float(shape.fitted[low]), signed=True)} at"
-        f" {axis.place(float(axis.target[low]))} to"
-        f" {axis.amount(float(shape.fitted[high]), signed=True)} at"
-        f" {axis.place(float(axis.target[high]))}."
+    message = Message(
+        "finding-backlash_variation",
+        {
+            **axis.units,
+            "range": size,
+            "lowest": float(shape.fitted[low]),
+            "lowest_at": float(axis.target[low]),
+            "highest": float(shape.fitted[high]),
+            "highest_at": float(axis.target[high]),
+        },
     )
-    finding = Finding("backlash_variation", size, axis.unit, text, shape.p_value)
+    finding = Finding("backlash_variation", size, axis.unit, message, shape.p_value)
     return [_Ranked(finding, 0, size)]
 
 
@@ -221,9 +251,9 @@ def _backlash_findings(axis: Axis, shape: Shape | None) -> list[_Ranked]:
     everywhere = float(np.min(shape.fitted * np.sign(mean)))  # what is left without the variation
     if p_value >= LEVEL or everywhere < LEAST_EFFECT:
         return findings
-    cause = "lost motion makes it negative" if mean < 0.0 else "too much compensation does that"
-    text = f"Mean reversal value of {axis.amount(mean, signed=True)} ({cause})."
-    finding = Finding("backlash", mean, axis.unit, text, p_value)
+    cause = Message("diagnosis-lost_motion" if mean < 0.0 else "diagnosis-too_much_compensation")
+    message = Message("finding-backlash", {"unit": axis.unit, "mean": mean, "cause": cause})
+    finding = Finding("backlash", mean, axis.unit, message, p_value)
     return [*findings, _Ranked(finding, 0, everywhere)]
 
 
@@ -237,29 +267,35 @@ def _spread_findings(axis: Axis) -> list[_Ranked]:
     for spread in named:
         if spread.ratio < LEAST_SPREAD_RATIO:
             continue
-        drifting = ", drift included" if drift is None else ""
-        times = "unlike"
+        compared = Message("diagnosis-unlike_others")
         if np.isfinite(spread.ratio):
-            times = f"{number(spread.ratio)} times as much as"
-        text = (
-            f"Target {spread.target + 1} ({axis.place(float(test.target[spread.target]))}) scatters"
-            f" {times} the others, with a standard deviation of"
-            f" {axis.amount(spread.std)}{drifting}."
-        )
-        if drift is not None and spread.target + 1 in drift.suspects:
-            text = text[:-1] + "; it also drifts otherwise than the rest of the axis."
-        finding = Finding("spread", spread.std, axis.unit, text, spread.p_value)
+            compared = Message("diagnosis-times_others", {"ratio": spread.ratio})
+        code = "finding-spread"
+        if drift is None:
+            code = "finding-spread_drift_included"
+        elif spread.target + 1 in drift.suspects:
+            code = "finding-spread_drifts_otherwise"
+        values = {
+            **axis.units,
+            "target": spread.target + 1,
+            "position": float(test.target[spread.target]),
+            "compared": compared,
+            "std": spread.std,
+        }
+        finding = Finding("spread", spread.std, axis.unit, Message(code, values), spread.p_value)
         more = spread.std * (1.0 - 1.0 / spread.ratio)
         found.append(_Ranked(finding, 0, 4.0 * more))
     return found
 
 
-def _after(drift: "DriftResult", test: PositioningTest, index: int) -> str:
-    """Return in words how long after the start a point of the drift's curve lies."""
+def _after(drift: "DriftResult", test: PositioningTest, index: int) -> Message:
+    """Return how long after the start a point of the drift's curve lies."""
     time = float(drift.time_s[index] - drift.time_s[0])
     if test.time_s is None:
-        return f"{time:.0f} readings"
-    return f"{time / 60.0:.0f} min" if time < 7200.0 else f"{time / 3600.0:.1f} h"
+        return Message("diagnosis-readings", {"readings": round(time)})
+    minutes = {"amount": float(round(time / 60.0)), "unit": "min"}
+    hours = {"amount": round(time / 3600.0, 1), "unit": "h"}
+    return Message("diagnosis-amount", minutes if time < 7200.0 else hours)
 
 
 def _drift_reversal_findings(axis: Axis) -> list[_Ranked]:
@@ -277,13 +313,17 @@ def _drift_reversal_findings(axis: Axis) -> list[_Ranked]:
     p_value = min(1.0, 2 * len(places) * upper_tail(beyond, axis.free))
     if p_value >= LEVEL:
         return []
-    text = (
-        f"The drift reverses its direction at {axis.place(round(turn.position, 1))}:"
-        f" {axis.amount(turn.there, signed=True)} up to {_after(drift, test, turn.at)}, then"
-        f" {axis.amount(turn.back, signed=True)}; two parts of the machine warm up against each"
-        " other."
+    message = Message(
+        "finding-drift_reversal",
+        {
+            **axis.units,
+            "position": round(turn.position, 1),
+            "there": turn.there,
+            "after": _after(drift, test, turn.at),
+            "back": turn.back,
+        },
     )
-    finding = Finding("drift_reversal", turn.back, axis.unit, text, p_value)
+    finding = Finding("drift_reversal", turn.back, axis.unit, message, p_value)
     return [_Ranked(finding, 1, turn.shorter)]
 
 
@@ -310,15 +350,18 @@ def _temperature_findings(axis: Axis) -> list[_Ranked]:
     if not tried:
         return []
     best = max(tried, key=lambda e: abs(e.correlation))
-    after = "without delay"
+    values = {
+        "channel": best.name,
+        "correlation": best.correlation,
+        "gain": best.gain,
+        "unit": axis.unit,
+    }
+    message = Message("finding-temperature_channel", values)
     if best.lag:
-        after = f"{_after(drift, test, best.lag)} later"
-    unit = f"{axis.unit}/K"
-    text = (
-        f"The drift follows the channel '{best.name}' {after}: correlation"
-        f" {best.correlation:+.3f}, {number(best.gain, signed=True)} {unit}."
-    )
-    finding = Finding("temperature_channel", best.gain, unit, text, best.p_value * len(names))
+        values_delayed = {**values, "delay": _after(drift, test, best.lag)}
+        message = Message("finding-temperature_channel_delayed", values_delayed)
+    p_value = best.p_value * len(names)
+    finding = Finding("temperature_channel", best.gain, f"{axis.unit}/K", message, p_value)
     return [_Ranked(finding, 1, float(np.ptp(drift.common)))]
 
 

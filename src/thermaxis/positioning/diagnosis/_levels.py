@@ -23,12 +23,6 @@ FEWEST_TARGETS = 5
 """With fewer targets nothing is said of how an error runs along the axis. [1]"""
 
 
-def number(value: float, *, signed: bool = False) -> str:
-    """Return a number with three digits, never in powers of ten where it can be helped."""
-    digits = 0 if abs(value) >= 100.0 else 1 if abs(value) >= 10.0 else 2
-    return f"{value:+.{digits}f}" if signed else f"{value:.{digits}f}"
-
-
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Axis:
@@ -57,11 +51,10 @@ class Axis:
     def unit(self) -> str:
         return self.test.kind.units.deviation
 
-    def place(self, position: float) -> str:
-        return f"{position:g} {self.test.kind.units.position}"
-
-    def amount(self, value: float, *, signed: bool = False) -> str:
-        return f"{number(value, signed=signed)} {self.unit}"
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of deviations and positions, as messages state them."""
+        return {"unit": self.unit, "position_unit": self.test.kind.units.position}
 
 
 def upper_tail(t: float, free: float) -> float:

@@ -80,7 +80,7 @@ def diagnosis_section(report: PositioningReport) -> list[Section]:
     """Return the section of what is wrong with the axis; none if nothing is said of it."""
     if not report.diagnosis:
         return []
-    items = tuple(plain_text(finding.text, 600) for finding in report.diagnosis)
+    items = tuple(plain_text(sentence_of(finding.message), 600) for finding in report.diagnosis)
     return [Section("Diagnosis", (Paragraph(_PROMPTS), ItemList(items, numbered=True)))]
 
 

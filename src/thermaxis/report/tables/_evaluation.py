@@ -81,8 +81,16 @@ def describe_evaluation(report: PositioningReport) -> list[Part]:
 
 
 def _diagnosis(findings: Sequence[Finding]) -> list[str]:
-    said = [f"{number}. {finding.text}" for number, finding in enumerate(findings, start=1)]
+    said = [f"{k}. {sentence_of(one.message)}" for k, one in enumerate(findings, start=1)]
     return ["Diagnosis", "", *said] if said else []
+
+
+def _finding(finding: Finding) -> dict[str, object]:
+    return {
+        **as_json(values_of(finding, "finding", "value", "unit", "p_value")),
+        "text": sentence_of(finding.message),
+        "message": value_as_json(finding.message),
+    }
 
 
 def _run(report: PositioningReport) -> Iterator[Part]:
@@ -244,7 +252,7 @@ def _drift(report: PositioningReport) -> Part:
             Value("levels_std_backward", drift.level_std[:, BACKWARD]),
             Section("iso230_2", free_figures),
             Value("uncertainty", None if free is None else _by_figure(free.expanded_uncertainty)),
-            Value("diagnosis", report.diagnosis),
+            Value("diagnosis", [*map(_finding, report.diagnosis)]),
         ],
     )
 

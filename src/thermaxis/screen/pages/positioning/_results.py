@@ -146,8 +146,7 @@ def shown_of(evaluated: Mapping[str, Any]) -> Json:
         "other": _other(evaluated),
         "drift": _drift(evaluated["drift"]),
         "anomalies": _anomalies(evaluated),
-        "diagnosis": _texts([one["text"] for one in found]),
-        "findings": _texts([one["finding"] for one in found]),
+        "diagnosis": [one["message"] for one in found[:_MOST_TEXTS]],
         "warnings": _texts(evaluated["warnings"]),
     }
 

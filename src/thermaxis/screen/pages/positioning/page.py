@@ -201,10 +201,13 @@ def _told(result: Result, language: str) -> Json:
         "name": result.name,
         "at": result.at_utc.isoformat(),
         **result.shown,
-        "left_out": [
-            sentence(one["code"], values_of_json(one["values"]), language=language)
-            for one in result.shown["left_out"]
-        ],
+        **{
+            key: [
+                sentence(one["code"], values_of_json(one["values"]), language=language)
+                for one in result.shown[key]
+            ]
+            for key in ("left_out", "diagnosis")
+        },
     }
 
 

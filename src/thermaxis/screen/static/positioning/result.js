@@ -38,17 +38,6 @@ const MODELS = {
   line: "positioning-drift_line",
   smooth: "positioning-drift_smooth",
 };
-const FINDINGS = {
-  scale_error: "positioning-finding_scale_error",
-  periodic_error: "positioning-finding_periodic_error",
-  backlash: "positioning-finding_backlash",
-  backlash_step: "positioning-finding_backlash_step",
-  backlash_variation: "positioning-finding_backlash_variation",
-  spread: "positioning-finding_spread",
-  drift_reversal: "positioning-finding_drift_reversal",
-  temperature_channel: "positioning-finding_temperature_channel",
-  hidden_period: "positioning-finding_hidden_period",
-};
 const OTHERS = { iso230_2_1988: "ISO 230-2:1988", vdi3441: "VDI/DGQ 3441" };
 const UNITS = {
   linear: { deviation: "µm", target: "mm", growth: "µm/m" },
@@ -249,14 +238,6 @@ function listed(title, rows) {
   return section(title, [made("ul", "", "", ...rows)]);
 }
 
-/** What it is in the page's language, then how much and where in the evaluation's own words.
- * @param {string} key @param {string} text */
-function finding(key, text) {
-  const named = known(FINDINGS, key);
-  const name = named ? [made("b", `${word(named)}: `)] : [];
-  return made("li", "", "", ...name, inEnglish("span", text));
-}
-
 /** @param {Result} result */
 export function facts(result) {
   const ways = word(result.unidirectional ? "positioning-one_way" : "positioning-both_ways");
@@ -287,8 +268,7 @@ export function shownOf(result) {
     ...drift(result),
     ...anomalies(result),
     ...listed(word("positioning-diagnosis"),
-      result.diagnosis.map((/** @type {string} */ text, /** @type {number} */ k) =>
-        finding(result.findings[k] ?? "", text))),
+      result.diagnosis.map((/** @type {string} */ text) => made("li", text))),
     ...listed(word("positioning-warnings"),
       result.warnings.map((/** @type {string} */ text) => inEnglish("li", text))),
     made("p", word("positioning-content", { sha256: result.sha256 }), "muted"),
