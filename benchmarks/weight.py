@@ -24,7 +24,20 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src", "tests", "benchmarks")
 PACKAGE = "thermaxis"
 COLUMNS = ("files", "code", "docstrings", "comments", "public names", "tests")
-OTHER_SUFFIXES = (".js", ".css", ".html", ".typ", ".toml", ".ftl", ".po", ".scl", ".st", ".c", ".h")
+OTHER_SUFFIXES = (
+    ".js",
+    ".css",
+    ".html",
+    ".typ",
+    ".toml",
+    ".ftl",
+    ".po",
+    ".txt",
+    ".scl",
+    ".st",
+    ".c",
+    ".h",
+)
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 
