@@ -42,12 +42,20 @@ STUDIES = "studies of sample time and of printed digits left the package (CHANGE
 REDUNDANT = "a redundant sensor is called so on every wire, no longer spare"
 FINDINGS = "findings of several channels are one where code and values agree"
 HELP = "help texts and remedies say more"
+SPLIT = "what is two things to know is two sentences; sign and unit have keys of their own"
+DIGITS = "the remark on the interval has six digits; that on the paper's seven hours is in the docs"
 EXCEPTIONS: dict[tuple[str, str], str] = {
     ("limits/*.json", "*.limited.*"): LIMITS,
     ("limits/*.json", "*warnings"): LIMITS,
     ("limits/*.txt", "*"): LIMITS,
     ("*", "*spare*"): REDUNDANT,
     ("own-logs/both_result.json", ".warnings*"): FINDINGS,
+    ("public-runs/table.json", ".warnings*"): SPLIT,
+    ("tables/*.json", ".warnings*"): SPLIT,
+    ("tables/sum.json", ".sentences*"): SPLIT,
+    ("plan/0?_plan.txt", "*"): DIGITS,
+    ("plan/plan_of_300.json", ".remarks*"): DIGITS,
+    ("readme/10_plan.txt", "*"): DIGITS,
     ("readme/23_export.err.txt", "*"): HELP,
     ("help/13_machine_--help.txt", "*"): HELP,
     ("names", "thermaxis.thermal.[Ss]ample*[Tt]ime*"): STUDIES,
