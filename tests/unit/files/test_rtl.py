@@ -330,6 +330,8 @@ def test_a_file_cut_short_is_refused_wherever_it_ends(tmp_path: Path):
     lengths = {*range(1, end_of_readings, 9), *range(end_of_readings - 60, end_of_readings)}
     for length in lengths:
         refusal(tmp_path, text[:length])
+    begin_of_last = text.rindex("\n", 0, end_of_readings) + 1
+    assert refusal(tmp_path, text[: begin_of_last + 3]).endswith(": cut_short")
     for length in range(end_of_readings, text.index("EOF")):
         assert np.array_equal(read(tmp_path, text[:length]).deviation, whole)
 

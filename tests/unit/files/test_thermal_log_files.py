@@ -399,6 +399,9 @@ def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
     assert list(log.columns) == ["T_1_C", "T_2_C", "T_3_C"]
     np.testing.assert_array_equal(log.columns["T_2_C"], [1, 4, 7, 10, 13])
     assert log.remarks[0].code == "remark-variables_left_out"
+    assert log.remarks[0].values == {"names": "gain, time_s"}
+    path.write_bytes(path.read_bytes() + b"\x0e")  # the begin of one more element
+    assert refusal_of(read_thermal_log, path) == "file_damaged"
 
 
 def test_groups_of_different_rates_share_the_union_of_times(tmp_path: Path) -> None:
