@@ -86,6 +86,8 @@ class Picture:
 
     svg: str
     caption: str
+    fills: bool = False
+    """Whether it takes what its page has left."""
     kind: Literal["picture"] = "picture"
 
 
@@ -121,6 +123,8 @@ class Section:
 
     heading: str
     blocks: tuple[Block, ...]
+    new_page: bool = False
+    """Whether a page begins with it."""
 
 
 @final
@@ -139,3 +143,5 @@ class Document:
     opening: tuple[Block, ...]
     """What comes before the first heading."""
     sections: tuple[Section, ...]
+    issuer: tuple[str, ...] = ()
+    """Lines that stand above the title: who issues it."""

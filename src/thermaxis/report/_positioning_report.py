@@ -62,7 +62,7 @@ class PositioningReport:
     version: str
     """Version of this program."""
     date: str | None = None
-    """ISO date of the certificate; None prints the day of the measurement in its place."""
+    """ISO date of issue, in place of that of the head; None: that of the head."""
     conditions: "tuple[Message, ...]" = ()
     """Test conditions of the standard that the run does not meet; also in `warnings`."""
     drift: "DriftResult | None" = None
@@ -87,19 +87,37 @@ class PositioningReport:
             ) from None
 
     @property
-    def measurement_date(self) -> dt.date | None:
-        """Day on which the run ended, or else started; None if nothing states one."""
-        for which in ("end", "start"):
-            moment = in_file(self.test, which)
-            day = day_of(self.header.get(which, "")) or (None if moment is None else moment.date())
-            if day is not None:
-                return day
-        return None
+    def performed(self) -> tuple[dt.date, dt.date] | None:
+        """First and last day of the measurement; None if nothing states one."""
+        days = [self._day(which) for which in ("start", "end", "date")]
+        known = [day for day in days if day is not None]
+        return (days[0] or known[0], days[1] or known[0]) if known else None
+
+    def _day(self, which: str) -> dt.date | None:
+        """Return a day as the head states it, else as the measured file has it."""
+        if stated := day_of(self.header.get(which, "")):
+            return stated
+        moment = None if which == "date" else in_file(self.test, which)
+        return None if moment is None else moment.date()
+
+    @property
+    def issued(self) -> dt.date | None:
+        """Stated date of issue; None if nobody stated one."""
+        return day_of(self.date or self.header.get("date_of_issue", ""))
 
     @property
     def document_date(self) -> dt.date | None:
-        """Stated date of the certificate, else day of the measurement; None without either."""
-        return self.measurement_date if self.date is None else dt.date.fromisoformat(self.date)
+        """Date of issue, else last day of the measurement; None without either."""
+        return self.issued or (self.performed or (None, None))[1]
+
+    @property
+    def missing_fields(self) -> tuple[str, ...]:
+        """Places in the header file that a certificate needs and nobody stated; empty: no draft."""
+        from thermaxis.files.settings import HEADER_FIELDS  # noqa: PLC0415  a run alone needs none
+
+        needed = (field for field in HEADER_FIELDS.values() if field.needed)
+        missing = [field.place for field in needed if not self.header.get(field.key, "").strip()]
+        return (*missing, *([] if self.performed else ["time.date"]))
 
     @property
     def figure_decimals(self) -> int:

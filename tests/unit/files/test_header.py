@@ -83,6 +83,8 @@ def test_a_wrong_header_is_an_error_that_names_file_and_key(tmp_path: Path) -> N
         ("[time]\nend = 5\n", "time.end: not_a_moment"),
         ("[time]\ndate = 'garbage'\n", "time.date: not_a_date"),
         ("[instrument]\ncalibration_date = 'May'\n", "calibration_date: not_a_date"),
+        ("[laboratory]\ncountry = 'Slovakia'\n", "laboratory.country: not_a_country"),
+        ("[certificate]\ndate_of_issue = 'May'\n", "date_of_issue: not_a_date"),
         ("a = " + "9" * 5000, "not_toml"),
         ("a = " + "[" * 20000, "not_toml"),
     ]:

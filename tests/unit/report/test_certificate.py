@@ -1,5 +1,7 @@
 """What certificates say."""
 
+import hashlib
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +11,7 @@ from tests.unit.report.builders import make_report, make_run
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits
+from thermaxis.files.settings import HEADER_FIELDS
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     FIGURE_KEYS,
@@ -24,6 +27,7 @@ from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, PositioningReport, check_limits, unshowable
 from thermaxis.report._document import Document, Fields, ItemList, Signature, Table, Verdict
 from thermaxis.report.certificate._certificate import build_certificate
+from thermaxis.report.tables import as_json, describe_evaluation, results_json, results_sha256
 
 LIMITS = FigureLimits(
     {"B": 4.0, "A": 20.0, "R": 30.0},
@@ -44,7 +48,7 @@ def section_of(document: Document, start: str) -> str:
 
 
 def result_rows(document: Document) -> list[tuple[str, ...]]:
-    table = next(b for b in document.sections[0].blocks if isinstance(b, Table))
+    table = next(b for b in document.opening if isinstance(b, Table))
     return list(table.rows)
 
 
@@ -100,7 +104,7 @@ def test_a_limited_figure_has_its_uncertainty_limit_and_verdict(small_document: 
     assert "ISO 14253-1: a figure passes if figure + U" in verdict.sentence
     assert "limits.toml" in verdict.sentence
     assert isinstance(small_document.opening[-1], Signature)
-    assert small_document.opening[-2] is verdict
+    assert small_document.opening[1] is verdict
 
 
 def test_a_figure_above_or_near_its_limit_decides_the_run(small: PositioningReport) -> None:
@@ -140,7 +144,7 @@ def test_the_names_follow_the_edition(small: PositioningReport) -> None:
     for edition in Edition:
         result = evaluate_iso230_2(small.test, edition=edition)
         document = document_of(replace(small, iso230_2=result))
-        assert document.subtitle.endswith(f"ISO 230-2:{edition}")
+        assert f"ISO 230-2:{edition}" in document.subtitle
         words[edition] = result_rows(document)[0][1]
         assert words[edition] == FIGURE_NAMES[edition]["B"]
     assert words[Edition.E2014] == "reversal error"
@@ -177,7 +181,7 @@ def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds() -> None:
     header = {"feed_deg_per_min": "720", "feed_mm_per_min": "300"}
     report = make_report(make_run(kind=AxisKind.ROTARY, length=360.0), header=header)
     document = document_of(report)
-    table = next(b for b in document.sections[0].blocks if isinstance(b, Table))
+    table = next(b for b in document.opening if isinstance(b, Table))
     assert table.columns[2].label == "Value [arcsec]"
     conditions = section_of(document, "Conditions")
     assert "('Feed', '720 °/min')" in conditions
@@ -228,7 +232,7 @@ def test_another_standard_carries_its_mark(small: PositioningReport) -> None:
     ):
         text = section_of(document_of(replace(small, other_standard=other)), heading)
         assert "(unverified: from memory)" in text
-        assert "do not use them for acceptance" in text
+        assert "Do not use these figures for acceptance" in text
         numbers = [
             v for k in type(other).__dataclass_fields__ if k != "mark" for v in [getattr(other, k)]
         ]
@@ -246,7 +250,7 @@ def test_the_other_method_stands_apart_and_says_that_it_is_no_result_of_the_stan
     for values in (adjacent.forward.mean_difference, adjacent.forward.standard_uncertainty):
         assert all(f"'{value:.3f}'" in text for value in values)
     headings = [section.heading for section in small_document.sections]
-    assert headings.index("Results according to ISO 230-2:2014") == 0
+    assert headings.index("Notes to the results") == 0
     assert [h for h in headings if "Adjacent" in h] == [
         "Adjacent-difference method (not results of ISO 230-2)"
     ]
@@ -424,7 +428,7 @@ def test_the_duration_is_that_between_the_printed_start_and_end(small: Positioni
 
 
 def test_a_run_that_the_instrument_reduced_to_20_c_says_by_what(small: PositioningReport) -> None:
-    assert fields_of(small)["Applied by (instrument or software)"] == "not stated"
+    assert "Applied by (instrument or software)" not in fields_of(small)
     words = "yes, with 8 ppm/K (environment factor)"
     test = replace(small.test, header={**small.test.header, "normalised_to_20_c": words})
     report = replace(small, test=test, header=test.header)
@@ -440,19 +444,23 @@ def test_a_run_that_the_instrument_reduced_to_20_c_says_by_what(small: Positioni
     assert fields["Applied by (instrument or software)"] == applied
 
 
-def test_what_nobody_stated_is_printed_as_not_stated() -> None:
+def test_what_nobody_stated_is_left_out_and_makes_a_draft() -> None:
     readings = np.array([[[0.1, 0.2], [0.3, 0.1]], [[0.5, 0.4], [0.2, 0.1]]])
     test = PositioningTest(kind=AxisKind.LINEAR, target=np.array([0.0, 10.0]), deviation=readings)
     document = document_of(make_report(test))
     section = next(s for s in document.sections if s.heading.startswith("Conditions"))
     fields = [b for b in section.blocks if isinstance(b, Fields)]
-    stated = {label for group in fields for label, value in group.fields if value != "not stated"}
+    stated = {label for group in fields for label, _ in group.fields}
     assert stated == {
         *("Targets", "Runs per direction", "Kind of cycle", "Directions", "Source of the times"),
         *("Measurement file", "SHA-256 of the measurement file", "Software"),
-        *("SHA-256 of the settings in effect", "Edition of the standard"),
+        *("SHA-256 of the settings in effect", "SHA-256 of the results (results.json)"),
     }
     assert document.date is None
+    assert "not stated" not in f"{document.opening} {section}"
+    assert document.subtitle.endswith(", draft")
+    assert document.footer.startswith("Draft · ")
+    assert all(place in str(document.opening) for place in ("certificate.number", "time.date"))
 
 
 def test_the_settings_hash_follows_what_the_results_depend_on(small: PositioningReport) -> None:
@@ -465,22 +473,95 @@ def test_the_settings_hash_follows_what_the_results_depend_on(small: Positioning
     assert small.settings_sha256 == make_report(small.test, limits=LIMITS).settings_sha256
 
 
-def test_a_date_is_that_of_the_measurement_unless_one_of_the_certificate_is_stated(
+def test_days_of_test_and_issue_stand_on_the_first_page(
     small: PositioningReport,
 ) -> None:
     dated = replace(small, date="2026-11-20")
     untimed = replace(small, test=replace(small.test, start=None, end=None))
     typed = replace(small, header={**small.header, "end": "2026-03-04"})
-    for report, row, of_the_file in (
-        (small, ("Date of the measurement", "2026-03-02"), "2026-03-02"),
-        (dated, ("Date of the certificate", "2026-11-20"), "2026-11-20"),
-        (untimed, ("Date of the measurement", "not stated"), None),
-        (typed, ("Date of the measurement", "2026-03-04"), "2026-03-04"),
+    issued = replace(small, header={**small.header, "date_of_issue": "2026-03-09"})
+    test, issue = ("Date of the test", "2026-03-02"), "Date of issue"
+    for report, rows, of_the_file in (
+        (small, [test], "2026-03-02"),
+        (dated, [(issue, "2026-11-20"), test], "2026-11-20"),
+        (issued, [(issue, "2026-03-09"), test], "2026-03-09"),
+        (replace(issued, date="2026-11-20"), [(issue, "2026-11-20"), test], "2026-11-20"),
+        (untimed, [], None),
+        (typed, [("Date of the test", "2026-03-02 to 2026-03-04")], "2026-03-04"),
     ):
         document = document_of(report)
         front = document.opening[0]
         assert isinstance(front, Fields)
-        assert [field for field in front.fields if field[0].startswith("Date")] == [row]
+        assert [field for field in front.fields if field[0].startswith("Date")] == rows
         assert document.date == of_the_file
     with pytest.raises(ConfigurationError, match="not a date"):
         replace(small, date="20.11.2026")
+
+
+ACCREDITED = {
+    "certificate_number": "2026-0417",
+    "authorised_by": "A. B.",
+    "authorised_as": "head of the laboratory",
+    "laboratory": "laboratory for machine tools",
+    "laboratory_address": "Example Street 1",
+    "laboratory_country": "SK",
+    "laboratory_mark": "K 000",
+    "performed_at": "customer",
+    "machine": "FNG 32",
+    "serial_number": "32-0417",
+    "customer": "school of engineering",
+    "customer_address": "Example Square 2",
+    "instrument": "XL-80",
+    "instrument_certificate_number": "5012-25",
+    "instrument_traceability": "the metre",
+    "air_temperature_sensor": "Pt100 No. 17",
+}
+
+
+def test_a_laboratory_its_number_and_what_it_states_stand_on_the_certificate(
+    small: PositioningReport,
+) -> None:
+    report = replace(small, header={**small.header, **ACCREDITED})
+    document = document_of(report)
+    assert report.missing_fields == ()
+    assert document.issuer == (
+        "laboratory for machine tools",
+        "Example Street 1 · SK · K 000",
+    )
+    assert document.footer.startswith("Certificate 2026-0417 · ")
+    assert "draft" not in f"{document.subtitle} {document.opening}".lower()
+    front = dict(document.opening[0].fields)
+    assert front["Certificate number"] == "2026-0417"
+    assert front["Customer"] == "school of engineering · Example Square 2"
+    assert front["Its calibration"] == "5012-25 · the metre"
+    *_, said, signature = document.opening
+    assert "relate only to the item tested" in said.text
+    assert "only in full, unless laboratory for machine tools agrees in writing" in said.text
+    assert signature.labels[1] == "Authorised by A. B., head of the laboratory"
+    assert fields_of(report)["Air temperature"]
+    assert document.sections[-1].blocks[-1].text == "End of the certificate."
+    own = replace(report, header={**report.header, "reproduction": "Ask us."})
+    assert document_of(own).opening[-2].text.endswith(" Ask us.")
+
+
+def test_each_needed_field_alone_makes_a_draft(small: PositioningReport) -> None:
+    needed = [field for field in HEADER_FIELDS.values() if field.needed]
+    assert len(needed) == 10
+    whole = {**small.header, **ACCREDITED}
+    for field in needed:
+        header = {key: text for key, text in whole.items() if key != field.key}
+        assert replace(small, header=header).missing_fields == (field.place,)
+    test = replace(small.test, start=None, end=None)
+    for header, missing in ((whole, ("time.date",)), ({**whole, "date": "2026-03-02"}, ())):
+        assert replace(small, test=test, header=header).missing_fields == missing
+
+
+def test_the_hash_of_the_results_follows_the_results_alone(small: PositioningReport) -> None:
+    content = json.loads(results_json(small))
+    assert content == as_json(describe_evaluation(small))
+    assert hashlib.sha256(results_json(small)).hexdigest() == results_sha256(small)
+    assert results_sha256(replace(small, date="2026-11-20")) == results_sha256(small)
+    other = replace(small, iso230_2=replace(small.iso230_2, B=small.iso230_2.B + 1e-9))
+    assert results_sha256(other) != results_sha256(small)
+    document = document_of(small)
+    assert results_sha256(small) in section_of(document, "Conditions")

@@ -1,5 +1,6 @@
 """Certificates as files: PDF and HTML."""
 
+import hashlib
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,14 +17,15 @@ from tests.refusals import refused
 from tests.unit.report.builders import make_report, make_run
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import DecisionRule, FigureLimits
+from thermaxis.files import DecisionRule, FigureLimits, read_positioning
 from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS
-from thermaxis.positioning import FIGURE_KEYS, StartEnd
+from thermaxis.positioning import FIGURE_KEYS, StartEnd, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, PositioningReport, write_report
 from thermaxis.report.certificate import render_html
 from thermaxis.report.certificate._certificate import build_certificate
 from thermaxis.report.certificate._files import certificate_html, certificate_pdf
+from thermaxis.report.tables import results_sha256
 
 DrawnOnce = Callable[[], AbstractContextManager[None]]
 
@@ -33,6 +35,14 @@ HOSTILE = (
     '#import "x" javascript:alert(1) {{7*7}} ${7*7} %s %n',
     "\u202egnp.exe\u2066 \u0000\u001b]0;owned\u0007 😀 主轴 العربية עברית" + "x" * 5000,
 )
+STATED = {
+    key: "2026-03-02" if field.takes in {"day", "moment"} else f"<{key}>"
+    for key, field in HEADER_FIELDS.items()
+    if key not in {"machine", "axis", "title", "start", "end"} and field.only is not AxisKind.ROTARY
+}
+"""A text for every field that a linear axis has."""
+HIDDEN = {"authorised_as", "reproduction", *(key for key in STATED if key.startswith("laborat"))}
+"""Fields whose values stand on the first page without their labels."""
 LIMITS = FigureLimits({"B": 4.0}, DecisionRule.SIMPLE, {}, "limits.toml")
 
 
@@ -88,7 +98,7 @@ def assert_harmless(page: str) -> None:
 
 @pytest.fixture(scope="module")
 def small() -> PositioningReport:
-    return make_report(make_run(), limits=LIMITS)
+    return make_report(make_run(), limits=LIMITS, header=STATED)
 
 
 @pytest.fixture(scope="module")
@@ -124,17 +134,20 @@ def test_the_pdf_holds_every_label_every_figure_and_the_hash(
     small: PositioningReport, small_pdf: bytes
 ) -> None:
     text = squeezed(" ".join(pdf_pages(small_pdf)))
-    for group in HEADER_GROUPS:
+    for group in HEADER_GROUPS[2:]:
         assert squeezed(group.title) in text
         for field in group.fields:
             if field.only is not AxisKind.ROTARY:
                 assert squeezed(field.label) in text
+    assert all(squeezed(value) in text for value in STATED.values())
     for symbol, name, value in printed_figures(small):
         assert squeezed(symbol + name + value.replace("-", "−")) in text
     assert small.source_sha256 in text
     assert small.settings_sha256 in text
-    assert "notstated" in text
+    assert "notstated" not in text.replace("zonenotstated", "")
+    assert results_sha256(small) in text
     assert "PASS" in text
+    assert "Endofthecertificate." in text
 
 
 def test_the_pdf_shows_czech_greek_and_the_symbols_of_the_standard(small_pdf: bytes) -> None:
@@ -150,6 +163,7 @@ def test_every_page_has_its_number_and_the_hash(small_pdf: bytes) -> None:
     assert 5 <= len(pages) <= 9
     for number, page in enumerate(pages, 1):
         assert f"page {number} of {len(pages)}" in page
+        assert "Certificate <certificate_number>" in page
         assert "SHA-256 0123456789ab" in page
         assert "thermaxis 1.2.3" in page
 
@@ -166,6 +180,54 @@ def test_the_pdf_embeds_its_fonts_and_states_its_date(small: PositioningReport) 
     assert metadata["CreationDate"].startswith("D:20261120")
     assert size == pytest.approx((595.3, 841.9), abs=0.1)
     assert pdf.count(b"/FontFile3") + pdf.count(b"/FontFile2") > 0
+
+
+def attachments_of(pdf: bytes) -> dict[str, bytes]:
+    """Return the files inside a PDF as another library (PDFium) finds them."""
+    document = pypdfium2.PdfDocument(pdf)
+    files = [document.get_attachment(k) for k in range(document.count_attachments())]
+    found = {one.get_name(): bytes(one.get_data()) for one in files}
+    document.close()
+    return found
+
+
+def test_the_pdf_is_an_archive_that_carries_readings_and_results(
+    small: PositioningReport, small_pdf: bytes, tmp_path: Path
+) -> None:
+    assert b"<pdfaid:part>3</pdfaid:part>" in small_pdf
+    assert b"<pdfaid:conformance>B</pdfaid:conformance>" in small_pdf
+    files = attachments_of(small_pdf)
+    assert hashlib.sha256(files["results.json"]).hexdigest() == results_sha256(small)
+    path = tmp_path / "readings.csv"
+    path.write_bytes(files["readings.csv"])
+    assert evaluate_iso230_2(read_positioning(path)).A == small.iso230_2.A
+    for relationship in (b"/AFRelationship/Source", b"/AFRelationship/Data"):
+        assert relationship in small_pdf.replace(b"/AFRelationship /", b"/AFRelationship/")
+
+
+@pytest.mark.usefixtures("no_charts")
+def test_a_pdf_without_attachments_or_without_a_date_is_made_too(small: PositioningReport) -> None:
+    alone = certificate_pdf(small, attachments=False)
+    assert attachments_of(alone) == {}
+    assert b"<pdfaid:part>3</pdfaid:part>" in alone
+    undated = replace(small, header={}, test=replace(small.test, start=None, end=None))
+    pdf = certificate_pdf(undated)
+    assert b"pdfaid" not in pdf
+    assert set(attachments_of(pdf)) >= {"results.json", "readings.csv"}
+
+
+@pytest.mark.usefixtures("no_charts")
+def test_every_character_can_stand_in_an_archive(small: PositioningReport) -> None:
+    blocks = [(0xA0, 0x530), (0x590, 0xA00), (0x1E00, 0x2C00), (0x4E00, 0x4E10), (0x1D400, 0x1D800)]
+    texts = [
+        "".join(map(chr, range(k, k + 300)))
+        for first, end in blocks
+        for k in range(first, end, 300)
+    ]
+    header = {**small.header, **{f"text {k}": text for k, text in enumerate(texts)}}
+    pdf = certificate_pdf(replace(small, header=header))
+    assert b"<pdfaid:part>3</pdfaid:part>" in pdf
+    assert "□" in squeezed(" ".join(pdf_pages(pdf)))
 
 
 @pytest.mark.usefixtures("no_charts")
@@ -229,9 +291,9 @@ def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_pag
     assert not {"html:script", "foreignobject", "use:script"} & reader.tags
     for symbol in FIGURE_SYMBOLS.values():
         assert symbol in reader.text
-    for field in HEADER_FIELDS.values():
-        if field.only is not AxisKind.ROTARY:
-            assert field.label in reader.text
+    for key, value in STATED.items():
+        assert value in reader.text
+        assert HEADER_FIELDS[key].label in reader.text or key in HIDDEN
     assert small.source_sha256 in reader.text
     text = squeezed(reader.text)
     for symbol, name, value in printed_figures(small):

@@ -85,6 +85,11 @@ def section_of(report: PositioningReport, heading: str = HEADING) -> Section:
     return next(s for s in document_of(report).sections if s.heading == heading)
 
 
+def front_of(report: PositioningReport) -> Section:
+    """Return the first page as a section."""
+    return Section("", document_of(report).opening)
+
+
 def tables_of(section: Section) -> list[Table]:
     return [block for block in section.blocks if isinstance(block, Table)]
 
@@ -406,7 +411,7 @@ def test_the_section_follows_the_standards_results_and_says_that_it_is_none(
     report: PositioningReport,
 ) -> None:
     headings = [section.heading for section in document_of(report).sections]
-    results = next(k for k, h in enumerate(headings) if h.startswith("Results according to"))
+    results = next(k for k, h in enumerate(headings) if h.startswith("Notes to the results"))
     adjacent = next(k for k, h in enumerate(headings) if h.startswith("Adjacent-difference"))
     assert results < headings.index(HEADING) < headings.index("Diagnosis") < adjacent
     assert "are not results of ISO 230-2" in words_of(section_of(report))
@@ -488,7 +493,7 @@ def test_the_warnings_of_the_drift_stand_in_its_section(report: PositioningRepor
 def test_the_results_have_the_evaluated_uncertainty_where_no_other_is_stated(
     report: PositioningReport,
 ) -> None:
-    (table, *_) = tables_of(document_of(report).sections[0])
+    (table, *_) = tables_of(front_of(report))
     assert [column.label for column in table.columns][2:] == ["Value [µm]", "U (k = 2, GUM) [µm]"]
     expected = report.uncertainty.measured.expanded_uncertainty
     assert [row[3] for row in table.rows] == [two_digits(expected[key]) for key in FIGURE_KEYS]
@@ -501,7 +506,7 @@ def test_the_results_have_the_evaluated_uncertainty_where_no_other_is_stated(
 def test_uncertainties_of_the_limits_file_come_first_and_decide(report: PositioningReport) -> None:
     limits = FigureLimits({"B": 4.0}, DecisionRule.ISO14253_1, {"B": 0.37}, "limits.toml")
     limited = replace(report, limits=check_limits(limits, report.iso230_2))
-    (table, *_) = tables_of(document_of(limited).sections[0])
+    (table, *_) = tables_of(front_of(limited))
     assert table.columns[3].label == "U (k = 2) [µm]"
     assert table.rows[0][3] == "0.37"
     assert "taken from the limits file" in notes_of(limited)

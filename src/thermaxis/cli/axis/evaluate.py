@@ -97,7 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--source-name TEXT",
         "name of the measured file in results and certificate (default: its file name)",
     )
-    add("--date YYYY-MM-DD", "date of the certificate", day)
+    add("--date YYYY-MM-DD", "date of issue of the certificate (default: that of --header)", day)
     add_encoding(parser, "a text")
 
 

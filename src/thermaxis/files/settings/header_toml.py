@@ -2,6 +2,7 @@
 
 import datetime as dt
 import math
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -34,6 +35,8 @@ class Takes(StrEnum):
     DAY = "day"
     MOMENT = "moment"
     """A day, or a day and a time."""
+    COUNTRY = "country"
+    """Two letters of ISO 3166-1."""
 
 
 @final
@@ -55,6 +58,10 @@ class HeaderField:
     """Key under which a measurement file may state it as a text with its unit."""
     takes: Takes = Takes.ANYTHING
     """What may stand there."""
+    place: str = ""
+    """Table and key of the file, such as ``machine.name``."""
+    needed: bool = False
+    """Whether a certificate without it is a draft."""
 
 
 @final
@@ -83,6 +90,8 @@ def _groups() -> Iterator[HeaderGroup]:
                 only=AxisKind(one["only"]) if "only" in one else None,
                 in_file=one.get("in_file", ""),
                 takes=Takes(one.get("takes", "anything")),
+                place=f"{name}.{field}",
+                needed=one.get("needed", False),
             )
             for field, one in group["fields"].items()
         ]
@@ -130,6 +139,8 @@ def _check_sense(text: str, field: HeaderField, place: Place) -> None:
         raise ConfigurationError("not_a_date", text=text, place=place)
     if field.takes is Takes.MOMENT and not _is_day(text) and moment_of(text) is None:
         raise ConfigurationError("not_a_moment", text=text, place=place)
+    if field.takes is Takes.COUNTRY and not re.fullmatch("[A-Z]{2}", text):
+        raise ConfigurationError("not_a_country", text=text, place=place)
 
 
 def number_of(text: str) -> float | None:
@@ -172,8 +183,8 @@ def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str
     ------
     ConfigurationError
         If the file cannot be read, a table or key is unknown or of the other kind of axis, a value
-        is of a wrong kind, negative where it is a size, no date where it is one, or too long, or
-        the end lies before the start.
+        is of a wrong kind, negative where it is a size, no date or country where it is one, or too
+        long, or the end lies before the start.
     """
     file = str(path)
     groups = {group.name: group for group in HEADER_GROUPS}

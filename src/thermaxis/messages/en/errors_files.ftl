@@ -53,6 +53,7 @@ error-magnitude_too_large = The number is larger than { $most } in magnitude.
     .remedy = Check the unit and the digits.
 error-not_a_whole_number = '{ $text }' is not a whole number.
     .remedy = Write digits only.
+error-not_a_country = '{ $text }' is not a country. Write its two capital letters of ISO 3166-1, such as CZ.
 error-not_a_moment = '{ $text }' is not a date with time.
     .remedy = Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00.
 error-zones_mixed = Some times state a zone and others do not.

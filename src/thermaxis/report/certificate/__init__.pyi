@@ -1,8 +1,10 @@
 from ._files import (
+    certificate_pdf as certificate_pdf,
     write_certificate_html as write_certificate_html,
     write_certificate_pdf as write_certificate_pdf,
     write_report as write_report,
 )
+from ._header import statements as statements
 from ._html import render_html as render_html
 from ._pdf import document_pdf as document_pdf
 from ._showable import unshowable as unshowable

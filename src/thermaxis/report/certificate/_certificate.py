@@ -1,5 +1,7 @@
 """The certificate of a positioning run: what it says, in which order."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from thermaxis.messages import sentence_of
@@ -46,7 +48,13 @@ from thermaxis.report.certificate._drift import (
     evaluated_uncertainty,
     uncertainty_words,
 )
-from thermaxis.report.certificate._header import condition_section, identification, prevailing
+from thermaxis.report.certificate._header import (
+    condition_section,
+    identification,
+    issuer,
+    prevailing,
+    statements,
+)
 from thermaxis.report.certificate._showable import unshowable
 from thermaxis.report.charts import charts_of, runs_of_targets
 
@@ -88,7 +96,8 @@ def draw_pictures(report: PositioningReport, progress: Progress) -> dict[str, Pi
         caption = _CAPTIONS[name]
         if name == "iso230_2" and not bool(np.any(np.isfinite(report.iso230_2.s))):
             caption = "Means of each direction, and the extents of the figures."
-        pictures[name] = Picture(svg, f"Figure {done + 1}. {caption}")
+        fills = name == "iso230_2"
+        pictures[name] = Picture(svg, f"Figure {done + 1}. {caption}", fills=fills)
     progress("pages", len(wanted), len(wanted) + 1)
     return pictures
 
@@ -100,34 +109,51 @@ def _is_shown(name: str, report: PositioningReport) -> bool:
 
 def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -> Document:
     """Return the content of the certificate of a run."""
-    axis = prevailing(report, "axis")
+    axis, number = prevailing(report, "axis"), prevailing(report, "certificate_number")
     title = "Accuracy and repeatability of positioning"
     date = report.document_date
+    draft, raw = bool(report.missing_fields), raw_section(report)
     sections = [
-        _result_section(report, pictures),
-        *_warning_section(report),
+        Section("Notes to the results", (ItemList(tuple(_notes(report)), numbered=True),)),
         *drift_section(report, pictures),
         *diagnosis_section(report),
+        *_warning_section(report),
         *adjacent_section(report, pictures),
         *_other_section(report),
         *_cycles_section(pictures),
         condition_section(report),
-        target_section(report),
-        raw_section(report),
+        replace(target_section(report), new_page=True),
+        replace(raw, blocks=(*raw.blocks, Paragraph("End of the certificate."))),
     ]
     return Document(
         title=f"{title}{f', axis {plain_text(axis, 40)}' if axis else ''}",
-        subtitle=f"Test certificate, {edition_name(report.iso230_2.edition)}",
+        subtitle=f"Test certificate, {edition_name(report.iso230_2.edition)}{', draft' * draft}",
         date=None if date is None else date.isoformat(),
-        footer=f"{plain_text(report.source_name, 60)} · SHA-256 {report.source_sha256[:12]}…",
+        footer=" · ".join(
+            (
+                f"Certificate {number}" if number else "Draft",
+                plain_text(report.source_name, 60),
+                f"SHA-256 {report.source_sha256[:12]}…",
+            )
+        ),
         author=f"thermaxis {report.version}",
+        issuer=issuer(report),
         opening=(
             identification(report),
             *_verdict(report),
-            Signature(("Place and date", "Name and signature")),
+            _result_table(report),
+            *([pictures["iso230_2"]] if "iso230_2" in pictures else []),
+            Paragraph(" ".join(statements(report))),
+            _signature(report),
         ),
         sections=tuple(sections),
     )
+
+
+def _signature(report: PositioningReport) -> Signature:
+    parts = [prevailing(report, key) for key in ("authorised_by", "authorised_as")]
+    name = ", ".join(part for part in parts if part)
+    return Signature(("Place and date", f"Authorised by {name}" if name else "Name and signature"))
 
 
 def _verdict(report: PositioningReport) -> list[Block]:
@@ -154,17 +180,6 @@ def _reservation(report: PositioningReport) -> str:
         return ""
     not_met = "Test conditions of the standard not met: see remarks."
     return f"{not_met} Not for acceptance unless agreed." if unusual else not_met
-
-
-def _result_section(report: PositioningReport, pictures: dict[str, Picture]) -> Section:
-    return Section(
-        f"Results according to {edition_name(report.iso230_2.edition)}",
-        (
-            _result_table(report),
-            ItemList(tuple(_notes(report)), numbered=True),
-            *([pictures["iso230_2"]] if "iso230_2" in pictures else []),
-        ),
-    )
 
 
 def _printed(value: float, decimals: int, check: FigureCheck | None) -> str:
@@ -232,11 +247,7 @@ def _notes(report: PositioningReport) -> list[str]:
     notes = [
         f"{targets}, {runs}, {CYCLE_NAMES[test.cycle]}.",
         *_condition_notes(report),
-        (
-            f"{edition}; factor of s: 2. Formulas checked against four independent implementations"
-            " and the clause list of GOST ISO 230-2-2016; names of the figures from memory (2014:"
-            " error, before: deviation or value). The text of ISO 230-2 itself was not available."
-        ),
+        f"{edition}; factor of s: 2.",
     ]
     absent = [key for key, value in figures_by_key(result).items() if value is None]
     if absent:
@@ -304,10 +315,7 @@ def _other_section(report: PositioningReport) -> list[Section]:
         symbol, name = OTHER_NAMES[key]
         rows.append((symbol, name, fixed(getattr(other, key), decimals)))
     columns = columns_of(f"< | <Figure | Value [{unit}]")
-    warning = (
-        f"The formulas of this section are {other.mark}. They were not checked against the text of"
-        " the standard: do not use them for acceptance."
-    )
+    warning = f"Do not use these figures for acceptance: their formulas are {other.mark}."
     return [
         Section(
             f"Figures after {other_standard_name(other)} ({other.mark})",

@@ -1,18 +1,21 @@
 """The certificate as a file, in the format that its name asks for."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.files import format_tidy_csv
 from thermaxis.report._document import Document
 from thermaxis.report._output import write_bytes
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress, silent
 from thermaxis.report.certificate._certificate import build_certificate, draw_pictures
 from thermaxis.report.certificate._html import render_html
-from thermaxis.report.certificate._pdf import document_pdf
+from thermaxis.report.certificate._pdf import Attachment, document_pdf
+from thermaxis.report.tables import results_json
 
 _Rendered = TypeVar("_Rendered")
 
@@ -28,9 +31,38 @@ def _rendered(
     return made
 
 
-def certificate_pdf(report: PositioningReport, *, progress: Progress | None = None) -> bytes:
-    """Return the certificate as PDF."""
-    return _rendered(report, lambda made: document_pdf(made, report.document_date), progress)
+def certificate_pdf(
+    report: PositioningReport, *, attachments: bool = True, progress: Progress | None = None
+) -> bytes:
+    """Return the certificate as PDF/A-3b.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    attachments : bool
+        Whether readings, results and a Digital Calibration Certificate are attached.
+    progress : callable, optional
+        Called before each step and at the end.
+
+    Returns
+    -------
+    bytes
+        The file. A run without any date gives a plain PDF: PDF/A asks for one.
+    """
+    files = _attachments(report) if attachments else ()
+    date = report.document_date
+    return _rendered(report, lambda made: document_pdf(made, date, files), progress)
+
+
+def _attachments(report: PositioningReport) -> tuple[Attachment, ...]:
+    """Return what a program needs of the certificate: what was read, and what came out."""
+    results = results_json(report).decode("ascii")
+    files = [Attachment("results.json", results, "application/json", "All results", "data")]
+    with suppress(DataError):  # targets so near each other that no file can tell them apart
+        readings = format_tidy_csv(report.test)
+        files.append(Attachment("readings.csv", readings, "text/csv", "All readings", "source"))
+    return tuple(files)
 
 
 def certificate_html(report: PositioningReport, *, progress: Progress | None = None) -> str:

@@ -22,12 +22,15 @@ from thermaxis.report._moments import (
     prevailing_moment,
     same_moment,
 )
-from thermaxis.report._names import CYCLE_NAMES, edition_name
+from thermaxis.report._names import CYCLE_NAMES
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._text import NOT_STATED, as_given, plain_text
+from thermaxis.report._text import as_given, plain_text
 from thermaxis.report.charts import runs_of_targets
+from thermaxis.report.tables import results_sha256
 
 _MOST_OTHER_LINES = 40
+_ON_THE_FIRST_PAGE = ("certificate", "laboratory")
+"""Groups that stand there as a whole."""
 _FRONT_PAGE_TEXT = 120
 """Longest text on the first page; the whole of it stands among the conditions. [1]"""
 
@@ -136,15 +139,14 @@ def _duration(report: PositioningReport) -> str:
     typed = duration_words(
         prevailing_moment(test, header, "start"), prevailing_moment(test, header, "end")
     )
-    return _both(typed, measured) or NOT_STATED
+    return _both(typed, measured)
 
 
-def _date_row(report: PositioningReport) -> tuple[str, str]:
-    """Return the date of the certificate if one was stated, else that of the measurement."""
-    if report.date is not None:
-        return "Date of the certificate", report.date
-    date = report.measurement_date
-    return "Date of the measurement", NOT_STATED if date is None else date.isoformat()
+def _days(report: PositioningReport) -> str:
+    """Return the days of the measurement."""
+    if report.performed is None:
+        return ""
+    return " to ".join(dict.fromkeys(day.isoformat() for day in report.performed))
 
 
 def _known_by_the_run(report: PositioningReport, group: str) -> list[tuple[str, str]]:
@@ -174,27 +176,34 @@ def _time_source(test: PositioningTest) -> str:
     }[str(test.time_source)]
 
 
-def _group_fields(
-    report: PositioningReport, name: str, fields: tuple[HeaderField, ...]
-) -> tuple[tuple[str, str], ...]:
+def _groups(report: PositioningReport) -> list[Block]:
+    """Return what was stated or is known, group by group; the rest is left out."""
     kind = report.test.kind
-    rows = [
-        (field.label, stated(report, field.key) or NOT_STATED)
-        for field in fields
-        if field.only in (None, kind)
-    ]
-    return (*rows, *_known_by_the_run(report, name))
+    groups = {
+        group.title: [
+            *(
+                (one.label, stated(report, one.key))
+                for one in group.fields
+                if one.only in (None, kind)
+            ),
+            *_known_by_the_run(report, group.name),
+        ]
+        for group in HEADER_GROUPS
+        if group.name not in _ON_THE_FIRST_PAGE
+    }
+    shown = {title: tuple(row for row in rows if row[1]) for title, rows in groups.items()}
+    return [Fields(title, rows) for title, rows in shown.items() if rows]
 
 
 def _traceability(report: PositioningReport) -> Fields:
     return Fields(
         "Data and program",
         (
-            ("Measurement file", plain_text(report.source_name, 200) or NOT_STATED),
+            ("Measurement file", plain_text(report.source_name, 200) or "?"),
             ("SHA-256 of the measurement file", report.source_sha256),
+            ("SHA-256 of the results (results.json)", results_sha256(report)),
             ("Software", f"thermaxis {report.version}"),
             ("SHA-256 of the settings in effect", report.settings_sha256),
-            ("Edition of the standard", edition_name(report.iso230_2.edition)),
         ),
         code=True,
     )
@@ -203,15 +212,15 @@ def _traceability(report: PositioningReport) -> Fields:
 def _other_lines(report: PositioningReport) -> list[Block]:
     """Return header lines and environment values that no field of the certificate takes."""
     shown_elsewhere = {field.in_file for field in HEADER_FIELDS.values()}
-    lines = [
-        (plain_text(key, 60).replace("_", " ") or "?", plain_text(value, 300) or NOT_STATED)
+    texts = {
+        key: plain_text(value, 300)
         for key, value in report.header.items()
-        if key not in HEADER_FIELDS and key not in shown_elsewhere
-    ]
-    lines += [
-        (plain_text(key, 60).replace("_", " ") or "?", _start_end(value, "") or NOT_STATED)
-        for key, value in report.test.environment.items()
-        if key not in HEADER_FIELDS
+        if key not in shown_elsewhere
+    } | {key: _start_end(value, "") for key, value in report.test.environment.items()}
+    lines = [
+        (plain_text(key, 60).replace("_", " ") or "?", text)
+        for key, text in texts.items()
+        if text and key not in HEADER_FIELDS
     ]
     if not lines:
         return []
@@ -221,34 +230,62 @@ def _other_lines(report: PositioningReport) -> list[Block]:
     return [Fields("Further lines of the measurement file", tuple(shown))]
 
 
+def issuer(report: PositioningReport) -> tuple[str, ...]:
+    """Return the laboratory, as the head of the first page names it: a name, and what follows."""
+    keys = ("address", "country", "mark", "email", "phone")
+    parts = (stated(report, f"laboratory_{key}") for key in keys)
+    lines = (stated(report, "laboratory"), " · ".join(part for part in parts if part))
+    return tuple(line for line in lines if line)
+
+
 def identification(report: PositioningReport) -> Fields:
-    """Return the few lines that say what was tested, for the top of the first page."""
-    machine = [stated(report, key) for key in ("machine", "machine_model", "machine_type")]
-
-    def first(text: str) -> str:
-        return plain_text(text, _FRONT_PAGE_TEXT) or NOT_STATED
-
-    return Fields(
-        "",
+    """Return the few lines that say what was tested by whom, for the top of the first page."""
+    number = _first(report, "certificate_number")
+    issued = report.issued
+    rows = (
+        ("Certificate number", number),
+        ("Date of issue", "" if issued is None else issued.isoformat()),
+        ("Customer", _first(report, "customer", "customer_address")),
+        ("Title", _first(report, "title")),
         (
-            ("Machine", first(" · ".join(part for part in machine if part))),
-            ("Serial number", first(stated(report, "serial_number"))),
-            ("Axis under test", first(stated(report, "axis"))),
-            ("Title", first(stated(report, "title"))),
-            ("Customer", first(stated(report, "customer"))),
-            ("Inspector", first(stated(report, "inspector"))),
-            _date_row(report),
-            ("Measurement file", first(report.source_name)),
+            "Machine",
+            _first(report, "machine_manufacturer", "machine", "machine_model", "machine_type"),
         ),
+        ("Serial number", _first(report, "serial_number")),
+        ("Axis under test", _first(report, "axis")),
+        ("Instrument", _first(report, "instrument", "instrument_serial_number")),
+        (
+            "Its calibration",
+            _first(report, "instrument_certificate_number", "instrument_traceability"),
+        ),
+        ("Date of the test", _days(report)),
+        ("Place of the test", stated(report, "performed_at")),
+        ("Inspector", _first(report, "inspector")),
+        ("Measurement file", plain_text(report.source_name, _FRONT_PAGE_TEXT)),
     )
+    return Fields("", tuple(row for row in rows if row[1]))
+
+
+def _first(report: PositioningReport, *keys: str) -> str:
+    """Return fields as the first page shows them, one behind the other."""
+    texts = dict.fromkeys(stated(report, key) for key in keys)
+    return plain_text(" · ".join(text for text in texts if text), _FRONT_PAGE_TEXT)
+
+
+def statements(report: PositioningReport) -> tuple[str, ...]:
+    """Return what a certificate says of itself: what it is for, and that a draft is one."""
+    said = ["The results relate only to the item tested, in its state at the time of the test."]
+    laboratory = prevailing(report, "laboratory")
+    if reproduction := prevailing(report, "reproduction"):
+        said.append(reproduction)
+    elif laboratory:
+        said.append(f"It may be reproduced only in full, unless {laboratory} agrees in writing.")
+    if report.missing_fields:
+        said.append(f"Draft: nobody stated {', '.join(report.missing_fields)}.")
+    return tuple(said)
 
 
 def condition_section(report: PositioningReport) -> Section:
-    """Return every field of the head, group by group."""
-    groups = [
-        Fields(group.title, _group_fields(report, group.name, group.fields))
-        for group in HEADER_GROUPS
-    ]
-    return Section(
-        "Conditions of the test", (*groups, _traceability(report), *_other_lines(report))
-    )
+    """Return every stated field of the head, group by group."""
+    blocks = (*_groups(report), _traceability(report), *_other_lines(report))
+    return Section("Conditions of the test", blocks)

@@ -26,6 +26,8 @@ h1 { font-size: 1.6rem; margin: 0 0 .2rem; }
 h2 { font-size: 1.15rem; margin: 2rem 0 .6rem; border-top: 2px solid #111; padding-top: .5rem; }
 h3 { font-size: .95rem; margin: 1rem 0 .3rem; }
 .subtitle { margin: 0 0 1rem; }
+.issuer { margin: 0; font-size: .87rem; } .issuer:first-child { font-weight: bold; }
+.issuer + h1 { margin-top: 1rem; }
 .verdict { border: 2px solid #111; padding: .8rem 1rem; margin: 1rem 0; display: flex; gap: 1.2rem;
   align-items: center; }
 .verdict.alarm { border-width: 5px; }
@@ -60,7 +62,7 @@ footer { margin-top: 2rem; border-top: 1px solid #888; font-size: .8rem; color: 
   html { font-size: 11.5px; }
   body { margin: 0; max-width: none; padding: 0; }
   figure, dl, tr, .verdict, .signature { break-inside: avoid; }
-  h2, h3 { break-after: avoid; }
+  h2, h3 { break-after: avoid; } .new-page { break-before: page; }
   .scroll { overflow: visible; }
   table.dense { font-size: 6.5pt; } table.dense th, table.dense td { padding: 0 .25em; }
 }
@@ -84,6 +86,7 @@ def render_html(document: Document) -> str:
         "</head>",
         "<body>",
         "<header>",
+        *(f'<p class="issuer">{escape(line)}</p>' for line in document.issuer),
         f"<h1>{title}</h1>",
         f'<p class="subtitle">{escape(document.subtitle)}</p>',
         *(_block(block, pictures) for block in document.opening),
@@ -101,7 +104,8 @@ def render_html(document: Document) -> str:
 
 def _section(section: Section, pictures: Iterator[int]) -> str:
     blocks = "\n".join(_block(block, pictures) for block in section.blocks)
-    return f"<section>\n<h2>{escape(section.heading)}</h2>\n{blocks}\n</section>"
+    new_page = ' class="new-page"' if section.new_page else ""
+    return f"<section{new_page}>\n<h2>{escape(section.heading)}</h2>\n{blocks}\n</section>"
 
 
 def _block(block: Block, pictures: Iterator[int]) -> str:

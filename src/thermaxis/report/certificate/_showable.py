@@ -57,6 +57,17 @@ def unshowable(report: PositioningReport) -> tuple[Message, ...]:
     )
 
 
+def with_boxes(text: str, *, strictly: bool = False) -> str:
+    """Return text with a box in the place of each character that the fonts of the PDF lack.
+
+    Strictly: also of those that the fonts inside the typesetter may have.
+    """
+    if text.isascii():
+        return text
+    absent = _absent(text, typeface("DejaVuSansMono"), () if strictly else _BLOCKS)
+    return text.translate(dict.fromkeys(map(ord, absent), "□"))
+
+
 def _absent_from(
     texts: Iterable[tuple[str, str]],
     font: FT2Font,
@@ -65,7 +76,7 @@ def _absent_from(
 ) -> list[Message]:
     found: dict[str, set[str]] = {}
     for name, text in texts:
-        if not text.isascii() and (absent := _absent(text, font, blocks)):
+        if not text.isascii() and (absent := _absent(plain_text(text, 2000), font, blocks)):
             found.setdefault(name, set()).update(absent)
     if not found:
         return []
@@ -77,7 +88,7 @@ def _absent_from(
 def _absent(text: str, font: FT2Font, blocks: tuple[tuple[int, int], ...]) -> set[str]:
     return {
         c
-        for c in plain_text(text, 2000)
+        for c in set(text)
         if not any(first <= ord(c) <= last for first, last in blocks)
         and not font.get_char_index(ord(c))
     }

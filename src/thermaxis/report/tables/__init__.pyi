@@ -10,5 +10,9 @@ from ._described import (
     values_of as values_of,
     without_text as without_text,
 )
-from ._evaluation import describe_evaluation as describe_evaluation
+from ._evaluation import (
+    describe_evaluation as describe_evaluation,
+    results_json as results_json,
+    results_sha256 as results_sha256,
+)
 from ._text_table import filled as filled, text_table as text_table
