@@ -529,14 +529,14 @@ def test_a_laboratory_its_number_and_what_it_states_stand_on_the_certificate(
     assert report.missing_fields == ()
     assert document.issuer == (
         "laboratory for machine tools",
-        "Example Street 1 · SK · K 000",
+        "Example Street 1 · SK · mark K 000",
     )
     assert document.footer.startswith("Certificate 2026-0417 · ")
     assert "draft" not in f"{document.subtitle} {document.opening}".lower()
     front = dict(document.opening[0].fields)
     assert front["Certificate number"] == "2026-0417"
     assert front["Customer"] == "school of engineering · Example Square 2"
-    assert front["Its calibration"] == "5012-25 · the metre"
+    assert front["Instrument's certificate"] == "5012-25 · the metre"
     *_, said, signature = document.opening
     assert "relate only to the item tested" in said.text
     assert "only in full, unless laboratory for machine tools agrees in writing" in said.text
