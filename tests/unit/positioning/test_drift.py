@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import f as f_distribution, kstest
 
 from tests.refusals import refused
 from thermaxis.files import read_positioning
@@ -23,7 +22,6 @@ from thermaxis.positioning import (
     figures_by_key,
 )
 from thermaxis.positioning.drift import Readings
-from thermaxis.positioning.drift._drift_tests import DriftTests
 from thermaxis.positioning.drift._unequal_noise import moderated_variances, weights_of_levels
 
 from .builders import codes_of, run, stop_times, values_said
@@ -287,53 +285,6 @@ def as_readings(test: PositioningTest) -> Readings:
     )
 
 
-def squares(columns: FloatArray, value: FloatArray) -> tuple[float, int]:
-    """Return the sum of squared residuals and the rank of a dense regression."""
-    solved, _, rank, _ = np.linalg.lstsq(columns, value, rcond=None)
-    return float(np.sum((value - columns @ solved) ** 2)), int(rank)
-
-
-def dense_probability(without: FloatArray, columns: FloatArray, value: FloatArray) -> float:
-    first, rank = squares(without, value)
-    second, more = squares(columns, value)
-    free = value.size - more
-    ratio = (first - second) / (more - rank) / (second / free)
-    return float(f_distribution.sf(ratio, more - rank, free))
-
-
-def test_the_tests_are_those_of_dense_regressions() -> None:
-    test, _ = made(13, size=0.4)
-    readings = as_readings(test)
-    tests = DriftTests(readings, TARGETS, float(CYCLES))
-    levels = np.eye(2 * TARGETS)[readings.level]
-    t, x = 2.0 * readings.time - 1.0, readings.shape[1]
-    drift = np.column_stack([t, t**2, t**3, x * t, x * t**2])
-    drifting = np.column_stack((levels, drift))
-    bowed = np.column_stack((drifting, x**2 * t, x**2 * t**2))
-    value = readings.value
-    assert tests.drift().probability == pytest.approx(dense_probability(levels, drifting, value))
-    assert tests.bow().probability == pytest.approx(dense_probability(drifting, bowed, value))
-    smallest = 1.0
-    for i in range(TARGETS):
-        own = (readings.level % TARGETS == i) * 1.0
-        alone = np.column_stack((drifting, own * t, own * t**2))
-        smallest = min(smallest, dense_probability(drifting, alone, value))
-    named = tests.targets_alone(bow=False)
-    assert (smallest * TARGETS < 0.01) == bool(named)
-
-
-def test_without_drift_the_tests_find_something_as_often_as_they_promise() -> None:
-    drift, bow, named = [], [], 0
-    for seed in range(200):
-        tests = DriftTests(as_readings(made(seed, size=0.0)[0]), TARGETS, float(CYCLES))
-        drift.append(tests.drift().probability)
-        bow.append(tests.bow().probability)
-        named += bool(tests.targets_alone(bow=False))
-    assert kstest(drift, "uniform").pvalue > 0.01
-    assert kstest(bow, "uniform").pvalue > 0.01
-    assert named <= 7  # 1 % of 200 is 2; more than 7 has a probability of a thousandth
-
-
 def bent(seed: int, bow: float, alone: float) -> PositioningTest:
     test, _ = made(seed)
     fraction = test.time_s / np.max(test.time_s)
@@ -489,6 +440,3 @@ def test_the_drift_of_a_real_warming_axis(real_data: Path) -> None:
     assert result.residual_std == pytest.approx(1.805, abs=0.001)
     assert float(result.bow[-1] - result.bow[0]) == pytest.approx(-11.26, abs=0.01)
     assert result.suspects == (4,)
-    tests = DriftTests(as_readings(test), 9, 5.0)
-    assert tests.bow().ratio == pytest.approx(18.46, abs=0.01)
-    assert tests.bow().probability == pytest.approx(4.5e-7, rel=0.01)

@@ -22,7 +22,6 @@ from thermaxis.positioning.drift._smooth_terms import (
     warped,
 )
 from thermaxis.positioning.drift._smoothness import (
-    PLAIN_TIME,
     TIMES,
     average_over_smoothness,
     effective_parameters,
@@ -282,7 +281,7 @@ def test_effective_parameters_are_the_trace_of_the_hat_matrix() -> None:
     readings = made_readings(6, 2)
     bent = readings.value + 8.0 * np.sin(6.0 * readings.time)
     readings = replace(readings, value=bent)
-    average = average_over_smoothness(readings, INTERVALS, PLAIN_TIME)
+    average = average_over_smoothness([sums_of(readings, INTERVALS, 0.0)])
     assert not average.line_is_enough
     dense, _ = dense_fit(readings, average.best_departure, 0.0, scale_of_energy())
     inverse = np.linalg.inv(dense.covariance)
@@ -303,7 +302,7 @@ def test_leverages_are_the_diagonal_of_the_hat_matrix() -> None:
 
 def test_averaged_levels_are_the_means_of_the_readings_without_the_reported_drift() -> None:
     readings = made_readings(7, 2)
-    average = average_over_smoothness(readings, INTERVALS, TIMES)
+    average = average_over_smoothness([sums_of(readings, INTERVALS, *t) for t in TIMES])
     assert float(np.sum(average.weight)) == pytest.approx(1.0)
     shape = np.zeros((2, readings.levels))
     shape[:, readings.level] = readings.shape
@@ -322,7 +321,7 @@ def test_averaged_levels_are_the_means_of_the_readings_without_the_reported_drif
 
 def test_the_search_finds_all_that_a_complete_grid_holds() -> None:
     readings = made_readings(8, 2)
-    average = average_over_smoothness(readings, INTERVALS, PLAIN_TIME)
+    average = average_over_smoothness([sums_of(readings, INTERVALS, 0.0)])
     sums, penalty = sums_of(readings, INTERVALS, 0.0), penalty_of(INTERVALS)
     grid = 0.02 * 3000.0 ** (np.arange(11) / 10.0)
     criterion = [fit(sums, penalty, np.array([a, b])).criterion for a in grid for b in grid]

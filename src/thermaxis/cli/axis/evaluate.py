@@ -27,7 +27,7 @@ from thermaxis.errors import DataError
 from thermaxis.messages import remedy_of
 from thermaxis.positioning import Cycle, Edition, PositioningTest
 from thermaxis.report import PositioningReport
-from thermaxis.report.tables import describe_evaluation, summary_of
+from thermaxis.report.tables import describe_evaluation
 
 _LONGEST_SOURCE_NAME = 200
 
@@ -36,7 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     add = adder(parser)
     add("file FILE", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
-    add("--full-tables", "show every table below the summary", bool)
     add_json(parser)
     add_report(parser, "certificate")
     add_figures(parser, "every chart as PNG and SVG, and its CSV")
@@ -58,10 +57,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     reference(
         "--reference-time H",
-        "hours from the first reading, within the run. The drift-free figures are those of the"
+        "hours from the first reading, within the run. The drift-free levels are those of the"
         " thermal state then, and the deviation chart is anchored at the first cycle that"
         " starts then or later; needs times; not together with the option above (default:"
-        " figures: mean time of the readings; chart: as above)",
+        " levels: mean time of the readings; chart: as above)",
         hours,
     )
     add(
@@ -240,9 +239,7 @@ def run(arguments: argparse.Namespace) -> int:
         evaluated = evaluate(arguments)
         if not quiet:
             progress.hide()
-            sys.stdout.write(summary_of(evaluated))
-            everything = describe_evaluation(evaluated)
-            show(everything, arguments.json, quiet=not arguments.full_tables)
+            show(describe_evaluation(evaluated), arguments.json)
         for path in reports:
             report.write_report(evaluated, path, progress=progress)
         if arguments.figures is not None:

@@ -19,14 +19,24 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
-from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE, DriftTests, FTest
+from thermaxis.positioning.drift._drift_tests import (
+    FEWEST_CYCLES_BOW,
+    FEWEST_TARGETS_ALONE,
+    FEWEST_TARGETS_BOW,
+    SIGNIFICANCE,
+    DriftTest,
+    apart,
+    drift_test,
+)
 from thermaxis.positioning.drift._smooth_terms import (
     IntArray,
     Readings,
+    Sums,
     levels_at,
     leverages_of,
     rows_at,
     slowest_rate,
+    sums_of,
     sums_per,
 )
 from thermaxis.positioning.drift._smoothness import (
@@ -38,6 +48,7 @@ from thermaxis.positioning.drift._smoothness import (
     average_over_smoothness,
     effective_parameters,
     function_errors,
+    largest_departure,
     level_errors,
     reported,
 )
@@ -47,8 +58,12 @@ from thermaxis.positioning.standard import Iso230_2Figures, figures_of, require_
 
 LONGEST_INTERVAL_S = 1800.0
 """Knots of the splines are at most this far apart. [s]"""
-FEWEST_INTERVALS, MOST_INTERVALS = 6, 60
-"""Intervals of the splines of a run that is not longer than thirty hours. [1]"""
+FEWEST_INTERVALS, MOST_INTERVALS = 6, 1000
+"""Intervals of the splines, unless the longest interval asks for more. [1]"""
+MOST_TESTED_INTERVALS = 240
+"""Intervals up to which drift is tested for. [1]"""
+LONGEST_WARMING_S = 30.0 * 3600.0
+"""A longer run is resolved well enough in plain time alone. [s]"""
 FEWEST_LEFT_OVER = 4
 """Readings that a run must have beyond its levels. [1]"""
 MOST_OUTLIERS = 0.05
@@ -152,7 +167,7 @@ class DriftResult:
     @property
     def significant(self) -> bool:
         """Whether drift was found at the 1 % level."""
-        return self.model is not DriftModel.NONE
+        return self.p_no_drift < SIGNIFICANCE
 
     @property
     def degrees_of_freedom(self) -> float:
@@ -201,22 +216,26 @@ class _Run:
     """Root mean square distance of the levels from the mean position. [mm or deg]"""
     cycles: float
     """Readings per level, in the mean. [1]"""
+    may_bow: bool
+    """Whether there are readings enough to look for a bow."""
+    bow_of_level: FloatArray
+    """A parabola of the position, (L,)."""
     bow: bool
-    """Whether a parabola of the position belongs to the drift."""
+    """Whether it belongs to the drift."""
 
 
-def _shapes(target: FloatArray, scale: float, *, bow: bool) -> FloatArray:
-    """Return the shapes of the drift at the targets, (C, m): one, slope and, on request, bow.
+def _bow(x: FloatArray) -> FloatArray:
+    """Return a parabola, (m,), for positions with the mean zero and the root mean square one.
 
-    The parabola of the bow is orthogonal to the others, so that a(t) stays the mean drift.
+    It is orthogonal to a constant and a line, so that a(t) stays the mean drift.
     """
-    x = (target - np.mean(target)) / scale
-    rows = [np.ones_like(x), x]
-    if bow:
-        line = np.stack(rows, axis=1)
-        fitted, *_ = np.linalg.lstsq(line, x**2, rcond=None)
-        rows.append(x**2 - line @ fitted)
-    return np.stack(rows)
+    return x**2 - 1.0 - np.mean(x**3) * x
+
+
+def _with_bow(run: _Run) -> _Run:
+    shape = np.vstack((run.shape_of_level, run.bow_of_level))
+    readings = replace(run.readings, shape=shape[:, run.readings.level])
+    return replace(run, readings=readings, shape_of_level=shape, bow=True)
 
 
 def _bow_height(target: FloatArray, scale: float) -> float:
@@ -233,7 +252,7 @@ def _check_readings(test: PositioningTest) -> None:
         raise DataError("too_few_readings", readings=readings, targets=m, place=place)
 
 
-def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
+def _flatten(test: PositioningTest) -> _Run:
     time = test.time_s if test.time_s is not None else test.order
     if time is None:
         raise DataError("no_order", place=Place(key="drift"))
@@ -248,7 +267,9 @@ def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
     if not duration > 0.0:
         raise DataError("one_time", place=Place(key="drift"))
     scale = float(np.std(test.target))
-    shape = _shapes(test.target, scale, bow=bow)
+    x = (test.target - np.mean(test.target)) / scale
+    shape = np.stack((np.ones(m), x))
+    cycles = i.size / levels
     value = test.deviation[i, j, a]
     offset = _means(level, value, levels)
     centred = value - offset[level]
@@ -270,8 +291,10 @@ def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
         start=start,
         duration=duration,
         scale=scale,
-        cycles=i.size / levels,
-        bow=bow,
+        cycles=cycles,
+        may_bow=m >= FEWEST_TARGETS_BOW and cycles >= FEWEST_CYCLES_BOW,
+        bow_of_level=np.tile(_bow(x), len(approaches)),
+        bow=False,
     )
 
 
@@ -302,27 +325,33 @@ class _Estimate:
     effective_parameters: float
 
 
-def _average(run: _Run, *, seconds: bool) -> Average:
-    """Average the fits with knots that lie close enough together.
+def _times(run: _Run, *, seconds: bool) -> tuple[int, Sequence[tuple[float, float]]]:
+    """Return the number of intervals of the splines and the times that are averaged over.
 
-    Logarithmic time stretches the intervals at the end of the run, so it takes more of them. A
-    run of more than thirty hours is resolved well enough in plain time alone.
+    Logarithmic time stretches the intervals at the end of the run, so it takes more of them.
     """
     wanted = int(np.clip(round(2.0 * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
     needed = int(np.ceil(run.duration / LONGEST_INTERVAL_S)) if seconds else 0
-    if needed > MOST_INTERVALS:
-        return average_over_smoothness(run.readings, needed, PLAIN_TIME)
+    if seconds and run.duration > LONGEST_WARMING_S:
+        return max(wanted, needed), PLAIN_TIME
     slowest = min(slowest_rate(warm_up, plain) for warm_up, plain in TIMES)
-    stretched = int(np.ceil(needed / slowest))
-    return average_over_smoothness(run.readings, max(wanted, stretched), TIMES)
+    return max(wanted, int(np.ceil(needed / slowest))), TIMES
 
 
-def _weight_of_no_drift(drift: FTest) -> float:
-    """Return how much of what looks like a drift chance alone explains, from 0 to 1.
+def _all_sums(run: _Run, *, seconds: bool) -> list[Sums]:
+    intervals, times = _times(run, seconds=seconds)
+    return [sums_of(run.readings, intervals, *time) for time in times]
 
-    The smooth functions alone would claim that every run drifts by about its uncertainty.
-    """
-    return 1.0 / max(drift.ratio, 1.0)
+
+def _drift_test(run: _Run, all_sums: Sequence[Sums]) -> DriftTest:
+    """Test the functions of the model, and a bow where there are enough targets."""
+    intervals = min(all_sums[0].intervals, MOST_TESTED_INTERVALS)
+    if intervals < all_sums[0].intervals:
+        all_sums = [sums_of(run.readings, intervals, *PLAIN_TIME[0])]
+    if run.may_bow and not run.bow:
+        bow = replace(run.readings, shape=run.bow_of_level[None, run.readings.level])
+        all_sums = [*all_sums, sums_of(bow, intervals, *PLAIN_TIME[0])]
+    return drift_test(all_sums, largest_departure(intervals))
 
 
 def _hides_drift(run: _Run, average: Average) -> bool:
@@ -334,17 +363,16 @@ def _hides_drift(run: _Run, average: Average) -> bool:
     return float(np.trace(covariance)) > _HIDDEN * float(np.sum(still))
 
 
-def _estimate(run: _Run, drift_test: FTest, *, seconds: bool) -> _Estimate:
+def _estimate(run: _Run, tested: DriftTest, average: Average) -> _Estimate:
     readings = run.readings
-    average = _average(run, seconds=seconds)
     model, stated, no_drift = DriftModel.NONE, NO_DRIFT, 0.0
     parameters = float(readings.levels)
-    if run.bow or drift_test.found:
+    if tested.found:
         parameters = effective_parameters(average)
         model = DriftModel.LINE if average.line_is_enough else DriftModel.SMOOTH
         stated = reported(average)
-    else:
-        no_drift = 0.0 if _hides_drift(run, average) else _weight_of_no_drift(drift_test)
+    elif not _hides_drift(run, average):
+        no_drift = 1.0 / (1.0 + tested.bayes_factor)
     drift = stated.drift(readings, 0.0)
     without = readings.value - drift
     residual = without - _means(readings.level, without, readings.levels)[readings.level]
@@ -403,28 +431,56 @@ def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> f
 class _Fitted:
     run: _Run
     estimate: _Estimate
-    tests: DriftTests
-    drift_test: FTest
+    tested: DriftTest
 
 
 def _fit(test: PositioningTest) -> _Fitted:
-    """Fit twice where the noise is unequal: the second time with weights."""
+    """Fit again where the axis bows, and once more with weights where the noise is unequal."""
     seconds = test.time_s is not None
-    run = _flatten(test, bow=False)
-    tests = DriftTests(run.readings, test.target.size, run.cycles)
-    if tests.bow().found:
-        run = _flatten(test, bow=True)
+    run = _flatten(test)
     while True:
-        drift_test = tests.drift()
-        estimate = _estimate(run, drift_test, seconds=seconds)
+        all_sums = _all_sums(run, seconds=seconds)
+        tested = _drift_test(run, all_sums)
+        average = average_over_smoothness(all_sums)
+        if tested.found and _bows(run, average):
+            run = _with_bow(run)
+            average = average_over_smoothness(_all_sums(run, seconds=seconds))
+        estimate = _estimate(run, tested, average)
         parameters = estimate.effective_parameters - run.readings.levels
         readings = run.readings
         weight = weights_of_levels(readings.level, estimate.residual, readings.levels, parameters)
         if np.all(weight == 1.0) or not np.all(run.readings.weight == 1.0):
-            return _Fitted(run, estimate, tests, drift_test)
-        weighted = replace(run.readings, weight=weight[run.readings.level])
-        run = replace(run, readings=weighted)
-        tests = DriftTests(weighted, test.target.size, run.cycles)
+            return _Fitted(run, estimate, tested)
+        run = replace(run, readings=replace(run.readings, weight=weight[run.readings.level]))
+
+
+def no_drift_test(test: PositioningTest) -> DriftTest:
+    """Test whether a run drifts, without evaluating its drift, as if all levels scatter alike."""
+    run = _flatten(test)
+    return _drift_test(run, _all_sums(run, seconds=test.time_s is not None))
+
+
+def _bows(run: _Run, average: Average) -> bool:
+    """Return whether a parabola of the position varies with time, beside the fitted functions."""
+    if run.bow or not run.may_bow:
+        return False
+    shape = run.bow_of_level[run.readings.level]
+    everything = np.zeros(shape.size, dtype=np.intp)
+    return bool(apart(average.best, run.readings, everything, shape)[0] < SIGNIFICANCE)
+
+
+def _suspects(fitted: _Fitted) -> tuple[int, ...]:
+    """Return the targets, from 1, that drift otherwise than the rest.
+
+    The level of the test is 1 % for the run as a whole (Bonferroni).
+    """
+    readings = fitted.run.readings
+    targets = readings.levels // len(fitted.run.approaches)
+    if targets < FEWEST_TARGETS_ALONE:
+        return ()
+    own = readings.level % targets
+    p = apart(fitted.estimate.average.best, readings, own, np.ones(own.size))
+    return tuple((np.flatnonzero(p * targets < SIGNIFICANCE) + 1).tolist())
 
 
 def _leverages(fitted: _Fitted) -> FloatArray:
@@ -518,7 +574,7 @@ def evaluate_drift_at(
     As `evaluate_drift`, for each of the times t0 from the first reading, None for the mean time;
     the run is fitted once. [s]
     """
-    run = _flatten(test, bow=False)
+    run = _flatten(test)
     references = [_reference(run, t, seconds=test.time_s is not None) for t in reference_times_s]
     outliers: list[Outlier] = []
     kept = test
@@ -583,12 +639,11 @@ def _result(
     taken = 1.0 - drift_parameters / (readings.value.size - readings.levels)
     with np.errstate(divide="ignore", invalid="ignore"):
         s = placed(np.sqrt(square / (count - 1.0) / taken), run.approaches)
-    suspects = fitted.tests.targets_alone(bow=run.bow)
-
+    suspects = _suspects(fitted)
     weight = sums_per(readings.level, readings.weight, readings.levels) / count
     return DriftResult(
         model=estimate.model,
-        p_no_drift=fitted.drift_test.probability,
+        p_no_drift=fitted.tested.probability,
         time_source=test.time_source,
         reference_time_s=None if test.time_s is None else reference,
         level=mean,

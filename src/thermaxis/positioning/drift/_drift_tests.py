@@ -1,15 +1,27 @@
 """Tests of what a run says about its drift: whether it drifts, bows, or drifts at one target only.
 
-All are F tests of regressions on the levels and on polynomials of time. The levels are taken out
-of every regressor first, so that their number costs nothing.
+All look for the functions of the drift model itself, in noise or beside the fitted drift.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
-from thermaxis.positioning.drift._smooth_terms import IntArray, Readings, sums_per
+from thermaxis.positioning.drift._smooth_terms import (
+    Fit,
+    IntArray,
+    Readings,
+    Sums,
+    dense_of,
+    generalised_eigenvalues,
+    left_by,
+    penalty_of,
+    residual_of,
+    rows_at,
+    sums_per,
+)
 from thermaxis.positioning.run import FloatArray
 
 SIGNIFICANCE = 0.01
@@ -20,186 +32,167 @@ FEWEST_CYCLES_BOW = 3.0
 """With fewer cycles a bow is not looked for. [1]"""
 FEWEST_TARGETS_ALONE = 4
 """With fewer targets nobody can say which of them drifts otherwise. [1]"""
-MANY_CYCLES = 10.0
-"""From so many cycles on the polynomials are of higher degree. [1]"""
-_RANK = 1e-10
+_LEAST_DEPARTURE, _STEP = 0.1, 4.0
+"""Departures that are tested: the least, and the ratio of neighbours, at which the shortest wave
+that counts changes by two. [1]"""
+_NEGLIGIBLE = 1e-9
 """Eigenvalues below this share of the largest one count as zero. [1]"""
+_LEAST_LEFT = 1e-14
+"""Share of the sum of squares that is left at least: the rest is rounding. [1]"""
+_MOST_ALIKE = 0.99
+"""Members of the family that are less probable to differ from noise count as this. [1]"""
+_DEPENDENCE = 1.15
+"""Cauchy's combination of dependent probabilities is too small by up to this factor near one
+percent, as measured by benchmarks/drift_calibration.py. [1]"""
+_HALVINGS = 50
+_NEAR_MEAN = 1e-3
+
+
+def _special() -> Any:
+    """Return the module without its annotations, which are incomplete."""
+    from scipy import special  # noqa: PLC0415 - it takes longer to import than most runs take
+
+    return special
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class FTest:
-    """An F test of two nested regressions."""
+class DriftTest:
+    """What a run says for a drift and against it."""
 
-    ratio: float
-    """Mean square of what is tested over that of the noise; about one by chance. [1]"""
     probability: float
-    """Probability of such a ratio, or a larger one, by chance. [1]"""
+    """Probability of readings that vary so much in time, without any drift. [1]"""
+    bayes_factor: float
+    """Likelihood of a drift over that of none. [1]"""
 
     @property
     def found(self) -> bool:
-        """Whether what is tested is there, at the 1 % level."""
+        """Whether the run drifts, at the 1 % level."""
         return self.probability < SIGNIFICANCE
 
 
-_NOT_TESTED = FTest(ratio=0.0, probability=1.0)
+def drift_test(all_sums: Iterable[Sums], largest_departure: float) -> DriftTest:
+    """Test whether anything in the run varies with time as the functions of the model do.
 
+    Notes
+    -----
+    A function f of time with the departure d is a line with a normal rise of variance 12 d² and
+    an integrated random walk about it: each has a root mean square of d times the noise. With the
+    levels taken out, its splines have the Gram matrix G, the prior precision Q / d² and the right
+    side g. With G v = lambda Q v and v'Q v = 1 the likelihood ratio against noise alone is
 
-def _compare(square: float, square_with: float, more: int, free: int) -> FTest:
-    """Compare sums of squared residuals without and with `more` regressors."""
-    gained = max(square - square_with, 0.0)
-    if free < 1 or more < 1 or gained == 0.0:
-        return _NOT_TESTED
-    if square_with <= 0.0:
-        return FTest(ratio=np.inf, probability=0.0)
-    from scipy.special import fdtrc  # noqa: PLC0415 - it takes longer to import than most runs
+        log ratio = -1/2 sum of log(1 + d² lambda) - f/2 log(1 - x),
+        x = sum of d² (v'g)² / (1 + d² lambda) / sum of squares.
 
-    ratio = gained / more / (square_with / free)
-    return FTest(ratio=ratio, probability=float(fdtrc(more, free, ratio)))
-
-
-def _without_levels(readings: Readings, rows: FloatArray) -> FloatArray:
-    """Take the weighted mean of every level out of each row, (k, N), and weight what is left.
-
-    The rows are changed in place.
-    """
-    count = sums_per(readings.level, readings.weight, readings.levels)
-    count[count == 0.0] = 1.0  # levels of other targets, where a part of a run is looked at
-    root = np.sqrt(readings.weight)
-    for k in range(rows.shape[0]):
-        mean = sums_per(readings.level, readings.weight * rows[k], readings.levels) / count
-        rows[k] -= mean[readings.level]
-        rows[k] *= root
-    return rows
-
-
-def _inverse(products: FloatArray) -> tuple[FloatArray, int]:
-    """Return the pseudo-inverse of a symmetric matrix and its rank."""
-    scale = np.sqrt(np.maximum(np.diag(products), 1e-300))
-    value, vector = np.linalg.eigh(products / np.outer(scale, scale))
-    large = value > _RANK * value[-1]
-    scaled = vector[:, large] / scale[:, None]
-    return (scaled / value[large]) @ scaled.T, int(np.sum(large))
-
-
-def polynomials(time: FloatArray, degree: int) -> FloatArray:
-    """Return the Legendre polynomials of degree 1 ... `degree` over the run.
+    Without drift x is a ratio of quadratic forms of normal numbers, with known coefficients. Its
+    probability is their saddlepoint approximation; those of all functions, departures and times
+    are combined by Cauchy's distribution, which needs nothing of how they depend on each other.
 
     References
     ----------
-    Bonnet's recurrence: (k + 1) P_(k+1) = (2 k + 1) x P_k - k P_(k-1).
+    R. Lugannani and S. Rice 1980; Y. Liu and J. Xie 2020 (Cauchy combination); from memory.
     """
-    x = 2.0 * time - 1.0
-    rows = np.empty((degree, time.size))
-    rows[0] = x
-    if degree > 1:
-        rows[1] = 1.5 * x**2 - 0.5
-    for k in range(2, degree):
-        rows[k] = ((2 * k + 1) * x * rows[k - 1] - k * rows[k - 2]) / (k + 1)
-    return rows
+    steps = 1 + int(np.log(largest_departure / _LEAST_DEPARTURE) / np.log(_STEP))
+    square = (_LEAST_DEPARTURE * _STEP ** np.arange(steps)[:, None]) ** 2
+    probability: list[FloatArray] = []
+    log_ratio: list[FloatArray] = []
+    for sums in all_sums:
+        free = sums.readings - sums.levels
+        total = sums.square - float(np.sum(sums.level_sum**2 / sums.count))
+        if total <= _LEAST_LEFT * sums.square:
+            return DriftTest(probability=1.0, bayes_factor=0.0)
+        for c in range(sums.shapes):
+            value, score = _spectrum(sums, c)
+            share = 1.0 / (1.0 + square * value)
+            gain = np.sum(square * share * score, axis=1) / total
+            gain = np.clip(gain, _LEAST_LEFT, 1.0 - _LEAST_LEFT)
+            ratio = 0.5 * np.sum(np.log(share), axis=1) - 0.5 * free * np.log1p(-gain)
+            rest = np.full((steps, 1), float(max(free - value.size, 0)))
+            forms = np.hstack((1.0 - share, np.zeros((steps, 1)))) - gain[:, None]
+            number = np.hstack((np.ones_like(share), rest))
+            probability.append(exceeded(forms, number))
+            log_ratio.append(ratio)
+    p = np.minimum(np.concatenate(probability), _MOST_ALIKE)
+    with np.errstate(divide="ignore", over="ignore"):
+        cauchy = float(np.mean(1.0 / np.tan(np.pi * p)))
+        bayes_factor = float(np.mean(np.exp(np.concatenate(log_ratio))))
+    p_no_drift = min(1.0, _DEPENDENCE * float(np.arctan2(1.0, cauchy)) / np.pi)
+    return DriftTest(p_no_drift, bayes_factor)
 
 
-def _highest(degree: int, cycles: float) -> int:
-    """Return a degree that so many cycles can tell from the levels."""
-    return min(degree, max(1, int(cycles) - 1))
+def _spectrum(sums: Sums, shape: int) -> tuple[FloatArray, FloatArray]:
+    """Return the eigenvalues of one function and the squared sums of its readings."""
+    every = slice(shape, None, sums.shapes)
+    cross = sums.cross[:, every]
+    mean = cross / sums.count[:, None]
+    gram = dense_of(sums.gram[:: sums.shapes, every]) - cross.T @ mean
+    rise = rows_at(sums, np.ones(1), 0.0) / np.sqrt(12.0)
+    precision = dense_of(penalty_of(sums.intervals)) + rise.T @ rise
+    free = np.ones(cross.shape[1], dtype=bool)
+    free[sums.pinned[0] // sums.shapes] = False
+    value, vector = generalised_eigenvalues(gram[free][:, free], precision[free][:, free])
+    right = (sums.right[every] - sums.level_sum @ mean)[free]
+    large = value > _NEGLIGIBLE * value[-1]
+    return value[large], (right @ vector[:, large]) ** 2
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Regression:
-    """A regression on the first rows of all regressors."""
+def exceeded(form: FloatArray, number: FloatArray) -> FloatArray:
+    """Return the probability of a positive sum of form times chi-square, for each row.
 
-    inverse: FloatArray
-    residual: FloatArray
-    square: float
-    rank: int
-    free: int
+    Notes
+    -----
+    With K(t) = -1/2 sum of n log(1 - 2 t e) and its lowest point t: w = sign(t) sqrt(-2 K),
+    v = t sqrt(K''), and p = 1 - Phi(w) + phi(w) (1/v - 1/w). Near t = 0 the bracket tends to
+    minus the third derivative over 6 K''^(3/2).
+    """
+    counts = number > 0.0
+    low = 0.5 / np.min(form, axis=1, initial=0.0, where=counts)
+    high = 0.5 / np.max(form, axis=1, initial=0.0, where=counts)
+    t = 0.5 * (low + high)
+    own = form
+    for _ in range(_HALVINGS):
+        own = form / (1.0 - 2.0 * t[:, None] * form)
+        rising = np.sum(number * own, axis=1) > 0.0
+        low, high = np.where(rising, low, t), np.where(rising, t, high)
+        t = np.asarray(0.5 * (low + high), dtype=np.float64)
+    second = 2.0 * np.sum(number * own**2, axis=1)
+    third = 8.0 * np.sum(number * own**3, axis=1)
+    logarithm = np.sum(number * np.log1p(-2.0 * t[:, None] * form), axis=1)
+    w = np.sign(t) * np.sqrt(np.maximum(logarithm, 0.0))
+    middle = np.abs(w) < _NEAR_MEAN
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beside = np.asarray(1.0 / (t * np.sqrt(second)) - 1.0 / w)
+    beside[middle] = -(third / (6.0 * second**1.5))[middle]
+    density = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi)
+    normal = np.asarray(_special().ndtr(-w), dtype=np.float64)
+    return np.clip(normal + density * beside, 0.0, 1.0)
 
 
-class DriftTests:
-    """The tests of one run, which share their regressors."""
+def apart(fitted: Fit, readings: Readings, part: IntArray, shape: FloatArray) -> FloatArray:
+    """Return for every part of the readings how probable its own drift is without one.
 
-    def __init__(self, readings: Readings, targets: int, cycles: float) -> None:
-        self._readings = readings
-        self._targets = targets
-        self._cycles = cycles
-        many = cycles >= MANY_CYCLES
-        common = _highest(5 if many else 3, cycles)
-        slope = _highest(3 if many else 2, cycles)
-        bow = _highest(2, cycles)
-        self._drifting = common + slope
-        self._bowed = common + slope + bow
-        powers = polynomials(readings.time, common)
-        rows = np.empty((self._bowed, readings.value.size))
-        rows[:common] = powers
-        rows[common : self._drifting] = powers[:slope] * readings.shape[1]
-        rows[self._drifting :] = powers[:bow] * readings.shape[1] ** 2
-        self._rows = _without_levels(readings, rows)
-        self._value = _without_levels(readings, readings.value[None].copy())[0]
-        self._products = self._rows @ self._rows.T
-        self._without_bow = self._regress(self._drifting)
+    The own drift is `shape` times a parabola of time, beside levels and the fitted functions; its
+    test is the F test of generalised least squares with the smoothness of the fit.
 
-    def _regress(self, number: int) -> _Regression:
-        rows = self._rows[:number]
-        inverse, rank = _inverse(self._products[:number, :number])
-        residual = self._value
-        for _ in range(2):  # the second time removes the round-off of the first
-            residual = residual - (inverse @ (rows @ residual)) @ rows
-        return _Regression(
-            inverse=inverse,
-            residual=residual,
-            square=float(residual @ residual),
-            rank=rank,
-            free=residual.size - self._readings.levels - rank,
-        )
-
-    def drift(self) -> FTest:
-        """Test whether the run drifts: a(t) of degree 3, b(t) of degree 2 (many cycles: 5, 3)."""
-        drifting = self._without_bow
-        still = float(self._value @ self._value)
-        return _compare(still, drifting.square, drifting.rank, drifting.free)
-
-    def bow(self) -> FTest:
-        """Test whether the axis bows: a parabola of the position times degree 2 of time."""
-        if self._targets < FEWEST_TARGETS_BOW or self._cycles < FEWEST_CYCLES_BOW:
-            return _NOT_TESTED
-        straight, bowed = self._without_bow, self._regress(self._bowed)
-        return _compare(straight.square, bowed.square, bowed.rank - straight.rank, bowed.free)
-
-    def targets_alone(self, *, bow: bool) -> tuple[int, ...]:
-        """Return the targets, from 1, whose readings drift otherwise than those of the rest.
-
-        Each is tested with degree 2 of time of its own, at the 1 % level of the run as a whole
-        (Bonferroni); with `bow` a bow belongs to what all targets share.
-        """
-        if self._targets < FEWEST_TARGETS_ALONE:
-            return ()
-        base = self._regress(self._bowed) if bow else self._without_bow
-        rows = self._rows[: self._bowed if bow else self._drifting]
-        target = self._readings.level % self._targets
-        order = np.argsort(target, kind="stable")
-        parts = np.split(order, np.cumsum(np.bincount(target, minlength=self._targets))[:-1])
-        alone: list[int] = []
-        for number, mine in enumerate(parts, start=1):
-            own = self._own_rows(mine)
-            through = own @ rows[:, mine].T
-            inverse, more = _inverse(own @ own.T - through @ base.inverse @ through.T)
-            right = own @ base.residual[mine]
-            left = base.square - float(right @ inverse @ right)
-            tested = _compare(base.square, left, more, base.free - more)
-            if tested.probability * self._targets < SIGNIFICANCE:
-                alone.append(number)
-        return tuple(alone)
-
-    def _own_rows(self, mine: IntArray) -> FloatArray:
-        """Return polynomials of time of the readings of one target, without levels."""
-        readings = self._readings
-        part = Readings(
-            value=readings.value[mine],
-            level=readings.level[mine],
-            time=readings.time[mine],
-            shape=readings.shape[:, mine],
-            weight=readings.weight[mine],
-            levels=readings.levels,
-        )
-        return _without_levels(part, polynomials(part.time, _highest(2, self._cycles)))
+    Notes
+    -----
+    With the rows X of the own drift, the residuals r of the fit and its sum of squares S, and the
+    part (X'X)' of X'X that levels and functions do not take: g = X'r, gain = g' (X'X)'^-1 g, and
+    F = gain / k over (S - gain) / (free - k).
+    """
+    x = 2.0 * readings.time - 1.0
+    rows = [shape * x, shape * (1.5 * x**2 - 0.5)]
+    parts = int(np.max(part)) + 1
+    product, taken = left_by(fitted, readings, part, rows)
+    residual = readings.weight * residual_of(fitted, readings)
+    score = np.stack([sums_per(part, row * residual, parts) for row in rows], axis=1)
+    value, vector = np.linalg.eigh(product - taken)
+    large = value > _NEGLIGIBLE * np.trace(product, axis1=1, axis2=2)[:, None]
+    along = np.einsum("gkj,gk->gj", vector, score) ** 2
+    gain = np.sum(np.where(large, along / np.where(large, value, 1.0), 0.0), axis=1)
+    number = np.sum(large, axis=1)
+    free = readings.value.size - readings.levels - readings.shape.shape[0]
+    left = np.maximum(fitted.variance * free - gain, _LEAST_LEFT * fitted.sums.square)
+    ratio = gain / np.maximum(number, 1) / (left / np.maximum(free - number, 1))
+    p = _special().fdtrc(np.maximum(number, 1), np.maximum(free - number, 1), ratio)
+    return np.asarray(np.where((number > 0) & (free > number) & (left > 0.0), p, 1.0))

@@ -9,6 +9,7 @@ are integrated random walks. Straight lines are not penalised. The penalty is st
 root mean square departure of f_c from its straight line, in units of the noise.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeAlias, final
@@ -65,6 +66,21 @@ def _full_factor(matrix: FloatArray) -> FloatArray:
 
 def _full_solve(factor: FloatArray, right: FloatArray) -> FloatArray:
     return _found(*_lapack().dpotrs(factor, right, lower=1))
+
+
+def generalised_eigenvalues(
+    matrix: FloatArray, metric: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the eigenvalues of a matrix, rising, and vectors of unit length by the metric."""
+    value, vector, status = _lapack().dsygvd(matrix, metric, uplo="L")
+    return value, _found(vector, status)
+
+
+def dense_of(band: FloatArray) -> FloatArray:
+    """Return a symmetric matrix in lower banded storage as a full one."""
+    size = band.shape[1]
+    lower = sum(np.diag(band[k, : size - k], -k) for k in range(1, band.shape[0]))
+    return np.diag(band[0]) + lower + np.asarray(lower).T
 
 
 def sums_per(index: IntArray, value: FloatArray, size: int) -> FloatArray:
@@ -145,12 +161,7 @@ def _curvature(intervals: int) -> FloatArray:
 def _mean_square_departure() -> float:
     """Return the mean square departure from a straight line of the unscaled random function."""
     n = _COARSE_INTERVALS
-    band = _curvature(n)
-    energy = np.zeros((n + 3, n + 3))
-    for k in range(ORDER):
-        energy += np.diag(band[k, : n + 3 - k], -k)
-        if k:
-            energy += np.diag(band[k, : n + 3 - k], k)
+    energy = dense_of(_curvature(n))
     value, vector = np.linalg.eigh(energy)
     covariance = (vector[:, 2:] / value[2:]) @ vector[:, 2:].T
     time = np.linspace(0.0, 1.0, 4 * n + 1)
@@ -439,13 +450,13 @@ def variances_at(fitted: Fit, rows: FloatArray) -> FloatArray:
     W = B^-1 X', without the coefficients that are held at zero.
     """
     sums = fitted.sums
-    free = np.eye(sums.right.size)
-    free[sums.pinned] = 0.0
-    taken = fitted.spline_of_level
-    covariance = free @ _banded_solve(fitted.spline_factor, free)
-    covariance += taken @ _full_solve(fitted.level_factor, taken.T)
-    parts = [covariance[c :: sums.shapes, c :: sums.shapes] for c in range(sums.shapes)]
-    variance = np.stack([np.sum((rows @ part) * rows, axis=1) for part in parts])
+    variance = np.empty((sums.shapes, rows.shape[0]))
+    for c in range(sums.shapes):
+        spline = np.zeros((sums.right.size, rows.shape[0]))
+        spline[c :: sums.shapes] = rows.T
+        spline[sums.pinned] = 0.0
+        solved, through, back = _solved(fitted, np.zeros((sums.levels, rows.shape[0])), spline)
+        variance[c] = np.sum(spline * solved, axis=0) + np.sum(through * back, axis=0)
     return fitted.variance * np.maximum(variance, 0.0)
 
 
@@ -462,6 +473,46 @@ def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
             value += values[:, i] * own[first + i]
         drift += readings.shape[c] * value
     return drift
+
+
+def residual_of(fitted: Fit, readings: Readings) -> FloatArray:
+    """Return what the levels and the functions of a fit leave of the readings, (N,)."""
+    shape = np.zeros((fitted.sums.shapes, fitted.sums.levels))
+    shape[:, readings.level] = readings.shape
+    level, _ = levels_at(fitted, rows_at(fitted.sums, np.zeros(1))[0], shape)
+    return readings.value - level[readings.level] - drift_of(fitted, readings, 0.0)
+
+
+def left_by(
+    fitted: Fit, readings: Readings, part: IntArray, rows: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the products of rows in every part of the readings, and what the fit takes of them.
+
+    Both are (parts, k, k) for k rows, without the noise's variance.
+    """
+    sums = fitted.sums
+    parts, size, c_all = int(np.max(part)) + 1, sums.right.size, sums.shapes
+    first, values = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
+    product = np.empty((parts, len(rows), len(rows)))
+    taken = np.empty_like(product)
+    own: list[tuple[FloatArray, ...]] = []
+    for k, row in enumerate(rows):
+        weighted = readings.weight * row
+        level = sums_per(part * sums.levels + readings.level, weighted, parts * sums.levels)
+        spline = np.zeros(parts * size)
+        for c in range(c_all):
+            for i in range(ORDER):
+                at = part * size + c_all * (first + i) + c
+                spline += sums_per(at, weighted * readings.shape[c] * values[:, i], parts * size)
+        right = spline.reshape(parts, size).T.copy()
+        right[sums.pinned] = 0.0
+        own.append((right, *_solved(fitted, level.reshape(parts, -1).T, right)))
+        for j in range(k + 1):
+            product[:, j, k] = product[:, k, j] = sums_per(part, weighted * rows[j], parts)
+            (left, _, through, _), (_, solved, _, back) = own[j], own[k]
+            both = np.sum(left * solved, axis=0) + np.sum(through * back, axis=0)
+            taken[:, j, k] = taken[:, k, j] = both
+    return product, taken
 
 
 def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:

@@ -25,7 +25,6 @@ from thermaxis.positioning.drift._smooth_terms import (
     parameters_of,
     penalty_of,
     rows_at,
-    sums_of,
     variances_at,
 )
 from thermaxis.positioning.run import FloatArray
@@ -36,14 +35,11 @@ logarithmic. A time that runs so much faster at the start resolves time constant
 the run over this number. [1]"""
 PLAIN_TIME = ((0.0, 1.0),)
 """Plain time alone. [1]"""
-LEAST_DEPARTURE, LARGEST_DEPARTURE = 0.02, 60.0
-"""Prior root mean square departures from a straight line, in units of the noise. Below the first
-a departure cannot be seen; the last follows whatever a run of some hours does. [1]"""
+LEAST_DEPARTURE = 0.02
+"""Prior root mean square departure from a straight line, in units of the noise, below which it
+cannot be seen. [1]"""
 _STEP = 3000.0**0.1
 """Ratio of neighbouring departures. [1]"""
-_PLAIN_INTERVALS = 60
-"""Up to so many intervals the largest departure is as above; it grows with their square, as more
-swings pass in a longer run. [1]"""
 LINE_CRITERION = 4.0
 """Restricted likelihood ratio (minus twice the logarithm) below which a straight line is kept:
 about the 95 % point with two variances at their border. [1]"""
@@ -75,18 +71,22 @@ class Average:
     """Its departures, (C,). [1]"""
 
 
+def largest_departure(intervals: int) -> float:
+    """Return the departure that follows whatever a run does; more swings pass in a longer run."""
+    return 60.0 * max(1.0, intervals / 60.0) ** 2
+
+
 class _Search:
     """Fits by their cell, each made once."""
 
     def __init__(self, all_sums: Sequence[Sums]) -> None:
-        intervals = all_sums[0].intervals
-        longer = max(1.0, intervals / _PLAIN_INTERVALS) ** 2
-        steps = round(math.log(LARGEST_DEPARTURE * longer / LEAST_DEPARTURE) / math.log(_STEP))
+        largest = largest_departure(all_sums[0].intervals)
+        steps = round(math.log(largest / LEAST_DEPARTURE) / math.log(_STEP))
         self.departures = [LEAST_DEPARTURE * _STEP**k for k in range(steps + 1)]
         self.known: dict[_Cell, Fit] = {}
         self._spread: set[_Cell] = set()
         self._sums = all_sums
-        self._penalty = penalty_of(intervals)
+        self._penalty = penalty_of(all_sums[0].intervals)
 
     def departure(self, cell: _Cell) -> FloatArray:
         others = [self.departures[cell[1]]] * (self._sums[0].shapes - 1)
@@ -114,11 +114,9 @@ class _Search:
         return len(self.known) > before
 
 
-def average_over_smoothness(
-    readings: Readings, intervals: int, times: Sequence[tuple[float, float]]
-) -> Average:
-    """Fit a run with every smoothness that matters."""
-    search = _Search([sums_of(readings, intervals, warm_up, plain) for warm_up, plain in times])
+def average_over_smoothness(all_sums: Sequence[Sums]) -> Average:
+    """Fit a run with every smoothness that matters, in every time whose sums are given."""
+    search = _Search(all_sums)
     coarse = range(0, len(search.departures), _COARSE)
     for a in coarse:
         for b in coarse:

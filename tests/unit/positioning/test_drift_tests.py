@@ -1,0 +1,126 @@
+"""The tests of drift against dense algebra, exact distributions and simulated noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import null_space
+from scipy.stats import beta, f as f_distribution
+
+from thermaxis.positioning import FloatArray, evaluate_drift
+from thermaxis.positioning.drift import Readings, fit, penalty_of, sums_of
+from thermaxis.positioning.drift._drift_tests import apart, drift_test, exceeded
+from thermaxis.positioning.drift._smooth_terms import curvature_energy
+
+from .builders import run, stop_times
+from .test_smooth_terms import (
+    INTERVALS,
+    TARGETS,
+    dense_fit,
+    dense_rows,
+    full,
+    made_readings,
+    scale_of_energy,
+)
+
+LARGEST = 30.0
+DEPARTURES = 0.1 * 4.0 ** np.arange(5)  # up to the largest
+
+
+def dense_log_ratio(readings: Readings, shape: FloatArray, departure: float) -> float:
+    """Return the logarithm of the likelihood ratio of one function against noise alone."""
+    rows = dense_rows(readings.time, INTERVALS) * shape[:, None]
+    rise = (dense_rows(np.ones(1), INTERVALS) - dense_rows(np.zeros(1), INTERVALS))[0]
+    energy = full(curvature_energy(INTERVALS)) + np.outer(rise, rise) / 12.0
+    value, vector = np.linalg.eigh(energy)  # the constant has no energy, and the levels take it
+    prior = departure**2 * (vector[:, 1:] / value[1:]) @ vector[:, 1:].T
+    root = np.sqrt(readings.weight)
+    levels = np.eye(readings.levels)[readings.level] * root[:, None]
+    free = null_space(levels.T)
+    rows, reading = free.T @ (rows * root[:, None]), free.T @ (readings.value * root)
+    covariance = np.eye(free.shape[1]) + rows @ prior @ rows.T
+    with_drift = reading @ np.linalg.solve(covariance, reading)
+    half = -0.5 * np.linalg.slogdet(covariance)[1]
+    return float(half - 0.5 * free.shape[1] * np.log(with_drift / (reading @ reading)))
+
+
+def test_the_likelihood_ratio_is_that_of_dense_algebra() -> None:
+    readings = made_readings(3, 2, weighted=True)
+    tested = drift_test([sums_of(readings, INTERVALS, 0.0)], LARGEST)
+    ratios = [dense_log_ratio(readings, s, d) for s in readings.shape for d in DEPARTURES]
+    assert tested.bayes_factor == pytest.approx(float(np.mean(np.exp(ratios))), rel=1e-6)
+
+
+@pytest.mark.parametrize(("number", "rest"), [(1, 30), (5, 30), (40, 3000)])
+def test_the_probability_of_a_share_of_squares_is_nearly_that_of_the_beta_distribution(
+    number: int, rest: int
+) -> None:
+    for probability in (0.9, 0.3, 0.01, 1e-6):
+        share = float(beta.isf(probability, number / 2, rest / 2))
+        p = exceeded(np.array([[1.0 - share, -share]]), np.array([[number, rest]], dtype=float))
+        assert float(p[0]) == pytest.approx(probability, rel=0.1)
+
+
+def silent(seed: int, targets: int, cycles: int) -> Readings:
+    rng = np.random.default_rng(seed)
+    one_cycle = np.concatenate((np.arange(targets), 2 * targets - 1 - np.arange(targets)))
+    level = np.tile(one_cycle, cycles)
+    x = (level % targets - 0.5 * (targets - 1)) / targets
+    return Readings(
+        value=rng.normal(size=level.size),
+        level=level.astype(np.intp),
+        time=np.arange(level.size) / (level.size - 1.0),
+        shape=np.stack((np.ones_like(x), x)),
+        weight=np.ones(level.size),
+        levels=2 * targets,
+    )
+
+
+def test_without_drift_a_small_probability_is_as_rare_as_it_says() -> None:
+    p = []
+    for seed in range(200):
+        readings = silent(seed, 6, 5)
+        p.append(drift_test([sums_of(readings, 10, w, 0.0) for w in (0.0, 20.0)], 60.0).probability)
+    # of 200, one in ten is 20 with a standard deviation of 4.2
+    assert 7 <= sum(one < 0.1 for one in p) <= 33
+    assert sum(one < 0.01 for one in p) <= 7
+
+
+def test_a_target_of_its_own_is_tested_as_by_dense_generalised_least_squares() -> None:
+    readings = made_readings(11, 2, weighted=True)
+    departure = np.array([3.0, 0.5])
+    fitted = fit(sums_of(readings, INTERVALS, 0.0), penalty_of(INTERVALS), departure)
+    dense, _ = dense_fit(readings, departure, 0.0, scale_of_energy())
+    inverse = np.linalg.inv(dense.covariance)
+
+    def square(columns: FloatArray) -> float:
+        solved = np.linalg.solve(
+            columns.T @ inverse @ columns, columns.T @ inverse @ readings.value
+        )
+        rest = readings.value - columns @ solved
+        return float(rest @ inverse @ rest)
+
+    own = readings.level % TARGETS
+    p = apart(fitted, readings, own, np.ones(own.size))
+    for target in range(TARGETS):
+        mine = (own == target) * 1.0
+        more = np.column_stack((dense.fixed, mine * readings.time, mine * readings.time**2))
+        free = readings.value.size - more.shape[1]
+        gain = (square(dense.fixed) - square(more)) / 2.0
+        expected = f_distribution.sf(gain / (square(more) / free), 2, free)
+        assert p[target] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(("cycles", "period_min"), [(5, 10.0), (10, 15.0), (30, 10.0), (60, 20.0)])
+def test_a_swing_of_the_hall_is_found_in_short_and_long_runs(
+    cycles: int, period_min: float
+) -> None:
+    time = stop_times(16, cycles, 252.0 / 32.0)
+    rng = np.random.default_rng(cycles)
+    noise = 0.4 * rng.normal(size=time.shape)
+    test = run(noise + np.sin(2.0 * np.pi * time / (60.0 * period_min) + 1.0), time_s=time)
+    result = evaluate_drift(test)
+    assert result.significant
+    assert result.p_no_drift < 1e-6
+    assert float(np.sqrt(np.mean(result.noise_std**2))) == pytest.approx(0.4, rel=0.12)
+    assert evaluate_drift(replace(test, deviation=noise)).p_no_drift > 0.01
