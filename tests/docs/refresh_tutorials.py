@@ -1,4 +1,4 @@
-"""Write what the commands of the tutorials print today into their excerpts.
+"""Write what the commands of the README and the tutorials print today into their excerpts.
 
 ``python tests/docs/refresh_tutorials.py`` after a change that moves printed digits; read the
 difference before it is committed. An excerpt keeps its number of lines and begins with the line
@@ -62,7 +62,7 @@ def refreshed(text: str) -> str:
 
 
 if __name__ == "__main__":
-    for page in sorted((ROOT / "docs" / "tutorials").glob("*.md")):
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs" / "tutorials").glob("*.md"))]:
         with tempfile.TemporaryDirectory() as folder:
             shutil.copytree(ROOT / "examples", Path(folder) / "examples")
             os.chdir(folder)

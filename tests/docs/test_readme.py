@@ -1,11 +1,11 @@
-"""The README's picture is what the program draws, and its Python lines run."""
+"""The README's picture and summary are what the program makes, and its Python lines run."""
 
 import re
 
 from thermaxis.cli import main
 
 
-def test_the_picture_is_the_chart_of_the_example(root, tmp_path):
+def test_picture_and_summary_are_those_of_the_example(root, tmp_path, capsys):
     example = root / "examples" / "x_axis_100_cycles.csv"
     header, limits = root / "examples" / "header.toml", root / "examples" / "limits.toml"
     words = ["evaluate", str(example), "--json", str(tmp_path / "r.json")]
@@ -13,6 +13,10 @@ def test_the_picture_is_the_chart_of_the_example(root, tmp_path):
     assert main(words) == 0
     drawn = (tmp_path / "figure_10_standard_deviation.png").read_bytes()
     assert drawn == (root / "docs" / "images" / "figure_10.png").read_bytes()
+    (shown,) = re.findall(
+        r"```text\n(x_axis.*?)```", (root / "README.md").read_text("utf-8"), re.DOTALL
+    )
+    assert capsys.readouterr().out.startswith(shown)
 
 
 def test_the_python_lines_run(root, monkeypatch, capsys):

@@ -87,7 +87,7 @@ class Picture:
     svg: str
     caption: str
     fills: bool = False
-    """Whether it takes what its page has left."""
+    """Whether it takes what the first page has left."""
     kind: Literal["picture"] = "picture"
 
 
@@ -123,8 +123,6 @@ class Section:
 
     heading: str
     blocks: tuple[Block, ...]
-    new_page: bool = False
-    """Whether a page begins with it."""
 
 
 @final
@@ -145,3 +143,5 @@ class Document:
     sections: tuple[Section, ...]
     issuer: tuple[str, ...] = ()
     """Lines that stand above the title: who issues it."""
+    end: str = ""
+    """Stands behind everything else."""

@@ -128,7 +128,7 @@ def test_a_wanted_uncertainty_sets_the_number_of_cycles(tmp_path, capsys):
     output = tmp_path / "plan.json"
     assert run(*SMALL, "--target-uncertainty", "0.12", "-o", output) == 0
     cycles = read_plan(output).cycles
-    assert f"{cycles} cycles are the fewest with a standard uncertainty of the levels" in (
+    assert f"{cycles} cycles are the fewest with a standard uncertainty of the mean deviations" in (
         capsys.readouterr().out
     )
     found = result(capsys, *SMALL, "--target-uncertainty", "0.12")
@@ -169,7 +169,7 @@ def test_an_order_of_visits_that_hides_drift_is_warned_of(capsys):
 def test_one_cycle_promises_no_uncertainty(capsys):
     assert run(*SMALL, "--cycles", "1") == 0
     printed = capsys.readouterr().out
-    assert "Expected uncertainty: none. 12 readings of 12 levels cannot tell drift" in printed
+    assert "Expected uncertainty: none. 12 readings of 12 targets and approaches" in printed
     assert result(capsys, *SMALL, "--cycles", "1")["expected"] is None
 
 

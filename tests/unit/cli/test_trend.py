@@ -124,7 +124,7 @@ def test_a_change_is_compared_with_the_root_of_the_sum_of_squares(write, capsys)
     )
     assert change["significant"] is True
     run(*paths)
-    assert "more than its expanded uncertainty" in capsys.readouterr().out
+    assert "more than its U of" in capsys.readouterr().out
 
 
 def other(**changes):

@@ -41,9 +41,9 @@ def document_of(report: PositioningReport) -> Document:
     return build_certificate(report, {})
 
 
-def section_of(document: Document, start: str) -> str:
-    """Return all text of the section whose heading begins so."""
-    section = next(s for s in document.sections if s.heading.startswith(start))
+def section_of(document: Document, words: str) -> str:
+    """Return all text of the first section whose heading has these words."""
+    section = next(s for s in document.sections if words in s.heading)
     return f"{section.heading} {section.blocks}"
 
 
@@ -162,7 +162,8 @@ def test_a_unidirectional_run_says_why_figures_are_absent() -> None:
     assert "Not evaluated: B, B̄, M, E↓, E, R↓, R, A↓, A (measured forward only)." in notes_of(
         document
     )
-    columns = next(b for b in document.sections[-2].blocks if isinstance(b, Table)).columns
+    annex = next(s for s in document.sections if s.heading.startswith("Annex A"))
+    columns = next(b for b in annex.blocks if isinstance(b, Table)).columns
     assert [c.label for c in columns] == ["i", "Target [mm]", "x̄↑", "s↑", "R↑"]
 
 
@@ -242,7 +243,7 @@ def test_another_standard_carries_its_mark(small: PositioningReport) -> None:
 def test_the_other_method_stands_apart_and_says_that_it_is_no_result_of_the_standard(
     small: PositioningReport, small_document: Document
 ) -> None:
-    text = section_of(small_document, "Adjacent-difference method")
+    text = section_of(small_document, "adjacent-difference method")
     assert "not results of ISO 230-2 and do not replace them" in text
     assert "position 1 (0 mm) in cycle 1" in text
     assert "Student's factor t = 2.869" in text
@@ -251,13 +252,15 @@ def test_the_other_method_stands_apart_and_says_that_it_is_no_result_of_the_stan
         assert all(f"'{value:.3f}'" in text for value in values)
     headings = [section.heading for section in small_document.sections]
     assert headings.index("Notes to the results") == 0
-    assert [h for h in headings if "Adjacent" in h] == [
-        "Adjacent-difference method (not results of ISO 230-2)"
+    assert [h for h in headings if h.startswith("Annex")] == [
+        "Annex A: results of each target",
+        "Annex B: adjacent-difference method (not results of ISO 230-2)",
+        "Annex C: raw data (all readings)",
     ]
 
 
 def test_a_position_that_stands_out_is_named_in_words(hundred_cycles: PositioningReport) -> None:
-    text = section_of(document_of(hundred_cycles), "Adjacent-difference method")
+    text = section_of(document_of(hundred_cycles), "adjacent-difference method")
     assert "A prompt to look, not a verdict: the spread stands out at position 3 (" in text
     assert "exact, with at most 5 % false alarms per run, for normal and independent" in text
     assert "scatter that varies along the axis, raises the alarms" in text
@@ -266,7 +269,7 @@ def test_a_position_that_stands_out_is_named_in_words(hundred_cycles: Positionin
 
 def test_a_short_run_does_not_claim_that_no_position_stands_out() -> None:
     for targets, cycles in ((4, 5), (9, 2)):
-        text = section_of(document_of(make_report(make_run(targets, cycles))), "Adjacent")
+        text = section_of(document_of(make_report(make_run(targets, cycles))), "adjacent")
         assert "Too few positions or complete cycles" in text
 
 
@@ -297,13 +300,13 @@ def test_a_wide_run_is_printed_in_several_tables_that_hold_every_target() -> Non
 
 def test_a_very_long_run_is_not_printed_reading_by_reading() -> None:
     report = make_report(make_run(11, 1000, times=False))
-    text = section_of(document_of(report), "Annex B")
+    text = section_of(document_of(report), "raw data")
     assert "The 22000 readings are not printed here" in text
     assert "Table" not in text
-    assert text.startswith("Annex B: raw data (not printed: more than 20000 readings)")
+    assert text.startswith("Annex C: raw data (not printed: more than 20000 readings)")
     one_way = make_report(make_run(11, 1000, times=False, approaches="forward"))
-    assert section_of(document_of(one_way), "Annex B").startswith(
-        "Annex B: raw data (all readings)"
+    assert section_of(document_of(one_way), "raw data").startswith(
+        "Annex C: raw data (all readings)"
     )
 
 
@@ -356,7 +359,7 @@ def test_further_channels_and_header_lines_are_shown(small: PositioningReport) -
         environment={"air_temperature_c": StartEnd(20.0, None), "oil_c": StartEnd(31.5, 33.0)},
     )
     document = document_of(make_report(test, header={"counter": "7", "feed": "300 mm/min"}))
-    assert "('Tm', '89', '28.50', '28.53', '31.00')" in section_of(document, "Annex B")
+    assert "('Tm', '89', '28.50', '28.53', '31.00')" in section_of(document, "raw data")
     conditions = section_of(document, "Conditions")
     assert "('Air temperature', '20 °C (start)')" in conditions
     assert "('oil c', '31.5 (start), 33 (end)')" in conditions
@@ -526,20 +529,20 @@ def test_a_laboratory_its_number_and_what_it_states_stand_on_the_certificate(
     assert report.missing_fields == ()
     assert document.issuer == (
         "laboratory for machine tools",
-        "Example Street 1 · SK · K 000",
+        "Example Street 1 · SK · mark K 000",
     )
     assert document.footer.startswith("Certificate 2026-0417 · ")
     assert "draft" not in f"{document.subtitle} {document.opening}".lower()
     front = dict(document.opening[0].fields)
     assert front["Certificate number"] == "2026-0417"
     assert front["Customer"] == "school of engineering · Example Square 2"
-    assert front["Its calibration"] == "5012-25 · the metre"
+    assert front["Instrument's certificate"] == "5012-25 · the metre"
     *_, said, signature = document.opening
     assert "relate only to the item tested" in said.text
     assert "only in full, unless laboratory for machine tools agrees in writing" in said.text
     assert signature.labels[1] == "Authorised by A. B., head of the laboratory"
     assert fields_of(report)["Air temperature"]
-    assert document.sections[-1].blocks[-1].text == "End of the certificate."
+    assert document.end == "End of the certificate."
     own = replace(report, header={**report.header, "reproduction": "Ask us."})
     assert document_of(own).opening[-2].text.endswith(" Ask us.")
 

@@ -160,7 +160,7 @@ def test_the_pdf_shows_czech_greek_and_the_symbols_of_the_standard(small_pdf: by
 
 def test_every_page_has_its_number_and_the_hash(small_pdf: bytes) -> None:
     pages = pdf_pages(small_pdf)
-    assert 5 <= len(pages) <= 9
+    assert 4 <= len(pages) <= 6
     for number, page in enumerate(pages, 1):
         assert f"page {number} of {len(pages)}" in page
         assert "Certificate <certificate_number>" in page
@@ -236,9 +236,8 @@ def test_a_hundred_cycles_fill_a_reasonable_number_of_pages(
 ) -> None:
     pages = pdf_pages(certificate_pdf(hundred_cycles))
     assert 5 <= len(pages) <= 10  # without charts
-    annex = [page for page in pages if "page" in page and page.count("\n") > 60]
     targets = f"{hundred_cycles.test.target[-1]:.3f}"
-    assert sum(targets in page for page in annex) >= 2
+    assert sum("Cycle" in page and targets in page for page in pages) >= 2
     text = squeezed(" ".join(pages))
     last = hundred_cycles.test.deviation[:, -1, 1]
     row = "".join(f"{value:.2f}".replace("-", "−") for value in last)
@@ -287,7 +286,7 @@ def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_pag
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
     assert f'http-equiv="Content-Security-Policy" content="{policy}"' in page
     reader = PageReader(page)
-    assert page.count("<svg") == page.count("<figure>") == 6
+    assert page.count("<svg") == page.count("<figure>") == 3
     assert not {"html:script", "foreignobject", "use:script"} & reader.tags
     for symbol in FIGURE_SYMBOLS.values():
         assert symbol in reader.text

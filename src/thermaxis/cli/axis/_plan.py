@@ -208,6 +208,7 @@ def _head(result: PlanResult, output: str | None) -> Iterator[str]:
     unit = plan.kind.units.position
     side = "forward" if plan.approaches[0] == FORWARD else "backward"
     directions = "bidirectional" if len(plan.approaches) == 2 else f"unidirectional, {side}"
+    yield _answer(result)
     name = f"{output}: " if output is not None else ""
     yield f"{name}plan {plan_sha256(plan)}{f', {plan.title}' if plan.title else ''}"
     yield (
@@ -222,13 +223,27 @@ def _head(result: PlanResult, output: str | None) -> Iterator[str]:
     )
 
 
+def _answer(result: PlanResult) -> str:
+    plan, expected = result.plan, result.expected
+    takes = (
+        f"the run of {plan.cycles} x {plan.target.size} targets takes"
+        f" {result.duration.total_s / 3600.0:.2f} h"
+    )
+    if expected is None:
+        return takes
+    return (
+        f"{takes}; without its drift every mean deviation is then known to"
+        f" ±{2.0 * expected.largest_level_std:.2g} {plan.kind.units.deviation} (k = 2)"
+    )
+
+
 def _search(result: PlanResult) -> list[Part]:
     search, arguments = result.search, result.arguments
     if search is None:
         return [Value("search", None)]
     unit, cycles = result.plan.kind.units.deviation, search.plan.cycles
     figure = arguments.target_figure or LEVEL_KEY
-    of = "the levels" if figure == LEVEL_KEY else figure
+    of = "the mean deviations" if figure == LEVEL_KEY else figure
     fewer = search.tried.get(cycles - 1)
     beside = "" if fewer is None else f" ({cycles - 1} cycles: {fewer:.4g} {unit})"
     values = [
@@ -293,7 +308,7 @@ def _uncertainty(result: PlanResult) -> Iterator[Part]:
         yield Section("", [f"Expected uncertainty: none. {reason}"])
         return
     unit, approaches = result.plan.kind.units.deviation, result.plan.approaches
-    rows = [_row("level, largest", expected.largest_level_std, "")]
+    rows = [_row("mean deviation, largest", expected.largest_level_std, "")]
     rows += [
         _row(key, figure.standard_uncertainty, f"{figure.bias:+.3f}")
         for key, figure in expected.figures.items()
@@ -317,16 +332,16 @@ def _uncertainty(result: PlanResult) -> Iterator[Part]:
     said = (
         f"For {_assumption_words(result)}; an axis with {result.assumptions.systematic:g} {unit} of"
         f" systematic error and {result.assumptions.reversal:g} {unit} of reversal. Instrument and"
-        " environment come on top. Levels hold for the mean time of the readings,"
+        " environment come on top. They hold for the mean time of the readings,"
         f" {expected.reference_time_s / 3600.0:.2f} h. Without any drift they would have"
         f" {expected.mean_std:.3f} {unit}; in plain means the assumed drift would leave errors of"
         f" up to {expected.drift_in_means:.3g} {unit}."
     )
     if simulated is not None:
         said += (
-            f" {simulated.runs} simulated runs through the drift evaluation: error of the levels"
-            f" {simulated.level_error:.3f} {unit}, stated {simulated.level_std:.3f} {unit}"
-            " (root mean squares)."
+            f" {simulated.runs} simulated runs through the drift evaluation: error of the mean"
+            f" deviations {simulated.level_error:.3f} {unit}, stated {simulated.level_std:.3f}"
+            f" {unit} (root mean squares)."
         )
         parts[-1] = Section("simulated", values_of(simulated, "runs", "level_error", "level_std"))
     yield Section("expected", [*parts, said])

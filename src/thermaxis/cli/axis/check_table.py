@@ -19,6 +19,7 @@ from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.axis.tables.control import add_control, axis_name
 from thermaxis.cli.axis.tables.described import (
+    effect_in_words,
     effects,
     slope_in_words,
     table_of,
@@ -210,6 +211,7 @@ def described(result: CheckedTable) -> list[Part]:
         Value("control", result.arguments.control),
         Value("options", result.options),
         Value("kind", str(run.test.kind)),
+        Section("", [*nothing, *messages_of("findings", findings, "finding")]),
         *_head(result),
         table_of(result.read.table),
         Value("points_in_file", result.read.points_in_file),
@@ -217,7 +219,6 @@ def described(result: CheckedTable) -> list[Part]:
         effects(run.test, measured, result.without_drift),
         Value("figures.opposite_sign", shown_figures(run.test, result.opposite.figures_after)),
         Value("range", {key: systematic_range(level) for key, level in ranges.items()}),
-        Section("", [*nothing, *messages_of("findings", findings, "finding")]),
         *messages_of("warnings", [*run.test.remarks, *warnings_of(result)], "warning"),
     ]
 
@@ -229,6 +230,7 @@ def _head(result: CheckedTable) -> Iterator[str]:
     every = "" if table.step is None else f", every {table.step:.9g} {units.position}"
     name, title = result.arguments.table, result.control.title
     yield f"{name}: compensation table{axis}, read as {title} reads it"
+    yield effect_in_words(result.run.test, result.measured)
     yield (
         f"{table.position.size} points from {table.position[0]:.9g} to {table.position[-1]:.9g}"
         f" {units.position}{every}; deviations {float(np.min(table.deviation)):+.2f} to"

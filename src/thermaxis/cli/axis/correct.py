@@ -48,17 +48,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "name of the axis on the control (default: what the run states, else X, on a rotary"
         " axis C, with a warning)",
     )
-    add("--drift-free", "levels without drift, at one thermal state (default: as measured)", bool)
+    add(
+        "--drift-free",
+        "mean deviations without drift, at one thermal state (default: as measured)",
+        bool,
+    )
     add(
         "--reference-time H",
-        "thermal state of the drift-free levels, hours from the first reading (default: the"
+        "thermal state of --drift-free, hours from the first reading (default: the"
         " mean time of the readings)",
         hours,
     )
     add(
         "--no-drift",
-        "leave the drift model and the figures without drift out; not where drift-free levels"
-        " are asked for. It is faster by far for thousands of readings (default: the drift"
+        "leave the drift model and the figures without drift out; not together with"
+        " --drift-free. It is faster by far for thousands of readings (default: the drift"
         " model is fitted)",
         bool,
     )

@@ -27,7 +27,7 @@ from thermaxis.errors import DataError
 from thermaxis.messages import remedy_of
 from thermaxis.positioning import Cycle, Edition, PositioningTest
 from thermaxis.report import PositioningReport
-from thermaxis.report.tables import describe_evaluation
+from thermaxis.report.tables import describe_evaluation, summary_of
 
 _LONGEST_SOURCE_NAME = 200
 
@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     add = adder(parser)
     add("file FILE", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
+    add("--full-tables", "show every table below the summary", bool)
     add_json(parser)
     add_report(parser, "certificate")
     add_figures(parser, "every chart as PNG and SVG, and its CSV")
@@ -57,10 +58,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     reference(
         "--reference-time H",
-        "hours from the first reading, within the run. The drift-free levels are those of the"
+        "hours from the first reading, within the run. The drift-free figures are those of the"
         " thermal state then, and the deviation chart is anchored at the first cycle that"
         " starts then or later; needs times; not together with the option above (default:"
-        " levels: mean time of the readings; chart: as above)",
+        " figures: mean time of the readings; chart: as above)",
         hours,
     )
     add(
@@ -239,7 +240,9 @@ def run(arguments: argparse.Namespace) -> int:
         evaluated = evaluate(arguments)
         if not quiet:
             progress.hide()
-            show(describe_evaluation(evaluated), arguments.json)
+            sys.stdout.write(summary_of(evaluated))
+            everything = describe_evaluation(evaluated)
+            show(everything, arguments.json, quiet=not arguments.full_tables)
         for path in reports:
             report.write_report(evaluated, path, progress=progress)
         if arguments.figures is not None:

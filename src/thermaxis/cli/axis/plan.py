@@ -109,7 +109,8 @@ def _add_uncertainty(parser: argparse.ArgumentParser) -> None:
         float,
     )
     add(
-        "--target-figure KEY", "of what: level (default), or a figure such as B, E, R, A, E_forward"
+        "--target-figure KEY",
+        "of what: level (default), the mean deviation of a target, or a figure such as B, E, R, A",
     )
     add("--standard", "let the search take at least the five cycles that ISO 230-2 asks for", bool)
     add("--longest H", "longest run of the search (default: 24)", float)

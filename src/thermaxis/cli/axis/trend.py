@@ -89,10 +89,10 @@ def described(trend: report.Trend) -> list[Part]:
         Value("version", __version__),
         Value("kind", str(trend.runs[0].test.kind)),
         Value("sorted_by", "order given" if trend.dates is None else "start"),
+        Section("", [_change(change, len(trend.runs), unit) for change in trend.changes]),
         *shown,
         *([_UNCERTAINTY] if known else []),
         Value("runs", [as_json(_run(run)) for run in trend.runs]),
-        Section("", [_change(change, len(trend.runs), unit) for change in trend.changes]),
         Value("changes", [as_json(_values_of(change)) for change in trend.changes]),
         Section("", messages_of("warnings", trend.warnings, "warning")),
     ]
@@ -133,7 +133,7 @@ def _change(change: report.TrendChange, runs: int, unit: str) -> str:
     if change.significant is None:
         return text
     verdict = "more than" if change.significant else "within"
-    return f"{text}: {verdict} its expanded uncertainty of {change.expanded_uncertainty:.2f} {unit}"
+    return f"{text}: {verdict} its U of {change.expanded_uncertainty:.2f} {unit} (k = 2)"
 
 
 def _values_of(change: report.TrendChange) -> list[Value]:

@@ -1,4 +1,5 @@
 finding-scale_error_linear = Chyba měřítka (přímka) { SIGNED($slope_um_per_m) } µm/m ({ SIGNED($over_length_um) } µm na { $length_mm } mm), { $state }; vysvětlila by ji chyba teploty materiálu { FIXED($temperature_error_K) } K při { $expansion_ppm_per_K } ppm/K ({ $source }).
+    .short = Chyba měřítka (přímka) { SIGNED($slope_um_per_m) } µm/m ({ SIGNED($over_length_um) } µm na { $length_mm } mm), { $state }.
 finding-scale_error_rotary = Chyba měřítka (přímka) { SIGNED($slope_arcsec_per_turn) } úhlových vteřin na otáčku ({ SIGNED($over_length_arcsec) } úhlových vteřin na { $length_deg } °), { $state }.
 finding-periodic_error = Periodická chyba s amplitudou { FIXED($amplitude) } { $unit } a periodou { $period } { $position_unit }, { $source }.
 finding-periodic_error_ambiguous = Periodická chyba s amplitudou { FIXED($amplitude) } { $unit } a periodou { $period } { $position_unit }, { $source }; při těchto cílových polohách by přibližně stejně dobře odpovídaly i jiné: { $others }.
@@ -12,7 +13,9 @@ finding-drift_reversal = Drift v poloze { $position } { $position_unit } obrací
 finding-temperature_channel = Drift sleduje kanál „{ $channel }“ bez zpoždění: korelace { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-temperature_channel_delayed = Drift sleduje kanál „{ $channel }“ se zpožděním { $delay }: korelace { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-hidden_period_stated = Rozestupy cílových poloh jsou téměř násobky { $periods } (uvedeno v souboru): chyba s takovou periodou zůstane skryta; měřte s náhodnou částí cílových poloh.
+    .short = Chyba s periodou { $periods } (uvedeno v souboru) zůstane v těchto cílových polohách skryta.
 finding-hidden_period_common = Rozestupy cílových poloh jsou téměř násobky period obvyklých u pohonů ({ $periods }): chyba s takovou periodou zůstane skryta; měřte s náhodnou částí cílových poloh.
+    .short = Chyba s periodou { $periods } zůstane v těchto cílových polohách skryta.
 
 diagnosis-amount = { $amount } { $unit }
 diagnosis-readings = { $readings } čtení

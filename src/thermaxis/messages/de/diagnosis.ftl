@@ -1,4 +1,5 @@
 finding-scale_error_linear = Maßstabsfehler (Ausgleichsgerade) von { SIGNED($slope_um_per_m) } µm/m ({ SIGNED($over_length_um) } µm auf { $length_mm } mm), { $state }; ein Fehler der Materialtemperatur von { FIXED($temperature_error_K) } K würde ihn erklären, bei { $expansion_ppm_per_K } ppm/K ({ $source }).
+    .short = Maßstabsfehler (Ausgleichsgerade) von { SIGNED($slope_um_per_m) } µm/m ({ SIGNED($over_length_um) } µm auf { $length_mm } mm), { $state }.
 finding-scale_error_rotary = Maßstabsfehler (Ausgleichsgerade) von { SIGNED($slope_arcsec_per_turn) } Bogensekunden je Umdrehung ({ SIGNED($over_length_arcsec) } Bogensekunden auf { $length_deg } °), { $state }.
 finding-periodic_error = Periodischer Fehler mit einer Amplitude von { FIXED($amplitude) } { $unit } und einer Periode von { $period } { $position_unit }, { $source }.
 finding-periodic_error_ambiguous = Periodischer Fehler mit einer Amplitude von { FIXED($amplitude) } { $unit } und einer Periode von { $period } { $position_unit }, { $source }; bei diesen Zielpositionen würden andere etwa gleich gut passen: { $others }.
@@ -12,7 +13,9 @@ finding-drift_reversal = Die Drift kehrt bei { $position } { $position_unit } ih
 finding-temperature_channel = Die Drift folgt dem Kanal „{ $channel }“ ohne Verzögerung: Korrelation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-temperature_channel_delayed = Die Drift folgt dem Kanal „{ $channel }“ mit einer Verzögerung von { $delay }: Korrelation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-hidden_period_stated = Die Abstände der Zielpositionen sind nahezu Vielfache von { $periods } (Angabe der Datei): ein Fehler mit einer solchen Periode bleibt verborgen; mit einem Zufallsanteil der Zielpositionen messen.
+    .short = Ein Fehler mit einer Periode von { $periods } (Angabe der Datei) bleibt bei diesen Zielpositionen verborgen.
 finding-hidden_period_common = Die Abstände der Zielpositionen sind nahezu Vielfache von Perioden, die bei Antrieben üblich sind ({ $periods }): ein Fehler mit einer solchen Periode bleibt verborgen; mit einem Zufallsanteil der Zielpositionen messen.
+    .short = Ein Fehler mit einer Periode von { $periods } bleibt bei diesen Zielpositionen verborgen.
 
 diagnosis-amount = { $amount } { $unit }
 diagnosis-readings = { $readings } Ablesungen

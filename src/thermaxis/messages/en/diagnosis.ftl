@@ -3,6 +3,7 @@
 ## Findings
 
 finding-scale_error_linear = Straight-line error of { SIGNED($slope_um_per_m) } µm/m ({ SIGNED($over_length_um) } µm over { $length_mm } mm), { $state }; an error of { FIXED($temperature_error_K) } K in the temperature of the material would explain it, at { $expansion_ppm_per_K } ppm/K ({ $source }).
+    .short = Straight-line error of { SIGNED($slope_um_per_m) } µm/m ({ SIGNED($over_length_um) } µm over { $length_mm } mm), { $state }.
 finding-scale_error_rotary = Straight-line error of { SIGNED($slope_arcsec_per_turn) } arcsec per turn ({ SIGNED($over_length_arcsec) } arcsec over { $length_deg } °), { $state }.
 finding-periodic_error = Periodic error with an amplitude of { FIXED($amplitude) } { $unit } and a period of { $period } { $position_unit }, { $source }.
 finding-periodic_error_ambiguous = Periodic error with an amplitude of { FIXED($amplitude) } { $unit } and a period of { $period } { $position_unit }, { $source }; on these targets others would fit about as well: { $others }.
@@ -16,7 +17,9 @@ finding-drift_reversal = The drift reverses its direction at { $position } { $po
 finding-temperature_channel = The drift follows the channel '{ $channel }' without delay: correlation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-temperature_channel_delayed = The drift follows the channel '{ $channel }' { $delay } later: correlation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-hidden_period_stated = The intervals between the targets are nearly multiples of { $periods } (stated in the file): an error with such a period stays hidden; measure with a random part of the targets.
+    .short = An error with a period of { $periods } (stated in the file) stays hidden at these targets.
 finding-hidden_period_common = The intervals between the targets are nearly multiples of periods that are common for drives ({ $periods }): an error with such a period stays hidden; measure with a random part of the targets.
+    .short = An error with a period of { $periods } stays hidden at these targets.
 
 ## Phrases in them
 

@@ -29,7 +29,7 @@ warning-anchor_outlying = the reading of position { $position } { $approach } in
 
 warning-order_as_time = the readings have no times: their acquisition order serves as time
 warning-axis_bows = the axis bows with time: a parabola of the position was added to the drift
-warning-visits_hide_drift = each target was measured in a short part of the run: this order of visits hides drift in the levels, and only the bands of the levels show how much
+warning-visits_hide_drift = each target was measured in a short part of the run: this order of visits hides drift in the mean deviations, and only their uncertainties show how much
 warning-target_drifts_otherwise = target { $targets } drifts otherwise than the rest of the axis: the drift model does not hold there, and its bands are too narrow
 
 ## Plans
@@ -38,8 +38,8 @@ remark-pitch_not_stated = no pitch is stated: whether the interval is a multiple
 remark-interval_made_smaller = the interval was made smaller, from { $before } to { $interval }: it was a multiple of the pitch { $pitch } within a tenth of it, and periodic errors would have been met in the same phase; { $left } of the length at its far end stay without a target
 remark-random_part_limited = the random part is { $share } of the interval and less than half the pitch { $pitch }: with half the pitch neighbours would come too near to each other
 warning-periodic_error_hidden = a periodic error of the pitch { $pitch } { $unit } may show only { FIXED($visible_percent, decimals: 0) }% of its size at these targets: take another seed, more targets or another interval
-warning-simulated_runs_worse = simulated runs come to { FIXED($simulated, decimals: 3) } { $unit } at the levels, not to the { FIXED($foretold, decimals: 3) } { $unit } that the covariance foretells: in this order of visits drift and levels are hard to tell apart
-warning-simulated_levels_wrong = in simulated runs the levels are wrong by { FIXED($error, decimals: 3) } { $unit } where the drift evaluation states { FIXED($stated, decimals: 3) } { $unit }: in this order of visits a drift may pass for an error of the axis
+warning-simulated_runs_worse = simulated runs come to { FIXED($simulated, decimals: 3) } { $unit } at the targets, not to the { FIXED($foretold, decimals: 3) } { $unit } that the covariance foretells: in this order of visits drift and errors of the axis are hard to tell apart
+warning-simulated_levels_wrong = in simulated runs the mean deviations are wrong by { FIXED($error, decimals: 3) } { $unit } where the drift evaluation states { FIXED($stated, decimals: 3) } { $unit }: in this order of visits a drift may pass for an error of the axis
 
 ## A run against its plan
 

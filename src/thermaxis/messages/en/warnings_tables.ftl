@@ -9,8 +9,8 @@ warning-axis_of_run_unnamed = The run does not name its axis: whether both are o
 warning-axis_of_run_unusable = The run names its axis '{ $stated }', which is no name of an axis on a control: whether both are of the same axis was not checked.
 warning-drift_left_out = --no-drift leaves the drift model out.
 warning-drift_unknown = Whether the run drifts is not known: { $cause }
-warning-drift_in_levels = The run drifts, by { SIGNED($total, decimals: 2) } { $unit } in common and { SIGNED($per_m, decimals: 1) } { $unit } per 1000 { $position_unit } of length; the measured levels depart from the drift-free ones by up to { FIXED($apart, decimals: 2) } { $unit }: consider --drift-free.
-warning-drift_not_removed = The run drifts, by { SIGNED($total, decimals: 2) } { $unit } in common and { SIGNED($per_m, decimals: 1) } { $unit } per 1000 { $position_unit } of length: no table removes that; see the figures without drift.
+warning-drift_in_levels = The run drifts: the whole axis by { SIGNED($total, decimals: 2) } { $unit }, and its length by { SIGNED($per_m, decimals: 1) } { $unit } per 1000 { $position_unit }; the measured mean deviations differ from those without drift by up to { FIXED($apart, decimals: 2) } { $unit }: consider --drift-free.
+warning-drift_not_removed = The run drifts: the whole axis by { SIGNED($total, decimals: 2) } { $unit }, and its length by { SIGNED($per_m, decimals: 1) } { $unit } per 1000 { $position_unit }: no table removes that; see the figures without drift.
 warning-temperature_of_run = Temperature of the run: { $temperature }.
 
 ## What was in force

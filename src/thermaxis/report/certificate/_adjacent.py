@@ -10,10 +10,10 @@ from thermaxis.report._document import Block, ItemList, Paragraph, Picture, Sect
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
 from thermaxis.report._text import positions
-from thermaxis.report.certificate._number_tables import number_table, numbered_positions
-from thermaxis.report.charts import at_position, bound_words, detail_decimals, pair_labels
+from thermaxis.report.certificate._number_tables import number_table
+from thermaxis.report.charts import at_position, detail_decimals, pair_labels
 
-_HEADING = "Adjacent-difference method (not results of ISO 230-2)"
+_HEADING = "adjacent-difference method (not results of ISO 230-2)"
 _WHAT_IT_IS = (
     "The values of this section are not results of ISO 230-2 and do not replace them. Method:"
     " Stejskal et al. 2017, equations (4) to (6): differences of two neighbouring positions of the"
@@ -48,7 +48,6 @@ def adjacent_section(report: PositioningReport, pictures: dict[str, Picture]) ->
         ItemList(points),
         _pair_table(report, result),
         *charts,
-        _chart_table(report, result),
     )
     return [Section(_HEADING, blocks)]
 
@@ -113,22 +112,3 @@ def _pair_table(report: PositioningReport, result: AdjacentDifferenceResult) -> 
     )
     cells = zip(pair_labels(result.target.size), names, strict=True)
     return number_table(f"<Pair | <Targets [{units.position}]", cells, numbers, caption)
-
-
-def _chart_table(report: PositioningReport, result: AdjacentDifferenceResult) -> Table:
-    units, decimals = report.test.kind.units, detail_decimals(report)
-    numbers = [
-        column
-        for a, found in result.measured
-        for column in (
-            (f"chart {ARROWS[a]}", found.chart, decimals),
-            (f"bound {ARROWS[a]}", found.bound, decimals),
-        )
-    ]
-    caption = (
-        "Deviation chart by adjacent differences (not a result of ISO 230-2), in"
-        f" {units.deviation}; bound: half width, {bound_words(result)}; position 1 has the bound"
-        " of position 2."
-    )
-    heads = f"<Position | Target [{units.position}]"
-    return number_table(heads, numbered_positions(result.target), numbers, caption)

@@ -49,7 +49,7 @@ def target_section(report: PositioningReport) -> Section:
         [(label, numbers, decimals) for label, numbers in values],
         caption,
     )
-    return Section("Annex A: results of each target", (table, *level_tables(report)))
+    return Section("results of each target", (table, *level_tables(report)))
 
 
 def raw_section(report: PositioningReport) -> Section:
@@ -57,13 +57,13 @@ def raw_section(report: PositioningReport) -> Section:
     test = report.test
     readings = int(np.sum(~np.isnan(test.deviation)))
     if test.target.size * test.cycles * len(report.test.approaches) > _MOST_PRINTED:
-        heading = f"Annex B: raw data (not printed: more than {_MOST_PRINTED} readings)"
+        heading = f"raw data (not printed: more than {_MOST_PRINTED} readings)"
         words = (
             f"The {readings} readings are not printed here. They are in the measurement file whose"
             " SHA-256 this certificate states."
         )
         return Section(heading, (Paragraph(words), *_channels(report)))
-    heading = "Annex B: raw data (all readings)"
+    heading = "raw data (all readings)"
     missing = sum(
         int(np.sum(np.isnan(test.deviation[:, :, approach]))) for approach in report.test.approaches
     )

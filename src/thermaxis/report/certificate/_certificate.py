@@ -82,6 +82,7 @@ _CAPTIONS = {
 }
 """Charts that a certificate shows, in their order, with their captions."""
 
+_FEW_CYCLES = 10
 _OVER_CYCLES = ("figure_06_all_cycles", "against_cycles", "figure_07_one_position")
 
 
@@ -103,8 +104,8 @@ def draw_pictures(report: PositioningReport, progress: Progress) -> dict[str, Pi
 
 
 def _is_shown(name: str, report: PositioningReport) -> bool:
-    """Return whether a certificate shows a chart: one cycle alone is seen in the first chart."""
-    return report.test.cycles > 1 or name not in _OVER_CYCLES
+    """Return whether a certificate shows a chart: few cycles are seen in the first one."""
+    return report.test.cycles > _FEW_CYCLES or name not in _OVER_CYCLES
 
 
 def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -> Document:
@@ -112,18 +113,24 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
     axis, number = prevailing(report, "axis"), prevailing(report, "certificate_number")
     title = "Accuracy and repeatability of positioning"
     date = report.document_date
-    draft, raw = bool(report.missing_fields), raw_section(report)
+    draft = bool(report.missing_fields)
+    annexes = (
+        target_section(report),
+        *adjacent_section(report, pictures),
+        *_cycles_section(pictures),
+        raw_section(report),
+    )
     sections = [
         Section("Notes to the results", (ItemList(tuple(_notes(report)), numbered=True),)),
         *drift_section(report, pictures),
         *diagnosis_section(report),
-        *_warning_section(report),
-        *adjacent_section(report, pictures),
         *_other_section(report),
-        *_cycles_section(pictures),
+        *_warning_section(report),
         condition_section(report),
-        replace(target_section(report), new_page=True),
-        replace(raw, blocks=(*raw.blocks, Paragraph("End of the certificate."))),
+        *(
+            replace(annex, heading=f"Annex {letter}: {annex.heading}")
+            for letter, annex in zip("ABCD", annexes, strict=False)
+        ),
     ]
     return Document(
         title=f"{title}{f', axis {plain_text(axis, 40)}' if axis else ''}",
@@ -138,6 +145,7 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
         ),
         author=f"thermaxis {report.version}",
         issuer=issuer(report),
+        end="End of the certificate.",
         opening=(
             identification(report),
             *_verdict(report),
@@ -335,5 +343,5 @@ def _cycles_section(pictures: dict[str, Picture]) -> list[Section]:
         " would have given, and one position over the cycles."
     )
     return [
-        Section("The run over its cycles", (Paragraph(words), *(pictures[name] for name in names)))
+        Section("the run over its cycles", (Paragraph(words), *(pictures[name] for name in names)))
     ]

@@ -233,8 +233,9 @@ def _other_lines(report: PositioningReport) -> list[Block]:
 def issuer(report: PositioningReport) -> tuple[str, ...]:
     """Return the laboratory, as the head of the first page names it: a name, and what follows."""
     keys = ("address", "country", "mark", "email", "phone")
-    parts = (stated(report, f"laboratory_{key}") for key in keys)
-    lines = (stated(report, "laboratory"), " · ".join(part for part in parts if part))
+    parts = [(key, stated(report, f"laboratory_{key}")) for key in keys]
+    shown = (f"mark {part}" if key == "mark" else part for key, part in parts if part)
+    lines = (stated(report, "laboratory"), " · ".join(shown))
     return tuple(line for line in lines if line)
 
 
@@ -255,7 +256,7 @@ def identification(report: PositioningReport) -> Fields:
         ("Axis under test", _first(report, "axis")),
         ("Instrument", _first(report, "instrument", "instrument_serial_number")),
         (
-            "Its calibration",
+            "Instrument's certificate",
             _first(report, "instrument_certificate_number", "instrument_traceability"),
         ),
         ("Date of the test", _days(report)),

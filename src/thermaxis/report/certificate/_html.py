@@ -62,7 +62,7 @@ footer { margin-top: 2rem; border-top: 1px solid #888; font-size: .8rem; color: 
   html { font-size: 11.5px; }
   body { margin: 0; max-width: none; padding: 0; }
   figure, dl, tr, .verdict, .signature { break-inside: avoid; }
-  h2, h3 { break-after: avoid; } .new-page { break-before: page; }
+  h2, h3 { break-after: avoid; }
   .scroll { overflow: visible; }
   table.dense { font-size: 6.5pt; } table.dense th, table.dense td { padding: 0 .25em; }
 }
@@ -93,6 +93,7 @@ def render_html(document: Document) -> str:
         "</header>",
         "<main>",
         *(_section(section, pictures) for section in document.sections),
+        f"<p>{escape(document.end)}</p>" if document.end else "",
         "</main>",
         f"<footer><p>{escape(document.footer)} · {escape(document.author)}</p></footer>",
         "</body>",
@@ -104,8 +105,7 @@ def render_html(document: Document) -> str:
 
 def _section(section: Section, pictures: Iterator[int]) -> str:
     blocks = "\n".join(_block(block, pictures) for block in section.blocks)
-    new_page = ' class="new-page"' if section.new_page else ""
-    return f"<section{new_page}>\n<h2>{escape(section.heading)}</h2>\n{blocks}\n</section>"
+    return f"<section>\n<h2>{escape(section.heading)}</h2>\n{blocks}\n</section>"
 
 
 def _block(block: Block, pictures: Iterator[int]) -> str:

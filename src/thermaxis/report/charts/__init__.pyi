@@ -1,4 +1,3 @@
-from ._adjacent import bound_words as bound_words
 from ._drift_model import (
     growth_unit as growth_unit,
     reference_place as reference_place,

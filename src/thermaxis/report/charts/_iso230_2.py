@@ -34,7 +34,7 @@ from thermaxis.report.charts._parts import (
 def draw_iso230_2(report: PositioningReport) -> Figure:
     """Draw means, bands, runs, and the extents of M, E, A, R and B."""
     result = report.iso230_2
-    figure = new_figure(3.4)
+    figure = new_figure(4.1)
     axes, margin = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 0.17))
     _draw_means(axes, report)
     _draw_bands(axes, report)

@@ -15,4 +15,5 @@ from ._evaluation import (
     results_json as results_json,
     results_sha256 as results_sha256,
 )
+from ._summary import summary_of as summary_of
 from ._text_table import filled as filled, text_table as text_table

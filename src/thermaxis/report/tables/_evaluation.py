@@ -132,20 +132,6 @@ def _finding(finding: Finding) -> dict[str, object]:
 
 def _run(report: PositioningReport) -> Iterator[Part]:
     test = report.test
-    axis = report.header.get("axis", "")
-    times = {
-        "file": "times from the file",
-        "interpolated": "times spread between start and end",
-        "order": "no times, order known",
-        "none": "no times",
-    }[str(test.time_source)]
-    lasting = "" if test.time_s is None else f", {float(np.nanmax(test.time_s)) / 3600.0:.2f} h"
-    yield report.source_name + (f", axis {axis[:40]}" if axis else "")
-    yield (
-        f"{test.kind} axis, {test.target.size} targets from {test.target[0]:g} to"
-        f" {test.target[-1]:g} {test.kind.units.position}, {test.cycles} {test.cycle} cycles,"
-        f" {'uni' if test.unidirectional else 'bi'}directional{lasting} ({times})"
-    )
     yield Value("input.name", report.source_name)
     yield Value("input.sha256", report.source_sha256)
     yield Section(
@@ -182,7 +168,7 @@ def _figures(report: PositioningReport) -> Section:
         Table(edition_name(result.edition), rows, words=2),
     ]
     if limits is not None:
-        parts.append(f"verdict: {limits.verdict} ({limits.limits.decision_rule.in_words})")
+        parts.append(limits.limits.decision_rule.in_words)
     title = f"Targets, {unit}"
     targets = _targets(report.test, result, report.figure_decimals)
     return Section("iso230_2", [*parts, Table(title, targets, key="targets")])
@@ -276,7 +262,7 @@ def _drift(report: PositioningReport) -> Part:
         "drift",
         [
             Table(f"Drift eliminated, {unit} {_NOT_OF_THE_STANDARD}", rows, words=1),
-            *_drift_in_words(report.test, drift),
+            *_state_and_noise(report.test, drift),
             *_left_out(free),
             *values_of(drift, "model", "significant", "p_no_drift", "residual_std"),
             *values_of(drift, "effective_parameters", "total", "total_within", "total_per_m"),
@@ -302,21 +288,10 @@ def _by_figure(values: Mapping[str, float]) -> dict[str, float | None]:
     return {key: values.get(key) for key in FIGURE_KEYS}
 
 
-def _drift_in_words(test: PositioningTest, drift: DriftResult) -> Iterator[str]:
+def _state_and_noise(test: PositioningTest, drift: DriftResult) -> Iterator[str]:
     unit = test.kind.units.deviation
-    if drift.significant:
-        when = ""
-        if drift.reference_time_s is not None:
-            when = f" at {drift.reference_time_s / 3600.0:.2f} h"
-        model = "a straight line" if str(drift.model) == "line" else "a smooth curve"
-        growth = "µm/m" if unit == "µm" else "arcsec per 1000°"
-        yield (
-            f"drift: {model}; over the run {drift.total:+.2f} ± {drift.total_within:.2g} {unit} in"
-            f" common and {drift.total_per_m:+.1f} ± {drift.total_per_m_within:.2g} {growth} of"
-            f" growth; levels are those of the thermal state{when}"
-        )
-    else:
-        yield f"no drift is seen (p = {drift.p_no_drift:.2g}): the run is left as it was"
+    if drift.reference_time_s is not None:
+        yield f"drift-free: in the thermal state at {drift.reference_time_s / 3600.0:.2f} h"
     noise = ", ".join(
         f"{arrow} {value:.3g}"
         for arrow, value in zip("↑↓", drift.noise_std.tolist(), strict=True)

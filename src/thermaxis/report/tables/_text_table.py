@@ -15,10 +15,10 @@ def _aligned(text: str, width: int, *, left: bool) -> str:
     return text + blank if left else blank + text
 
 
-def text_table(
-    title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: int = 0
-) -> str:
-    """Return a table as text."""
+def aligned_lines(
+    heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: int = 0
+) -> list[str]:
+    """Return heads and rows as lines with aligned columns, `words` of them to the left."""
     widths = [max(map(_width, column)) for column in zip(heads, *rows, strict=True)]
 
     def line(cells: Sequence[str]) -> str:
@@ -28,8 +28,16 @@ def text_table(
         )
         return ("  " + "  ".join(placed)).rstrip()
 
-    rule = " " + "─" * (sum(widths) + 2 * len(widths))
-    return "\n".join((title, "", line(heads), rule, *map(line, rows), ""))
+    return [*map(line, (heads, *rows))]
+
+
+def text_table(
+    title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: int = 0
+) -> str:
+    """Return a table as text."""
+    head, *lines = aligned_lines(heads, rows, words=words)
+    rule = " " + "─" * max(map(_width, (head, *lines)))
+    return "\n".join((title, "", head, rule, *lines, ""))
 
 
 def filled(text: str, *, hanging: bool = False) -> str:

@@ -79,8 +79,9 @@ def _head(result: MadeTable, kept: str | None) -> Iterator[str]:
     run = result.run
     output = result.arguments.output
     yield f"{output}: compensation table of axis {run.axis} for {result.control.title}"
+    yield effect_in_words(run.test, result.measured)
     yield run_in_words(run)
-    yield f"levels: {levels_in_words(result)}"
+    yield f"made of: {levels_in_words(result)}"
     if kept is not None:
         yield f"the table that stood there was kept as {kept}"
 
@@ -89,13 +90,13 @@ def levels_in_words(result: MadeTable) -> str:
     """Return what levels the table was made of."""
     drift = result.run.drift
     if not result.arguments.drift_free or drift is None:
-        return "as measured, with the drift of the run in them"
+        return "mean deviations as measured, with the drift of the run in them"
     if not drift.significant:
-        return "no drift is seen in the run: the drift-free levels are the measured ones"
+        return "mean deviations as measured: no drift is seen in the run"
     when = ""
     if drift.reference_time_s is not None:
         when = f" at {drift.reference_time_s / 3600.0:.2f} h"
-    return f"drift-free, those of the thermal state{when}"
+    return f"mean deviations without drift, in the thermal state{when}"
 
 
 def _sign_and_unit(result: MadeTable) -> Iterator[str]:
@@ -195,9 +196,9 @@ def _left(result: MadeTable) -> Iterator[Part]:
         "bound",
         [
             (
-                "interpolation: between its points the table can miss a level by"
+                "interpolation: between its points the table can miss a mean deviation by"
                 f" {float(bound[i]):.{_DECIMALS}f} {unit} at most (target at"
-                f" {target[i]:.9g} {place}, by the slopes of the levels); the largest residual is"
+                f" {target[i]:.9g} {place}, by the slopes between targets); the largest residual is"
                 f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:.9g}"
                 f" {place}){'' if result.rule.per_direction else half}"
             ),
@@ -211,6 +212,19 @@ def _left(result: MadeTable) -> Iterator[Part]:
             Value("steepest_slope", result.wanted.steepest_slope[0]),
         ],
     )
+
+
+def effect_in_words(test: PositioningTest, effect: CorrectionEffect) -> str:
+    """Return what a table makes of the measured figures."""
+    before, after = (
+        shown_figures(test, figures) for figures in (effect.figures_before, effect.figures_after)
+    )
+    figures = [key for key in FIGURE_KEYS if key[0] in "AEM" and before[key] is not None]
+    said = [
+        f"{FIGURE_SYMBOLS[key]} from {before[key]:.{_DECIMALS}f} to {after[key]:.{_DECIMALS}f}"
+        for key in [key for key in figures if len(key) == 1] or figures
+    ]
+    return f"with the table, simulated: {', '.join(said)} {test.kind.units.deviation}"
 
 
 def effects(

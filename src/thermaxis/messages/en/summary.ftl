@@ -1,0 +1,62 @@
+### What one sees first of an evaluated run: 20 lines of a terminal
+
+summary-run = { $name }: { $kind } axis{ $axis }, { $targets } targets from { $first } to { $last } { $unit }, { $cycles } cycles, { $approaches ->
+        [both] forward and backward
+        [forward] forward only
+       *[backward] backward only
+    }, { $times ->
+        [file] { DURATION($lasting_s) }
+        [interpolated] { DURATION($lasting_s) } (times spread between start and end)
+        [order] no times, order known
+       *[none] no times
+    }
+
+## Verdict and figures
+
+summary-no_limits = verdict: none without limits; --limits FILE decides
+summary-verdict = verdict: { $verdict ->
+        [pass] PASS
+        [fail] FAIL
+       *[open] NOT DECIDED
+    } by { $rule ->
+        [simple] simple acceptance (U is not counted)
+       *[iso14253-1] ISO 14253-1 (U is counted)
+    }
+summary-verdict_of = { summary-verdict }: { $figures }
+summary-figure = { $figure } { $verdict }
+summary-figure_with_limit = { $figure } { $verdict } ({ $value }, limit { $limit })
+summary-figure_A = accuracy
+summary-figure_E = systematic { $edition ->
+        [E2014] error
+       *[older] deviation
+    }
+summary-figure_M = range of the mean
+summary-figure_R = repeatability
+summary-figure_B = reversal { $edition ->
+        [E2014] error
+       *[older] value
+    }
+summary-u = ± U: k = 2
+summary-u_without = ± U: k = 2, without { $left_out }
+summary-other_standard = { $name } ({ $mark }): { $figures } { $unit }
+
+## Drift
+
+summary-drift_linear = drift: significant ({ $p }); over the run thermal growth of { $growth } µm/m, which is { $grown } µm over the { $length } mm measured, and a shift of the whole axis of { $shift } µm
+summary-drift_rotary = drift: significant ({ $p }); over the run the scale changed by { $growth } arcsec per 1000°, which is { $grown } arcsec over the { $length }° measured, and the whole axis turned by { $shift } arcsec
+summary-no_drift_linear = drift: not significant ({ $p }); over the run thermal growth of less than { $growth } µm/m and a shift of the whole axis of less than { $shift } µm
+summary-no_drift_rotary = drift: not significant ({ $p }); over the run a change of scale of less than { $growth } arcsec per 1000° and a turn of the whole axis of less than { $shift } arcsec
+summary-no_drift = drift: not significant ({ $p })
+summary-drift_not_evaluated = drift: not evaluated
+
+## Last line
+
+summary-rest = More: { $findings ->
+        [0] {""}
+        [one] 1 finding,{" "}
+       *[other] { $findings } findings,{" "}
+    }{ $warnings ->
+        [0] {""}
+        [one] 1 warning,{" "}
+       *[other] { $warnings } warnings,{" "}
+    }all tables: --full-tables, or --json, --report

@@ -1,0 +1,232 @@
+"""What one sees first of an evaluated run: verdict, figures, drift, findings and warnings."""
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
+
+import numpy as np
+
+from thermaxis.codes import Message, printable
+from thermaxis.messages import keys, number_text, sentence_of
+from thermaxis.positioning import (
+    APPROACHES,
+    FigureUncertainty,
+    figures_by_key,
+)
+from thermaxis.report._limits_check import Verdict
+from thermaxis.report._names import FIGURE_SYMBOLS, OTHER_NAMES, edition_name, other_standard_name
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._text import as_given, two_digits
+from thermaxis.report.tables._text_table import aligned_lines
+
+_LINES, _WIDTH = 20, 80
+"""What a small terminal shows at once. [1]"""
+_LONGEST_NAME = 40
+_NO_MODEL = "warning-no_drift_model"
+_LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
+
+
+def summary_of(report: PositioningReport) -> str:
+    """Return what a metrologist at the machine needs first.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        The run with what was evaluated of it.
+
+    Returns
+    -------
+    str
+        At most 20 lines of at most 80 characters for a terminal, on which text from files cannot
+        act. The last line says how many findings and warnings had no room, and where they are.
+    """
+    head = [*_lines(_run(report)), *_lines(_verdict(report))]
+    figures = [*_figures(report)]
+    others = [*_other_standard(report), *_drift(report)]
+    drift = [line for message in others for line in _lines(message)]
+    findings = [_lines(_short(one.message), "finding: ") for one in report.diagnosis]
+    warnings = [one for one in report.warnings if one.code != _NO_MODEL]
+    of_chart = () if report.adjacent_difference is None else report.adjacent_difference.warnings
+    ranked = sorted(warnings, key=lambda one: one.code in _LESS_URGENT)
+    first = [_lines(one, "warning: ") for one in ranked if one not in of_chart]
+    room = _LINES - len([*head, *figures, *drift]) - 2
+    kept = _fitting(first, findings, room=room)
+    hidden = {"warnings": len(warnings) - len(kept[0]), "findings": len(findings) - len(kept[1])}
+    said = [line for kind in reversed(kept) for lines in kind for line in lines]
+    last = _lines(Message("summary-rest", hidden))
+    blocks = [head, figures, drift, said, last]
+    blank = _LINES - sum(map(len, blocks))
+    lines = [
+        line
+        for k, one in enumerate(blocks)
+        for line in ([""] * (0 < k <= blank and bool(one)) + one)
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _fitting(*kinds: Sequence[list[str]], room: int) -> tuple[list[list[str]], ...]:
+    """Return those of each kind that fit, the first of each before the second of any."""
+    kept: tuple[list[list[str]], ...] = tuple([] for _ in kinds)
+    for round_ in zip_longest(*kinds, fillvalue=[]):
+        for lines, own in zip(round_, kept, strict=True):
+            if 0 < len(lines) <= room:
+                own.append(lines)
+                room -= len(lines)
+    return kept
+
+
+def _lines(message: Message, before: str = "") -> list[str]:
+    text = before + sentence_of(message)  # its values are printable
+    return textwrap.wrap(text, _WIDTH, break_on_hyphens=False, subsequent_indent="  ")
+
+
+def _short(message: Message) -> Message:
+    short = f"{message.code}.short"
+    return Message(short, message.values) if short in keys("en") else message
+
+
+def _run(report: PositioningReport) -> Message:
+    test, axis = report.test, report.header.get("axis", "")
+    first, last = (float(test.target[k]) for k in (0, -1))
+    values = {
+        "name": printable(report.source_name, _LONGEST_NAME),
+        "kind": str(test.kind),
+        "axis": f" {printable(axis, _LONGEST_NAME)}" if axis else "",
+        "targets": test.target.size,
+        "first": f"{first:g}",
+        "last": f"{last:g}",
+        "unit": test.kind.units.position,
+        "cycles": test.cycles,
+        "approaches": _approaches(report),
+        "times": str(test.time_source),
+        "lasting_s": None if test.time_s is None else float(np.nanmax(test.time_s)),
+    }
+    return Message("summary-run", values)
+
+
+def _approaches(report: PositioningReport) -> str:
+    measured = report.test.approaches
+    return "both" if len(measured) == 2 else APPROACHES[measured[0]]
+
+
+# ---- verdict and figures ------------------------------------------------------------------------
+
+
+def _keys(report: PositioningReport) -> tuple[str, ...]:
+    """Return the figures that are shown: those of both approaches, else those of the only one."""
+    approaches = _approaches(report)
+    every = "AEMRB" if approaches == "both" else [f"{key}_{approaches}" for key in "AER"]
+    figures = figures_by_key(report.iso230_2)
+    return tuple(key for key in every if figures[key] is not None)
+
+
+def _number(report: PositioningReport, value: float | None) -> str:
+    return number_text(value, f".{report.figure_decimals}f", "en")
+
+
+def _verdict(report: PositioningReport) -> Message:
+    check = report.limits
+    if check is None:
+        return Message("summary-no_limits")
+    values = {"verdict": str(check.verdict), "rule": str(check.limits.decision_rule)}
+    named: list[Message] = []
+    for one in check.figures:
+        if one.verdict is not Verdict.PASS:
+            said = {"figure": FIGURE_SYMBOLS[one.key], "verdict": str(one.verdict)}
+            if one.key in _keys(report):
+                named.append(Message("summary-figure", said))
+            else:
+                said |= {"value": _number(report, one.value), "limit": as_given(one.limit)}
+                named.append(Message("summary-figure_with_limit", said))
+    if not named:
+        return Message("summary-verdict", values)
+    return Message("summary-verdict_of", {**values, "figures": tuple(named)})
+
+
+def _figures(report: PositioningReport) -> Iterator[str]:
+    """Yield the figures as measured and without drift, with U and limits."""
+    result, drift, limits = report.iso230_2, report.drift, report.limits
+    measured, free = figures_by_key(result), {}
+    u_measured = None if report.uncertainty is None else report.uncertainty.measured
+    u_free = None if report.uncertainty is None else report.uncertainty.drift_free
+    heads = [f"{edition_name(result.edition)}, {report.test.kind.units.deviation}", "measured"]
+    if drift is not None:
+        heads.append("without drift")
+        free = figures_by_key(drift.figures)
+    if limits is not None:
+        heads += ["limit", "verdict"]
+    rows: list[list[str]] = []
+    for key in _keys(report):
+        name = sentence_of(Message(f"summary-figure_{key[0]}", {"edition": result.edition.name}))
+        row = [f"{FIGURE_SYMBOLS[key]:<2} {name}", _with_u(report, measured[key], u_measured, key)]
+        if drift is not None:
+            row.append(_with_u(report, free[key], u_free, key))
+        if limits is not None:
+            check = limits.of(key)
+            row += ["", ""] if check is None else [as_given(check.limit), str(check.verdict)]
+        rows.append(row)
+    yield from aligned_lines(heads, rows, words=1)
+    if u_measured is not None:
+        left_out = {"left_out": u_measured.left_out}
+        yield from _lines(
+            Message("summary-u_without" if u_measured.left_out else "summary-u", left_out)
+        )
+
+
+def _with_u(
+    report: PositioningReport, value: float | None, figures: FigureUncertainty | None, key: str
+) -> str:
+    u = None if figures is None else figures.expanded_uncertainty.get(key)
+    return _number(report, value) + ("" if u is None else f" ± {_number(report, u)}")
+
+
+def _other_standard(report: PositioningReport) -> list[Message]:
+    """Return the figures of another standard that was asked for; none was, as a rule."""
+    other, unit = report.other_standard, report.test.kind.units.deviation
+    if other is None:
+        return []
+    figures = ", ".join(
+        f"{OTHER_NAMES[key][0]} {_number(report, getattr(other, key))}"
+        for key in type(other).__slots__
+        if key != "mark"
+    )
+    name = other_standard_name(other)
+    values = {"name": name, "mark": other.mark, "figures": figures, "unit": unit}
+    return [Message("summary-other_standard", values)]
+
+
+# ---- drift --------------------------------------------------------------------------------------
+
+
+def _drift(report: PositioningReport) -> Iterator[Message]:
+    drift, kind = report.drift, str(report.test.kind)
+    if drift is None:
+        why = next((one for one in report.warnings if one.code == _NO_MODEL), None)
+        yield why or Message("summary-drift_not_evaluated")
+        return
+    p = drift.p_no_drift
+    said: dict[str, str] = {"p": "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"}
+    length = round(float(np.ptp(report.test.target)), 1)
+    if drift.significant:
+        over = 1e-3 * length
+        said |= {
+            "growth": _with_band(drift.total_per_m, drift.total_per_m_within),
+            "grown": _with_band(over * drift.total_per_m, over * drift.total_per_m_within),
+            "length": as_given(length),
+            "shift": _with_band(drift.total, drift.total_within),
+        }
+        yield Message(f"summary-drift_{kind}", said)
+    elif drift.total_within > 0.0:
+        said |= {
+            "growth": two_digits(abs(drift.total_per_m) + drift.total_per_m_within),
+            "shift": two_digits(abs(drift.total) + drift.total_within),
+        }
+        yield Message(f"summary-no_drift_{kind}", said)
+    else:
+        yield Message("summary-no_drift", said)
+
+
+def _with_band(value: float, band: float) -> str:
+    text = two_digits(band)
+    decimals = len(text.partition(".")[2])
+    return f"{number_text(value, f'+.{decimals}f', 'en')} ± {text}"

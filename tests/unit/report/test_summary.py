@@ -1,0 +1,143 @@
+"""What one sees first of an evaluated run: 20 lines of 80 columns, and nothing claimed in them."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.unit.report.builders import make_report, make_run
+from tests.unit.report.test_drift_in_report import drifting, still
+from thermaxis.codes import Message
+from thermaxis.files import DecisionRule, FigureLimits
+from thermaxis.messages import sentence_of
+from thermaxis.positioning import FIGURE_KEYS, Finding, figures_by_key
+from thermaxis.quantities import AxisKind
+from thermaxis.report import check_limits
+from thermaxis.report.tables import summary_of
+
+HOSTILE = "\x1b[31m" + "x" * 300 + " " + "word " * 80
+
+
+def words(text: str) -> str:
+    """Return a text in one line."""
+    return " ".join(text.split())
+
+
+def said(summary: str, head: str) -> str:
+    """Return a sentence of the summary: from its head to the next line that is not indented."""
+    (found,) = re.findall(rf"^{head}.*(?:\n  .*)*", summary, re.MULTILINE)
+    return words(found)
+
+
+def messages(count: int) -> tuple[Message, ...]:
+    return tuple(
+        Message("warning-cycle_of_option", {"stated": HOSTILE, "cycle": k}) for k in range(count)
+    )
+
+
+@pytest.mark.parametrize("approaches", ["both", "backward"])
+@pytest.mark.parametrize("kind", AxisKind)
+def test_it_fits_a_small_terminal_whatever_there_is_to_say(kind: AxisKind, approaches: str) -> None:
+    test = replace(make_run(kind=kind, approaches=approaches), header={"axis": HOSTILE})
+    limits = FigureLimits(dict.fromkeys(FIGURE_KEYS, 1.0), DecisionRule.SIMPLE, {}, "l.toml")
+    report = drifting(test, limits=limits, source_name=HOSTILE)
+    for count in (0, 1, 2, 30):
+        finding = Finding("backlash", 1.0, "µm", messages(1)[0], None)
+        full = replace(report, warnings=messages(count), diagnosis=count * (finding,))
+        lines = summary_of(full).splitlines()
+        assert len(lines) <= 20
+        assert max(map(len, lines)) <= 80
+        assert not any("\x1b" in line for line in lines)
+        hidden = [
+            count - sum(line.startswith(f"{kind}: ") for line in lines)
+            for kind in ("finding", "warning")
+        ]
+        counted = [re.search(rf"(\d+) {kind}", lines[-1]) for kind in ("finding", "warning")]
+        assert [int(one[1]) if one else 0 for one in counted] == hidden
+
+
+def test_it_begins_with_the_run_and_the_verdict_and_ends_with_where_the_rest_is() -> None:
+    report = drifting(make_run())
+    lines = summary_of(report).splitlines()
+    assert lines[0].startswith("x_axis.csv: linear axis X, 9 targets from 0 to 300 mm")
+    assert "--limits FILE" in said("\n".join(lines), "verdict: ")
+    assert "--full-tables" in lines[-1]
+
+
+def test_the_figures_are_those_of_the_result_with_their_uncertainty_and_without_drift() -> None:
+    report = drifting(make_run())
+    assert report.drift
+    assert report.uncertainty
+    shown = {line.split()[0]: line for line in summary_of(report).splitlines() if line[:2] == "  "}
+    measured, free = figures_by_key(report.iso230_2), figures_by_key(report.drift.figures)
+    for key in "AEMRB":
+        numbers = [float(one) for one in re.findall(r"\d+\.\d+", shown[key])]
+        u = [
+            one.expanded_uncertainty[key]
+            for one in (report.uncertainty.measured, report.uncertainty.drift_free)
+            if one
+        ]
+        assert numbers == pytest.approx([measured[key], u[0], free[key], u[1]], abs=0.005)
+
+
+@pytest.mark.parametrize("approach", ["forward", "backward"])
+def test_one_approach_has_its_own_three_figures(approach: str) -> None:
+    report = make_report(make_run(approaches=approach))
+    arrow = "↑" if approach == "forward" else "↓"
+    heads = [line.split()[0] for line in summary_of(report).splitlines() if line[:2] == "  "]
+    first = heads.index("ISO") + 1
+    assert heads[first : first + 3] == [f"A{arrow}", f"E{arrow}", f"R{arrow}"]
+
+
+def test_the_verdict_names_what_does_not_pass_with_numbers_where_no_line_shows_them() -> None:
+    report = make_report(make_run())
+    figures = figures_by_key(report.iso230_2)
+    limit = {"B": 1e3, "A": 0.5, "A_forward": 0.25}
+    limits = FigureLimits(limit, DecisionRule.SIMPLE, {}, "l.toml")
+    failed = replace(report, limits=check_limits(limits, report.iso230_2))
+    verdict = said(summary_of(failed), "verdict: ")
+    assert "FAIL" in verdict
+    assert f"A↑ fail ({figures['A_forward']:.2f}, limit 0.25)" in verdict
+    assert "A fail" in verdict
+    assert "B" not in verdict.partition("counted")[2]
+    passing = FigureLimits({"B": 1e3}, DecisionRule.SIMPLE, {}, "l.toml")
+    passed = replace(report, limits=check_limits(passing, report.iso230_2))
+    assert said(summary_of(passed), "verdict: ").startswith("verdict: PASS")
+
+
+def test_a_drift_that_was_found_is_said_with_its_growth_over_the_run_and_over_the_axis() -> None:
+    report = drifting(make_run(9, 30))
+    assert report.drift
+    assert report.drift.significant
+    sentence = said(summary_of(report), "drift: ")
+    growth, over_axis, shift = (
+        float(one.replace("−", "-")) for one in re.findall(r"([+−]?\d[\d.]*) ±", sentence)
+    )
+    assert growth == pytest.approx(report.drift.total_per_m, rel=0.1)
+    assert over_axis == pytest.approx(0.3 * report.drift.total_per_m, rel=0.1)
+    assert shift == pytest.approx(report.drift.total, rel=0.1, abs=0.1)
+
+
+@pytest.mark.parametrize("seed", range(3, 9))
+def test_where_no_drift_is_seen_no_growth_is_claimed(seed: int) -> None:
+    report = drifting(still(seed))
+    assert report.drift
+    assert not report.drift.significant
+    sentence = said(summary_of(report), "drift: ")
+    assert sentence.startswith("drift: not significant (p = ")
+    assert "±" not in sentence
+
+
+def test_what_the_drift_lacks_stands_in_its_place_and_not_among_the_warnings() -> None:
+    why = Message("warning-no_drift_model", {"error": "no order", "remedy": ""})
+    report = replace(make_report(make_run()), warnings=(why,))
+    assert words(summary_of(report)).count(words(sentence_of(why))) == 1
+    assert "not evaluated" in summary_of(make_report(make_run()))
+
+
+def test_missing_values_are_dashes_and_no_figure_is_made_up() -> None:
+    test = make_run(9, 1, length=2500.0)
+    shown = summary_of(make_report(test))
+    assert not re.search(r"\bnan\b|\binf\b|None", shown)
+    assert np.all([f"  {key}  " not in shown for key in "AR"])
