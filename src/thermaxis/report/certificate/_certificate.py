@@ -186,7 +186,7 @@ def _reservation(report: PositioningReport) -> str:
     unusual = report.test.cycle is not Cycle.STANDARD
     if not (report.conditions or unusual):
         return ""
-    not_met = "Test conditions of the standard not met: see remarks."
+    not_met = "Test conditions of the standard not met: see the notes."
     return f"{not_met} Not for acceptance unless agreed." if unusual else not_met
 
 
@@ -303,7 +303,10 @@ def _uncertainty_note(report: PositioningReport) -> str:
 
 
 def _warning_section(report: PositioningReport) -> list[Section]:
-    warnings = dict.fromkeys(map(sentence_of, (*report.warnings, *unshowable(report))))
+    """Return what no other section says."""
+    said = [*report.conditions, *(report.drift.warnings if report.drift else ())]
+    left = (one for one in (*report.warnings, *unshowable(report)) if one not in said)
+    warnings = dict.fromkeys(map(sentence_of, left))
     if not warnings:
         return []
     items = tuple(plain_text(warning, 600) for warning in warnings)
