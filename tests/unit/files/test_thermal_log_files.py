@@ -1,9 +1,12 @@
 """Thermal logs of every format: what is read, what is refused, and that writing keeps it."""
 
 import datetime as dt
+import itertools
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 import h5py
@@ -338,6 +341,15 @@ def test_the_hour_that_comes_twice_without_a_zone_is_named_and_carried_on(tmp_pa
     assert log.remarks[0].code == "remark-daylight_saving_ended"
 
 
+def test_a_row_of_a_workbook_that_is_wider_than_its_headings_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "wide.xlsx"
+    book = openpyxl.Workbook()
+    for row in (["time_s", "T_C"], [0, 20.5], [1, 20.6, 7], [2, 20.7]):
+        book.active.append(row)
+    book.save(path)
+    assert refusal_of(read_thermal_log, path).endswith("cells_and_headings")
+
+
 def test_a_few_words_among_empty_cells_are_a_column_of_words(tmp_path: Path) -> None:
     rows = [f"{k},{20 + 0.1 * k:.1f},{'door open' if k in {3, 4} else ''}" for k in range(30)]
     for header in ("time_s,T_C,alarm", 'time_s,T_C,"alarm"'):
@@ -384,11 +396,12 @@ def test_line_ends_and_encodings_make_no_difference(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     for ends in ("\n", "\r\n", "\r"):
         for encoding in ("utf-8-sig", "utf-16", "cp1250"):
-            content = ends.join(["time_s\tT [°C]", "0\t1.5", "1\t2.5", ""])
-            path.write_bytes(content.encode(encoding))
-            log = read_thermal_log(path)
-            assert log.units == {"T": "degC"}
-            np.testing.assert_array_equal(log.columns["T"], [1.5, 2.5])
+            for last in ("", "2"):  # the second one is cut short
+                content = ends.join(["time_s\tT [°C]", "0\t1.5", "1\t2.5", last])
+                path.write_bytes(content.encode(encoding))
+                log = read_thermal_log(path)
+                assert log.units == {"T": "degC"}
+                np.testing.assert_array_equal(log.columns["T"], [1.5, 2.5])
 
 
 def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
@@ -402,6 +415,35 @@ def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
     assert log.remarks[0].values == {"names": "gain, time_s"}
     path.write_bytes(path.read_bytes() + b"\x0e")  # the begin of one more element
     assert refusal_of(read_thermal_log, path) == "file_damaged"
+
+
+def matlab_5(order: str, *, packed: bool, kind: int = 9) -> bytes:
+    """Return a file of MATLAB with time_s and T_C in a byte order, as a machine of it writes it."""
+
+    def element(kind: int, content: bytes) -> bytes:
+        return struct.pack(f"{order}II", kind, len(content)) + content + bytes(-len(content) % 8)
+
+    content = (b"MATLAB 5.0".ljust(124) + struct.pack(f"{order}HH", 0x100, 0x4D49))[:128]
+    for name, values in (("time_s", [0.0, 1.0, 2.0]), ("T_C", [20.5, 21.0, 22.25])):
+        parts = element(6, struct.pack(f"{order}II", 6, 0))
+        parts += element(5, struct.pack(f"{order}ii", 3, 1)) + element(1, name.encode())
+        matrix = element(14, parts + element(kind, struct.pack(f"{order}3d", *values)))
+        if packed:
+            matrix = zlib.compress(matrix)
+            matrix = struct.pack(f"{order}II", 15, len(matrix)) + matrix
+        content += matrix
+    return content
+
+
+def test_the_byte_order_of_a_file_of_matlab_makes_no_difference(tmp_path: Path) -> None:
+    path = tmp_path / "m.mat"
+    for order, packed in itertools.product("<>", (False, True)):
+        path.write_bytes(matlab_5(order, packed=packed))
+        log = read_thermal_log(path)
+        np.testing.assert_array_equal(log.time_s, [0.0, 1.0, 2.0])
+        np.testing.assert_array_equal(log.columns["T_C"], [20.5, 21.0, 22.25])
+        path.write_bytes(matlab_5(order, packed=packed, kind=99))
+        assert refusal_of(read_thermal_log, path) == "file_damaged"
 
 
 def test_groups_of_different_rates_share_the_union_of_times(tmp_path: Path) -> None:

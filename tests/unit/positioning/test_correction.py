@@ -252,6 +252,11 @@ def test_the_merged_table_is_the_sum_of_both() -> None:
     np.testing.assert_allclose(
         merged.deviation_at(places), old.deviation_at(places) + rest.deviation_at(places)
     )
+    elsewhere = merge_tables(old, replace(rest, reference_position=10.0))
+    assert np.interp(10.0, places, elsewhere.mean) == pytest.approx(0.0)
+    np.testing.assert_allclose(elsewhere.deviation, merged.deviation - 6.0)
+    nowhere = merge_tables(old, replace(rest, reference_position=None))
+    np.testing.assert_allclose(nowhere.deviation, merged.deviation)
 
 
 def test_reversals_that_stand_apart_are_added_and_kinds_are_never_mixed() -> None:

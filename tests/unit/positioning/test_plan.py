@@ -97,6 +97,7 @@ def test_an_interval_that_is_a_multiple_of_the_pitch_is_made_smaller_and_said_so
 def test_the_random_part_is_half_the_pitch_where_neighbours_stay_apart() -> None:
     wide = choose_targets(start=0, length=330, targets=16, pitch=4.1)
     assert wide.random_part == pytest.approx(2.05)
+    assert wide.remarks == ()
     narrow = choose_targets(start=0, length=300, targets=16, pitch=32)
     assert narrow.random_part == pytest.approx(0.3 * narrow.interval)
     assert codes_of(narrow.remarks) == ["random_part_limited"]
@@ -210,6 +211,8 @@ def test_the_duration_of_a_standard_cycle_has_a_closed_form() -> None:
     assert found.overrun_s == pytest.approx((4 * 7 - 1) * 5.0 / 300.0 * 60.0)
     assert found.dwell_s == 7 * 2 * 6 * 2.0
     assert found.recording_s == 7 * 2 * 6 * 0.5
+    near = evaluate_duration(replace(plan, target=0.01 * plan.target))  # 0.16 mm apart is ahead too
+    assert near.overrun_s == pytest.approx(found.overrun_s)
     alone = evaluate_duration(plan_of(cycles=7, approaches=(BACKWARD,)))
     assert alone.moves_s == pytest.approx((7 + 6) * 99.0 / 300.0 * 60.0)
     assert alone.overrun_s == pytest.approx((1 + 2 * 6) * 5.0 / 300.0 * 60.0)
@@ -401,6 +404,13 @@ def test_the_figures_scatter_as_those_of_simulated_runs() -> None:
         assert bias == pytest.approx(expected.figures[key].bias, abs=0.12)
 
 
+def test_the_assumed_axis_has_the_stated_systematic_error_and_reversal_value() -> None:
+    plan = plan_of(target=np.linspace(0.0, 100.0, 401))
+    level = assumed_levels(plan, RunAssumptions(systematic=3.0, reversal=1.2))
+    assert np.ptp(level.mean(axis=1)) == pytest.approx(3.0)
+    np.testing.assert_allclose(level[:, FORWARD] - level[:, BACKWARD], 1.2)
+
+
 def test_a_unidirectional_plan_expects_the_figures_that_it_gives() -> None:
     expected = expected_uncertainty(x_axis(approaches=(BACKWARD,)), samples=50)
     assert set(expected.figures) == {"E_backward", "R_backward", "A_backward"}
@@ -434,7 +444,7 @@ def test_the_error_of_plain_means_is_that_of_the_assumed_drift() -> None:
 
 def test_a_single_cycle_promises_nothing_and_says_why() -> None:
     plan = x_axis(cycles=1)
-    assert "cannot tell drift from the levels" in str(why_nothing_is_expected(plan))
+    assert why_nothing_is_expected(plan).code == "drift_and_levels_alike"
     assert simulate_uncertainty(plan) is None
     with refused("drift_and_levels_alike", Place(key="expected uncertainty")):
         expected_uncertainty(plan)

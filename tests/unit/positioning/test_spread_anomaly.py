@@ -67,6 +67,7 @@ def test_common_and_proportional_drift_drop_out_exactly() -> None:
     contrast = local_deviation_contrasts(position)
     assert contrast @ np.ones(9) == pytest.approx(np.zeros(9), abs=1e-12)
     assert contrast @ position == pytest.approx(np.zeros(9), abs=1e-12)
+    assert np.count_nonzero(contrast, axis=1).tolist() == [5, *[3] * 7, 5]  # and stays local
 
 
 def test_too_few_positions_or_cycles_and_silent_axes_name_nothing() -> None:
