@@ -90,9 +90,9 @@ from .standard import (
     student_factor as student_factor,
 )
 from .uncertainty import (
+    BudgetRow as BudgetRow,
     FigureUncertainty as FigureUncertainty,
     UncertaintyBudget as UncertaintyBudget,
     UncertaintyResult as UncertaintyResult,
-    UncertaintyTerm as UncertaintyTerm,
     evaluate_uncertainty as evaluate_uncertainty,
 )

@@ -1,3 +1,10 @@
+from ._figure_table import (
+    BudgetTable as BudgetTable,
+    FigureRow as FigureRow,
+    FigureTable as FigureTable,
+    budget_table as budget_table,
+    figure_table as figure_table,
+)
 from ._limits_check import (
     LimitsCheck as LimitsCheck,
     Verdict as Verdict,

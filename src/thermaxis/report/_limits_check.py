@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import final
 
 from thermaxis.files import DecisionRule, FigureLimits
-from thermaxis.positioning import Iso230_2Result, figures_by_key
+from thermaxis.positioning import FigureUncertainty, Iso230_2Result, figures_by_key
 
 
 class Verdict(StrEnum):
@@ -28,7 +28,10 @@ class FigureCheck:
     limit: float
     """Its limit. [µm or arcsec]"""
     expanded_uncertainty: float | None
-    """Its expanded uncertainty (k = 2); None if not stated. [µm or arcsec]"""
+    """Its expanded uncertainty; None if nothing tells it. [µm or arcsec]"""
+    guard_band: float | None
+    """How far below the limit it must be to pass, and above it to fail: its expanded uncertainty,
+    or 0 for simple acceptance; None if that is not known. [µm or arcsec]"""
     verdict: Verdict
     """What the rule says."""
 
@@ -50,16 +53,18 @@ class LimitsCheck:
         return next((check for check in self.figures if check.key == key), None)
 
 
-def _verdict(value: float | None, limit: float, uncertainty: float) -> Verdict:
-    if value is None:
+def _verdict(value: float | None, limit: float, guard_band: float | None) -> Verdict:
+    if value is None or guard_band is None:
         return Verdict.NOT_DECIDED
     magnitude = abs(value)
-    if magnitude + uncertainty <= limit:
+    if magnitude + guard_band <= limit:
         return Verdict.PASS
-    return Verdict.FAIL if magnitude - uncertainty > limit else Verdict.NOT_DECIDED
+    return Verdict.FAIL if magnitude - guard_band > limit else Verdict.NOT_DECIDED
 
 
-def check_limits(limits: FigureLimits, iso230_2: Iso230_2Result) -> LimitsCheck:
+def check_limits(
+    limits: FigureLimits, iso230_2: Iso230_2Result, uncertainty: FigureUncertainty | None = None
+) -> LimitsCheck:
     """Compare the figures of a run with their limits.
 
     Parameters
@@ -68,25 +73,30 @@ def check_limits(limits: FigureLimits, iso230_2: Iso230_2Result) -> LimitsCheck:
         The limits and the decision rule.
     iso230_2 : Iso230_2Result
         The figures. The mean reversal value is compared by its magnitude.
+    uncertainty : FigureUncertainty, optional
+        Their expanded uncertainties as evaluated; those that the limits state come first. Default:
+        these alone.
 
     Returns
     -------
     LimitsCheck
-        A verdict per figure and one for the run. An absent figure is not decided.
+        A verdict per figure and one for the run. An absent figure is not decided, nor by ISO
+        14253-1 one without an uncertainty.
 
     References
     ----------
-    ISO 14253-1 (decision rules), its principle from general knowledge.
+    ISO 14253-1 (decision rules) and ILAC-G8 (guard band w = U, simple acceptance), their
+    principles from memory.
     """
     checks: list[FigureCheck] = []
     figures = figures_by_key(iso230_2)
+    evaluated = {} if uncertainty is None else uncertainty.expanded_uncertainty
+    simple = limits.decision_rule is DecisionRule.SIMPLE
     for key, limit in limits.limit.items():
-        value = figures[key]
-        stated = limits.expanded_uncertainty.get(key)
-        counted = stated if limits.decision_rule is DecisionRule.ISO14253_1 else None
-        checks.append(
-            FigureCheck(key, value, limit, stated, _verdict(value, limit, counted or 0.0))
-        )
+        u = limits.expanded_uncertainty.get(key, evaluated.get(key))
+        guard_band, value = 0.0 if simple else u, figures[key]
+        verdict = _verdict(value, limit, guard_band)
+        checks.append(FigureCheck(key, value, limit, u, guard_band, verdict))
     verdicts = {check.verdict for check in checks}
     overall = next(v for v in (Verdict.FAIL, Verdict.NOT_DECIDED, Verdict.PASS) if v in verdicts)
     return LimitsCheck(limits, tuple(checks), overall)

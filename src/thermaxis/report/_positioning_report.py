@@ -155,10 +155,12 @@ class PositioningReport:
     def _drift_settings(self) -> dict[str, object]:
         """Return what drift and uncertainty were evaluated with."""
         drift, uncertainty = self.drift, self.uncertainty
-        terms = () if uncertainty is None else uncertainty.measured.terms
+        rows = () if uncertainty is None else uncertainty.measured.budget
         return {
             "reference_time_s": None if drift is None else drift.reference_time_s,
             "left_out": None if drift is None else [astuple(o)[:3] for o in drift.outliers],
             "draws": None if uncertainty is None else [uncertainty.samples, uncertainty.seed],
-            "budget": [[t.key, t.expanded] for t in terms if t.expanded is not None],
+            "budget": sorted(
+                {(r.quantity, r.value) for r in rows if r.distribution in {"normal", "rectangular"}}
+            ),
         }

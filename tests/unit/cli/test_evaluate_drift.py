@@ -89,7 +89,7 @@ def test_a_run_without_drift_is_left_as_it_was(tmp_path, capsys):
 def test_no_drift_on_request(drifting, capsys):
     results = evaluated(capsys, drifting, "--no-drift")
     assert results["drift"] is None
-    assert results["uncertainty"] is None
+    assert results["uncertainty"]["drift_free"] is None
     assert main(["evaluate", str(drifting), "--no-drift", "--full-tables"]) == 0
     assert "Drift eliminated" not in capsys.readouterr().out
 

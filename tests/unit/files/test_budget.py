@@ -99,7 +99,9 @@ def test_the_example_states_every_term(root: Path) -> None:
         environment={"air_temperature_c": StartEnd(24.0, None)},
     )
     stated = evaluate_uncertainty(test, None, budget=budget, samples=100).measured
-    assert [term.key for term in stated.terms] == [
+    assert [row.quantity for row in stated.budget if row.figure == "E"] == [
+        "noise",
+        "extremes",
         "device",
         "misalignment",
         "material_temperature",

@@ -1,16 +1,17 @@
-import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import special, stats
 
 from tests.refusals import refused
 from tests.unit.positioning.builders import closed_form, run, stop_times
 from thermaxis.codes import Message, Place
 from thermaxis.positioning import (
     FIGURE_KEYS,
+    BudgetRow,
     DriftResult,
+    FigureUncertainty,
     PositioningTest,
     StartEnd,
     UncertaintyBudget,
@@ -24,9 +25,10 @@ from thermaxis.positioning.uncertainty import PROBABILITY
 from thermaxis.positioning.uncertainty._true_values import (
     Estimate,
     draw_levels,
+    expected_s,
     log_likelihood,
-    most_likely,
     scatter_of_levels,
+    split_by_source,
     standing_out,
 )
 from thermaxis.quantities import AxisKind
@@ -51,8 +53,8 @@ def noisy(
     amount: float = 0.5,
     drift: float = 0.0,
     targets: int = 16,
-) -> tuple[PositioningTest, np.ndarray]:
-    """Return a run and its true levels at the mean time; the drift is exponential in time."""
+) -> tuple[PositioningTest, np.ndarray, np.ndarray]:
+    """Return a run, its true levels at the mean time and its drift since, exponential in time."""
     rng = np.random.default_rng(seed)
     target = 20.0 * np.arange(targets) + rng.uniform(-4.0, 4.0, targets)
     time_s = stop_times(targets, cycles, 8.0)
@@ -61,10 +63,18 @@ def noisy(
     def drift_at(t: np.ndarray, x: np.ndarray) -> np.ndarray:
         return drift * (1.0 + (x - target.mean()) / 400.0) * -np.expm1(-t / 1800.0)
 
-    deviation = level[:, None, :] + drift_at(time_s, target[:, None, None])
-    deviation = deviation + NOISE * rng.normal(size=deviation.shape)
-    truth = level + drift_at(np.mean(time_s), target)[:, None]
-    return run(deviation, target, time_s=time_s), truth
+    drifted = drift_at(time_s, target[:, None, None])
+    deviation = level[:, None, :] + drifted + NOISE * rng.normal(size=drifted.shape)
+    at_mean = drift_at(np.mean(time_s), target)[:, None]
+    return run(deviation, target, time_s=time_s), level + at_mean, drifted - at_mean[:, None, :]
+
+
+def mean_of_s(drift: np.ndarray) -> np.ndarray:
+    """Return the mean of the noncentral chi distribution of s with this drift, (m, 2)."""
+    free = drift.shape[1] - 1
+    offset = free * np.var(drift, axis=1, ddof=1) / NOISE**2
+    factor = np.sqrt(2.0 / free) * special.gamma(0.5 * (free + 1)) / special.gamma(0.5 * free)
+    return NOISE * factor * special.hyp1f1(-0.5, 0.5 * free, -0.5 * offset)
 
 
 def figures_by_key(mean: np.ndarray, s: np.ndarray) -> dict[str, float]:
@@ -78,7 +88,7 @@ def measured_figures(test: PositioningTest) -> dict[str, float]:
 
 @pytest.fixture(scope="module")
 def drifting() -> tuple[PositioningTest, DriftResult]:
-    test, _ = noisy(3, 5, drift=6.0)
+    test, *_ = noisy(3, 5, drift=6.0)
     return test, evaluate_drift(test)
 
 
@@ -91,9 +101,9 @@ def test_the_true_figure_lies_within_u_in_88_to_99_percent(
 ) -> None:
     inside: list[bool] = []
     for seed in range(25):
-        test, level = noisy(seed, cycles, axis=axis, amount=amount)
+        test, level, drift = noisy(seed, cycles, axis=axis, amount=amount)
         stated = evaluate_uncertainty(test, None, samples=300, seed=seed).measured
-        truth = figures_by_key(level, np.full(level.shape, NOISE))
+        truth = figures_by_key(level, mean_of_s(drift))
         figure = measured_figures(test)
         inside += [
             abs(figure[key] - truth[key]) <= stated.expanded_uncertainty[key] for key in SHOWN
@@ -101,30 +111,45 @@ def test_the_true_figure_lies_within_u_in_88_to_99_percent(
     assert 0.88 <= np.mean(inside) <= 0.99
 
 
-def test_it_does_so_with_a_drift_for_the_drift_free_and_for_the_measured_figures() -> None:
-    free: list[bool] = []
-    measured: list[bool] = []
-    for seed in range(10):
-        test, level = noisy(seed, 5, drift=6.0)
-        drift = evaluate_drift(test)
-        result = evaluate_uncertainty(test, drift, samples=300, seed=seed)
-        truth = figures_by_key(level, np.full(level.shape, NOISE))
-        without = {key: float(v) for key, v in arrays_by_key(drift.figures).items()}
-        with_drift = measured_figures(test)
+def test_it_does_so_with_a_drift_for_all_three_figures_of_a_row() -> None:
+    inside = np.zeros(3)
+    for seed in range(12):
+        test, level, drift = noisy(seed, 5, drift=6.0)
+        found = evaluate_drift(test)
+        result = evaluate_uncertainty(test, found, samples=300, seed=seed)
+        # the run as it was without noise; the levels at t0; the run without noise and drift
+        as_it_was = figures_by_key(level + np.mean(drift, axis=1), mean_of_s(drift))
+        at_t0 = figures_by_key(level, np.full(level.shape, NOISE))
+        still = figures_by_key(level, mean_of_s(0.0 * drift))
+        figure = measured_figures(test)
+        without = {key: float(v) for key, v in arrays_by_key(found.figures).items()}
         for key in SHOWN:
-            u = result.drift_free.expanded_uncertainty[key]
-            free.append(abs(without[key] - truth[key]) <= u)
-            u = result.measured.expanded_uncertainty[key]
-            measured.append(abs(with_drift[key] - truth[key]) <= u)
-    assert 0.88 <= np.mean(free) <= 1.0
-    assert 0.88 <= np.mean(measured) <= 1.0
+            effect = figure[key] - without[key] - (as_it_was[key] - still[key])
+            inside += (
+                abs(figure[key] - as_it_was[key]) <= result.measured.expanded_uncertainty[key],
+                abs(without[key] - at_t0[key]) <= result.drift_free.expanded_uncertainty[key],
+                abs(effect) <= result.drift_effect[key],
+            )
+    assert np.all(inside >= 0.85 * 12 * len(SHOWN))
+
+
+def test_the_expectation_of_s_is_that_of_the_noncentral_chi_distribution() -> None:
+    rng = np.random.default_rng(0)
+    for cycles in (2, 3, 5, 10, 30):
+        for size in (0.0, 0.3, 1.0, 5.0):
+            drift = size * rng.normal(size=(4, cycles, 2))
+            found = expected_s(
+                np.full((4, 2), NOISE), np.var(drift, axis=1, ddof=1), np.full((4, 2), cycles)
+            )
+            assert found == pytest.approx(mean_of_s(drift), rel=0.05 if cycles == 2 else 0.015)
 
 
 def test_the_bias_of_the_largest_s_is_that_of_the_chi_distribution() -> None:
     m, n = 16, 5
     s = np.linspace(0.0, 4.0, 4001)
     largest = stats.chi2.cdf((n - 1) * s**2, n - 1) ** m  # distribution of the largest of m
-    expected = 4.0 * NOISE * (np.sum(1.0 - largest) * (s[1] - s[0]) - 1.0)
+    mean_of_one = stats.chi.mean(n - 1) / np.sqrt(n - 1)
+    expected = 4.0 * NOISE * (np.sum(1.0 - largest) * (s[1] - s[0]) - mean_of_one)
     stated = [
         evaluate_uncertainty(noisy(seed, n)[0], None, samples=300).measured.bias["R_forward"]
         for seed in range(25)
@@ -136,9 +161,9 @@ def test_figure_less_bias_is_right_on_average_where_the_figure_is_not() -> None:
     error: list[float] = []
     left: list[float] = []
     for seed in range(40):
-        test, level = noisy(seed, 5, amount=0.5)
+        test, level, drift = noisy(seed, 5, amount=0.5)
         bias = evaluate_uncertainty(test, None, samples=300).measured.bias["E"]
-        truth = figures_by_key(level, np.full(level.shape, NOISE))["E"]
+        truth = figures_by_key(level, mean_of_s(drift))["E"]
         error.append(measured_figures(test)["E"] - truth)
         left.append(error[-1] - bias)
     assert np.mean(error) > 0.08
@@ -150,16 +175,18 @@ def test_figure_less_bias_is_right_on_average_where_the_figure_is_not() -> None:
 
 def test_what_estimates_say_of_true_values_agrees_with_dense_gaussian_algebra() -> None:
     rng = np.random.default_rng(1)
-    factor = rng.normal(size=(6, 8))
-    covariance = factor @ factor.T
+    noise, drift = (f @ f.T for f in rng.normal(size=(2, 6, 8)))
     scatter = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
     line = np.column_stack((np.ones(6), np.arange(6.0)))
     prior = np.diag(1.0 / scatter**2)
     through = prior @ line
     prior -= through @ np.linalg.solve(line.T @ through, through.T)
-    inverse = np.linalg.inv(covariance)
+    inverse = np.linalg.inv(noise + drift)
     expected = np.linalg.solve(inverse + prior, inverse)
-    assert most_likely(covariance, scatter, line) == pytest.approx(expected, abs=1e-9)
+    values, errors = split_by_source(noise, drift, scatter, line)
+    assert values == pytest.approx(expected, abs=1e-9)
+    # what is left over is shared out in proportion to the two covariances
+    assert errors == pytest.approx(drift @ inverse @ (np.eye(6) - expected), abs=1e-9)
 
 
 def test_the_draws_have_the_covariance_of_the_posterior() -> None:
@@ -169,15 +196,21 @@ def test_the_draws_have_the_covariance_of_the_posterior() -> None:
         position=np.arange(8.0),
         approaches=(0,),
         level=value[:, 0],
-        covariance=0.04 * np.eye(8),
+        noise_variance=np.full(8, 0.04),
+        environment_share=0.0,
+        drift_covariance=np.full((8, 8), 0.09),
+        drift=np.zeros(8),
+        spread=np.zeros(8),
         s=np.full(8, 0.4),
         free=np.full(8, 1000.0),
         readings=np.full(8, 4.0),
     )
-    drawn = draw_levels(estimate, 20_000, np.random.default_rng(3))
+    level, by_drift = draw_levels(estimate, 20_000, np.random.default_rng(3))
     # the scatter is fifteen times the noise: the estimates are hardly drawn towards the line
-    assert np.mean(drawn, axis=0) == pytest.approx(value[:, 0], abs=0.03)
-    assert np.std(drawn, axis=0) == pytest.approx(0.2, rel=0.05)
+    assert np.mean(level, axis=0) == pytest.approx(value[:, 0], abs=0.03)
+    assert np.std(level, axis=0) == pytest.approx(np.hypot(0.2, 0.3), rel=0.05)
+    # the levels of the run as it was are certain to the noise alone
+    assert np.std(level + by_drift, axis=0) == pytest.approx(0.2, rel=0.05)
 
 
 def test_the_likelihood_of_variances_is_that_of_the_f_distribution() -> None:
@@ -231,17 +264,28 @@ def metre(m: int = 6, n: int = 1) -> PositioningTest:
     return run(deviation - np.array([0.0, 2.0]), target)
 
 
+def budget_of(stated: FigureUncertainty, figure: str) -> dict[str, BudgetRow]:
+    return {row.quantity: row for row in stated.budget if row.figure == figure}
+
+
 def test_the_terms_have_the_values_that_a_pocket_calculator_gives() -> None:
-    terms = {t.key: t for t in evaluate_uncertainty(metre(), None, budget=FULL).measured.terms}
-    assert terms["device"].expanded == pytest.approx(0.2 + 0.5)
-    assert terms["misalignment"].expanded == pytest.approx(0.3)
-    assert terms["material_temperature"].expanded == pytest.approx(7.2)
-    assert terms["expansion_coefficient"].expanded == pytest.approx(6.0)
-    assert terms["environmental_variation"].expanded == pytest.approx(1.02)
-    assert {t.mark for t in terms.values()} == {"own", "M"}
+    rows = budget_of(evaluate_uncertainty(metre(), None, budget=FULL).measured, "E")
+    third = 1.0 / np.sqrt(12.0)
+    for key, value, u, sensitivity in (
+        ("device", 0.7, 0.35, 1.0),
+        ("misalignment", 0.25, 0.5 * third, 1.0),
+        ("material_temperature", 0.5, third, 12.0),
+        ("expansion_coefficient", 1.0, 2.0 * third, 5.0),
+        ("environmental_variation", 0.85, 1.7 * third, None),
+    ):
+        row = rows[key]
+        assert (row.value, row.standard_uncertainty) == pytest.approx((value, u)), key
+        if sensitivity is not None:
+            assert row.sensitivity == pytest.approx(sensitivity)
+            assert row.contribution == pytest.approx(sensitivity * u)
     budget = UncertaintyBudget(device_range=1.0, device_range_um_per_m=2.0)
-    (rectangular,) = evaluate_uncertainty(metre(), None, budget=budget).measured.terms
-    assert rectangular.expanded == pytest.approx(0.6 * 3.0)
+    stated = evaluate_uncertainty(metre(), None, budget=budget).measured
+    assert budget_of(stated, "M")["device"].contribution == pytest.approx(3.0 * third)
 
 
 def test_systematic_terms_alone_give_their_root_sum_of_squares_and_nothing_for_the_reversal() -> (
@@ -249,10 +293,12 @@ def test_systematic_terms_alone_give_their_root_sum_of_squares_and_nothing_for_t
 ):
     budget = replace(FULL, environmental_variation=None)
     stated = evaluate_uncertainty(metre(), None, budget=budget, samples=20_000).measured
-    expected = np.sqrt(0.7**2 + 0.3**2 + 7.2**2 + 6.0**2)
+    rectangular = np.array([0.5, 12.0, 10.0]) / np.sqrt(12.0)
+    expected = np.sqrt(0.35**2 + np.sum(rectangular**2))
     for key in ("M", "E_forward", "E_backward", "E"):
-        assert stated.closed_form[key] == pytest.approx(expected)
-        assert stated.expanded_uncertainty[key] == pytest.approx(expected, rel=0.03)
+        assert stated.combined(key) == pytest.approx(expected, rel=0.02)
+        assert stated.expanded_uncertainty[key] == pytest.approx(2.0 * expected, rel=0.03)
+        assert stated.coverage_factor[key] == pytest.approx(2.0, rel=0.02)
         assert abs(stated.bias[key]) < 0.1
     assert not {"B", "B_mean", "R", "A"} & stated.expanded_uncertainty.keys()
     assert Message("left_out-one_reading") in stated.left_out
@@ -270,56 +316,52 @@ def with_extremes_at_one_place(n: int) -> PositioningTest:
     return run(deviation, target)
 
 
-def test_the_closed_forms_agree_with_the_monte_carlo_and_with_plain_formulas() -> None:
-    n = 4000  # so many that the scatter of the readings does not count beside the budget
+def test_the_budget_adds_up_and_agrees_with_plain_formulas() -> None:
+    n, noise = 40, 0.2
     test = with_extremes_at_one_place(n)
-    budget = UncertaintyBudget(device=1.0, environmental_variation=20.0 / 0.6)
+    budget = UncertaintyBudget(device=1.0)
     stated = evaluate_uncertainty(test, None, budget=budget, samples=20_000).measured
-    u_mean, u_s = 20.0 / np.sqrt(n), 20.0 / np.sqrt(n - 1)
-    plain = {
-        "B": np.sqrt(2.0) * u_mean,
-        "B_mean": np.sqrt(2.0) * u_mean / np.sqrt(5.0),
-        "M": np.hypot(1.0, u_mean),
-        "E_forward": np.hypot(1.0, np.sqrt(2.0) * u_mean),
-        "E": np.hypot(1.0, np.sqrt(2.0) * u_mean),
-        "R_forward": 4.0 * u_s,
-        "R": np.sqrt(2.0 * u_mean**2 + 8.0 * u_s**2),
-        "A_forward": np.sqrt(1.0 + 2.0 * u_mean**2 + 8.0 * u_s**2),
-        "A": np.sqrt(1.0 + 2.0 * u_mean**2 + 8.0 * u_s**2),
-    }
-    for key, value in plain.items():
-        assert stated.closed_form[key] == pytest.approx(value), key
-    for key in ("B", "B_mean", "M", "E_forward", "E_backward", "E", "R_forward", "R"):
-        assert stated.expanded_uncertainty[key] == pytest.approx(
-            plain.get(key, plain["E"]), rel=0.04
-        )
+    for key in FIGURE_KEYS:
+        rows = budget_of(stated, key).values()
+        total = np.sqrt(sum(row.contribution**2 for row in rows))
+        assert total == pytest.approx(stated.combined(key), rel=0.02), key
+        for row in rows:
+            assert abs(row.sensitivity) * row.standard_uncertainty == pytest.approx(
+                row.contribution
+            )
+    rows = {key: budget_of(stated, key) for key in FIGURE_KEYS}
+    pooled = np.sqrt(np.mean(np.var(test.deviation, axis=1, ddof=1)))
+    assert rows["B"]["noise"].value == pytest.approx(pooled, rel=0.01)
+    # the largest reversal value is one difference of two means, the range of means as well
+    assert rows["B"]["noise"].contribution == pytest.approx(pooled * np.sqrt(2.0 / n), rel=0.1)
+    assert rows["E"]["noise"].contribution == pytest.approx(pooled * np.sqrt(2.0 / n), rel=0.2)
+    assert rows["M"]["noise"].contribution == pytest.approx(pooled * np.sqrt(1.0 / n), rel=0.2)
+    # the scatter of target 3 alone, five times that of the others
+    own = 4.0 * 5.0 * noise / np.sqrt(2.0 * (n - 1.0))
+    assert rows["R_forward"]["noise"].contribution == pytest.approx(own, rel=0.3)
+    assert rows["E"]["device"].contribution == pytest.approx(0.5)
+    assert rows["B"]["device"].contribution == 0.0
 
 
-def test_environmental_variation_does_not_touch_the_drift_free_figures(
+def test_the_environment_counts_by_what_it_is_more_than_the_scatter_of_the_readings(
     drifting: tuple[PositioningTest, DriftResult],
 ) -> None:
     test, drift = drifting
     without = evaluate_uncertainty(test, drift)
-    given = evaluate_uncertainty(test, drift, budget=UncertaintyBudget(environmental_variation=5.0))
-    assert given.drift_free.expanded_uncertainty == without.drift_free.expanded_uncertainty
-    assert Message("left_out-counted_twice") in given.drift_free.left_out
-    assert [t.key for t in given.measured.terms] == ["noise", "drift", "environmental_variation"]
-    for key in FIGURE_KEYS:
-        before = without.measured.standard_uncertainty[key]
-        assert given.measured.standard_uncertainty[key] > before
-
-
-def test_more_environmental_variation_never_makes_a_figure_more_certain(
-    drifting: tuple[PositioningTest, DriftResult],
-) -> None:
-    budgets = [UncertaintyBudget(environmental_variation=v) for v in (0.0, 0.5, 2.0, 5.0)]
-    results = [evaluate_uncertainty(drifting[0], None, budget=b).measured for b in budgets]
-    for key in FIGURE_KEYS:
-        u = [result.expanded_uncertainty[key] for result in results]
-        assert all(b > 0.97 * a for a, b in itertools.pairwise(u)), key  # draws scatter by 3 %
-        assert u[-1] > u[0]
-        biases = [result.bias[key] for result in results]
-        assert biases == pytest.approx([biases[0]] * 4, abs=1e-9)
+    quiet, loud = (
+        evaluate_uncertainty(test, drift, budget=UncertaintyBudget(environmental_variation=v))
+        for v in (0.5, 5.0)
+    )
+    for which in ("measured", "drift_free"):
+        before, within, beyond = (getattr(r, which) for r in (without, quiet, loud))
+        assert within.expanded_uncertainty == before.expanded_uncertainty
+        assert Message("left_out-in_scatter") in within.left_out
+        assert Message("left_out-in_scatter") not in beyond.left_out
+        for key in ("B_mean", "M", "E", "A"):
+            assert beyond.expanded_uncertainty[key] > before.expanded_uncertainty[key]
+    rows = budget_of(loud.measured, "B_mean")
+    reading = np.hypot(*(rows[key].contribution for key in ("noise", "environmental_variation")))
+    assert reading == pytest.approx(5.0 / np.sqrt(12.0) * np.sqrt(2.0 / (5 * 16)), rel=0.1)
 
 
 def test_without_a_budget_the_result_says_what_is_in_it_and_what_is_not(
@@ -329,14 +371,26 @@ def test_without_a_budget_the_result_says_what_is_in_it_and_what_is_not(
     result = evaluate_uncertainty(test, drift)
     assert result.label == "GUM"
     for stated in (result.measured, result.drift_free):
-        assert [term.key for term in stated.terms] == ["noise", "drift"]
-        assert stated.included[0] == "scatter of the readings"
+        assert {row.quantity for row in stated.budget} == {"noise", "extremes"}
         assert stated.left_out == (Message("left_out-no_budget"),)
-        assert not stated.closed_form
         assert list(stated.expanded_uncertainty) == list(FIGURE_KEYS)
     alone = evaluate_uncertainty(test, None)
     assert alone.drift_free is None
+    assert not alone.drift_effect
     assert Message("left_out-drift_unknown") in alone.measured.left_out
+
+
+def test_a_stated_uncertainty_comes_in_place_of_the_evaluated_one(
+    drifting: tuple[PositioningTest, DriftResult],
+) -> None:
+    result = evaluate_uncertainty(*drifting)
+    assert result.with_stated({}) is result
+    stated = result.with_stated({"A": 1.6}).measured
+    assert (stated.expanded_uncertainty["A"], stated.combined("A")) == (1.6, 0.8)
+    assert stated.stated == ("A",)
+    assert not budget_of(stated, "A")
+    assert list(stated.expanded_uncertainty) == list(FIGURE_KEYS)
+    assert stated.expanded_uncertainty["E"] == result.measured.expanded_uncertainty["E"]
 
 
 def test_coefficient_and_temperatures_of_the_run_serve_where_the_budget_has_none() -> None:
@@ -350,14 +404,15 @@ def test_coefficient_and_temperatures_of_the_run_serve_where_the_budget_has_none
         evaluate_uncertainty(replace(metre(), environment=environment), None, budget=budget)
     environment["material_temperature_1_c"] = StartEnd(21.0, 17.0)
     test = replace(metre(), environment=environment)
-    terms = evaluate_uncertainty(test, None, budget=budget).measured.terms
-    assert [term.expanded for term in terms] == pytest.approx([7.2, 0.6 * 3.0 * 2.0])
+    rows = budget_of(evaluate_uncertainty(test, None, budget=budget).measured, "E")
+    assert rows["material_temperature"].sensitivity == pytest.approx(12.0)
+    assert rows["expansion_coefficient"].sensitivity == pytest.approx(3.0)
 
 
 def test_a_rotary_axis_has_no_terms_of_length() -> None:
     test = run(np.zeros((4, 1, 2)) + np.arange(4.0)[:, None, None], kind=AxisKind.ROTARY)
     stated = evaluate_uncertainty(test, None, budget=UncertaintyBudget(device=0.5)).measured
-    assert [term.key for term in stated.terms] == ["device"]
+    assert set(budget_of(stated, "E")) == {"extremes", "device"}
     terms = {str(one.values.get("term", "")) for one in stated.left_out}
     assert not any("expansion" in term or "misalignment" in term for term in terms)
     with refused("linear_axis_only", Place(key="misalignment_mm")):
@@ -394,7 +449,7 @@ def test_the_same_seed_gives_the_same_result_and_another_one_nearly_the_same(
 
 
 def test_a_constant_changes_nothing_and_a_factor_scales_everything() -> None:
-    test, _ = noisy(7)
+    test, *_ = noisy(7)
     base = evaluate_uncertainty(test, None).measured
     shifted = evaluate_uncertainty(run(test.deviation + 50.0, test.target), None).measured
     scaled = evaluate_uncertainty(run(3.0 * test.deviation, test.target), None).measured
@@ -415,16 +470,19 @@ def test_u_and_twice_the_standard_uncertainty_agree_where_nothing_is_an_extreme(
     assert pytest.approx(stats.norm.cdf(2.0) - stats.norm.cdf(-2.0)) == PROBABILITY
 
 
-def test_the_drift_is_a_bias_of_the_measured_repeatability_and_not_of_the_drift_free_one() -> None:
-    test, level = noisy(10, 10, drift=12.0)
-    result = evaluate_uncertainty(test, evaluate_drift(test))
-    measured, stated = result.measured, result.drift_free
-    truth = figures_by_key(level, np.full(level.shape, NOISE))["R"]
-    figure = measured_figures(test)["R"]
-    assert figure - truth > 2.0
-    assert measured.bias["R"] == pytest.approx(figure - truth, abs=0.5)
-    assert stated.bias["R"] < 0.6
-    assert measured.standard_uncertainty["R"] == pytest.approx(stated.standard_uncertainty["R"])
+def test_the_drift_is_part_of_the_measured_repeatability_and_its_effect_stands_beside() -> None:
+    test, level, drift = noisy(10, 10, drift=12.0)
+    found = evaluate_drift(test)
+    result = evaluate_uncertainty(test, found)
+    figure, without = measured_figures(test)["R"], float(found.figures.R)
+    truth = figures_by_key(level + np.mean(drift, axis=1), mean_of_s(drift))["R"]
+    still = figures_by_key(level, mean_of_s(0.0 * drift))["R"]
+    assert truth - still > 2.0
+    assert figure == pytest.approx(truth, abs=result.measured.expanded_uncertainty["R"])
+    assert figure - without == pytest.approx(truth - still, abs=result.drift_effect["R"])
+    assert abs(result.measured.bias["R"]) < 0.6
+    assert result.measured.expanded_uncertainty["R"] < 1.5
+    assert result.drift_effect["R"] < 1.5
 
 
 # ---- runs that are not as usual -----------------------------------------------------------------
@@ -442,7 +500,7 @@ def check_sound(result: UncertaintyResult) -> None:
 
 
 def test_a_unidirectional_run_has_the_figures_of_its_approach() -> None:
-    test, _ = noisy(11, drift=6.0)
+    test, *_ = noisy(11, drift=6.0)
     deviation = test.deviation.copy()
     deviation[..., 1] = np.nan
     test = replace(test, deviation=deviation)
@@ -452,7 +510,7 @@ def test_a_unidirectional_run_has_the_figures_of_its_approach() -> None:
 
 
 def test_missing_readings_and_few_cycles_or_targets_are_no_obstacle() -> None:
-    test, _ = noisy(12, drift=6.0)
+    test, *_ = noisy(12, drift=6.0)
     deviation = test.deviation.copy()
     deviation[3, 1, 0] = deviation[7, :3, 1] = np.nan
     test = replace(test, deviation=deviation)
@@ -470,7 +528,7 @@ def test_runs_without_scatter_have_nothing_to_state_and_rounded_ones_something()
 
 
 def test_many_targets_and_many_draws_are_drawn_in_parts() -> None:
-    test, _ = noisy(14, 3, targets=80)
+    test, *_ = noisy(14, 3, targets=80)
     result = evaluate_uncertainty(test, None, samples=4000)
     check_sound(result)
     assert result.measured.standard_uncertainty["B_mean"] < 0.06

@@ -95,10 +95,10 @@ def test_the_result_table_has_the_figures_in_the_order_of_the_standard(
 
 def test_a_limited_figure_has_its_uncertainty_limit_and_verdict(small_document: Document) -> None:
     by_symbol = {row[0]: row[3:] for row in result_rows(small_document)}
-    assert by_symbol["B"] == ("0.30", "4.00", "pass")
-    assert by_symbol["R"] == ("1.0", "30.00", "pass")
-    assert by_symbol["A"] == ("0.80", "20.00", "pass")
-    assert by_symbol["M"] == ("not evaluated", "", "")
+    assert by_symbol["B"] == ("0.30", "2.00", "4.00", "pass")
+    assert by_symbol["R"] == ("1.0", "2.00", "30.00", "pass")
+    assert by_symbol["A"] == ("0.80", "2.00", "20.00", "pass")
+    assert by_symbol["M"] == ("not evaluated", "", "", "")
     verdict = verdict_of(small_document)
     assert verdict.word == "PASS"
     assert "ISO 14253-1: a figure passes if figure + U" in verdict.sentence
@@ -183,7 +183,7 @@ def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds() -> None:
     report = make_report(make_run(kind=AxisKind.ROTARY, length=360.0), header=header)
     document = document_of(report)
     table = next(b for b in document.opening if isinstance(b, Table))
-    assert table.columns[2].label == "Value [arcsec]"
+    assert table.columns[2].label == "value [arcsec]"
     conditions = section_of(document, "Conditions")
     assert "('Feed', '720 °/min')" in conditions
     assert "mm/min" not in conditions

@@ -26,7 +26,14 @@ from thermaxis.positioning import (
     figures_by_key,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report import FIGURE_SYMBOLS, PositioningReport, check_limits
+from thermaxis.report import (
+    FIGURE_SYMBOLS,
+    PositioningReport,
+    Verdict,
+    budget_table,
+    check_limits,
+    figure_table,
+)
 from thermaxis.report._document import Document, ItemList, Paragraph, Picture, Section, Table
 from thermaxis.report._style import drawing, png_bytes, svg_bytes, write_chart
 from thermaxis.report._text import two_digits
@@ -35,6 +42,7 @@ from thermaxis.report.certificate._certificate import build_certificate
 from thermaxis.report.charts import charts_of, time_words
 from thermaxis.report.charts._drift_model import drift_at
 from thermaxis.report.charts._figures import Chart
+from thermaxis.report.tables import as_json, as_text, describe_evaluation
 
 HEADING = "Drift eliminated (not results of ISO 230-2)"
 DIGITS = 2e-9
@@ -368,8 +376,8 @@ def test_a_unidirectional_run_has_one_direction_and_no_reversal() -> None:
     assert labels == ["readings backward ↓"]
     levels = tables_of(section_of(report, "Annex A: results of each target"))[1]
     assert len(levels.columns) == 4
-    rows = {row[0]: row[1:] for row in tables_of(section_of(report))[1].rows}
-    assert set(rows["B"]) == {"absent", ""}
+    row = figure_table(report).cells[0]
+    assert (row[0], *row[2:]) == ("B", "absent", "", "", "", "", "")
     assert set(readings_table(report)["direction"]) == {"backward"}
 
 
@@ -417,32 +425,52 @@ def test_the_section_follows_the_standards_results_and_says_that_it_is_none(
     assert "are not results of ISO 230-2" in words_of(section_of(report))
 
 
-def test_measured_and_drift_free_figures_stand_beside_each_other_with_their_u(
+def test_one_table_has_the_measured_and_the_drift_free_figures_with_their_u(
     report: PositioningReport,
 ) -> None:
     drift, uncertainty = report.drift, report.uncertainty
-    table = tables_of(section_of(report))[1]
+    (table, *_) = [b for b in document_of(report).opening if isinstance(b, Table)]
     labels = [column.label for column in table.columns]
-    assert labels[1:] == [
-        "as measured [µm]",
-        "U (k = 2, GUM) [µm]",
-        "drift-free [µm]",
-        "U (k = 2, GUM) [µm]",
+    assert labels[2:] == [
+        *("value [µm]", "U [µm]", "k", "drift-free [µm]", "U [µm]", "effect of drift [µm]")
     ]
     without = figures_by_key(drift.figures)
+    measured, free = uncertainty.measured, uncertainty.drift_free
     for key, row in zip(FIGURE_KEYS, table.rows, strict=True):
-        assert row == (
+        figure = getattr(report.iso230_2, key)
+        assert (row[0], *row[2:7]) == (
             FIGURE_SYMBOLS[key],
-            f"{getattr(report.iso230_2, key):.2f}",
-            two_digits(uncertainty.measured.expanded_uncertainty[key]),
+            f"{figure:.2f}",
+            two_digits(measured.expanded_uncertainty[key]),
+            f"{measured.coverage_factor[key]:.2f}",
             f"{without[key]:.2f}",
-            two_digits(uncertainty.drift_free.expanded_uncertainty[key]),
+            two_digits(free.expanded_uncertainty[key]),
         )
+        effect, band = row[7].split(" ± ")
+        assert float(effect) == pytest.approx(figure - without[key], abs=0.06)
+        assert band == two_digits(uncertainty.drift_effect[key])
     words = words_of(section_of(report))
     b = f"B {report.iso230_2.B:.2f} µm as measured and {without['B']:.2f} µm without drift"
     assert b in words
-    assert "scatter of the readings; estimate of the drift" in words
-    assert "no budget was given" in words
+    assert "expanded uncertainty by Monte Carlo (JCGM 101, 200 draws, seed 1)" in notes_of(report)
+    assert "U is without: instrument and environment: no budget was given" in notes_of(report)
+
+
+def test_the_numbers_of_the_table_are_the_same_in_pdf_html_terminal_and_json(
+    report: PositioningReport,
+) -> None:
+    table = figure_table(report)
+    page, described = render_html(document_of(report)), describe_evaluation(report)
+    text, written = as_text(described), as_json(described)
+    for row, cells, entry in zip(table.rows, table.cells, written["figure_table"], strict=True):
+        assert all(f">{cell}</td>" in page for cell in cells)
+        line = next(one for one in text.splitlines() if one.split()[:2] == [cells[0], cells[2]])
+        assert all(cell in line for cell in (cells[0], *cells[2:]))
+        assert entry["figure"] == row.key
+        for name, value in entry.items():
+            if name != "figure":
+                assert value == getattr(row, name)
+        assert row.drift_effect == row.value - row.drift_free
 
 
 def test_the_drift_is_stated_with_bands_that_hold_both_ends(report: PositioningReport) -> None:
@@ -490,27 +518,38 @@ def test_the_warnings_of_the_drift_stand_in_its_section(report: PositioningRepor
     assert "Target 4 &lt;b&gt; drifts otherwise" in render_html(document_of(said))
 
 
-def test_the_results_have_the_evaluated_uncertainty_where_no_other_is_stated(
-    report: PositioningReport,
-) -> None:
-    (table, *_) = tables_of(front_of(report))
-    assert [column.label for column in table.columns][2:] == ["Value [µm]", "U (k = 2, GUM) [µm]"]
-    expected = report.uncertainty.measured.expanded_uncertainty
-    assert [row[3] for row in table.rows] == [two_digits(expected[key]) for key in FIGURE_KEYS]
-    assert "U (k = 2, GUM): expanded uncertainty by Monte Carlo (200 draws, seed 1)" in notes_of(
-        report
-    )
-    assert "Left out: instrument and environment: no budget was given." in notes_of(report)
-
-
 def test_uncertainties_of_the_limits_file_come_first_and_decide(report: PositioningReport) -> None:
     limits = FigureLimits({"B": 4.0}, DecisionRule.ISO14253_1, {"B": 0.37}, "limits.toml")
-    limited = replace(report, limits=check_limits(limits, report.iso230_2))
-    (table, *_) = tables_of(front_of(limited))
-    assert table.columns[3].label == "U (k = 2) [µm]"
-    assert table.rows[0][3] == "0.37"
-    assert "taken from the limits file" in notes_of(limited)
-    assert "Monte Carlo" not in notes_of(limited)
+    uncertainty = report.uncertainty.with_stated(limits.expanded_uncertainty)
+    check = check_limits(limits, report.iso230_2, uncertainty.measured)
+    limited = replace(report, limits=check, uncertainty=uncertainty)
+    row = figure_table(limited).rows[0]
+    assert (row.expanded_uncertainty, row.guard_band, row.coverage_factor) == (0.37, 0.37, 2.0)
+    assert as_json(describe_evaluation(limited))["uncertainty"]["measured"]["stated"] == ["B"]
+    assert "U of B is stated in the limits file (k = 2)" in notes_of(limited)
+
+
+def test_the_evaluated_uncertainty_decides_where_no_other_is_stated(
+    report: PositioningReport,
+) -> None:
+    measured = report.uncertainty.measured
+    u, b = measured.expanded_uncertainty["B"], float(report.iso230_2.B)
+    for rule, limit, verdict, guard_band in (
+        (DecisionRule.ISO14253_1, b + 1.01 * u, Verdict.PASS, u),
+        (DecisionRule.ISO14253_1, b + 0.99 * u, Verdict.NOT_DECIDED, u),
+        (DecisionRule.ISO14253_1, b - 0.99 * u, Verdict.NOT_DECIDED, u),
+        (DecisionRule.ISO14253_1, b - 1.01 * u, Verdict.FAIL, u),
+        (DecisionRule.SIMPLE, b + 0.01 * u, Verdict.PASS, 0.0),
+        (DecisionRule.SIMPLE, b - 0.01 * u, Verdict.FAIL, 0.0),
+    ):
+        limits = FigureLimits({"B": limit}, rule, {}, "limits.toml")
+        check = check_limits(limits, report.iso230_2, measured)
+        row = figure_table(replace(report, limits=check)).rows[0]
+        assert (row.verdict, row.guard_band) == (verdict, guard_band)
+    unknown = check_limits(
+        FigureLimits({"B": 9.0}, DecisionRule.ISO14253_1, {}, "l"), report.iso230_2
+    )
+    assert unknown.verdict is Verdict.NOT_DECIDED
 
 
 def with_budget(report: PositioningReport, budget: UncertaintyBudget) -> PositioningReport:
@@ -518,12 +557,24 @@ def with_budget(report: PositioningReport, budget: UncertaintyBudget) -> Positio
     return replace(report, uncertainty=found)
 
 
-def test_a_budget_is_named_term_by_term(report: PositioningReport) -> None:
+def test_a_budget_is_a_table_of_quantities_that_adds_up(report: PositioningReport) -> None:
     budget = UncertaintyBudget(device=0.5, environmental_variation=0.4)
-    words = words_of(section_of(with_budget(report, budget)))
-    assert "instrument, by its certificate" in words
-    assert "Left out: misalignment of the beam: not stated in the budget" in words
-    assert "environmental variation: it would count the drift twice" in words
+    budgeted = with_budget(report, budget)
+    (table,) = tables_of(section_of(budgeted, "Uncertainty budget (GUM)"))
+    rows = [row[1:] for row in table.rows if row[0] == "E"]
+    assert [row[0] for row in rows[:-1]] == [
+        *("scatter of the readings", "bias of maxima and minima, not corrected", "instrument"),
+        "environmental variation",
+    ]
+    assert rows[2][1:4] == ("0.50 µm", "normal", "0.25 µm")
+    figure = next(row for row in figure_table(budgeted).rows if row.key == "E")
+    assert rows[-1][0] == (
+        f"U = {two_digits(figure.expanded_uncertainty)} µm (k = {figure.coverage_factor:.2f})"
+    )
+    total = np.sqrt(sum(float(row[5]) ** 2 for row in rows[:-1]))
+    assert float(rows[-1][5]) == pytest.approx(total, rel=0.1)  # two digits each, few draws
+    assert "misalignment of the beam: not stated in the budget" in notes_of(budgeted)
+    assert budget_table(replace(report, uncertainty=None)) is None
 
 
 def test_the_diagnosis_is_printed_in_its_order(report: PositioningReport) -> None:

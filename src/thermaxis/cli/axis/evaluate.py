@@ -79,8 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--full", "s, R and A also on an axis over 2000 mm", bool)
     add(
         "--no-drift",
-        "leave the drift model and the diagnosis out, and the uncertainties unless a budget"
-        " is given",
+        "leave the drift model and the diagnosis out",
         bool,
     )
     add("--robust", "leave outliers out of the drift model, and name them", bool)
@@ -183,19 +182,18 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
         lacking = "warning-no_figures_of_other_standard"
         other_standard = _attempted(lambda: other(test), lacking, warnings)
     drift = None if arguments.no_drift else _drift(arguments, test, warnings)
-    uncertainty = budget = plan_differences = None
+    budget = plan_differences = None
     if arguments.budget is not None:
         budget = files.read_budget(arguments.budget, test.kind)
-    if budget is not None or not arguments.no_drift:
-        uncertainty = positioning.evaluate_uncertainty(test, drift, budget=budget)
+    uncertainty = positioning.evaluate_uncertainty(test, drift, budget=budget)
     if arguments.plan is not None:
         plan_differences = positioning.check_against_plan(test, files.read_plan(arguments.plan))
         warnings += plan_differences
     limits = against_cycles = None
     if arguments.limits:
-        limits = report.check_limits(
-            files.read_figure_limits(arguments.limits, test.kind), iso230_2
-        )
+        stated = files.read_figure_limits(arguments.limits, test.kind)
+        uncertainty = uncertainty.with_stated(stated.expanded_uncertainty)
+        limits = report.check_limits(stated, iso230_2, uncertainty.measured)
     header = dict(test.header)
     if arguments.header:
         header |= files.read_header(arguments.header, kind=test.kind)

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings._reading import as_table, read_toml, settings_of, unknown_key
 from thermaxis.positioning import FIGURE_KEYS
@@ -31,12 +31,12 @@ class DecisionRule(StrEnum):
         if self is DecisionRule.SIMPLE:
             return (
                 "simple acceptance: a figure passes if it is not larger than its limit; the"
-                " measurement uncertainty is not taken into account"
+                " measurement uncertainty is not taken into account, the guard band is zero"
             )
         return (
             "ISO 14253-1: a figure passes if figure + U is not larger than its limit, fails if"
-            " figure - U is larger, and is not decided in between (U: expanded uncertainty,"
-            " k = 2, as stated in the limits file)"
+            " figure - U is larger, and is not decided in between (the guard band is its expanded"
+            " uncertainty U)"
         )
 
 
@@ -50,7 +50,8 @@ class FigureLimits:
     decision_rule: DecisionRule
     """How they decide."""
     expanded_uncertainty: Mapping[str, float]
-    """Expanded uncertainty (k = 2) by key of the figure. [µm or arcsec]"""
+    """Expanded uncertainty (k = 2) by key of the figure, where it is to count in place of the
+    evaluated one. [µm or arcsec]"""
     source_name: str
     """Name of the file without its folder."""
 
@@ -76,8 +77,8 @@ def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
     ----------
     path : Path
         TOML with a table ``[limits]`` (keys of the figures with the unit as suffix, such as
-        ``A_um``, and ``decision_rule``) and, where uncertainties are known, a table
-        ``[expanded_uncertainty]`` with the same keys.
+        ``A_um``, and ``decision_rule``) and, where uncertainties are known otherwise than by the
+        evaluation, a table ``[expanded_uncertainty]`` with the same keys.
     kind : AxisKind
         Kind of the axis, which fixes the unit.
 
@@ -89,8 +90,8 @@ def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
     Raises
     ------
     ConfigurationError
-        If the file cannot be read, a key is unknown, a value is not a positive number, no figure
-        is limited, or the rule needs an uncertainty that is not there.
+        If the file cannot be read, a key is unknown, a value is not a positive number, or no
+        figure is limited.
     """
     file = str(path)
     content = read_toml(path)
@@ -105,8 +106,4 @@ def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
     uncertainty = _numbers(file, "expanded_uncertainty", stated, kind)
     if not limit:
         raise ConfigurationError("no_limits", place=Place(file, key="limits"))
-    without = tuple(printable(key) for key in limit if key not in uncertainty)
-    if rule is DecisionRule.ISO14253_1 and without:
-        place = Place(file, key="expanded_uncertainty")
-        raise ConfigurationError("uncertainty_missing", figures=without, place=place)
     return FigureLimits(limit, rule, uncertainty, path.name)

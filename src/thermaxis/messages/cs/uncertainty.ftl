@@ -1,6 +1,6 @@
 left_out-no_budget = přístroj a prostředí: nebyl zadán rozpočet nejistot
 left_out-not_stated = { CODE($term, "term") }: v rozpočtu nejistot neuvedeno
-left_out-counted_twice = vliv prostředí: drift by se započetl dvakrát
+left_out-in_scatter = vliv prostředí: rozptyl čtení je větší a obsahuje jej
 left_out-drift_unknown = drift: není znám
 left_out-drift_not_described = drift cílové polohy { $targets }, který model driftu nepopisuje
 left_out-one_reading = rozptyl: jediné čtení jej neurčí
@@ -10,3 +10,5 @@ term-misalignment = seřízení paprsku
 term-material_temperature = teplota materiálu
 term-expansion_coefficient = součinitel roztažnosti
 term-environmental_variation = vliv prostředí
+term-noise = rozptyl čtení
+term-extremes = vychýlení maxim a minim, nekorigované

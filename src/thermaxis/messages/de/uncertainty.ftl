@@ -1,6 +1,6 @@
 left_out-no_budget = Messgerät und Umgebung: es wurde kein Unsicherheitsbudget angegeben
 left_out-not_stated = { CODE($term, "term") }: im Unsicherheitsbudget nicht angegeben
-left_out-counted_twice = Umgebungseinfluss: die Drift würde doppelt gezählt
+left_out-in_scatter = Umgebungseinfluss: die Streuung der Ablesungen ist größer und enthält ihn
 left_out-drift_unknown = Drift: sie ist nicht bekannt
 left_out-drift_not_described = Drift der Zielposition { $targets }, die das Driftmodell nicht beschreibt
 left_out-one_reading = Streuung: eine einzelne Ablesung sagt sie nicht
@@ -10,3 +10,5 @@ term-misalignment = Ausrichtung des Strahls
 term-material_temperature = Temperatur des Materials
 term-expansion_coefficient = Ausdehnungskoeffizient
 term-environmental_variation = Umgebungseinfluss
+term-noise = Streuung der Ablesungen
+term-extremes = Abweichung größter und kleinster Werte, nicht korrigiert

@@ -270,8 +270,6 @@ error-other_kind_of_axis = A { $kind } axis does not have this key.
     .remedy = Leave it out, or write the one that has the unit of this axis.
 error-no_uncertainty_term = No term of the uncertainty is stated.
     .remedy = Write a table [device] with a line such as expanded_uncertainty_um = 0.5.
-error-uncertainty_missing = The rule iso14253-1 needs the expanded uncertainty of { $figures }.
-    .remedy = Write it below [expanded_uncertainty], or choose the rule simple.
 error-number_of_regions = The file has { $regions } regions, not 1 to { $most }.
     .remedy = Write a table such as [regions.left] with x_px = [0, 20] and y_px = [0, 60].
 error-edges_missing = The edges are not stated.

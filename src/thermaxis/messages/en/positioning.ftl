@@ -88,3 +88,12 @@ warning-not_in_charts = { $count ->
         [1] 1 character
        *[other] { $count } characters
     } in { $names } cannot be shown in the charts; there each is drawn as an empty box
+
+## What stands below a table of figures
+
+note-u_measured = U = k u is the expanded uncertainty by Monte Carlo (JCGM 101, { $samples } draws, seed { $seed }), not by the annex of ISO 230-2: in 95 % of cases the true figure lies within figure ± U. The true figure as measured is that of this run without the noise of its readings, at its time and with its drift.
+note-u_bias = The largest and the smallest of noisy values are too large on average. The figures are not corrected for it: U contains this bias (most of all for { $symbol }: { FIXED($bias, decimals: 2) } { $unit }).
+note-drift_effect = The drift-free figures are of the levels in one thermal state, with their own U, and no results of ISO 230-2. The effect of drift is the figure less the drift-free one, with the U of this difference.
+note-u_stated = U of { $symbols } is stated in the limits file (k = 2) in place of the evaluated one.
+note-u_none = The measurement uncertainty was not evaluated.
+note-u_without = U is without: { $terms }

@@ -1,8 +1,8 @@
+from ._budget import UncertaintyBudget as UncertaintyBudget
 from ._uncertainty import (
     PROBABILITY as PROBABILITY,
+    BudgetRow as BudgetRow,
     FigureUncertainty as FigureUncertainty,
-    UncertaintyBudget as UncertaintyBudget,
     UncertaintyResult as UncertaintyResult,
-    UncertaintyTerm as UncertaintyTerm,
     evaluate_uncertainty as evaluate_uncertainty,
 )

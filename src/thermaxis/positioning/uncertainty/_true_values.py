@@ -42,9 +42,17 @@ class Estimate:
     approaches: tuple[int, ...]
     """Measured approaches: 0 forward, 1 backward."""
     level: FloatArray
-    """(L,): targets of the first measured approach, then of the second."""
-    covariance: FloatArray
-    """(L, L)."""
+    """(L,), in one thermal state: targets of the first measured approach, then of the second."""
+    noise_variance: FloatArray
+    """Variance of each level by the scatter of its readings, (L,)."""
+    environment_share: float
+    """What the environment adds to the sum of these beyond the scatter that was seen. [1]"""
+    drift_covariance: FloatArray
+    """Covariance of the levels by what is not known of the drift, (L, L)."""
+    drift: FloatArray
+    """Mean drift of the readings of each level, which is in their plain means, (L,)."""
+    spread: FloatArray
+    """Variance (n - 1) of the drift of the readings of each level, (L,)."""
     s: FloatArray
     """(L,); NaN where nothing tells the noise."""
     free: FloatArray
@@ -131,33 +139,49 @@ def standing_out(value: FloatArray, covariance: FloatArray, line: FloatArray) ->
     return tuple(out)
 
 
-def most_likely(covariance: FloatArray, scatter: FloatArray, line: FloatArray) -> FloatArray:
-    """Return the matrix that turns estimates into the most likely true values, (L, L).
+def split_by_source(
+    noise: FloatArray, drift: FloatArray, scatter: FloatArray, line: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the matrices that turn estimates into most likely true values and drift, (L, L) each.
 
-    `scatter` is the standard deviation of each true value about the lines, `line` their columns.
+    Estimates are true values plus errors of covariance `noise` and `drift`; true values scatter
+    about the columns of `line` by the standard deviations `scatter`.
+
+    Notes
+    -----
+    With V = N + D + T, T = diag(scatter^2), and the generalised least squares P = X (X' V^-1 X)^-1
+    X' V^-1: the values are P + T V^-1 (1 - P), the error by drift D V^-1 (1 - P).
     """
-    total = covariance + np.diag(scatter**2)
+    total = noise + drift + np.diag(scatter**2)
     total[np.diag_indices_from(total)] += 1e-12 * np.trace(total) / total.shape[0]
-    solved = np.linalg.solve(total, np.column_stack((line, np.diag(scatter**2))))
-    of_line, of_rest = solved[:, : line.shape[1]], solved[:, line.shape[1] :].T
-    fitted = line @ np.linalg.solve(line.T @ of_line, of_line.T)
-    return fitted + of_rest @ (np.eye(fitted.shape[0]) - fitted)
+    inverse = np.linalg.inv(total)
+    fitted = line @ np.linalg.solve(line.T @ inverse @ line, line.T @ inverse)
+    rest = inverse @ (np.eye(fitted.shape[0]) - fitted)
+    return fitted + scatter[:, None] ** 2 * rest, drift @ rest
 
 
-def draw_levels(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
-    """Return where the true levels may lie.
+def draw_levels(
+    estimate: Estimate, samples: int, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Return where the true levels may lie, and the error of the drift that was taken from them.
 
-    Truth and errors are drawn alike; what the estimates say beyond the draw is added to it.
+    Their sum is where the levels of the run as it was may lie, but for the drift itself. Truth and
+    errors are drawn alike; what the estimates say beyond the draw is shared out among them.
     """
     size, targets = estimate.level.size, estimate.position.size
     free = float(np.sum(estimate.free))
     wider = np.sqrt(free / rng.chisquare(free, (samples, 1)))  # the noise is estimated too
-    error = wider * (rng.standard_normal((samples, size)) @ _root(estimate.covariance).T)
-    if targets < 2 + _FEWEST_SPARE or not np.any(estimate.covariance):
-        return estimate.level - error
+    noise = wider * rng.standard_normal((samples, size)) * np.sqrt(estimate.noise_variance)
+    drift = wider * (rng.standard_normal((samples, size)) @ _root(estimate.drift_covariance).T)
+    if targets < 2 + _FEWEST_SPARE or not (
+        np.any(estimate.noise_variance) or np.any(estimate.drift_covariance)
+    ):
+        return estimate.level - noise - drift, drift
     turn, back = _mean_and_reversal(targets, len(estimate.approaches))
-    value, covariance = turn @ estimate.level, turn @ estimate.covariance @ turn.T
-    error = error @ turn.T
+    value = turn @ estimate.level
+    of_noise = turn @ (estimate.noise_variance[:, None] * turn.T)
+    of_drift = turn @ estimate.drift_covariance @ turn.T
+    noise, drift = noise @ turn.T, drift @ turn.T
     straight = _straight_lines(estimate.position)
     blocks = np.split(np.arange(size), len(estimate.approaches))
     points = _POINTS if size < _MANY_LEVELS else 1
@@ -165,10 +189,10 @@ def draw_levels(estimate: Estimate, samples: int, rng: np.random.Generator) -> F
     scatters: list[FloatArray] = []
     for k, own in enumerate(blocks):
         line = straight if k == 0 else straight[:, :1]  # lost motion is the same at all targets
-        noise = covariance[np.ix_(own, own)]
-        out = standing_out(value[own], noise, line)
+        covariance = (of_noise + of_drift)[np.ix_(own, own)]
+        out = standing_out(value[own], covariance, line)
         fixed = np.column_stack((line, np.eye(targets)[:, list(out)]))
-        scatters.append(rng.permutation(scatter_of_levels(value[own], noise, fixed, points)))
+        scatters.append(rng.permutation(scatter_of_levels(value[own], covariance, fixed, points)))
         column = np.zeros((size, fixed.shape[1]))
         column[own] = fixed
         columns.append(column)
@@ -177,9 +201,11 @@ def draw_levels(estimate: Estimate, samples: int, rng: np.random.Generator) -> F
     for k, part in enumerate(np.array_split(np.arange(samples), points)):
         scatter = np.repeat([s[k] for s in scatters], targets)
         own = scatter * rng.standard_normal((part.size, size))
-        beyond = value - own - error[part]
-        drawn[part] = own + beyond @ most_likely(covariance, scatter, lines).T
-    return drawn @ back.T
+        beyond = value - own - noise[part] - drift[part]
+        to_value, to_drift = split_by_source(of_noise, of_drift, scatter, lines)
+        drawn[part] = own + beyond @ to_value.T
+        drift[part] += beyond @ to_drift.T
+    return drawn @ back.T, drift @ back.T
 
 
 def _special() -> Any:
@@ -261,3 +287,39 @@ def draw_std(estimate: Estimate, samples: int, rng: np.random.Generator) -> Floa
     floored = np.maximum(variance, 1e-3 * mean)  # equal readings are rounded ones
     approaches = len(estimate.approaches)
     return np.sqrt(_draw_variances(floored, estimate.free, approaches, samples, rng))
+
+
+def draw_spread(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
+    """Return where the variances (n - 1) of the true drift of the readings may lie, (S, L).
+
+    Notes
+    -----
+    The readings tell the size of the drift, common and in proportion to the position, as they tell
+    the coefficients of a straight line: the standard deviation S_i of the drift is uncertain by
+    sigma / sqrt(n - 1) times the root of 1 / L + x_i^2 / sum x^2. Half of this variance is added
+    for the form of the curves, so that generated runs are covered.
+    """
+    x = np.tile(estimate.position - np.mean(estimate.position), len(estimate.approaches))
+    shapes = np.stack((np.full(x.size, x.size**-0.5), x / np.sqrt(max(np.sum(x**2), 1e-300))))
+    free = np.maximum(estimate.readings - 1.0, 1.0)
+    size = np.sqrt(1.5 * estimate.noise_variance * estimate.readings / free)
+    error = rng.standard_normal((samples, 2)) @ shapes * size
+    return np.where(estimate.spread > 0.0, (np.sqrt(estimate.spread) + error) ** 2, 0.0)
+
+
+def expected_s(std: FloatArray, spread: FloatArray, readings: FloatArray) -> FloatArray:
+    """Return the expectation of s over the noise, of readings with this variance of the drift.
+
+    Notes
+    -----
+    E[s^2] = sigma^2 + S^2 and E[s]^2 = E[s^2] - Var[s]. Without drift E[s] = c4 sigma, so that
+    Var[s] = (1 - c4^2) sigma^2; with a drift much larger than the noise Var[s] = sigma^2 / (n - 1).
+    In between the share of sigma^2 in E[s^2] leads from one to the other, as in Var[s^2] / (4
+    E[s^2]) = sigma^2 (2 - share) / (2 (n - 1)).
+    """
+    free = np.maximum(readings - 1.0, 1.0)
+    gammaln = _special().gammaln
+    c4 = np.sqrt(2.0 / free) * np.exp(gammaln(0.5 * (free + 1.0)) - gammaln(0.5 * free))
+    total = std**2 + spread
+    share = np.divide(std**2, total, out=np.ones_like(total), where=total > 0.0)
+    return np.sqrt(total - std**2 * (share * (1.0 - c4**2) + (1.0 - share) / free))

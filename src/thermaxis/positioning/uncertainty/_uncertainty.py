@@ -1,4 +1,8 @@
-"""Expanded uncertainty of the figures of ISO 230-2 by Monte Carlo, free of the bias of maxima.
+"""Expanded uncertainty of the figures of ISO 230-2 by Monte Carlo.
+
+What is uncertain of a figure is what it would be without the noise of its readings. A figure of the
+run as it was measured keeps the drift of that run; s stands for its expectation over the noise. A
+drift-free figure is of the levels in one thermal state, with the true noise.
 
 B, M, E, R and A are extremes over the targets. An extreme of noisy values is too large on average:
 noise adds to every one of them, and the largest is the one to which it added most. So the noise is
@@ -7,26 +11,27 @@ deviations may lie, given the estimates:
 
 levels
     The mean of the approaches scatters from target to target about a straight line, the reversal
-    value about a constant, by amounts that the run itself tells (restricted likelihood), and the
-    estimates scatter about them by the covariance of the levels.
+    value about a constant, by amounts that the run itself tells (restricted likelihood). The
+    estimates scatter about them by the noise and by what is not known of the drift; of the run as
+    it was measured, by the noise alone.
 standard deviations
     Those of the targets scatter about a common one of their approach by an amount that the run
     itself tells; the estimates scatter about them as chi does for their degrees of freedom.
 
 The figures of each draw are where the true figures may lie. The expanded uncertainty U is half the
 shortest interval that is symmetric about the figure and holds 95.45 % of them, what a coverage
-factor k = 2 means for a normal distribution.
+factor k = 2 means for a normal distribution: it contains the bias of the figure.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from thermaxis.codes import Message, Place
-from thermaxis.errors import ConfigurationError, DataError, require_range
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning.run import FloatArray, PositioningTest, placed
 from thermaxis.positioning.standard import (
     FIGURE_KEYS,
@@ -35,25 +40,27 @@ from thermaxis.positioning.standard import (
     figures_of,
     mean_and_s,
 )
-from thermaxis.positioning.uncertainty._true_values import Estimate, draw_levels, draw_std
-from thermaxis.quantities import AxisKind
+from thermaxis.positioning.uncertainty._budget import (
+    COVERAGE_FACTOR,
+    Terms,
+    UncertaintyBudget,
+    terms_of,
+)
+from thermaxis.positioning.uncertainty._true_values import (
+    Estimate,
+    draw_levels,
+    draw_spread,
+    draw_std,
+    expected_s,
+)
 
 if TYPE_CHECKING:
     from thermaxis.positioning.drift import DriftResult
 
 LABEL = "GUM"
 """How the uncertainties were evaluated; they are not those of the annex of ISO 230-2."""
-COVERAGE_FACTOR = 2.0
-"""Factor k of expanded uncertainties. [1]"""
 PROBABILITY = 0.954499736
 """What k = 2 encloses of a normal distribution. [1]"""
-RECTANGULAR = 0.6
-"""Expanded uncertainty (k = 2) of a rectangular interval of unit width: 2 / (2 sqrt(3)) = 0.577,
-rounded as the annex of ISO 230-2 does (from memory). [1]"""
-OWN = "own"
-"""Mark of a formula that was derived for this program."""
-FROM_MEMORY = "M"
-"""Mark of a formula that is from memory and was not read in the standard."""
 
 _FEWEST_SAMPLES, _MOST_SAMPLES = 100, 1_000_000
 _NUMBERS_AT_A_TIME = 2_000_000
@@ -62,66 +69,27 @@ _NUMBERS_AT_A_TIME = 2_000_000
 
 @final
 @dataclass(frozen=True, slots=True)
-class UncertaintyBudget:
-    """What is known of the instrument and the environment; None where it is not known.
+class BudgetRow:
+    """What one input quantity contributes to the uncertainty of one figure."""
 
-    Raises
-    ------
-    ConfigurationError
-        If a number is negative or not finite, or the device is stated in two ways.
-    """
-
-    device: float | None = None
-    """Expanded uncertainty (k = 2) of the instrument, of its certificate. [µm or arcsec]"""
-    device_um_per_m: float | None = None
-    """Part of it in proportion to the measured length; it is added. [µm/m]"""
-    device_range: float | None = None
-    """Width of the interval of the instrument's errors, in place of `device`. [µm or arcsec]"""
-    device_range_um_per_m: float | None = None
-    """Part of it in proportion to the measured length; it is added. [µm/m]"""
-    misalignment_mm: float | None = None
-    """Largest lateral misalignment of the beam over the measured length. [mm]"""
-    material_temperature_interval_k: float | None = None
-    """Width of the interval that holds the error of the material's temperature. [K]"""
-    expansion_coefficient_interval_ppm_per_k: float | None = None
-    """Width of the interval that holds the error of the expansion coefficient. [ppm/K]"""
-    expansion_coefficient_ppm_per_k: float | None = None
-    """Expansion coefficient of the machine. Default: what the run's environment says. [ppm/K]"""
-    largest_difference_to_20_c_k: float | None = None
-    """Largest difference of the material's temperature to 20 °C, without its sign. Default: what
-    the run's environment says. [K]"""
-    environmental_variation: float | None = None
-    """Range E_VE of a drift test with the axis at rest. [µm or arcsec]"""
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        for name in self.__dataclass_fields__:
-            value: float | None = getattr(self, name)
-            if value is not None and not 0.0 <= value < 1e9:
-                raise ConfigurationError(
-                    "outside_range", value=value, least=0.0, most=1e9, place=Place(key=name)
-                )
-        certified = (self.device, self.device_um_per_m)
-        ranges = (self.device_range, self.device_range_um_per_m)
-        if any(v is not None for v in certified) and any(v is not None for v in ranges):
-            raise ConfigurationError("instrument_twice")
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class UncertaintyTerm:
-    """One contribution to the uncertainty."""
-
-    key: str
-    """`noise`, `drift`, `device`, `misalignment`, `material_temperature`,
-    `expansion_coefficient` or `environmental_variation`."""
-    text: str
-    """What it is, in words."""
-    expanded: float | None
-    """Expanded uncertainty (k = 2) over the measured length, of `environmental_variation` of one
-    reading; None for terms that are different for every figure. [µm or arcsec]"""
-    mark: str
-    """Origin of its formula: `own` or `M` (from memory)."""
+    figure: str
+    """Key of the figure."""
+    quantity: str
+    """`noise` (scatter of the readings, with the estimate of the drift where that is taken away),
+    `extremes` (bias of maxima and minima, not corrected), or a term of the budget."""
+    value: float
+    """What is known of it: standard deviation of a reading; bias; expanded uncertainty (k = 2) of
+    the instrument; half width of an interval. [unit]"""
+    unit: str
+    """Unit of the quantity."""
+    distribution: str
+    """`t`, `normal`, `rectangular`, or empty for a bias."""
+    standard_uncertainty: float
+    """Its standard uncertainty. [unit]"""
+    sensitivity: float
+    """Change of the figure for a unit of it. [µm or arcsec per unit]"""
+    contribution: float
+    """Their product: what it contributes to the combined standard uncertainty. [µm or arcsec]"""
 
 
 @final
@@ -130,28 +98,27 @@ class FigureUncertainty:
     """Uncertainties of the figures of one run; figures without a statement are absent."""
 
     expanded_uncertainty: Mapping[str, float]
-    """U, k = 2: the true figure lies within figure ± U in 95 % of cases, although the figure is
-    biased. [µm or arcsec]"""
-    bias: Mapping[str, float]
-    """How much the figure is too large on average: figure - bias is the better estimate.
+    """U: the true figure lies within figure ± U in 95 % of cases, although the figure is biased.
     [µm or arcsec]"""
+    coverage_factor: Mapping[str, float]
+    """k = U / u, with u the combined standard uncertainty, bias included. [1]"""
+    bias: Mapping[str, float]
+    """How much the figure is too large on average, which is contained in U: figure - bias is the
+    better estimate. [µm or arcsec]"""
     standard_uncertainty: Mapping[str, float]
     """Standard uncertainty of figure - bias; its expanded uncertainty is twice this.
     [µm or arcsec]"""
-    closed_form: Mapping[str, float]
-    """Expanded uncertainty (k = 2) from the terms of the budget alone, by plain formulas; empty
-    without a budget. [µm or arcsec]"""
-    closed_form_mark: Mapping[str, str]
-    """Origin of each of these formulas: `own` or `M` (from memory)."""
-    terms: tuple[UncertaintyTerm, ...]
-    """What is in it."""
+    budget: tuple[BudgetRow, ...]
+    """What U consists of, by figure and quantity. The root of the sum of squares of the
+    contributions is the combined standard uncertainty, but for the curvature of the figure."""
     left_out: tuple[Message, ...]
     """What is not in it."""
+    stated: tuple[str, ...] = ()
+    """Figures whose U was stated by a person in place of the evaluated one."""
 
-    @property
-    def included(self) -> tuple[str, ...]:
-        """What is in it, in words."""
-        return tuple(term.text for term in self.terms)
+    def combined(self, key: str) -> float:
+        """Return the combined standard uncertainty u = U / k of a figure. [µm or arcsec]"""
+        return self.expanded_uncertainty[key] / self.coverage_factor[key]
 
 
 @final
@@ -160,10 +127,14 @@ class UncertaintyResult:
     """Uncertainties of the measured and of the drift-free figures."""
 
     measured: FigureUncertainty
-    """Of the figures as measured. What is uncertain is how far they are from those of the axis
-    in one thermal state, so that the drift of the run is part of the bias where it is known."""
+    """Of the figures as measured. The true figure is that of the same run without noise: with its
+    drift at the times of the readings, and s replaced by its expectation."""
     drift_free: FigureUncertainty | None
-    """Of the figures of the run without its drift; None where the drift is not known."""
+    """Of the figures of the run without its drift, in one thermal state and with the true noise;
+    None where the drift is not known."""
+    drift_effect: Mapping[str, float]
+    """Expanded uncertainty of what the drift did to each figure, which is estimated by measured
+    minus drift-free; empty where the drift is not known. [µm or arcsec]"""
     samples: int
     """Number of draws. [1]"""
     seed: int
@@ -171,163 +142,39 @@ class UncertaintyResult:
     label: str = LABEL
     """Method, as it is printed beside the numbers."""
 
+    def with_stated(self, stated: Mapping[str, float]) -> "UncertaintyResult":
+        """Return the result with uncertainties of measured figures that a person states instead.
 
-# ---- terms of the budget ------------------------------------------------------------------------
+        Parameters
+        ----------
+        stated : mapping of str to float
+            Expanded uncertainties (k = 2) by key of the figure. [µm or arcsec]
 
-
-_SYSTEMATIC = {
-    "device": "instrument",
-    "misalignment": "misalignment of the beam",
-    "material_temperature": "temperature of the material",
-    "expansion_coefficient": "expansion coefficient",
-}
-"""Terms that are the same for all readings, in words."""
-_LINEAR_ONLY = (
-    "device_um_per_m",
-    "device_range_um_per_m",
-    "misalignment_mm",
-    "material_temperature_interval_k",
-    "expansion_coefficient_interval_ppm_per_k",
-)
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class _Terms:
-    """Terms of the budget, evaluated for one run."""
-
-    systematic: tuple[UncertaintyTerm, ...]
-    environment: UncertaintyTerm | None
-    left_out: tuple[str, ...]
-    """Keys of the systematic terms that the budget does not state."""
-
-    @property
-    def systematic_expanded(self) -> float:
-        """Root sum of squares of the systematic terms."""
-        return float(np.sqrt(sum((term.expanded or 0.0) ** 2 for term in self.systematic)))
-
-    @property
-    def environment_expanded(self) -> float:
-        """U_EVE of one reading."""
-        return 0.0 if self.environment is None else (self.environment.expanded or 0.0)
+        Returns
+        -------
+        UncertaintyResult
+            What was evaluated of these figures, bias and budget, is no longer in it.
+        """
+        if not stated:
+            return self
+        old = self.measured
+        halves = {key: u / COVERAGE_FACTOR for key, u in stated.items()}
+        measured = replace(
+            old,
+            expanded_uncertainty=_in_order({**old.expanded_uncertainty, **stated}),
+            coverage_factor=_in_order(
+                {**old.coverage_factor, **dict.fromkeys(stated, COVERAGE_FACTOR)}
+            ),
+            bias=_in_order({**old.bias, **dict.fromkeys(stated, 0.0)}),
+            standard_uncertainty=_in_order({**old.standard_uncertainty, **halves}),
+            budget=tuple(row for row in old.budget if row.figure not in stated),
+            stated=tuple(key for key in FIGURE_KEYS if key in stated),
+        )
+        return replace(self, measured=measured)
 
 
-def _stated_in_run(test: PositioningTest, prefix: str) -> list[float]:
-    return [
-        value
-        for key, both in test.environment.items()
-        if key.startswith(prefix)
-        for value in (both.start, both.end)
-        if value is not None
-    ]
-
-
-def _expansion_coefficient_ppm_per_k(test: PositioningTest, budget: UncertaintyBudget) -> float:
-    if budget.expansion_coefficient_ppm_per_k is not None:
-        return budget.expansion_coefficient_ppm_per_k
-    stated = _stated_in_run(test, "expansion_coefficient_ppm_per_k")
-    if not stated:
-        raise DataError("no_expansion_coefficient")
-    return max(stated)
-
-
-def _difference_to_20_c_k(test: PositioningTest, budget: UncertaintyBudget) -> float:
-    if budget.largest_difference_to_20_c_k is not None:
-        return budget.largest_difference_to_20_c_k
-    stated = _stated_in_run(test, "material_temperature_")
-    if not stated:
-        raise DataError("no_material_temperature")
-    return max(abs(value - 20.0) for value in stated)
-
-
-def _systematic_terms(
-    test: PositioningTest, budget: UncertaintyBudget
-) -> Iterator[UncertaintyTerm]:
-    """Yield the terms that a budget states; a rotary axis has no length.
-
-    Notes
-    -----
-    With the length L and an interval of width w, U = 0.6 w; the cosine error of a beam that is
-    misaligned by b is b^2 / (2 L).
-    """
-    linear = test.kind is AxisKind.LINEAR
-    length_m = test.measured_length / 1000.0 if linear else 0.0
-    for fixed, per_m, factor, mark, source in (
-        (budget.device, budget.device_um_per_m, 1.0, OWN, "certificate"),
-        (
-            *(budget.device_range, budget.device_range_um_per_m),
-            *(RECTANGULAR, FROM_MEMORY, "range of errors"),
-        ),
-    ):
-        if fixed is not None or per_m is not None:
-            text = f"instrument, by its {source}, in full over the measured length"
-            expanded = factor * ((fixed or 0.0) + (per_m or 0.0) * length_m)
-            yield UncertaintyTerm("device", text, expanded, mark)
-    expanded_um: dict[str, float] = {}
-    if budget.misalignment_mm is not None and length_m > 0.0:
-        cosine_error_um = 1000.0 * budget.misalignment_mm**2 / (2.0 * 1000.0 * length_m)
-        expanded_um["misalignment"] = RECTANGULAR * cosine_error_um
-    width = budget.material_temperature_interval_k
-    if width is not None:
-        largest = _expansion_coefficient_ppm_per_k(test, budget)
-        expanded_um["material_temperature"] = RECTANGULAR * largest * length_m * width
-    width = budget.expansion_coefficient_interval_ppm_per_k
-    if width is not None:
-        largest = _difference_to_20_c_k(test, budget)
-        expanded_um["expansion_coefficient"] = RECTANGULAR * largest * length_m * width
-    for key, expanded in expanded_um.items():
-        yield UncertaintyTerm(key, _SYSTEMATIC[key], expanded, FROM_MEMORY)
-
-
-def _terms(test: PositioningTest, budget: UncertaintyBudget) -> _Terms:
-    rotary = test.kind is AxisKind.ROTARY
-    for name in _LINEAR_ONLY if rotary else ():
-        if getattr(budget, name) is not None:
-            raise ConfigurationError("linear_axis_only", place=Place(key=name))
-    systematic = tuple(_systematic_terms(test, budget))
-    environment = None
-    if budget.environmental_variation is not None:
-        expanded = RECTANGULAR * budget.environmental_variation
-        text = "environmental variation, as independent noise of every reading"
-        environment = UncertaintyTerm("environmental_variation", text, expanded, FROM_MEMORY)
-    known = {term.key for term in systematic}
-    possible = ["device"] if rotary else list(_SYSTEMATIC)
-    left_out = tuple(key for key in possible if key not in known)
-    return _Terms(systematic, environment, left_out)
-
-
-def _closed_form(terms: _Terms, readings: float, targets: int) -> dict[str, float]:
-    """Return the expanded uncertainties that the terms of the budget alone give.
-
-    Noise u = U_EVE / 2 of every reading moves a mean by u / sqrt(n) and an s by u / sqrt(n - 1).
-    A figure is made of the two means, or the two means and the two s, where its extremes lie.
-    """
-    systematic, noise = terms.systematic_expanded, terms.environment_expanded
-    of_mean = noise / np.sqrt(readings)
-    of_s = noise / np.sqrt(readings - 1.0) if readings > 1.0 else np.nan
-    e = np.sqrt(systematic**2 + 2.0 * of_mean**2)
-    a = np.sqrt(e**2 + 2.0 * (2.0 * of_s) ** 2)
-    values = {
-        "B": np.sqrt(2.0) * of_mean,
-        "B_mean": np.sqrt(2.0 / targets) * of_mean,
-        "M": np.sqrt(systematic**2 + of_mean**2),
-        "E_forward": e,
-        "E_backward": e,
-        "E": e,
-        "R_forward": 4.0 * of_s,
-        "R_backward": 4.0 * of_s,
-        "R": np.sqrt(2.0 * of_mean**2 + 2.0 * (2.0 * of_s) ** 2),
-        "A_forward": a,
-        "A_backward": a,
-        "A": a,
-    }
-    return {key: float(value) for key, value in values.items()}
-
-
-_CLOSED_FORM_MARK = MappingProxyType(
-    {key: OWN if key[0] in "BR" else FROM_MEMORY for key in FIGURE_KEYS}
-)
-"""M, E and A combine terms whose formulas are from memory; their combination is own algebra."""
+def _in_order(values: Mapping[str, float]) -> Mapping[str, float]:
+    return MappingProxyType({key: values[key] for key in FIGURE_KEYS if key in values})
 
 
 # ---- levels and standard deviations of a run ---------------------------------------------------
@@ -338,23 +185,43 @@ def _flat(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
     return np.concatenate([values[:, a] for a in approaches])
 
 
-def _estimate_with_drift(test: PositioningTest, drift: "DriftResult") -> Estimate:
+def _with_environment(own: FloatArray, count: FloatArray, environment: float) -> dict[str, Any]:
+    """Return what the readings scatter at least, and the share of the environment in it.
+
+    The scatter of the readings contains the environment during the run, so that the larger counts.
+    """
+    total = np.maximum(own, environment / np.maximum(count, 1.0))
+    largest = float(np.sum(total))
+    share = 1.0 - float(np.sum(own)) / largest if largest > 0.0 else 0.0
+    return {"noise_variance": total, "environment_share": share, "readings": count}
+
+
+def _estimate_with_drift(
+    test: PositioningTest, drift: "DriftResult", environment: float
+) -> Estimate:
     approaches = test.approaches
-    readings = np.sum(~np.isnan(drift.deviation), axis=1)
-    count = _flat(np.asarray(readings, dtype=np.float64), approaches)
+    readings = np.asarray(np.sum(~np.isnan(drift.deviation), axis=1), dtype=np.float64)
+    count = _flat(readings, approaches)
     spare = float(np.sum(count) - count.size)
+    s, weight = _flat(drift.figures.s, approaches), _flat(drift.weight, approaches)
+    # the variance of a reading of weight one
+    mean, deviation = mean_and_s(drift.drift)
+    common = float(np.nansum(weight * (count - 1.0) * s**2)) / spare
+    own = common / weight / count
     return Estimate(
         position=test.target,
         approaches=approaches,
         level=_flat(drift.level, approaches),
-        covariance=drift.level_covariance,
-        s=_flat(drift.figures.s, approaches),
+        drift_covariance=drift.level_covariance - np.diag(own),
+        drift=_flat(mean, approaches),
+        spread=_flat(deviation, approaches) ** 2,
+        s=s,
         free=(count - 1.0) * (1.0 - drift.drift_parameters / spare),
-        readings=count,
+        **_with_environment(own, count, environment),
     )
 
 
-def _estimate_without_drift(test: PositioningTest) -> Estimate:
+def _estimate_without_drift(test: PositioningTest, environment: float) -> Estimate:
     """Return plain means and s, NaN where one reading tells nothing of the noise."""
     approaches, targets = test.approaches, test.target.size
     count = _flat(test.readings, approaches)
@@ -370,142 +237,158 @@ def _estimate_without_drift(test: PositioningTest) -> Estimate:
         position=test.target,
         approaches=approaches,
         level=mean,
-        covariance=np.diag(variance / np.maximum(count, 1.0)),
+        drift_covariance=np.zeros((count.size, count.size)),
+        drift=np.zeros(count.size),
+        spread=np.zeros(count.size),
         s=s,
         free=free,
-        readings=count,
+        **_with_environment(variance / np.maximum(count, 1.0), count, environment),
     )
 
 
 # ---- figures ------------------------------------------------------------------------------------
 
 
-def _with_terms(
-    estimate: Estimate,
-    draws: tuple[FloatArray, FloatArray],
-    systematic: float,
-    environment: float,
-    rng: np.random.Generator,
-) -> dict[str, FloatArray]:
-    """Return the figures of drawn levels and s, (S, L) each, with the terms of the budget."""
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Draws:
+    """Where the true figures may lie, (S,) each, and the error from end to end of each draw."""
+
+    measured: dict[str, FloatArray]
+    drift_free: dict[str, FloatArray]
+    effect: dict[str, FloatArray]
+    length_error: FloatArray
+
+
+def _ramp(estimate: Estimate) -> FloatArray:
+    """Return the error of every level for an error of one from end to end, (L,)."""
     position = estimate.position - np.mean(estimate.position)
-    length = float(np.ptp(estimate.position))
-    level, std = draws
-    if systematic > 0.0 and length > 0.0:
-        ramp = np.tile(position / length, len(estimate.approaches))
-        error = systematic / COVERAGE_FACTOR * rng.standard_normal((level.shape[0], 1))
-        level = level + error * ramp
-    if environment > 0.0:
-        noise = environment / COVERAGE_FACTOR
-        level = level + noise / np.sqrt(estimate.readings) * rng.standard_normal(level.shape)
-        spare = np.maximum(estimate.readings - 1.0, 1.0)
-        std = np.abs(std + noise / np.sqrt(spare) * rng.standard_normal(std.shape))
-    approaches = estimate.approaches
-    return arrays_by_key(figures_of(placed(level, approaches), placed(std, approaches)))
+    length = max(float(np.ptp(estimate.position)), 1e-300)
+    return np.tile(position / length, len(estimate.approaches))
 
 
-def _joined(parts: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
-    return {key: np.concatenate([part[key] for part in parts]) for key in FIGURE_KEYS}
-
-
-def _draw_figures(
-    estimate: Estimate, terms: _Terms, samples: int, seed: int
-) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Return where the true figures may lie, (S,) each: against the measured, the drift-free."""
+def _draw_figures(estimate: Estimate, terms: Terms, samples: int, seed: int) -> _Draws:
     level_rng, std_rng, term_rng = (
         np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)
     )
+
+    def figures(level: FloatArray, std: FloatArray) -> dict[str, FloatArray]:
+        places = estimate.approaches
+        return arrays_by_key(figures_of(placed(level, places), placed(std, places)))
+
     at_once = max(_FEWEST_SAMPLES, _NUMBERS_AT_A_TIME // estimate.level.size)
-    change: list[dict[str, FloatArray]] = []
-    drift_free: list[dict[str, FloatArray]] = []
-    systematic, environment = terms.systematic_expanded, terms.environment_expanded
+    length_error = terms.length_error * term_rng.standard_normal(samples)
+    parts: list[tuple[dict[str, FloatArray], ...]] = []
     for start in range(0, samples, at_once):
-        count = min(at_once, samples - start)
-        std = draw_std(estimate, count, std_rng)
-        draws = draw_levels(estimate, count, level_rng), std
-        drift_free.append(_with_terms(estimate, draws, systematic, 0.0, term_rng))
-        if environment > 0.0:
-            moved = _with_terms(estimate, draws, 0.0, environment, term_rng)
-            still = _with_terms(estimate, draws, 0.0, 0.0, term_rng)
-            change.append({key: moved[key] - still[key] for key in FIGURE_KEYS})
-    free = _joined(drift_free)
-    return _widened(free, _joined(change)) if change else free, free
+        error = length_error[start : start + at_once, None]
+        std = draw_std(estimate, error.size, std_rng)
+        level, by_drift = draw_levels(estimate, error.size, level_rng)
+        level = level + error * _ramp(estimate)
+        drifted = level + by_drift + estimate.drift
+        spread = draw_spread(estimate, error.size, std_rng)
+        measured = figures(drifted, expected_s(std, spread, estimate.readings))
+        still = figures(level, expected_s(std, np.zeros_like(spread), estimate.readings))
+        effect = {key: measured[key] - still[key] for key in FIGURE_KEYS}
+        parts.append((measured, figures(level, std), effect))
+    joined = (
+        {key: np.concatenate([part[key] for part in kind]) for key in FIGURE_KEYS}
+        for kind in zip(*parts, strict=True)
+    )
+    return _Draws(*joined, length_error)
 
 
-def _widened(truths: dict[str, FloatArray], change: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return the truths with what the environment may have changed, without its mean.
-
-    The environment scattered the readings already, so it makes a true figure uncertain; that
-    extremes of scattered values are larger must not count a second time.
-    """
-    return {key: truths[key] + change[key] - np.mean(change[key]) for key in FIGURE_KEYS}
+def _half_width(truth: FloatArray, figure: float) -> float:
+    """Return half the shortest interval, symmetric about a figure, that holds the coverage."""
+    return float(np.quantile(np.abs(truth - figure), PROBABILITY))
 
 
-def _compared(
-    figures: Iso230_2Figures, truths: dict[str, FloatArray]
-) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
-    """Return U, bias and standard uncertainty of every figure to which something contributes."""
+def _sensitivities(estimate: Estimate, s: FloatArray, error: float) -> dict[str, float]:
+    """Return the change of each figure for an error of one from end to end."""
+    if error <= 0.0:
+        return dict.fromkeys(FIGURE_KEYS, 0.0)
+    steps = error * np.array([[1.0], [-1.0]]) * _ramp(estimate)
+    level = placed(estimate.level + estimate.drift + steps, estimate.approaches)
+    moved = arrays_by_key(figures_of(level, np.broadcast_to(s, level.shape)))
+    return {key: float(value[0] - value[1]) / (2.0 * error) for key, value in moved.items()}
+
+
+def _evaluated(
+    figures: Iso230_2Figures,
+    truths: dict[str, FloatArray],
+    estimate: Estimate,
+    terms: Terms,
+    length_error: FloatArray,
+    left_out: tuple[Message, ...],
+) -> FigureUncertainty:
+    """Return the uncertainties of every figure to which something contributes."""
     expanded: dict[str, float] = {}
+    factor: dict[str, float] = {}
     bias: dict[str, float] = {}
     standard: dict[str, float] = {}
+    rows: list[BudgetRow] = []
+    slope = _sensitivities(estimate, figures.s, terms.length_error)
     for key, value in arrays_by_key(figures).items():
         figure, truth = float(value), truths[key]
         if np.isnan(figure) or np.isnan(truth[0]):
             continue
-        u = float(np.quantile(np.abs(truth - figure), PROBABILITY))
+        u = _half_width(truth, figure)
         if u <= 1e-9 * (abs(figure) + 1e-9):  # nothing that is known moves this figure
             continue
         expanded[key] = u
         bias[key] = figure - float(np.mean(truth))
         standard[key] = float(np.std(truth, ddof=1))
-    return expanded, bias, standard
+        factor[key] = u / float(np.hypot(bias[key], standard[key]))
+        by_noise = float(np.std(truth - slope[key] * length_error, ddof=1))
+        rows += _budget_rows(key, estimate, terms, (slope[key], by_noise, bias[key]))
+    return FigureUncertainty(
+        expanded_uncertainty=MappingProxyType(expanded),
+        coverage_factor=MappingProxyType(factor),
+        bias=MappingProxyType(bias),
+        standard_uncertainty=MappingProxyType(standard),
+        budget=tuple(rows),
+        left_out=left_out,
+    )
 
 
-_NOISE = UncertaintyTerm("noise", "scatter of the readings", None, OWN)
-_DRIFT_FREE = UncertaintyTerm("drift", "estimate of the drift", None, OWN)
-_DRIFT_MEASURED = UncertaintyTerm(
-    "drift", "drift during the run, as part of the bias, and its estimate", None, OWN
-)
+def _budget_rows(
+    key: str, estimate: Estimate, terms: Terms, found: tuple[float, float, float]
+) -> Iterator[BudgetRow]:
+    """Yield what contributes to one figure, of which slope, noise and bias were found."""
+    slope, by_noise, bias = found
+    share = estimate.environment_share
+    reading = float(np.sqrt(np.mean(estimate.noise_variance * estimate.readings)))
+    if reading > 0.0:
+        u, contribution = (number * np.sqrt(1.0 - share) for number in (reading, by_noise))
+        ratio = by_noise / reading
+        yield BudgetRow(key, "noise", u, terms.unit, "t", u, ratio, contribution)
+    yield BudgetRow(key, "extremes", bias, terms.unit, "", abs(bias), 1.0, abs(bias))
+    for term in (*terms.systematic, *([terms.environment] if terms.environment else [])):
+        u, ratio = term.standard_uncertainty, slope * term.effect
+        if term is terms.environment:
+            ratio = by_noise * np.sqrt(share) / u if u > 0.0 else 0.0
+        yield BudgetRow(
+            key, term.key, term.value, term.unit, term.distribution, u, ratio, abs(ratio) * u
+        )
 
 
 def _left_out(
-    terms: _Terms, drift: "DriftResult | None", *, budget: bool, drift_free: bool
+    terms: Terms, estimate: Estimate, drift: "DriftResult | None", *, budget: bool
 ) -> tuple[Message, ...]:
     found: list[Message] = []
+    if np.all(np.isnan(estimate.s)):
+        found.append(Message("left_out-one_reading"))
     if not budget:
         found.append(Message("left_out-no_budget"))
     else:
-        unstated = not drift_free and terms.environment is None
-        missing = (*terms.left_out, *(("environmental_variation",) if unstated else ()))
-        found += [Message("left_out-not_stated", {"term": key}) for key in missing]
-        if drift_free and terms.environment is not None:
-            found.append(Message("left_out-counted_twice"))
+        found += [Message("left_out-not_stated", {"term": key}) for key in terms.not_stated]
+        if terms.environment is not None and estimate.environment_share <= 0.0:
+            found.append(Message("left_out-in_scatter"))
     if drift is None:
         found.append(Message("left_out-drift_unknown"))
     elif drift.suspects:
         named = ", ".join(str(i) for i in drift.suspects)
         found.append(Message("left_out-drift_not_described", {"targets": named}))
     return tuple(found)
-
-
-def _figure_uncertainty(
-    figures: Iso230_2Figures,
-    truths: dict[str, FloatArray],
-    terms: tuple[UncertaintyTerm, ...],
-    closed_form: dict[str, float],
-    left_out: tuple[Message, ...],
-) -> FigureUncertainty:
-    expanded, bias, standard = _compared(figures, truths)
-    stated = {k: v for k, v in closed_form.items() if k in expanded and np.isfinite(v)}
-    return FigureUncertainty(
-        expanded_uncertainty=MappingProxyType(expanded),
-        bias=MappingProxyType(bias),
-        standard_uncertainty=MappingProxyType(standard),
-        closed_form=MappingProxyType(stated),
-        closed_form_mark=MappingProxyType({key: _CLOSED_FORM_MARK[key] for key in stated}),
-        terms=terms,
-        left_out=left_out,
-    )
 
 
 def evaluate_uncertainty(
@@ -516,7 +399,7 @@ def evaluate_uncertainty(
     samples: int = 2000,
     seed: int = 1,
 ) -> UncertaintyResult:
-    """Evaluate the expanded uncertainties (k = 2) of the figures of a run.
+    """Evaluate the expanded uncertainties of the figures of a run.
 
     Parameters
     ----------
@@ -535,8 +418,9 @@ def evaluate_uncertainty(
     Returns
     -------
     UncertaintyResult
-        Of the figures as measured and without the drift. A figure to which no known term
-        contributes is absent, as are figures that the run does not have.
+        Of the figures as measured, without the drift, and of their difference. A figure to which
+        no known term contributes is absent, as are figures that the run does not have. Where the
+        drift is not known, it counts as noise of the readings.
 
     Raises
     ------
@@ -556,30 +440,23 @@ def evaluate_uncertainty(
     require_range("samples", samples, _FEWEST_SAMPLES, _MOST_SAMPLES)
     if seed < 0:
         raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
-    terms = _terms(test, budget or UncertaintyBudget())
-    estimate = _estimate_without_drift(test) if drift is None else _estimate_with_drift(test, drift)
-    truths, drift_free_truths = _draw_figures(estimate, terms, samples, seed)
-    noise_known = not np.all(np.isnan(estimate.s))
-    noise = (_NOISE,) if noise_known else ()
-    no_noise = () if noise_known else (Message("left_out-one_reading"),)
-    closed = (float(np.min(estimate.readings)), test.target.size)
-    given = budget is not None
-    environment = () if terms.environment is None else (terms.environment,)
-    measured = _figure_uncertainty(
-        figures_of(*mean_and_s(test.deviation)),
-        truths,
-        (*noise, *(() if drift is None else (_DRIFT_MEASURED,)), *terms.systematic, *environment),
-        _closed_form(terms, *closed) if given else {},
-        (*no_noise, *_left_out(terms, drift, budget=given, drift_free=False)),
-    )
+    terms = terms_of(test, budget or UncertaintyBudget())
+    environment = terms.reading_error**2
     if drift is None:
-        return UncertaintyResult(measured, None, samples, seed)
-    without = _Terms(terms.systematic, None, terms.left_out)
-    drift_free = _figure_uncertainty(
-        drift.figures,
-        drift_free_truths,
-        (_NOISE, _DRIFT_FREE, *terms.systematic),
-        _closed_form(without, *closed) if given else {},
-        _left_out(terms, drift, budget=given, drift_free=True),
-    )
-    return UncertaintyResult(measured, drift_free, samples, seed)
+        estimate = _estimate_without_drift(test, environment)
+    else:
+        estimate = _estimate_with_drift(test, drift, environment)
+    draws = _draw_figures(estimate, terms, samples, seed)
+    shared = estimate, terms, draws.length_error
+    left_out = _left_out(terms, estimate, drift, budget=budget is not None)
+    as_measured = figures_of(*mean_and_s(test.deviation))
+    measured = _evaluated(as_measured, draws.measured, *shared, left_out)
+    if drift is None:
+        return UncertaintyResult(measured, None, MappingProxyType({}), samples, seed)
+    drift_free = _evaluated(drift.figures, draws.drift_free, *shared, left_out)
+    before, after = arrays_by_key(as_measured), arrays_by_key(drift.figures)
+    effect = {
+        key: _half_width(draws.effect[key], float(before[key] - after[key]))
+        for key in drift_free.expanded_uncertainty
+    }
+    return UncertaintyResult(measured, drift_free, MappingProxyType(effect), samples, seed)

@@ -7,7 +7,6 @@ import numpy as np
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     APPROACHES,
-    FIGURE_KEYS,
     UNVERIFIED,
     Cycle,
     figures_by_key,
@@ -16,7 +15,6 @@ from thermaxis.positioning import (
 from thermaxis.positioning.standard import RUNS_PER_DIRECTION
 from thermaxis.report._document import (
     Block,
-    Column,
     Document,
     ItemList,
     Paragraph,
@@ -27,10 +25,10 @@ from thermaxis.report._document import (
     Verdict,
     columns_of,
 )
-from thermaxis.report._limits_check import FigureCheck, Verdict as LimitVerdict
+from thermaxis.report._figure_table import figure_table
+from thermaxis.report._limits_check import Verdict as LimitVerdict
 from thermaxis.report._names import (
     CYCLE_NAMES,
-    FIGURE_NAMES,
     FIGURE_SYMBOLS,
     OTHER_NAMES,
     absence_reason,
@@ -39,14 +37,12 @@ from thermaxis.report._names import (
 )
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress
-from thermaxis.report._text import ABSENT, as_given, fixed, plain_text, two_digits
+from thermaxis.report._text import fixed, plain_text
 from thermaxis.report.certificate._adjacent import adjacent_section
 from thermaxis.report.certificate._annex import raw_section, target_section
 from thermaxis.report.certificate._drift import (
     diagnosis_section,
     drift_section,
-    evaluated_uncertainty,
-    uncertainty_words,
 )
 from thermaxis.report.certificate._header import (
     condition_section,
@@ -55,6 +51,7 @@ from thermaxis.report.certificate._header import (
     prevailing,
     statements,
 )
+from thermaxis.report.certificate._number_tables import budget_section, figures_block
 from thermaxis.report.certificate._showable import unshowable
 from thermaxis.report.charts import charts_of, runs_of_targets
 
@@ -122,6 +119,7 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
     )
     sections = [
         Section("Notes to the results", (ItemList(tuple(_notes(report)), numbered=True),)),
+        *budget_section(report),
         *drift_section(report, pictures),
         *diagnosis_section(report),
         *_other_section(report),
@@ -149,7 +147,7 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
         opening=(
             identification(report),
             *_verdict(report),
-            _result_table(report),
+            figures_block(report),
             *([pictures["iso230_2"]] if "iso230_2" in pictures else []),
             Paragraph(" ".join(statements(report))),
             _signature(report),
@@ -190,59 +188,6 @@ def _reservation(report: PositioningReport) -> str:
     return f"{not_met} Not for acceptance unless agreed." if unusual else not_met
 
 
-def _printed(value: float, decimals: int, check: FigureCheck | None) -> str:
-    """Return a figure with more digits where rounding would hide on which side of a limit it is."""
-    text = fixed(value, decimals)
-    if check is None:
-        return text
-    above = abs(value) > check.limit
-    while decimals < 9 and (abs(float(text)) > check.limit) != above:
-        decimals += 1
-        text = fixed(value, decimals)
-    return text
-
-
-def _printed_limit(limit: float, decimals: int) -> str:
-    """Return a limit with all digits that were given, at least with those of the figures."""
-    given = as_given(limit)
-    return given if len(given.partition(".")[2]) > decimals else fixed(limit, decimals)
-
-
-def _result_table(report: PositioningReport) -> Table:
-    result, check = report.iso230_2, report.limits
-    unit = report.test.kind.units.deviation
-    decimals = report.figure_decimals
-    evaluated = evaluated_uncertainty(report)
-    uncertainty, label = {}, "U (k = 2)"
-    if check is not None:
-        uncertainty = dict(check.limits.expanded_uncertainty)
-    if evaluated is not None:
-        uncertainty, label = dict(evaluated.expanded_uncertainty), "U (k = 2, GUM)"
-    columns = [Column("", "left"), Column("Figure", "left", wide=True), Column(f"Value [{unit}]")]
-    if uncertainty:
-        columns.append(Column(f"{label} [{unit}]"))
-    if check is not None:
-        columns += [Column(f"Limit [{unit}]"), Column("Verdict", "left")]
-    rows: list[tuple[str, ...]] = []
-    for key, value in figures_by_key(result).items():
-        figure = check.of(key) if check is not None else None
-        name = FIGURE_NAMES[result.edition][key]
-        shown = ABSENT
-        if value is None:
-            name = f"{name} (absent: {absence_reason(key, result, report.test)})"
-        else:
-            shown = _printed(value, decimals, figure)
-        row = [FIGURE_SYMBOLS[key], name, shown]
-        if uncertainty:
-            row.append(two_digits(uncertainty[key]) if key in uncertainty else "not evaluated")
-        if check is not None:
-            row.append("" if figure is None else _printed_limit(figure.limit, decimals))
-            row.append("" if figure is None else str(figure.verdict))
-        rows.append(tuple(row))
-    strong = tuple(i for i, key in enumerate(FIGURE_KEYS) if key in ("B", "M", "E", "R", "A"))
-    return Table(tuple(columns), tuple(rows), strong_rows=strong)
-
-
 def _notes(report: PositioningReport) -> list[str]:
     test, result = report.test, report.iso230_2
     number = runs_of_targets(report)
@@ -272,8 +217,7 @@ def _notes(report: PositioningReport) -> list[str]:
         )
     if report.limits is None:
         notes.append("No limits were stated: this certificate gives no verdict.")
-    notes.append(_uncertainty_note(report))
-    return notes
+    return [*notes, *map(sentence_of, figure_table(report).notes)]
 
 
 def _condition_notes(report: PositioningReport) -> list[str]:
@@ -291,15 +235,6 @@ def _condition_notes(report: PositioningReport) -> list[str]:
         name = CYCLE_NAMES[test.cycle]
         notes.append(f"A {name} is not the standard's: not for acceptance unless agreed.")
     return notes
-
-
-def _uncertainty_note(report: PositioningReport) -> str:
-    if report.limits is None or not report.limits.limits.expanded_uncertainty:
-        return uncertainty_words(report)
-    return (
-        "The expanded uncertainties were taken from the limits file; which terms they contain and"
-        " which inputs were assumed is not stated there."
-    )
 
 
 def _warning_section(report: PositioningReport) -> list[Section]:

@@ -1,15 +1,11 @@
 """The certificate's sections on the drift, on uncertainties and on the diagnosis."""
 
 import math
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from thermaxis.messages import sentence_of
-from thermaxis.positioning import FIGURE_KEYS, DriftResult, figures_by_key
+from thermaxis.positioning import DriftResult, figures_by_key
 from thermaxis.report._document import (
     Block,
-    Column,
     ItemList,
     Paragraph,
     Picture,
@@ -30,9 +26,6 @@ from thermaxis.report.charts import (
     time_words,
 )
 
-if TYPE_CHECKING:
-    from thermaxis.positioning import FigureUncertainty
-
 _HEADING = "Drift eliminated (not results of ISO 230-2)"
 _WHAT_IT_IS = (
     "The values of this section are not results of ISO 230-2 and do not replace them. Method: each"
@@ -49,7 +42,6 @@ _PROMPTS = (
 )
 _MODELS = {"line": "a straight line in time", "smooth": "a smooth curve in time"}
 _MOST_NAMED = 20
-_NOT_EVALUATED = "not evaluated"
 
 
 def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> list[Section]:
@@ -69,8 +61,6 @@ def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> li
         Paragraph(_WHAT_IT_IS),
         ItemList(points),
         _drift_table(report, drift),
-        _figure_table(report, drift),
-        *_uncertainty_items(report),
         *([pictures["drift"]] if "drift" in pictures else []),
     )
     return [Section(_HEADING, blocks)]
@@ -104,42 +94,6 @@ def level_tables(report: PositioningReport) -> tuple[Table, ...]:
     )
     cells = numbered_positions(report.test.target)
     return (number_table(f"<i | Target [{units.position}]", cells, numbers, caption),)
-
-
-def evaluated_uncertainty(report: PositioningReport) -> "FigureUncertainty | None":
-    """Return the evaluated uncertainties of the measured figures, where they are to be printed.
-
-    Uncertainties that the limits file states come first: the decision rule uses them.
-    """
-    stated = report.limits is not None and bool(report.limits.limits.expanded_uncertainty)
-    if stated or report.uncertainty is None:
-        return None
-    measured = report.uncertainty.measured
-    return measured if measured.expanded_uncertainty else None
-
-
-def uncertainty_words(report: PositioningReport) -> str:
-    """Return what the evaluated uncertainties of the measured figures are, in words."""
-    found = evaluated_uncertainty(report)
-    if found is None or report.uncertainty is None:
-        return "The measurement uncertainty was not evaluated."
-    return f"{_method(report)} {_contents('In U', found)} U does not decide any verdict here."
-
-
-def _method(report: PositioningReport) -> str:
-    result = report.uncertainty
-    assert result is not None  # noqa: S101 - asked for only then
-    return (
-        f"U (k = 2, {plain_text(result.label, 20)}): expanded uncertainty by Monte Carlo"
-        f" ({result.samples} draws, seed {result.seed}), not by the annex of ISO 230-2; the figure"
-        " of the axis in one thermal state lies within ± U of the stated one in 95 % of cases."
-    )
-
-
-def _contents(where: str, figures: "FigureUncertainty") -> str:
-    included = "; ".join(figures.included) or "nothing"
-    left_out = "; ".join(map(sentence_of, figures.left_out)) or "nothing known"
-    return f"{where}: {included}. Left out: {left_out}."
 
 
 def _probability(p: float) -> str:
@@ -257,48 +211,3 @@ def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
         f"{' Those of the bow are not evaluated.' if drift.bow is not None else ''}"
     )
     return Table(columns, tuple(rows), caption)
-
-
-def _figure_table(report: PositioningReport, drift: DriftResult) -> Table:
-    unit, decimals = report.test.kind.units.deviation, report.figure_decimals
-    uncertainty = report.uncertainty
-    columns = [Column("", "left"), Column(f"as measured [{unit}]"), Column(f"drift-free [{unit}]")]
-    if uncertainty is not None:
-        heading = f"U (k = 2, {plain_text(uncertainty.label, 20)}) [{unit}]"
-        columns.insert(2, Column(heading))
-        columns.append(Column(heading))
-    as_measured, without = figures_by_key(report.iso230_2), figures_by_key(drift.figures)
-    rows: list[tuple[str, ...]] = []
-    for key in FIGURE_KEYS:
-        row = [FIGURE_SYMBOLS[key]]
-        sides = ((as_measured[key], True), (without[key], False))
-        for value, measured in sides:
-            row.append(fixed(value, decimals))
-            if uncertainty is not None:
-                figures = uncertainty.measured if measured else uncertainty.drift_free
-                row.append(_u(figures, key, value))
-        rows.append(tuple(row))
-    strong = tuple(i for i, key in enumerate(FIGURE_KEYS) if key in ("B", "M", "E", "R", "A"))
-    caption = (
-        "Figures as measured, after ISO 230-2, beside those of the same formulas from the readings"
-        " without drift, with s corrected for the degrees of freedom that the drift took."
-    )
-    return Table(tuple(columns), tuple(rows), caption, strong_rows=strong)
-
-
-def _u(figures: "FigureUncertainty | None", key: str, value: float | None) -> str:
-    if value is None or not np.isfinite(value):
-        return ""
-    found = None if figures is None else figures.expanded_uncertainty.get(key)
-    return _NOT_EVALUATED if found is None or not np.isfinite(found) else two_digits(found)
-
-
-def _uncertainty_items(report: PositioningReport) -> list[Block]:
-    uncertainty = report.uncertainty
-    if uncertainty is None:
-        return []
-    items = [_method(report), _contents("In U of the measured figures", uncertainty.measured)]
-    if uncertainty.drift_free is not None:
-        words = "In U of the drift-free figures"
-        items.append(_contents(words, uncertainty.drift_free))
-    return [ItemList(tuple(items))]

@@ -3,7 +3,9 @@
 from collections.abc import Iterable
 
 from thermaxis.positioning import FloatArray
-from thermaxis.report._document import Column, Table, columns_of
+from thermaxis.report._document import Column, Section, Table, columns_of
+from thermaxis.report._figure_table import budget_table, figure_table
+from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._text import fixed, positions
 
 
@@ -25,3 +27,35 @@ def number_table(
 def numbered_positions(target: FloatArray) -> list[tuple[str, ...]]:
     """Return the cells that begin the row of each target: its number and its position."""
     return [(str(i), where) for i, where in enumerate(positions(target), start=1)]
+
+
+def figures_block(report: PositioningReport) -> Table:
+    """Return the table of the figures with uncertainty, effect of drift, limit and verdict."""
+    table = figure_table(report)
+    unitless = {"", "figure", "k", "verdict"}
+    labels = (label if label in unitless else f"{label} [{table.unit}]" for label in table.labels)
+    columns = tuple(
+        Column(label, "left" if label in {"", "figure", "verdict"} else "right", label == "figure")
+        for label in labels
+    )
+    return Table(columns, table.cells, strong_rows=table.strong)
+
+
+def budget_section(report: PositioningReport) -> list[Section]:
+    """Return the uncertainty budget of the main figures; none where nothing was evaluated."""
+    table = budget_table(report)
+    if table is None:
+        return []
+    words = {"", "quantity", "distribution"}
+    columns = tuple(
+        Column(label.capitalize(), "left" if label in words else "right", label == "quantity")
+        for label in table.labels
+    )
+    caption = (
+        "Of the figures as measured. u: standard uncertainty of the quantity; value: expanded"
+        " uncertainty of the instrument's certificate (k = 2), half width of a rectangular"
+        " interval, standard deviation of a reading, or bias; last row of each figure: combined"
+        " standard uncertainty."
+    )
+    block = Table(columns, table.cells, caption, strong_rows=table.strong, dense=True)
+    return [Section("Uncertainty budget (GUM)", (block,))]

@@ -16,7 +16,6 @@ from thermaxis.positioning import (
     AdjacentDifferenceApproach,
     AdjacentDifferenceResult,
     DriftResult,
-    FigureUncertainty,
     Finding,
     Iso230_2_1988Result,
     Iso230_2Figures,
@@ -24,11 +23,9 @@ from thermaxis.positioning import (
     Vdi3441Result,
     figures_by_key,
 )
+from thermaxis.report._figure_table import budget_table, figure_table
 from thermaxis.report._names import (
-    FIGURE_NAMES,
-    FIGURE_SYMBOLS,
     OTHER_NAMES,
-    absence_reason,
     edition_name,
     other_standard_name,
 )
@@ -46,7 +43,16 @@ from thermaxis.report.tables._described import (
 )
 
 _NOT_OF_THE_STANDARD = "(not a result of ISO 230-2)"
-_UNCERTAINTIES = ("expanded_uncertainty", "bias", "standard_uncertainty", "closed_form")
+_UNCERTAINTIES = ("expanded_uncertainty", "coverage_factor", "bias", "standard_uncertainty")
+_OF_FIGURES = (
+    *("value", "expanded_uncertainty", "coverage_factor", "standard_uncertainty", "bias"),
+    *("drift_free", "drift_free_expanded_uncertainty", "drift_free_coverage_factor"),
+    *("drift_effect", "drift_effect_expanded_uncertainty", "limit", "guard_band", "verdict"),
+)
+_OF_BUDGET = (
+    *("figure", "quantity", "value", "unit", "distribution", "standard_uncertainty"),
+    *("sensitivity", "contribution"),
+)
 
 
 def describe_evaluation(report: PositioningReport) -> list[Part]:
@@ -68,11 +74,11 @@ def describe_evaluation(report: PositioningReport) -> list[Part]:
         Value("version", report.version),
         *_run(report),
         _figures(report),
+        _figure_table(report),
         _limits(report),
         *_other(report.test, other, report.figure_decimals),
         _adjacent(report.test, report.adjacent_difference, report.figure_decimals),
         _drift(report),
-        *([] if report.drift or uncertainty is None else _uncertainty_alone(report)),
         Value("uncertainty", None) if uncertainty is None else _uncertainty(report),
         *(["plan: the run follows it"] if differences == () else []),
         Value("plan_differences", differences and tuple(map(sentence_of, differences))),
@@ -149,33 +155,28 @@ def _run(report: PositioningReport) -> Iterator[Part]:
 def _figures(report: PositioningReport) -> Section:
     result, limits = report.iso230_2, report.limits
     unit = report.test.kind.units.deviation
-    rows: list[list[Value]] = []
-    values = figures_by_key(result)
-    for key, value in values.items():
-        name = FIGURE_NAMES[result.edition][key]
-        if value is None:
-            name += f" (absent: {absence_reason(key, result, report.test)})"
-        row = [Value("", FIGURE_SYMBOLS[key], ""), Value("", name, "figure")]
-        row.append(Value("", value, unit, _figure_form(key, report.figure_decimals)))
-        if limits is not None:
-            check = limits.of(key)
-            row.append(Value("", "" if check is None else f"{check.limit:g}", "limit"))
-            row.append(Value("", "" if check is None else str(check.verdict), "verdict"))
-        rows.append(row)
+    values, table = figures_by_key(result), figure_table(report)
+    rows = [
+        [
+            Value("", cell, label)
+            for cell, label in zip(row, table.labels, strict=True)
+            if label != "figure"
+        ]
+        for row in table.cells
+    ]
     parts: list[Part] = [
         Value("edition", str(result.edition)),
         *(Value(key, value) for key, value in values.items()),
-        Table(edition_name(result.edition), rows, words=2),
+        Table(f"{edition_name(result.edition)}, {unit}", rows, words=1),
     ]
+    absent = {row.absent: None for row in table.rows if row.absent}
+    parts += [f"absent: {why}" for why in absent]
     if limits is not None:
         parts.append(limits.limits.decision_rule.in_words)
+    parts += map(sentence_of, table.notes)
     title = f"Targets, {unit}"
     targets = _targets(report.test, result, report.figure_decimals)
     return Section("iso230_2", [*parts, Table(title, targets, key="targets")])
-
-
-def _figure_form(key: str, decimals: int) -> str:
-    return f"{'+' if key == 'B_mean' else ''}.{decimals}f"
 
 
 def _targets(test: PositioningTest, result: Iso230_2Figures, decimals: int) -> list[list[Value]]:
@@ -198,18 +199,22 @@ def _limits(report: PositioningReport) -> Part:
     check = report.limits
     if check is None:
         return Value("limits", None)
-    figures = [
-        {"figure": figure.key}
-        | as_json(values_of(figure, "value", "limit", "expanded_uncertainty", "verdict"))
-        for figure in check.figures
-    ]
     return Section(
         "limits",
         [
             Value("verdict", str(check.verdict)),
             Value("decision_rule", str(check.limits.decision_rule)),
-            Value("figures", figures),
         ],
+    )
+
+
+def _figure_table(report: PositioningReport) -> Table:
+    """Return the one table of figures as objects; its text stands with the standard's figures."""
+    rows = figure_table(report).rows
+    return Table(
+        "",
+        [[Value("figure", row.key), *values_of(row, *_OF_FIGURES)] for row in rows],
+        key="figure_table",
     )
 
 
@@ -236,23 +241,12 @@ def _other(
 
 
 def _drift(report: PositioningReport) -> Part:
-    drift, uncertainty, unit = report.drift, report.uncertainty, report.test.kind.units.deviation
+    drift, uncertainty = report.drift, report.uncertainty
     if drift is None:
         return Value("drift", None)
     decimals = report.figure_decimals
-    measured = None if uncertainty is None else uncertainty.measured
     free = None if uncertainty is None else uncertainty.drift_free
-    as_measured, figures = figures_by_key(report.iso230_2), figures_by_key(drift.figures)
-    rows = [
-        [
-            Value("", FIGURE_SYMBOLS[key], ""),
-            Value("", as_measured[key], "measured", _figure_form(key, decimals)),
-            Value("", _expanded(measured, key), "U (k = 2)", f".{decimals}f"),
-            Value("", figures[key], "drift-free", _figure_form(key, decimals)),
-            Value("", _expanded(free, key), "U (k = 2)", f".{decimals}f"),
-        ]
-        for key in FIGURE_KEYS
-    ]
+    figures = figures_by_key(drift.figures)
     targets = _targets(report.test, drift.figures, decimals)
     free_figures: list[Part] = [
         *(Value(key, figures[key]) for key in FIGURE_KEYS),
@@ -261,9 +255,7 @@ def _drift(report: PositioningReport) -> Part:
     return Section(
         "drift",
         [
-            Table(f"Drift eliminated, {unit} {_NOT_OF_THE_STANDARD}", rows, words=1),
             *_state_and_noise(report.test, drift),
-            *_left_out(free),
             *values_of(drift, "model", "significant", "p_no_drift", "residual_std"),
             *values_of(drift, "effective_parameters", "total", "total_within", "total_per_m"),
             *values_of(drift, "total_per_m_within", "reference_time_s", "outliers", "suspects"),
@@ -278,10 +270,6 @@ def _drift(report: PositioningReport) -> Part:
             Value("diagnosis", [*map(_finding, report.diagnosis)]),
         ],
     )
-
-
-def _expanded(figures: FigureUncertainty | None, key: str) -> float | None:
-    return None if figures is None else figures.expanded_uncertainty.get(key)
 
 
 def _by_figure(values: Mapping[str, float]) -> dict[str, float | None]:
@@ -300,38 +288,26 @@ def _state_and_noise(test: PositioningTest, drift: DriftResult) -> Iterator[str]
     yield f"noise {noise} {unit}; residual standard deviation {drift.residual_std:.3g} {unit}"
 
 
-def _left_out(figures: FigureUncertainty | None) -> list[str]:
-    if figures is None or not figures.left_out:
-        return []
-    return [f"U by Monte Carlo (GUM), without: {'; '.join(map(sentence_of, figures.left_out))}"]
-
-
-def _uncertainty_alone(report: PositioningReport) -> Iterator[Part]:
-    """Return the uncertainties where no drift was asked for, in whose table they stand."""
-    if report.uncertainty is None:
-        return
-    measured, form = report.uncertainty.measured, f".{report.figure_decimals}f"
-    rows = [
-        [Value("", FIGURE_SYMBOLS[key], ""), Value("", _expanded(measured, key), "U (k = 2)", form)]
-        for key in FIGURE_KEYS
-    ]
-    title = f"Uncertainty of the figures, {report.test.kind.units.deviation}"
-    yield Table(title, rows, words=1)
-    yield from _left_out(measured)
-
-
 def _uncertainty(report: PositioningReport) -> Part:
-    result = report.uncertainty
+    result, budget = report.uncertainty, budget_table(report)
     if result is None:
         return Value("uncertainty", None)
     parts: list[Part] = [Value("label", result.label)]
+    if budget is not None:
+        rows = [
+            [Value("", cell, label) for cell, label in zip(row, budget.labels, strict=True)]
+            for row in budget.cells
+        ]
+        parts.append(Table("Uncertainty budget (GUM) of the figures as measured", rows, words=4))
+    parts.append(Value("drift_effect", _by_figure(result.drift_effect)))
     for key, figures in (("measured", result.measured), ("drift_free", result.drift_free)):
         if figures is None:
             parts.append(Value(key, None))
             continue
         numbers = [Value(name, _by_figure(getattr(figures, name))) for name in _UNCERTAINTIES]
         others = [
-            *values_of(figures, "closed_form_mark", "included"),
+            Table("", [values_of(row, *_OF_BUDGET) for row in figures.budget], key="budget"),
+            Value("stated", figures.stated),
             Value("left_out", tuple(map(sentence_of, figures.left_out))),
             Value("left_out_codes", tuple(map(value_as_json, figures.left_out))),
         ]

@@ -23,7 +23,6 @@ MOST_BYTES: Final = 400_000_000
 SWEEP_S: Final = 5.0
 """Time after which results are gone with the log-in of their owner. [s]"""
 _MOST_TEXTS: Final = 200
-_EXPANDED: Final = "expanded_uncertainty"
 _LONGEST_TEXT: Final = 2000
 
 Json = dict[str, Any]
@@ -160,16 +159,15 @@ def _part(table: Mapping[str, Any], *keys: str) -> Json:
 
 
 def _figure(key: str, evaluated: Mapping[str, Any]) -> Json:
-    limits = cast("list[Json]", _part(evaluated, "limits").get("figures", []))
-    limit = next((one for one in limits if one["figure"] == key), Json())
+    row = next(one for one in evaluated["figure_table"] if one["figure"] == key)
     return {
         "key": key,
-        "measured": _part(evaluated, "iso230_2")[key],
-        "measured_within": _part(evaluated, "uncertainty", "measured", _EXPANDED).get(key),
-        "drift_free": _part(evaluated, "drift", "iso230_2").get(key),
-        "drift_free_within": _part(evaluated, "drift", "uncertainty").get(key),
-        "limit": limit.get("limit"),
-        "verdict": limit.get("verdict"),
+        "measured": row["value"],
+        "measured_within": row["expanded_uncertainty"],
+        "drift_free": row["drift_free"],
+        "drift_free_within": row["drift_free_expanded_uncertainty"],
+        "limit": row["limit"],
+        "verdict": row["verdict"],
     }
 
 

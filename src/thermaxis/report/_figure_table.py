@@ -1,0 +1,297 @@
+"""The figures of a run in one table, and what their uncertainty consists of.
+
+Terminal, PDF, HTML, JSON and DCC take these numbers and, where they print text, these cells.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+from thermaxis.codes import Message
+from thermaxis.messages import sentence_of
+from thermaxis.positioning import FIGURE_KEYS, BudgetRow, figures_by_key
+from thermaxis.report._names import FIGURE_NAMES, FIGURE_SYMBOLS, absence_reason
+from thermaxis.report._text import ABSENT, as_given, fixed, two_digits
+
+if TYPE_CHECKING:
+    from thermaxis.report._limits_check import Verdict
+    from thermaxis.report._positioning_report import PositioningReport
+
+_NOT_EVALUATED = "not evaluated"
+_MAIN = ("B", "M", "E", "R", "A")
+_MAIN_OF_ONE_APPROACH = ("E", "R", "A")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FigureRow:
+    """One figure of a run; None where something does not exist. The axis fixes the unit."""
+
+    key: str
+    """Key of the figure."""
+    symbol: str
+    """Its symbol."""
+    name: str
+    """Its name in the edition of the standard."""
+    absent: str
+    """Why the run does not have it; empty if it has."""
+    strong: bool
+    """Whether it stands out."""
+    value: float | None
+    """The standard's figure, as measured. [µm or arcsec]"""
+    expanded_uncertainty: float | None
+    """Its U, which holds the true figure of this run in 95 % of cases. [µm or arcsec]"""
+    coverage_factor: float | None
+    """k = U / u. [1]"""
+    standard_uncertainty: float | None
+    """Combined standard uncertainty u, bias included. [µm or arcsec]"""
+    bias: float | None
+    """How much the figure is too large on average, contained in U. [µm or arcsec]"""
+    drift_free: float | None
+    """The figure without the drift of the run. [µm or arcsec]"""
+    drift_free_expanded_uncertainty: float | None
+    """Its U. [µm or arcsec]"""
+    drift_free_coverage_factor: float | None
+    """Its k. [1]"""
+    drift_effect: float | None
+    """What the drift did to the figure: value - drift_free. [µm or arcsec]"""
+    drift_effect_expanded_uncertainty: float | None
+    """Its U. [µm or arcsec]"""
+    limit: float | None
+    """Largest magnitude allowed. [µm or arcsec]"""
+    guard_band: float | None
+    """How far below its limit the figure must be to pass. [µm or arcsec]"""
+    verdict: "Verdict | None"
+    """What the decision rule says."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FigureTable:
+    """The figures of a run as numbers and, rounded once, as text."""
+
+    unit: str
+    """Unit of all numbers but k."""
+    rows: tuple[FigureRow, ...]
+    """One row for each figure."""
+    labels: tuple[str, ...]
+    """Heads of the columns that this run has; the first two hold symbol and name."""
+    cells: tuple[tuple[str, ...], ...]
+    """The rows as text."""
+    notes: tuple[Message, ...]
+    """What must be known of the numbers."""
+
+    @property
+    def strong(self) -> tuple[int, ...]:
+        """Rows that stand out, from 0. [1]"""
+        return tuple(i for i, row in enumerate(self.rows) if row.strong)
+
+
+def figure_table(report: "PositioningReport") -> FigureTable:
+    """Return the figures of a run with uncertainty, effect of drift, limit and verdict.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated of the run.
+
+    Returns
+    -------
+    FigureTable
+        Columns of what was not evaluated are left out of `labels` and `cells`.
+    """
+    rows = tuple(_row(report, key) for key in FIGURE_KEYS)
+    decimals = report.figure_decimals
+    columns = [
+        ("", [row.symbol for row in rows]),
+        ("figure", [f"{r.name} (absent: {r.absent})" if r.absent else r.name for r in rows]),
+        ("value", [_value(row, decimals) for row in rows]),
+    ]
+    if any(row.expanded_uncertainty is not None for row in rows):
+        columns.append(("U", [_u(r.value, r.expanded_uncertainty) for r in rows]))
+        columns.append(("k", [fixed(r.coverage_factor, 2, absent="") for r in rows]))
+    if report.drift is not None:
+        columns.append(("drift-free", [fixed(r.drift_free, decimals, absent="") for r in rows]))
+    if report.uncertainty is not None and report.uncertainty.drift_free is not None:
+        free = [_u(r.drift_free, r.drift_free_expanded_uncertainty) for r in rows]
+        effect = [_effect(r.drift_effect, r.drift_effect_expanded_uncertainty) for r in rows]
+        columns += [("U", free), ("effect of drift", effect)]
+    if report.limits is not None:
+        limits = ["" if r.limit is None else _limit(r.limit, decimals) for r in rows]
+        verdicts = ["" if r.verdict is None else str(r.verdict) for r in rows]
+        columns += [("limit", limits), ("verdict", verdicts)]
+    labels, texts = zip(*columns, strict=True)
+    cells = tuple(zip(*texts, strict=True))
+    unit = report.test.kind.units.deviation
+    return FigureTable(unit, rows, labels, cells, tuple(_notes(report, rows)))
+
+
+def _row(report: "PositioningReport", key: str) -> FigureRow:
+    result, uncertainty = report.iso230_2, report.uncertainty
+    value = figures_by_key(result)[key]
+    without = None if report.drift is None else figures_by_key(report.drift.figures)[key]
+    measured = None if uncertainty is None else uncertainty.measured
+    free = None if uncertainty is None else uncertainty.drift_free
+    if value is None:
+        measured = free = without = None
+    u, k = _expanded(report, key) if value is not None else (None, None)
+    effect = None if value is None or without is None else value - without
+    check = None if report.limits is None else report.limits.of(key)
+    forward, backward = report.test.measured_approaches
+    main = _MAIN if forward and backward else _MAIN_OF_ONE_APPROACH
+    return FigureRow(
+        key=key,
+        symbol=FIGURE_SYMBOLS[key],
+        name=FIGURE_NAMES[result.edition][key],
+        absent=absence_reason(key, result, report.test) if value is None else "",
+        strong=key in main if forward and backward else key[0] in main and value is not None,
+        value=value,
+        expanded_uncertainty=u,
+        coverage_factor=k,
+        standard_uncertainty=u / k if u is not None and k else None,
+        bias=measured.bias.get(key) if measured and u is not None else None,
+        drift_free=without,
+        drift_free_expanded_uncertainty=free.expanded_uncertainty.get(key) if free else None,
+        drift_free_coverage_factor=free.coverage_factor.get(key) if free else None,
+        drift_effect=effect,
+        drift_effect_expanded_uncertainty=(
+            None if uncertainty is None or effect is None else uncertainty.drift_effect.get(key)
+        ),
+        limit=check.limit if check else None,
+        guard_band=check.guard_band if check else None,
+        verdict=check.verdict if check else None,
+    )
+
+
+def _expanded(report: "PositioningReport", key: str) -> tuple[float | None, float | None]:
+    """Return U and k of a measured figure: as stated with its limits, else as evaluated."""
+    stated = {} if report.limits is None else report.limits.limits.expanded_uncertainty
+    if key in stated:
+        return stated[key], 2.0
+    if report.uncertainty is None:
+        return None, None
+    measured = report.uncertainty.measured
+    return measured.expanded_uncertainty.get(key), measured.coverage_factor.get(key)
+
+
+def _value(row: FigureRow, decimals: int) -> str:
+    """Return a figure with more digits where rounding would hide on which side of a limit it is."""
+    if row.value is None:
+        return ABSENT
+    text = fixed(row.value, decimals)
+    if row.limit is None:
+        return text
+    above = abs(row.value) > row.limit
+    while decimals < 9 and (abs(float(text)) > row.limit) != above:
+        decimals += 1
+        text = fixed(row.value, decimals)
+    return text
+
+
+def _limit(limit: float, decimals: int) -> str:
+    """Return a limit with all digits that were given, at least with those of the figures."""
+    given = as_given(limit)
+    return given if len(given.partition(".")[2]) > decimals else fixed(limit, decimals)
+
+
+def _u(value: float | None, u: float | None) -> str:
+    if value is None:
+        return ""
+    return _NOT_EVALUATED if u is None else two_digits(u)
+
+
+def _effect(effect: float | None, u: float | None) -> str:
+    if effect is None:
+        return ""
+    if u is None:
+        return _NOT_EVALUATED
+    text = two_digits(u)
+    return f"{fixed(effect, len(text.partition('.')[2]))} ± {text}"
+
+
+def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Message]:
+    result, notes = report.uncertainty, list[Message]()
+    stated = {} if report.limits is None else report.limits.limits.expanded_uncertainty
+    if stated:
+        symbols = ", ".join(FIGURE_SYMBOLS[key] for key in stated)
+        notes.append(Message("note-u_stated", {"symbols": symbols}))
+    if result is None:
+        return notes or [Message("note-u_none")]
+    notes.append(Message("note-u_measured", {"samples": result.samples, "seed": result.seed}))
+    biased = [row for row in rows if row.bias and row.expanded_uncertainty]
+    if biased:
+        most = max(biased, key=lambda row: abs(row.bias or 0.0) / (row.expanded_uncertainty or 1.0))
+        values = {"symbol": most.symbol, "bias": most.bias or 0.0, "unit": _unit(report)}
+        notes.append(Message("note-u_bias", values))
+    if result.drift_free is not None:
+        notes.append(Message("note-drift_effect"))
+    if result.measured.left_out:
+        notes.append(Message("note-u_without", {"terms": result.measured.left_out}))
+    return notes
+
+
+def _unit(report: "PositioningReport") -> str:
+    return report.test.kind.units.deviation
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class BudgetTable:
+    """What the uncertainty of the main figures consists of, as numbers and as text."""
+
+    rows: tuple[BudgetRow, ...]
+    """One row for each figure and input quantity."""
+    labels: tuple[str, ...]
+    """Heads of the columns; figure, quantity and distribution are words."""
+    cells: tuple[tuple[str, ...], ...]
+    """The rows as text; behind those of each figure one with u, k and U."""
+    strong: tuple[int, ...]
+    """Rows of the text that hold the sums, from 0. [1]"""
+
+
+def budget_table(report: "PositioningReport") -> BudgetTable | None:
+    """Return the uncertainty budget of the main figures as measured; None where there is none.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated of the run.
+
+    Returns
+    -------
+    BudgetTable or None
+        Figures whose U was stated in place of the evaluated one are not in it.
+    """
+    if report.uncertainty is None:
+        return None
+    measured, unit = report.uncertainty.measured, _unit(report)
+    shown = [row for row in figure_table(report).rows if row.strong and row.value is not None]
+    rows: list[BudgetRow] = []
+    cells: list[tuple[str, ...]] = []
+    sums: list[int] = []
+    for figure in shown:
+        own = [row for row in measured.budget if row.figure == figure.key]
+        if not own:
+            continue
+        for row in own:
+            named = sentence_of(Message(f"term-{row.quantity}"))
+            value = fixed(row.value, 3) if row.quantity == "extremes" else two_digits(row.value)
+            cells.append(
+                (
+                    figure.symbol,
+                    named,
+                    f"{value} {row.unit}",
+                    row.distribution,
+                    f"{two_digits(row.standard_uncertainty)} {row.unit}",
+                    f"{row.sensitivity:.3f}",
+                    two_digits(row.contribution),
+                )
+            )
+        sums.append(len(cells))
+        rows += own
+        k, u = fixed(figure.coverage_factor, 2), figure.standard_uncertainty or 0.0
+        total = f"U = {two_digits(figure.expanded_uncertainty or 0.0)} {unit} (k = {k})"
+        cells.append((figure.symbol, total, "", "", "", "", two_digits(u)))
+    if not rows:
+        return None
+    labels = ("", "quantity", "value", "distribution", "u", "sensitivity", f"contribution [{unit}]")
+    return BudgetTable(tuple(rows), labels, tuple(cells), tuple(sums))
