@@ -3,6 +3,7 @@
 Terminal, PDF, HTML, JSON and DCC take these numbers and, where they print text, these cells.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
@@ -162,9 +163,14 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
     )
 
 
+def _stated(report: "PositioningReport") -> Mapping[str, float]:
+    """Return the expanded uncertainties that are stated with the limits, by figure."""
+    return {} if report.limits is None else report.limits.limits.expanded_uncertainty
+
+
 def _expanded(report: "PositioningReport", key: str) -> tuple[float | None, float | None]:
     """Return U and k of a measured figure: as stated with its limits, else as evaluated."""
-    stated = {} if report.limits is None else report.limits.limits.expanded_uncertainty
+    stated = _stated(report)
     if key in stated:
         return stated[key], 2.0
     if report.uncertainty is None:
@@ -210,8 +216,7 @@ def _effect(effect: float | None, u: float | None) -> str:
 
 def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Message]:
     result, notes = report.uncertainty, list[Message]()
-    stated = {} if report.limits is None else report.limits.limits.expanded_uncertainty
-    if stated:
+    if stated := _stated(report):
         symbols = ", ".join(FIGURE_SYMBOLS[key] for key in stated)
         notes.append(Message("note-u_stated", {"symbols": symbols}))
     if result is None:

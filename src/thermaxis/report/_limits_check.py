@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import final
+from typing import TYPE_CHECKING, final
 
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import FigureUncertainty, Iso230_2Result, figures_by_key
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 class Verdict(StrEnum):
@@ -90,7 +93,9 @@ def check_limits(
     """
     checks: list[FigureCheck] = []
     figures = figures_by_key(iso230_2)
-    evaluated = {} if uncertainty is None else uncertainty.expanded_uncertainty
+    evaluated: Mapping[str, float] = {}
+    if uncertainty is not None:
+        evaluated = uncertainty.expanded_uncertainty
     simple = limits.decision_rule is DecisionRule.SIMPLE
     for key, limit in limits.limit.items():
         u = limits.expanded_uncertainty.get(key, evaluated.get(key))

@@ -42,6 +42,7 @@ from thermaxis.positioning.standard import (
 )
 from thermaxis.positioning.uncertainty._budget import (
     COVERAGE_FACTOR,
+    OWN,
     Terms,
     UncertaintyBudget,
     terms_of,
@@ -90,6 +91,8 @@ class BudgetRow:
     """Change of the figure for a unit of it. [µm or arcsec per unit]"""
     contribution: float
     """Their product: what it contributes to the combined standard uncertainty. [µm or arcsec]"""
+    mark: str
+    """Origin of the formula of this quantity: `own` or `M` (from memory)."""
 
 
 @final
@@ -290,11 +293,11 @@ def _draw_figures(estimate: Estimate, terms: Terms, samples: int, seed: int) -> 
         still = figures(level, expected_s(std, np.zeros_like(spread), estimate.readings))
         effect = {key: measured[key] - still[key] for key in FIGURE_KEYS}
         parts.append((measured, figures(level, std), effect))
-    joined = (
+    measured, drift_free, effect = (
         {key: np.concatenate([part[key] for part in kind]) for key in FIGURE_KEYS}
         for kind in zip(*parts, strict=True)
     )
-    return _Draws(*joined, length_error)
+    return _Draws(measured, drift_free, effect, length_error)
 
 
 def _half_width(truth: FloatArray, figure: float) -> float:
@@ -360,15 +363,14 @@ def _budget_rows(
     if reading > 0.0:
         u, contribution = (number * np.sqrt(1.0 - share) for number in (reading, by_noise))
         ratio = by_noise / reading
-        yield BudgetRow(key, "noise", u, terms.unit, "t", u, ratio, contribution)
-    yield BudgetRow(key, "extremes", bias, terms.unit, "", abs(bias), 1.0, abs(bias))
+        yield BudgetRow(key, "noise", u, terms.unit, "t", u, ratio, contribution, OWN)
+    yield BudgetRow(key, "extremes", bias, terms.unit, "", abs(bias), 1.0, abs(bias), OWN)
     for term in (*terms.systematic, *([terms.environment] if terms.environment else [])):
         u, ratio = term.standard_uncertainty, slope * term.effect
         if term is terms.environment:
             ratio = by_noise * np.sqrt(share) / u if u > 0.0 else 0.0
-        yield BudgetRow(
-            key, term.key, term.value, term.unit, term.distribution, u, ratio, abs(ratio) * u
-        )
+        named = key, term.key, term.value, term.unit, term.distribution
+        yield BudgetRow(*named, u, ratio, abs(ratio) * u, term.mark)
 
 
 def _left_out(

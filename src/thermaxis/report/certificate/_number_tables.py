@@ -55,7 +55,8 @@ def budget_section(report: PositioningReport) -> list[Section]:
         "Of the figures as measured. u: standard uncertainty of the quantity; value: expanded"
         " uncertainty of the instrument's certificate (k = 2), half width of a rectangular"
         " interval, standard deviation of a reading, or bias; last row of each figure: combined"
-        " standard uncertainty."
+        " standard uncertainty. Alignment, temperature, expansion coefficient and environment are"
+        " terms of ISO/TR 230-9, from memory."
     )
     block = Table(columns, table.cells, caption, strong_rows=table.strong, dense=True)
     return [Section("Uncertainty budget (GUM)", (block,))]

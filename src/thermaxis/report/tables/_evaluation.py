@@ -51,7 +51,7 @@ _OF_FIGURES = (
 )
 _OF_BUDGET = (
     *("figure", "quantity", "value", "unit", "distribution", "standard_uncertainty"),
-    *("sensitivity", "contribution"),
+    *("sensitivity", "contribution", "mark"),
 )
 
 
