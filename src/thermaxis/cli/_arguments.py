@@ -68,11 +68,6 @@ def add_figures(to: AddsArguments, what: str = "the charts as PNG and SVG, and C
     adder(to)("--figures DIR", f"write {what}", Path)
 
 
-def add_encoding(to: AddsArguments, what: str = "a run") -> None:
-    """Declare ``--encoding``."""
-    adder(to)("--encoding NAME", f"of {what} that is not UTF-8 (default: cp1250)", default="cp1250")
-
-
 def add_mapping(to: AddsArguments) -> None:
     """Declare ``--mapping``."""
     text = "names, units and factors of the columns (TOML); default: the ends of their names"

@@ -38,8 +38,13 @@ from .settings import (
     read_model as read_model,
     read_plan as read_plan,
     read_regions as read_regions,
+    read_run_mapping as read_run_mapping,
     read_thermal_mapping as read_thermal_mapping,
     write_model as write_model,
     write_plan as write_plan,
 )
-from .table import FALLBACK_ENCODING as FALLBACK_ENCODING
+from .table import (
+    FALLBACK_ENCODING as FALLBACK_ENCODING,
+    RunColumn as RunColumn,
+    RunMapping as RunMapping,
+)

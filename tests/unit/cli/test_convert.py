@@ -60,7 +60,7 @@ def test_the_input_is_never_overwritten(wide, tmp_path):
 def test_an_older_output_is_replaced_only_by_a_good_one(wide, tmp_path):
     output = tmp_path / "tidy.csv"
     output.write_text("older", encoding="utf-8")
-    wide.write_text(WIDE.replace("2,25", "nan"), encoding="utf-8")
+    wide.write_text(WIDE.replace("2,25", "2,2s"), encoding="utf-8")
     assert refusal("convert", wide, "-o", output).place.line == 3
     assert output.read_text(encoding="utf-8") == "older"
     wide.write_text(WIDE, encoding="utf-8")

@@ -276,12 +276,12 @@ def test_any_rows_give_a_log_or_an_error(rows: list[list[str]], delimiter: str) 
             "time_s,T_C,Z_um\n0,1,1\n1,NaN,3e38\n2,Overflow,\n3,,2\n4,5,6\n5,6,7\n",
             [0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
             {"T_C": [1, np.nan, np.nan, np.nan, 5, 6], "Z_um": [1, np.nan, np.nan, 2, 6, 7]},
-            *(["degC", "um"], None, ["'Overflow' stands in 1 cells", "1 values beyond 1e9"]),
+            *(["degC", "um"], None, ["'Overflow' stands in one cell", "1 values beyond 1e9"]),
         ),
         (
             "time_s;T_C;Z_um\n0;1,5;0.25\n1;2;\N{MINUS SIGN}0,5\n2;inf;1\n",
             *([0.0, 1.0, 2.0], {"T_C": [1.5, 2, np.nan], "Z_um": [0.25, -0.5, 1]}),
-            *(["degC", "um"], None, ["'inf' stands in 1 cells"]),
+            *(["degC", "um"], None, ["'inf' stands in one cell"]),
         ),
         (
             "time_s,T_C,state\n0,1,idle\n1,2,run\n",

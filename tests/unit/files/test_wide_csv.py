@@ -93,7 +93,7 @@ def test_runs_alternate_from_forward(
 
 def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path: Path) -> None:
     positions = [f"{t},{t + 0.01},{t - 0.02}" for t in (-20, 20, 50)]
-    direction = "target_mm,Run 1 (forward),Run 2 (forward),Run 3 (+),Run 4 (+)"
+    direction = "target_mm,Run 1 (forward),Run 2 (forward),Run 3 (+),Run 4"
     cases = [
         (["# unit: K", RUNS, *ROWS], "line 2: unit_of_deviations"),
         (["# unit: arcsec", RUNS, *ROWS], "line 2: unit_of_deviations"),

@@ -13,10 +13,11 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.cli._arguments import add_encoding, add_json, adder
+from thermaxis.cli._arguments import add_json, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
+from thermaxis.cli._reading import add_reading, reading_of
 from thermaxis.cli.axis.tables.control import add_control, axis_name
 from thermaxis.cli.axis.tables.described import (
     effect_in_words,
@@ -68,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         bool,
     )
     add_json(parser)
-    add_encoding(parser)
+    add_reading(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -111,7 +112,7 @@ def check(arguments: argparse.Namespace) -> CheckedTable:
     options = check_options(control, arguments.set, purpose="table")
     if arguments.axis is not None:
         axis_name(arguments.axis)
-    run = read_run(arguments.run, axis=None, encoding=arguments.encoding)
+    run = read_run(arguments.run, axis=None, reading=reading_of(arguments))
     read = read_older(control, arguments.table, run, options)
     if not arguments.no_drift:
         run = with_drift(run)

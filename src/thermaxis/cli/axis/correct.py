@@ -12,7 +12,6 @@ import argparse
 from pathlib import Path
 
 from thermaxis.cli._arguments import (
-    add_encoding,
     add_json,
     adder,
     hours,
@@ -24,6 +23,7 @@ from thermaxis.cli._arguments import (
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs, check_table_name, keep_older, write_ascii
 from thermaxis.cli._progress import Progress
+from thermaxis.cli._reading import add_reading
 from thermaxis.cli.axis.tables.control import add_control
 from thermaxis.cli.axis.tables.described import described
 from thermaxis.cli.axis.tables.make import make_table
@@ -108,7 +108,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         Path,
     )
     add_json(parser)
-    add_encoding(parser)
+    add_reading(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -128,7 +128,8 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
     """Refuse what cannot be, before anything is read or written."""
     check_table_name(arguments.output)
     check_outputs(
-        [("-o", arguments.output), ("--json", arguments.json)], [arguments.run, arguments.merge]
+        [("-o", arguments.output), ("--json", arguments.json)],
+        [arguments.run, arguments.merge, arguments.map],
     )
     refuse_both(arguments, "--no-drift", "--drift-free")
     refuse_alone(arguments, "--drift-free", "--reference-time")

@@ -10,7 +10,6 @@ from typing import TypeVar
 
 from thermaxis import __version__, files, positioning, report
 from thermaxis.cli._arguments import (
-    add_encoding,
     add_figures,
     add_json,
     add_report,
@@ -22,6 +21,7 @@ from thermaxis.cli._arguments import (
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
+from thermaxis.cli._reading import add_reading, reading_of
 from thermaxis.codes import NOWHERE, Message, printable
 from thermaxis.errors import DataError
 from thermaxis.messages import remedy_of
@@ -98,7 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "name of the measured file in results and certificate (default: its file name)",
     )
     add("--date YYYY-MM-DD", "date of issue of the certificate (default: that of --header)", day)
-    add_encoding(parser, "a text")
+    add_reading(parser, "a text")
 
 
 _Result = TypeVar("_Result")
@@ -159,7 +159,7 @@ def _adjacent_difference(
 def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     """Read and evaluate the run that the arguments name."""
     path: Path = arguments.file
-    test, sha256 = files.read_positioning_with_sha256(path, fallback_encoding=arguments.encoding)
+    test, sha256 = files.read_positioning_with_sha256(path, **reading_of(arguments))
     warnings = [*test.remarks]
     if arguments.cycle is not None:
         stated, test = test.cycle, test.with_cycle(Cycle(arguments.cycle))
@@ -228,7 +228,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     check_outputs(
         [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
-        [arguments.file, arguments.header, arguments.limits, arguments.budget, arguments.plan],
+        [
+            *(arguments.file, arguments.header, arguments.limits, arguments.budget),
+            *(arguments.plan, arguments.map),
+        ],
         charts=arguments.figures,
     )
     quiet = arguments.json == "-"

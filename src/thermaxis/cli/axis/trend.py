@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from thermaxis import __version__, report
-from thermaxis.cli._arguments import add_encoding, add_figures, add_json, adder
+from thermaxis.cli._arguments import add_figures, add_json, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
+from thermaxis.cli._reading import add_reading, reading_of
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
@@ -35,16 +36,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--csv FILE|-", "write the table as CSV; - for standard output alone")
     add_json(parser)
     add("--no-drift", "leave the figures without drift out", bool)
-    add_encoding(parser, "a text")
+    add_reading(parser, "a text")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Evaluate the runs and show how the figures changed."""
     _check_outputs(arguments)
     paths: list[Path] = arguments.runs
-    tests = [
-        (path.name, read_positioning(path, fallback_encoding=arguments.encoding)) for path in paths
-    ]
+    reading = reading_of(arguments)
+    tests = [(path.name, read_positioning(path, **reading)) for path in paths]
     with Progress() as progress:
         trend = report.evaluate_trend(tests, drift=not arguments.no_drift, progress=progress)
     if arguments.figures is not None:
@@ -64,7 +64,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         )
     check_outputs(
         [("--json", arguments.json), ("--csv", arguments.csv)],
-        arguments.runs,
+        [*arguments.runs, arguments.map],
         charts=arguments.figures,
     )
 

@@ -10,8 +10,9 @@ import sys
 
 from thermaxis.cli._arguments import adder
 from thermaxis.cli._outputs import check_outputs
+from thermaxis.cli._reading import add_reading, reading_of
 from thermaxis.codes import printable
-from thermaxis.files import FALLBACK_ENCODING, format_tidy_csv, read_positioning, write_tidy_csv
+from thermaxis.files import format_tidy_csv, read_positioning, write_tidy_csv
 from thermaxis.messages import sentence_of
 
 
@@ -23,18 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "the tidy CSV file to write, replaced if it exists; - for standard output",
         required=True,
     )
-    adder(parser)(
-        "--encoding NAME",
-        "encoding of a text file that is not UTF-8 (default: cp1250)",
-        default=None,
-    )
+    add_reading(parser, "a text")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Convert one file."""
-    check_outputs([("-o", arguments.output)], [arguments.file])
-    encoding = FALLBACK_ENCODING if arguments.encoding is None else arguments.encoding
-    test = read_positioning(arguments.file, fallback_encoding=encoding)
+    check_outputs([("-o", arguments.output)], [arguments.file, arguments.map])
+    test = read_positioning(arguments.file, **reading_of(arguments))
     for remark in test.remarks:
         sys.stderr.write(f"remark: {printable(sentence_of(remark), 400)}\n")
     if arguments.output == "-":

@@ -8,18 +8,11 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table import MISSING_WORDS, TOLD_MISSING
 from thermaxis.positioning import FloatArray
 
 if TYPE_CHECKING:
     import polars as pl
-
-_PLAIN_MISSING = "nan na n/a null none - -- --- #n/a"
-_TOLD_MISSING = """
-    #num! #value! #div/0! err error overflow overrange ol bad open fault inf +inf -inf infinity
-"""
-MISSING_WORDS = frozenset((_PLAIN_MISSING + _TOLD_MISSING).split())
-"""Words that stand for a value that was not measured, in lower case; so does an empty cell."""
-_TOLD = frozenset(_TOLD_MISSING.split())
 
 
 def numbers_or_words(
@@ -50,7 +43,7 @@ def numbers_or_words(
             raise MeasurementFileError("not_a_number", text=words[first], place=at(first))
         return [word or None for word in words.to_list()]
     if missing is not None:
-        missing.update(words.filter(lower.is_in(list(_TOLD))).to_list())
+        missing.update(words.filter(lower.is_in(list(TOLD_MISSING))).to_list())
     numbers = values.fill_null(np.nan).to_numpy()
     return np.where(np.isfinite(numbers), numbers, np.nan)
 

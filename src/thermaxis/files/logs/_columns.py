@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import DataError, MeasurementFileError
-from thermaxis.files.logs._cells import MISSING_WORDS
 from thermaxis.files.settings import TIME_UNITS_S, ColumnMapping, ThermalMapping
 from thermaxis.files.table import (
+    MISSING_WORDS,
     NUMBER_LIMIT,
     Role,
     clean_text,
     decoded,
     first_few,
+    formatted_moment,
+    is_date_name,
     is_number,
     parse_heading,
     parse_moment,
@@ -53,7 +55,6 @@ _MOST_TIME = 1e19
 _IN_BRACKETS = re.compile(r"(.+?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]", re.DOTALL)
 _BEHIND_SLASH = re.compile(r"(.+?)\s*/\s*([^/]+?)\s*", re.DOTALL)
 _SHORT_TIME = re.compile(r"t(?=$|[\s_(\[])")
-_DATE_WORDS = frozenset({"date", "datum", "day", "tag", "den"})
 
 Texts: TypeAlias = Sequence[str | None]
 
@@ -272,7 +273,7 @@ def _time_column(
 
 def _date_column(headings: Sequence[str], time: int | None) -> int | None:
     for index, text in enumerate(headings):
-        if index != time and text.strip().casefold() in _DATE_WORDS:
+        if index != time and is_date_name(text.strip()):
             return index
     return None
 
@@ -427,19 +428,10 @@ def _of_texts(
         pairs = zip(dates, texts, strict=True)
         texts = [None if day is None or text is None else f"{day} {text}" for day, text in pairs]
     given = [None if text and text.casefold() in MISSING_WORDS else text for text in texts]
-    moments = read_moments(
-        given, lambda row: table.at(row, plan.time), partial(_moment, form=plan.mapping.time_format)
-    )
+    form = plan.mapping.time_format
+    parsed = parse_moment if form is None else partial(formatted_moment, form=form)
+    moments = read_moments(given, lambda row: table.at(row, plan.time), parsed)
     start = next((moment for moment in moments if moment is not None), None)
     if start is None:
         return np.full(len(texts), np.nan), None, False
     return seconds_since(start, moments), start, start.tzinfo is None
-
-
-def _moment(text: str, form: str | None) -> datetime | None:
-    if form is None:
-        return parse_moment(text)
-    try:
-        return datetime.strptime(text, form)  # noqa: DTZ007  the form may state a zone
-    except ValueError:
-        return None

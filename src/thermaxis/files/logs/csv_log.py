@@ -345,7 +345,7 @@ def _headings(
 ) -> tuple[str, list[str], bool] | None:
     """Return delimiter and headings if the line holds any, and if a row of units follows."""
 
-    def accepted(cells: list[str]) -> list[str] | None:
+    def accepted(cells: list[str], _: str) -> list[str] | None:
         return cells if len(cells) <= MOST_COLUMNS and are_headings(cells, mapping) else None
 
     best = best_split(line, accepted)

@@ -1,5 +1,6 @@
 """Columns of readings, one row per reading, become the arrays of a positioning test."""
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
@@ -118,6 +119,19 @@ def missing_remark(names: Iterator[str], missing: int, stops: int) -> Message:
     first = list(islice(names, 6))
     named = ", ".join(first[:5]) + (" and others" if len(first) > 5 else "")
     return remark("readings_missing", missing=missing, stops=stops, names=named)
+
+
+def missing_readings(target: FloatArray, deviation: FloatArray) -> list[Message]:
+    """Name the readings that passes of a table lack; what was not measured at all is no pass."""
+    missing = np.isnan(deviation)
+    if not bool(missing.any()):
+        return []
+    cycles = [j for j in range(missing.shape[1]) if not missing[:, j].all()]
+    approaches = [a for a in range(2) if not missing[:, :, a].all()]
+    stops = list(itertools.product(range(target.size), cycles, approaches))
+    lacking = [stop for stop in stops if missing[stop]]
+    names = (f"target {target[i]:.10g} cycle {j + 1} {APPROACHES[a]}" for i, j, a in lacking)
+    return [missing_remark(names, len(lacking), len(stops))] if lacking else []
 
 
 def check_last_number(words: Sequence[str], place: Place) -> None:

@@ -8,7 +8,14 @@ from thermaxis.files import table as tables
 from thermaxis.files.runs.iso230_dat import dat_test
 from thermaxis.files.runs.rtl import rtl_test
 from thermaxis.files.runs.xlsx import table_test
-from thermaxis.files.table import FALLBACK_ENCODING, csv_table, decode_text, read_content
+from thermaxis.files.table import (
+    FALLBACK_ENCODING,
+    NO_MAPPING,
+    RunMapping,
+    csv_table,
+    decode_text,
+    read_content,
+)
 from thermaxis.positioning import PositioningTest
 
 _START_CHARACTERS = 65_536
@@ -18,7 +25,10 @@ _DAT_ENTRY = re.compile(r"^[ \t]*(?:TGT_DATA|REF_DATA_FWD|REF_DATA_BWD) ?\[", re
 
 
 def read_positioning(
-    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
+    path: Path | str,
+    *,
+    fallback_encoding: str = FALLBACK_ENCODING,
+    mapping: RunMapping = NO_MAPPING,
 ) -> PositioningTest:
     """Read a positioning run from a file of any format that is known here.
 
@@ -31,6 +41,8 @@ def read_positioning(
         The file.
     fallback_encoding : str
         Encoding of a text file that is not UTF-8. Default: cp1250, met in files of Czech Windows.
+    mapping : RunMapping
+        What the user says about a table, where it does not say it. Default: nothing.
 
     Returns
     -------
@@ -45,11 +57,14 @@ def read_positioning(
     ConfigurationError
         If there is no such fallback encoding.
     """
-    return _test_of(str(path), read_content(path), fallback_encoding)
+    return _test_of(str(path), read_content(path), fallback_encoding, mapping)
 
 
 def read_positioning_with_sha256(
-    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
+    path: Path | str,
+    *,
+    fallback_encoding: str = FALLBACK_ENCODING,
+    mapping: RunMapping = NO_MAPPING,
 ) -> tuple[PositioningTest, str]:
     """Read a positioning run, and identify the very bytes that it was made of.
 
@@ -62,6 +77,8 @@ def read_positioning_with_sha256(
         The file.
     fallback_encoding : str
         Encoding of a text file that is not UTF-8. Default: as `read_positioning`.
+    mapping : RunMapping
+        As `read_positioning`.
 
     Returns
     -------
@@ -78,16 +95,19 @@ def read_positioning_with_sha256(
         As `read_positioning`.
     """
     content = read_content(path)
-    return _test_of(str(path), content, fallback_encoding), sha256(content).hexdigest()
+    test = _test_of(str(path), content, fallback_encoding, mapping)
+    return test, sha256(content).hexdigest()
 
 
-def _test_of(name: str, content: bytes, fallback_encoding: str) -> PositioningTest:
+def _test_of(
+    name: str, content: bytes, fallback_encoding: str, mapping: RunMapping
+) -> PositioningTest:
     if content.startswith(_WORKBOOK_STARTS):
-        return table_test(tables.workbook_table(name, content))  # imported when it is met
+        return table_test(tables.workbook_table(name, content, mapping))  # imported when it is met
     source = decode_text(name, content, fallback_encoding=fallback_encoding)
     start = source.text[:_START_CHARACTERS]
     if _RTL_SECTION.search(start):
         return rtl_test(source)
     if _DAT_ENTRY.search(start):
         return dat_test(source)
-    return table_test(csv_table(source))
+    return table_test(csv_table(source, mapping))

@@ -56,6 +56,43 @@ def targets_through_a_turn(
     return turned, [said]
 
 
+def passes_of_travel(
+    row_target: FloatArray, order: FloatArray, cycle: _IntArray | None
+) -> tuple[_IntArray, _IntArray] | None:
+    """Tell cycle and approach from the order in which the targets were visited.
+
+    Each pass visits targets that only rise or only fall. Passes either alternate and begin with
+    the target where the one before ended, or all begin with the same target. None otherwise.
+    """
+    rows = np.argsort(order, kind="stable")[: int(np.count_nonzero(~np.isnan(order)))]
+    steps = np.diff(row_target[rows])
+    turns = np.flatnonzero(steps == 0)
+    one_way = not turns.size
+    if one_way and steps.size:
+        turns = np.flatnonzero(np.sign(steps) != np.sign(steps[0]))
+    passes = np.zeros(rows.size, dtype=np.int64)
+    passes[turns + 1] = 1
+    passes = np.cumsum(passes)
+    inside = np.delete(np.arange(steps.size), turns)
+    sign = np.zeros(passes[-1] + 1)
+    sign[passes[inside]] = np.sign(steps[inside])
+    begins = row_target[rows[np.concatenate(([0], turns + 1))]]
+    alternates = bool(np.all(sign[1:] == -sign[:-1])) and sign.size > 1
+    repeats = bool(np.all(sign == sign[0]) and np.all(begins == begins[0])) and sign.size > 1
+    if np.any(sign == 0) or np.any(np.sign(steps[inside]) != sign[passes[inside]]):
+        return None
+    if not (repeats if one_way else alternates):
+        return None
+    approach, counted = np.zeros_like(rows), np.ones_like(rows)
+    approach[rows] = np.where(sign[passes] > 0, FORWARD, BACKWARD)
+    counted[rows] = 1 + (passes if one_way else passes // 2)
+    if cycle is None:
+        return counted, approach
+    # a stated cycle must have each pass whole
+    whole = {(int(p), int(c)) for p, c in zip(passes, cycle[rows], strict=True)}
+    return (cycle, approach) if len(whole) == sign.size else None
+
+
 def rows_against_direction(
     row_target: FloatArray, cycle: _IntArray, approach: _IntArray
 ) -> list[Message]:

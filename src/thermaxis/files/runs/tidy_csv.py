@@ -2,6 +2,8 @@
 
 import csv
 import io
+from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TypeAlias
@@ -11,9 +13,14 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, remark
 from thermaxis.errors import DataError, MeasurementFileError
-from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
+from thermaxis.files.runs._assemble import (
+    assemble_readings,
+    check_enough_readings,
+    missing_readings,
+)
 from thermaxis.files.runs._travel import (
     FULL_TURN_DEG,
+    passes_of_travel,
     rows_against_direction,
     targets_through_a_turn,
 )
@@ -31,16 +38,17 @@ from thermaxis.files.table import (
     check_start_and_end,
     direction_named,
     encoded,
-    group_targets,
+    is_date_name,
     listed,
     metadata_lines,
     numeric_cells,
+    one_target_each,
     parse_heading,
     protected,
     read_csv_table,
-    read_moments,
+    read_stamps,
     reading_times,
-    seconds_since,
+    spread_in_intervals,
     target_column_of,
     unique_names,
     unit_of_kind,
@@ -55,6 +63,7 @@ from thermaxis.positioning import (
     TimeSource,
 )
 from thermaxis.quantities import AxisKind
+from thermaxis.thermal.log import unit_of_name
 
 _IntArray: TypeAlias = NDArray[np.int64]
 
@@ -102,24 +111,25 @@ def read_tidy_csv(
 def tidy_test(table: Table) -> PositioningTest:
     """Make a positioning test from a table with one reading per row."""
     metadata = table.metadata
-    remarks = [*metadata.remarks]
+    remarks: list[Message] = []
     target_column, unit = target_column_of(table)
     row_target = unit.positions(table.numbers(target_column, required=True))
     deviation, deviation_remarks = _deviations(table, unit, target_column, row_target)
-    cycle, approach, pass_remarks = _passes(table)
     channels, channel_remarks = _channels(table)
-    remarks += [*deviation_remarks, *pass_remarks, *channel_remarks]
-
     given = ~np.isnan(deviation)
     if not bool(given.any()):
         raise MeasurementFileError("no_readings_in_file", place=table.at())
     times, start, end = _times(table, given)
     order = times.order
+    cycle, approach, pass_remarks = _passes(table, row_target, order)
+    remarks += [*deviation_remarks, *pass_remarks, *channel_remarks]
     place = np.arange(row_target.size, dtype=np.float64) if order is None else order
     row_target, turn_remarks = targets_through_a_turn(unit.kind, row_target, cycle, approach, place)
     if order is None:
         turn_remarks += rows_against_direction(row_target, cycle, approach)
-    target, target_index = group_targets(row_target)
+    target, target_index, target_remarks = one_target_each(
+        table, row_target, np.column_stack((cycle, approach)), given
+    )
     assembled = assemble_readings(
         at=table.source.at,
         target=target,
@@ -132,7 +142,8 @@ def tidy_test(table: Table) -> PositioningTest:
         time_s=times.time_s,
         channels=channels,
     )
-    remarks += [*turn_remarks, *times.remarks, *assembled.remarks]
+    remarks += [*turn_remarks, *target_remarks, *times.remarks, *assembled.remarks]
+    remarks += missing_readings(target, assembled.deviation)
     source = times.source
     if source is TimeSource.FILE and metadata.interpolated:
         source = TimeSource.INTERPOLATED
@@ -151,7 +162,7 @@ def tidy_test(table: Table) -> PositioningTest:
         environment=metadata.environment,
         header=metadata.header,
         # A file that was written before carries the remarks of its first reading.
-        remarks=tuple({sentence_of(remark): remark for remark in remarks}.values()),
+        remarks=tuple({sentence_of(one): one for one in (*metadata.remarks, *remarks)}.values()),
     )
     check_enough_readings(test, table.source.at())
     return test
@@ -334,7 +345,9 @@ def _mixture(table: Table, deviation: FloatArray, stated: FloatArray) -> list[Me
     return [remark("not_measured", count=alone.size, where=where)]
 
 
-def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[Message]]:
+def _passes(
+    table: Table, row_target: FloatArray, order: FloatArray | None
+) -> tuple[_IntArray, _IntArray, list[Message]]:
     """Return cycle and approach of every row."""
     cycle_column = table.column_of(Role.CYCLE)
     run_column = table.column_of(Role.RUN)
@@ -349,6 +362,10 @@ def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[Message]]:
             "no_cycle_column", unknown=_not_understood(table), place=table.at()
         )
     if run_column is None:
+        cycle = None if cycle_column is None else table.whole_numbers(cycle_column)
+        found = None if order is None else passes_of_travel(row_target, order, cycle)
+        if found is not None:
+            return *found, [remark("directions_from_targets")]
         raise MeasurementFileError(
             "no_direction_column", unknown=_not_understood(table), place=table.at()
         )
@@ -365,7 +382,7 @@ def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[Message]]:
 
 def _directions(table: Table, column: int) -> _IntArray:
     words = table.columns[column]
-    known = {word: direction_named(word) for word in set(words)}
+    known = {word: direction_named(word, table.source.mapping) for word in set(words)}
     if None in known.values():
         index = next(i for i, word in enumerate(words) if known[word] is None)
         raise MeasurementFileError(
@@ -407,7 +424,7 @@ def _not_understood(table: Table) -> str:
 def _channels(table: Table) -> tuple[dict[str, FloatArray], list[Message]]:
     """Return the columns of numbers whose names are not known, and say what became of each."""
     used = {table.column_of(role) for role in Role if role is not Role.TIME}
-    used.add(_time_column(table))
+    used |= {_time_column(table), _date_column(table)}
     if table.column_of(Role.CYCLE) is not None and table.column_of(Role.DIRECTION) is not None:
         used.discard(table.column_of(Role.RUN))
     kept: dict[int, FloatArray] = {}
@@ -416,6 +433,8 @@ def _channels(table: Table) -> tuple[dict[str, FloatArray], list[Message]]:
         if column in used:
             continue
         values = numeric_cells(table.columns[column], table.decimal)
+        if values is None:
+            values = table.measured_numbers(column)
         if values is not None and bool(np.any(np.isinf(values))):
             values = None
         if values is not None and not bool(np.all(np.isnan(values))):
@@ -424,8 +443,12 @@ def _channels(table: Table) -> tuple[dict[str, FloatArray], list[Message]]:
             ignored.append(heading.text or f"column {column + 1}")
     names = unique_names(table.headings, list(kept))
     remarks: list[Message] = []
-    if names:
-        remarks.append(remark("channels_kept", names=listed(names)))
+    without_unit = [name for name in names if not unit_of_name(name)]
+    if without_unit:
+        remarks.append(remark("channels_kept", names=listed(without_unit)))
+    if len(without_unit) < len(names):
+        with_unit = [name for name in names if unit_of_name(name)]
+        remarks.append(remark("channels_with_unit", names=listed(with_unit)))
     if ignored:
         remarks.append(remark("columns_left_out", names=listed(ignored)))
     return dict(zip(names, kept.values(), strict=True)), remarks
@@ -440,29 +463,53 @@ def _times(
     order = None if order_column is None else table.numbers(order_column)
     time_s = None
     start, end = table.metadata.start, table.metadata.end
+    stamps = None
     if time_column is not None:
         seconds = table.headings[time_column].seconds
         if seconds is None:
-            cells = table.columns[time_column]
-            moments = read_moments(cells, lambda index: table.at(index, time_column))
-            read = [moment for moment, used in zip(moments, given.tolist(), strict=True) if used]
-            known = [moment for moment in read if moment is not None]
-            if known:
-                start, end = min(known), max(known)
-                time_s = seconds_since(start, moments)
+            cells = [c if g else "" for c, g in zip(_dated(table, time_column), given, strict=True)]
+            stamps = read_stamps(
+                cells, lambda index: table.at(index, time_column), table.source.mapping
+            )
+            time_s = None if bool(np.isnan(stamps.time_s).all()) else stamps.time_s
+            start, end = stamps.start or start, stamps.end or end
         else:
             time_s = table.numbers(time_column) * seconds
             if bool(np.any(np.abs(time_s) > NUMBER_LIMIT)):
                 raise MeasurementFileError(
                     "magnitude_too_large", most=NUMBER_LIMIT, place=table.at(column=time_column)
                 )
+    remarks = () if stamps is None else stamps.remarks
+    if stamps is not None and time_s is not None and stamps.interval_s:
+        spread = spread_in_intervals(time_s, given, order, stamps.interval_s)
+        if spread is not None:
+            time_s, table.metadata.interpolated = spread, True
+            remarks = (*remarks, remark("times_in_intervals", interval_s=stamps.interval_s))
     readings = reading_times(
         given=given, order=order, time_s=time_s, line=table.row, at=table.source.at
     )
+    readings = replace(readings, remarks=(*remarks, *readings.remarks))
     if start is not None and end is None and readings.time_s is not None:
         end = start + timedelta(seconds=float(readings.time_s[given].max()))
     check_start_and_end(table, start, end)
     return readings, start, end
+
+
+def _dated(table: Table, column: int) -> Sequence[str]:
+    """Return the cells of a column of times, behind those of a column of dates if there is one."""
+    date = _date_column(table)
+    if date is None:
+        return table.columns[column]
+    pairs = zip(table.columns[date], table.columns[column], strict=True)
+    return [f"{day} {time}" if day and time else time for day, time in pairs]
+
+
+def _date_column(table: Table) -> int | None:
+    """Return the column of dates that stands beside one of times of the day."""
+    dates = [k for k, heading in enumerate(table.headings) if is_date_name(heading.text)]
+    time = _time_column(table)
+    beside = time is not None and table.headings[time].seconds is None
+    return dates[0] if beside and len(dates) == 1 else None
 
 
 def _time_column(table: Table) -> int | None:
@@ -507,6 +554,6 @@ def _written(values: FloatArray) -> list[str]:
 def _channel_heading(name: str) -> str:
     heading: Heading = parse_heading(name)
     plain = encoded(name) == name and not name.startswith((CHANNEL_PREFIX.strip(), "#"))
-    if name and plain and heading.role is None and heading.run is None:
+    if name and plain and heading.role is None and not heading.is_pass:
         return protected(name)
     return CHANNEL_PREFIX + encoded(name)

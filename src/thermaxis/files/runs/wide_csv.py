@@ -8,7 +8,11 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, remark
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
+from thermaxis.files.runs._assemble import (
+    assemble_readings,
+    check_enough_readings,
+    missing_readings,
+)
 from thermaxis.files.runs._travel import targets_through_a_turn
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
@@ -17,7 +21,6 @@ from thermaxis.files.table import (
     Unit,
     check_start_and_end,
     deviation_unit,
-    direction_named,
     group_targets,
     listed,
     read_csv_table,
@@ -94,7 +97,8 @@ def wide_test(table: Table) -> PositioningTest:
     )
     remarks += turn_remarks
     target, index = group_targets(row_target)
-    falling = row_target.size > 1 and bool(np.all(np.diff(row_target) < 0))
+    once = np.array(list(dict.fromkeys(row_target.tolist())))  # blocks repeat the targets
+    falling = once.size > 1 and bool(np.all(np.diff(once) < 0))
     if falling:
         remarks.append(remark("wide_targets_falling"))
     travelled = target.size - 1 - index if falling else index
@@ -122,27 +126,35 @@ def wide_test(table: Table) -> PositioningTest:
         end=metadata.end,
         environment=metadata.environment,
         header=metadata.header,
-        remarks=(*metadata.remarks, *remarks, remark("order_from_runs"), *assembled.remarks),
+        remarks=(
+            *(*metadata.remarks, *remarks, remark("order_from_runs"), *assembled.remarks),
+            *missing_readings(target, assembled.deviation),
+        ),
     )
     check_enough_readings(test, table.source.at())
     return test.with_cycle(metadata.cycle)
 
 
 def _run_columns(table: Table) -> dict[int, int]:
-    """Return the index of the column of each run, by rising run number."""
+    """Return the index of the column of each run, odd forward, even backward, by rising number."""
+    passes = {k: heading for k, heading in enumerate(table.headings) if heading.is_pass}
+    numbers = {a: {h.run or 1 for h in passes.values() if h.approach == a} for a in (0, 1)}
+    stated = all(heading.approach is not None for heading in passes.values())
+    alternate = all(h.run and h.approach in {None, _approach(h.run)} for h in passes.values())
+    # cycles are counted, not runs, where both directions have the same numbers
+    counts_cycles = stated and (not alternate or numbers[FORWARD] == numbers[BACKWARD])
+    shared = numbers[FORWARD] <= numbers[BACKWARD] or numbers[FORWARD] >= numbers[BACKWARD]
     columns: dict[int, int] = {}
-    for column, heading in enumerate(table.headings):
-        run = heading.run
-        if run is None:
-            continue
-        if run in columns:
-            raise MeasurementFileError("run_twice", run=run, place=table.at(column=column))
-        stated = direction_named(heading.unit_text) if heading.unit_text else None
-        if stated is not None and stated != _approach(run):
-            place = table.at(column=column)
+    for column, heading in passes.items():
+        approach, run, place = heading.approach, heading.run or 1, table.at(column=column)
+        if approach is not None and counts_cycles and shared:
+            run = 2 * run - (approach == FORWARD)
+        elif approach is not None and approach != _approach(run):
             raise MeasurementFileError(
-                "run_of_other_direction", run=run, direction=APPROACHES[stated], place=place
+                "run_of_other_direction", run=run, direction=APPROACHES[approach], place=place
             )
+        if run in columns:
+            raise MeasurementFileError("run_twice", run=run, place=place)
         columns[run] = column
     return dict(sorted(columns.items()))
 
@@ -157,9 +169,7 @@ def _unit_of_runs(
     stated: Unit | None = None
     for column in runs.values():
         heading = table.headings[column]
-        if heading.unit is None and (
-            not heading.unit_text or direction_named(heading.unit_text) is not None
-        ):
+        if heading.unit is None and not heading.unit_text:
             continue
         unit = unit_of_kind(table, column, target_unit.kind, "run_1_um")
         if stated is not None and unit is not stated:
@@ -172,7 +182,7 @@ def _unit_of_runs(
         stated = unit
     if stated is not None:
         return stated, []
-    named = table.metadata.unit
+    named = table.source.mapping.deviation_unit or table.metadata.unit
     if named is not None:
         unit = unit_named(named)
         if unit is None or unit.kind is not target_unit.kind:

@@ -30,6 +30,7 @@ from .plan_json import (
     write_plan as write_plan,
 )
 from .regions_toml import read_regions as read_regions
+from .run_mapping_toml import read_run_mapping as read_run_mapping
 from .thermal_mapping_toml import (
     TIME_UNITS_S as TIME_UNITS_S,
     ColumnMapping as ColumnMapping,

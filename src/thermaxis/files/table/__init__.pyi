@@ -5,6 +5,7 @@ from ._columns import (
     Unit as Unit,
     deviation_unit as deviation_unit,
     direction_named as direction_named,
+    is_date_name as is_date_name,
     parse_heading as parse_heading,
     unit_named as unit_named,
 )
@@ -17,11 +18,18 @@ from ._csv_rows import (
     split_cells as split_cells,
 )
 from ._damage import DAMAGE as DAMAGE, damage_named as damage_named
+from ._mapping import NO_MAPPING as NO_MAPPING, RunColumn as RunColumn, RunMapping as RunMapping
 from ._metadata import metadata_lines as metadata_lines
+from ._numbers import (
+    MISSING_WORDS as MISSING_WORDS,
+    TOLD_MISSING as TOLD_MISSING,
+    numeric_cells as numeric_cells,
+)
 from ._quantities import (
     TARGET_RESOLUTION as TARGET_RESOLUTION,
     check_start_and_end as check_start_and_end,
     group_targets as group_targets,
+    one_target_each as one_target_each,
     target_column_of as target_column_of,
     unit_of_kind as unit_of_kind,
 )
@@ -57,15 +65,17 @@ from ._table import (
     Table as Table,
     TableSource as TableSource,
     listed as listed,
-    numeric_cells as numeric_cells,
     unique_names as unique_names,
 )
 from ._times import (
     ReadingTimes as ReadingTimes,
+    formatted_moment as formatted_moment,
     parse_moment as parse_moment,
     read_moments as read_moments,
+    read_stamps as read_stamps,
     reading_times as reading_times,
     seconds_since as seconds_since,
+    spread_in_intervals as spread_in_intervals,
 )
 from ._workbook import (
     Cells as Cells,

@@ -2,12 +2,14 @@
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
+from thermaxis.files.table._mapping import NO_MAPPING, RunColumn, RunMapping
 from thermaxis.files.table._quoting import decoded, unprotected
 from thermaxis.positioning import BACKWARD, FORWARD, FloatArray
 from thermaxis.quantities import AxisKind
@@ -37,22 +39,20 @@ QUANTITIES: Final = frozenset({Role.TARGET, Role.MEASURED, Role.DEVIATION})
 # Words as `_folded` leaves them: lower case, without accents, an underscore between words.
 _ROLE_WORDS: dict[Role, str] = {
     Role.TARGET: """
-        target target_position target_pos nominal nominal_position position set_position setpoint
-        soll sollposition soll_position sollpos sollwert ziel zielposition nennposition
+        target target_position nominal nominal_position position pos set set_position setpoint
+        soll sollposition sollpos sollwert ziel zielposition nennposition
         cil cilova_poloha cilova_pozice poloha pozice zadana_poloha zadana_pozice pozadovana_poloha
         jmenovita_poloha
     """,
     Role.MEASURED: """
-        measured measured_position measured_pos actual actual_position actual_pos
-        ist istposition ist_position istpos istwert gemessen gemessene_position messposition
+        measured actual ist istposition istpos istwert gemessen gemessene messposition
         zmereno zmerena_poloha zmerena_pozice namerena_poloha namerena_pozice merena_poloha
         skutecna_poloha skutecna_pozice
     """,
     Role.DEVIATION: """
-        deviation positional_deviation position_deviation error position_error positional_error
-        positioning_error
-        abweichung positionsabweichung positionierabweichung lageabweichung fehler positionsfehler
-        positionierfehler
+        deviation dev positional_deviation error err positional_error positioning_error
+        abweichung abw positionsabweichung positionierabweichung lageabweichung fehler
+        positionsfehler positionierfehler
         odchylka odchylka_polohy polohova_odchylka uchylka uchylka_polohy polohova_uchylka chyba
         chyba_polohy chyba_polohovani
     """,
@@ -138,19 +138,35 @@ _TIME_UNITS = {
 }
 
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*[(\[]\s*(?P<unit>[^()\[\]]*?)\s*[)\]]", re.DOTALL)
-_RUN_WORDS = "run|pass|lauf|messlauf|durchlauf|beh|prujezd|prejezd"
-_ERROR_WORDS = "|".join(_ROLE_WORDS[Role.DEVIATION].split())
-_RUN_HEADING = re.compile(
-    rf"(?:(?:{_ERROR_WORDS})_)?(?:(?:{_RUN_WORDS})?_?(?:(?:no|nr|c|cislo)_)?0{{0,3}}([1-9][0-9]{{0,4}})"
-    rf"|0{{0,3}}([1-9][0-9]{{0,4}})_(?:{_RUN_WORDS}))(?:_(?:{_ERROR_WORDS}))?"
-)
 _SEPARATORS = re.compile(r"[\s_.:#-]+")
+_POSITION_WORDS = re.compile(r"(?:^|_)(?:pos|position)(?=_|$)")
+_PASS_TOKENS = re.compile(r"[^\W\d_]+|[0-9]+|[^\w\s.:#()\[\]]")
+_CYCLE_WORDS = "cycle cycles zyklus messzyklus cyklus"
+_RUN_WORDS = "run pass lauf messlauf durchlauf beh prujezd prejezd"
+_COUNTED = {
+    **dict.fromkeys(_CYCLE_WORDS.split(), Role.CYCLE),
+    **dict.fromkeys(_RUN_WORDS.split(), Role.RUN),
+}
+_PASS_FILLERS = frozenset(f"{_ROLE_WORDS[Role.DEVIATION]} no nr".split())
+_LABEL_FILLERS = frozenset(
+    f"{_ROLE_WORDS[Role.DIRECTION]} c cislo of der pos position polohy readings data".split()
+)
+_DATE_WORDS = frozenset({"date", "datum", "day", "tag", "den"})
+_SUMMARY_LIST = """
+    mean average avg median mittel mittelwert mittelwerte mw durchschnitt prumer stredni
+    std stddev stdev stdabw standard standardabweichung stabw smerodatna s sigma
+    min max minimum maximum range span spannweite rozpeti sum total summe celkem count n anzahl
+    pocet reversal umkehrspanne necitlivost uncertainty b e m r a u
+"""
+_SUMMARY_WORDS = frozenset(_SUMMARY_LIST.split())
 
 _FORWARD_WORDS = """
     forward forwards fwd up positive pos plus + ↑
     hin hinlauf hinfahrt vorwarts vorwaerts aufwarts aufwaerts positiv
     vpred dopredu tam nahoru kladny kladna kladne
 """
+_DASHES = "-\N{MINUS SIGN}\N{EN DASH}"
+_LEADING_SIGNS = frozenset(f"+{_DASHES}")
 _BACKWARD_WORDS = """
     backward backwards back bwd reverse rev return down negative neg minus ↓
     - \N{MINUS SIGN} \N{EN DASH}
@@ -158,6 +174,7 @@ _BACKWARD_WORDS = """
     negativ
     vzad dozadu zpet dolu zaporny zaporna zaporne
 """
+_LETTERS = dict.fromkeys("fvh", FORWARD) | dict.fromkeys("brz", BACKWARD)
 _DIRECTIONS = {
     **dict.fromkeys(_FORWARD_WORDS.split(), FORWARD),
     **dict.fromkeys(_BACKWARD_WORDS.split(), BACKWARD),
@@ -180,7 +197,16 @@ class Heading:
     seconds: float | None = None
     """Length of the time unit of a column of numbers; None if times are dates with time. [s]"""
     run: int | None = None
-    """Number of the run whose readings the column of a wide table holds. [1]"""
+    """Number of the run or cycle whose readings the column of a wide table holds. [1]"""
+    approach: int | None = None
+    """Approach whose readings the column holds, if stated."""
+    by_letter: bool = False
+    """Whether one letter alone states the approach: F1, B1."""
+
+    @property
+    def is_pass(self) -> bool:
+        """Whether the column holds the deviations of one pass."""
+        return self.run is not None or self.approach is not None
 
     @property
     def channel_name(self) -> str:
@@ -190,24 +216,97 @@ class Heading:
         return self.text
 
 
-def parse_heading(text: str) -> Heading:
+def parse_heading(text: str, mapping: RunMapping = NO_MAPPING) -> Heading:
     """Find role and unit of a column."""
     text = text.strip()
+    stated = mapping.columns.get(text)
+    if stated is not None:
+        return _mapped(text, stated)
     if text.startswith(CHANNEL_PREFIX) or len(text) > LONGEST_HEADING:
         return Heading(text, None)
-    name, unit_word, in_brackets = _split_unit(text)
-    role = _ROLES.get(name)
+    written, unit_word, in_brackets = _split_unit(text)
+    name = _SEPARATORS.sub("_", written).strip("_")
+    role = _ROLES.get(name) or _ROLES.get(_POSITION_WORDS.sub("", name).strip("_"))
+    if role is Role.TIME:
+        return _time_heading(text, unit_word)
     unit = _UNIT_WORDS.get(unit_word)
     if role in QUANTITIES:
         return Heading(text, role, unit, unit_word)
+    in_unit = unit_word if unit_word in _DIRECTIONS else ""
+    found = pass_named(f"{written} {in_unit}".strip())
+    if found is not None and not (role is not None and found.number is None):
+        unit_word = "" if in_unit else unit_word
+        return Heading(text, None, unit, unit_word, None, found.number, *found[1:3])
+    return Heading(text, role if in_brackets or not unit_word else None)
+
+
+def _mapped(text: str, stated: RunColumn) -> Heading:
+    unit = _UNIT_WORDS.get(_folded(stated.unit))
+    if stated.leave_out:
+        return Heading(text, None)
+    if stated.cycle is not None and stated.direction is not None:
+        run = 2 * stated.cycle - (stated.direction == "forward")
+        return Heading(text, None, unit, stated.unit, run=run)
+    if stated.role is None:
+        return replace(parse_heading(text), unit=unit, unit_text=stated.unit)
+    role = Role(stated.role)
     if role is Role.TIME:
-        return _time_heading(text, unit_word)
-    run = _RUN_HEADING.fullmatch(name)
-    if run is not None:
-        return Heading(text, None, unit, unit_word, run=int(run[1] or run[2]))
-    if role is not None and (in_brackets or not unit_word):
-        return Heading(text, role)
-    return Heading(text, None)
+        return _time_heading(text, _folded(stated.unit))
+    return Heading(text, role, unit, stated.unit)
+
+
+class Pass(NamedTuple):
+    """A pass along the targets, as a heading or a line above a block names it."""
+
+    number: int | None = None
+    """Number of the run or cycle. [1]"""
+    approach: int | None = None
+    """Its approach, if stated."""
+    by_letter: bool = False
+    """Whether one letter alone states it."""
+    counted: Role | None = None
+    """Whether runs or cycles are counted, if a word says so."""
+
+
+NO_PASS = Pass()
+
+
+def pass_named(folded: str) -> Pass | None:
+    """Return the pass that folded words name, None if they say anything else."""
+    number = approach = counted = None
+    by_letter = False
+    words = _PASS_TOKENS.findall(folded)
+    for k, word in enumerate(words):
+        if word in _DASHES and 0 < k < len(words) - 1:
+            continue  # between words
+        found = _LETTERS.get(word, _DIRECTIONS.get(word))
+        if word.isdecimal() and number is None and 0 < int(word[:9]) < 100_000:
+            number = int(word)
+        elif found is not None and approach is None and (k or word not in _LEADING_SIGNS):
+            approach, by_letter = found, word in _LETTERS
+        elif word in _COUNTED:
+            counted = _COUNTED[word]
+        elif word not in _PASS_FILLERS and word not in _LABEL_FILLERS:
+            return None
+    if number is None and (approach is None or by_letter):
+        return None
+    if approach is None and counted is None and not _LABEL_FILLERS.isdisjoint(words):
+        return None
+    return Pass(number, approach, by_letter, counted)
+
+
+def label_named(cells: Sequence[str]) -> Pass | None:
+    """Return the pass that a row of words above a block of readings names, None if none."""
+    found = pass_named(_folded(" ".join(cells))) if len(cells) <= 3 else None
+    if found is None or found.by_letter or (found.approach is None and found.counted is None):
+        return None
+    return found
+
+
+def is_summary(text: str) -> bool:
+    """Say whether a word stands for what is computed from readings: Mean, 2s, Mittelwert."""
+    word = re.match(r"[+±-]?[0-9]*\s*([^\W\d_]+)(?!\d)", _folded(text))
+    return word is not None and word[1] in _SUMMARY_WORDS
 
 
 def unit_named(text: str) -> Unit | None:
@@ -220,9 +319,20 @@ def deviation_unit(kind: AxisKind) -> Unit:
     return _UNIT_WORDS[kind.units.deviation_suffix]
 
 
-def direction_named(word: str) -> int | None:
+def direction_named(word: str, mapping: RunMapping = NO_MAPPING) -> int | None:
     """Return the approach that a word means, None if it is not known."""
-    return _DIRECTIONS.get(_folded(unprotected(word)))
+    stated = mapping.directions.get(word)
+    return _DIRECTIONS.get(_folded(stated or unprotected(word)))
+
+
+def is_date_name(text: str) -> bool:
+    """Say whether a heading names a column of dates."""
+    return _folded(text) in _DATE_WORDS
+
+
+def role_named(text: str) -> Role | None:
+    """Return the role that the words of a name have."""
+    return parse_heading(text).role
 
 
 def _folded(text: str) -> str:
@@ -236,11 +346,11 @@ def _split_unit(text: str) -> tuple[str, str, bool]:
     folded = _folded(text)
     match = _BRACKETS.fullmatch(folded)
     if match is not None:
-        return _SEPARATORS.sub("_", match["name"]).strip("_"), match["unit"].replace(" ", ""), True
+        return match["name"], match["unit"].replace(" ", ""), True
     words = [word for word in _SEPARATORS.split(folded) if word]
     if len(words) > 1 and (words[-1] in _UNIT_WORDS or words[-1] in _TIME_UNITS):
-        return "_".join(words[:-1]), words[-1], False
-    return "_".join(words), "", False
+        return folded[: folded.rindex(words[-1])], words[-1], False
+    return folded, "", False
 
 
 def _time_heading(text: str, unit_word: str) -> Heading:

@@ -9,22 +9,27 @@ from typing import TypeAlias, TypeVar
 
 from thermaxis.codes import remark
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table._blocks import build_table, either_way
+from thermaxis.files.table._columns import Heading
+from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._metadata import Metadata
+from thermaxis.files.table._numbers import numeric_cells
 from thermaxis.files.table._source import FALLBACK_ENCODING, SourceText, read_text
 from thermaxis.files.table._table import (
+    CELL_ERRORS,
     HEADER_ROWS,
+    MAX_COLUMNS,
+    Layout,
     Row,
     Table,
     TableSource,
-    build_table,
     no_table,
-    numeric_cells,
-    read_above,
     read_comment_row,
+    read_rows_above,
     recognise,
 )
 
-DELIMITERS = (";", "\t", ",")
+DELIMITERS = (";", "\t", ",", "|")
 """Signs that may stand between cells."""
 LONGEST_LINE = 1_000_000
 """Longest line of a table. [character]"""
@@ -38,18 +43,29 @@ _T = TypeVar("_T")
 _Line: TypeAlias = tuple[int, str]
 
 
-def read_csv_table(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> Table:
+def read_csv_table(
+    path: Path | str,
+    *,
+    fallback_encoding: str = FALLBACK_ENCODING,
+    mapping: RunMapping = NO_MAPPING,
+) -> Table:
     """Read a CSV file as text cells, tidy or wide."""
-    return csv_table(read_text(path, fallback_encoding=fallback_encoding))
+    return csv_table(read_text(path, fallback_encoding=fallback_encoding), mapping)
 
 
-def csv_table(text: SourceText) -> Table:
+def csv_table(text: SourceText, mapping: RunMapping = NO_MAPPING) -> Table:
     """Make a table from the text of a CSV file."""
-    source = TableSource(text.path)
-    table = _search(text, source, commented=False) or _search(text, source, commented=True)
+    source = TableSource(text.path, mapping=mapping)
+
+    def rows() -> list[Row]:
+        return list(islice(_plain_rows(text, source), MAX_COLUMNS + 1))
+
+    def read() -> Table | None:
+        return _search(text, source, commented=False) or _search(text, source, commented=True)
+
+    table = either_way(read, source, rows, Metadata(remarks=[*text.remarks]), certain="")
     if table is None:
-        rows = islice(_plain_rows(text, source), HEADER_ROWS)
-        raise no_table(source, [(source, row) for row in rows])
+        raise no_table(source, [(source, row) for row in rows()[:HEADER_ROWS]])
     return table
 
 
@@ -75,7 +91,15 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
         if not line.strip() or is_separator_line(line):
             continue
         comment = is_comment_line(line)
-        found = None if comment and not commented else best_split(line.lstrip("# "), recognise)
+        upper = above[-1][1] if above else ""
+
+        def accepted(
+            cells: list[str], delimiter: str, upper: str = upper
+        ) -> tuple[Layout, tuple[Heading, ...]] | None:
+            over = split_cells(upper, delimiter) if upper else None
+            return recognise(cells, over or (), source.mapping)
+
+        found = None if comment and not commented else best_split(line.lstrip("# "), accepted)
         if found is None:
             if comment:
                 read_comment_row(metadata, (number, _comment_cells(line)), source)
@@ -83,13 +107,12 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
                 above.append((number, line))
             continue
         delimiter, (layout, headings) = found
-        for row, text_above in above:
-            cells = split_cells(text_above, delimiter)
-            read_above(metadata, (row, [text_above] if cells is None else cells))
+        rows_above = [(k, split_cells(one, delimiter) or [one]) for k, one in above]
+        label = read_rows_above(metadata, rows_above)
         rows = _rows(lines, delimiter, source)
-        decimal_comma = delimiter != ","
+        certain = "." if delimiter == "," else ""
         table = build_table(
-            source, layout, headings, number, metadata, rows, decimal_comma=decimal_comma
+            source, layout, headings, number, metadata, rows, certain=certain, label=label
         )
         if not text.text.endswith("\n"):
             _check_open_end(table, text.text.count("\n") + 1)
@@ -97,12 +120,12 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
     return None
 
 
-def best_split(line: str, accepted: Callable[[list[str]], _T | None]) -> tuple[str, _T] | None:
+def best_split(line: str, accepted: Callable[[list[str], str], _T | None]) -> tuple[str, _T] | None:
     """Return delimiter and headings where most cells come out that are headings at all."""
     best: tuple[int, str, _T] | None = None
     for delimiter in DELIMITERS:
         cells = split_cells(line, delimiter)
-        found = None if cells is None else accepted(cells)
+        found = None if cells is None else accepted(cells, delimiter)
         if cells is not None and found is not None and (best is None or len(cells) > best[0]):
             best = len(cells), delimiter, found
     return None if best is None else best[1:]
@@ -140,6 +163,8 @@ def _check_open_end(table: Table, last_line: int) -> None:
 
 def split_cells(line: str, delimiter: str) -> list[str] | None:
     """Return the cells of a line without blanks around them; None if quotation marks differ."""
+    if delimiter == "|":  # Markdown has one at each end too
+        line = line.strip().removeprefix("|").removesuffix("|")
     if '"' not in line:
         return [cell.strip() for cell in line.split(delimiter)]
     try:
@@ -156,7 +181,8 @@ def is_separator_line(line: str) -> bool:
 
 def is_comment_line(line: str) -> bool:
     """Say whether a line is a comment, also where a spreadsheet program has put it in quotes."""
-    return line.lstrip().startswith(("#", '"#'))
+    start = line.lstrip()
+    return start.startswith(("#", '"#')) and not start.lstrip('"').startswith(CELL_ERRORS)
 
 
 def _comment_cells(line: str) -> list[str]:

@@ -8,6 +8,7 @@ from typing import final
 
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table._columns import Role, role_named
 from thermaxis.files.table._quoting import decoded, encoded, quoted
 from thermaxis.files.table._source import clean_text, parse_number
 from thermaxis.files.table._times import parse_moment
@@ -20,6 +21,7 @@ MAX_FIELDS = 500
 _NAMED = re.compile(r"(header|environment)\s+(\S.*)", re.DOTALL)
 _WORD = re.compile(r"[^\W\d]\w{0,79}")
 _NOT_WORD = re.compile(r"\W+")
+_UNIT_WORDS = frozenset({"unit", "units", "einheit", "einheiten", "jednotka", "jednotky", "of"})
 _KNOWN_FIELDS = {
     "serial_no": "serial_number",
     "serial": "serial_number",
@@ -53,7 +55,9 @@ class Metadata:
     order_deduced: bool = False
     """Whether the order of the file was deduced."""
     unit: str | None = None
-    """Stated unit of the deviations of a wide table."""
+    """Stated unit, of whatever states none."""
+    units: dict[Role, str] = field(default_factory=dict[Role, str])
+    """Stated units of targets and deviations."""
     kind: str | None = None
     """Stated kind of the axis."""
 
@@ -80,8 +84,14 @@ class Metadata:
         text = clean_text(value)
         if not name or not text:
             return
-        if name in {"unit", "units"} and self.unit is None:
-            self.unit = text
+        words = name.split("_")
+        if not _UNIT_WORDS.isdisjoint(words):
+            rest = (word.removesuffix("s") for word in words if word not in _UNIT_WORDS)
+            role = role_named(" ".join(rest))
+            if role is not None:
+                self.units.setdefault(role, text)
+            elif self.unit is None:
+                self.unit = text
         self._keep(_KNOWN_FIELDS.get(name, name), text)
 
     def _keep(self, key: str, value: str) -> None:

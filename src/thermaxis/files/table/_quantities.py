@@ -1,19 +1,23 @@
 """Targets, units and bounds of time, as tidy and wide tables state them."""
 
+import re
 from datetime import datetime
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, remark
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table._columns import Role, Unit
+from thermaxis.files.table._columns import QUANTITIES, Role, Unit, unit_named
 from thermaxis.files.table._table import Table
 from thermaxis.positioning import FloatArray
 from thermaxis.quantities import AxisKind
 
 TARGET_RESOLUTION = 1e-6
 """Targets that are equal after rounding to this step are one target. [mm or deg]"""
+
+_FAR_SMALLER = 20.0
 
 _IntArray: TypeAlias = NDArray[np.int64]
 
@@ -52,6 +56,61 @@ def group_targets(row_target: FloatArray) -> tuple[FloatArray, _IntArray]:
     return row_target[first], index.astype(np.int64)
 
 
+def one_target_each(
+    table: Table, row_target: FloatArray, passes: _IntArray, given: NDArray[np.bool_]
+) -> tuple[FloatArray, _IntArray, list[Message]]:
+    """Return the targets, (m,), and the index of each row's, with a tolerance where one is stated.
+
+    Without one, targets that differ so little from each other that each pass has one of them are
+    refused: they are one target, measured, or several.
+    """
+    target, index = group_targets(row_target)
+    tolerance = table.source.mapping.target_tolerance
+    nearby = _least_tolerance(target) if tolerance is None else tolerance
+    if nearby is None:
+        return target, index, []
+    apart = np.diff(target, prepend=-np.inf) > nearby
+    first = np.flatnonzero(apart)
+    last = np.append(first[1:], target.size) - 1
+    spread = target[last] - target[first]
+    widest = int(np.argmax(spread))
+    shown = {
+        "first": float(target[first[widest]]),
+        "second": float(target[first[widest]] + spread[widest]),
+    }
+    merged = (np.cumsum(apart, dtype=np.int64) - 1)[index]
+    if tolerance is None:
+        cells = np.column_stack((passes, merged))[given]
+        if np.unique(cells, axis=0).shape[0] < cells.shape[0]:
+            return target, index, []  # a pass has several of them: these are targets of their own
+        raise MeasurementFileError(
+            "targets_nearly_equal",
+            targets=target.size,
+            fewer=first.size,
+            tolerance=float(np.ceil(spread[widest] * 1e6) / 1e6),
+            place=table.at(),
+            **shown,
+        )
+    if float(spread[widest]) > tolerance:
+        raise MeasurementFileError("targets_not_apart", place=table.at(), **shown)
+    if first.size == target.size:
+        return target, index, []
+    mean = np.bincount(merged, row_target) / np.bincount(merged)
+    said = remark(
+        "targets_merged", targets=target.size, fewer=first.size, largest=float(spread[widest])
+    )
+    return np.round(mean, 6), merged, [said]
+
+
+def _least_tolerance(target: FloatArray) -> float | None:
+    """Return a tolerance between steps that are far smaller than all others and these, if any."""
+    steps = np.sort(np.diff(target))
+    ratio = steps[1:] / steps[:-1]
+    if not ratio.size or float(ratio.max()) < _FAR_SMALLER:
+        return None
+    return float(steps[int(np.argmax(ratio))]) * (1 + 1e-9)
+
+
 def check_start_and_end(table: Table, start: datetime | None, end: datetime | None) -> None:
     """Check that the end of the run is not before its start, and that both can be compared."""
     if start is None or end is None:
@@ -64,7 +123,31 @@ def _known_unit(table: Table, column: int, example: str) -> Unit:
     heading = table.headings[column]
     if heading.unit is not None:
         return heading.unit
+    place = table.at(column=column)
     if heading.unit_text:
-        place = table.at(column=column)
         raise MeasurementFileError("unknown_unit", unit=heading.unit_text, place=place)
-    raise MeasurementFileError("unit_not_stated", example=example, place=table.at(column=column))
+    named = _unit_elsewhere(table, heading.role)
+    unit = unit_named(named)
+    if unit is None:
+        code = "unknown_unit" if named else "unit_not_stated"
+        raise MeasurementFileError(code, unit=named, example=example, place=place)
+    table.metadata.remarks.append(remark("unit_elsewhere", name=heading.text, unit=unit.name))
+    return unit
+
+
+def _unit_elsewhere(table: Table, role: Role | None) -> str:
+    """Return the unit that an option or a line above the headings states of a column."""
+    mapping, stated = table.source.mapping, table.metadata.units
+    position = role is not Role.DEVIATION
+    named = mapping.position_unit if position else mapping.deviation_unit
+    named = named or stated.get(Role.TARGET if position else Role.DEVIATION, "")
+    if named or table.metadata.unit is None:
+        return named
+    both = re.split(r"\s*[/,;]\s*", table.metadata.unit)
+    if len(both) == 2:
+        return both[not position]
+    # one unit may be that of the positions or of the deviations
+    needy = {
+        h.role is Role.DEVIATION for h in table.headings if h.role in QUANTITIES and not h.unit
+    }
+    return table.metadata.unit if len(needy) == 1 else ""

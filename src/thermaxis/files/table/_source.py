@@ -7,7 +7,7 @@ import stat
 import unicodedata
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import final
 
@@ -46,6 +46,8 @@ _SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (b"SQLite format 3\x00", "database"),
     (b"\x7fELF", "program"),
 )
+_UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_UTF16_LOOKED_AT = 4096
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _WHOLE_NUMBER = re.compile(r"[0-9]{1,10}")
 _LONGEST_NUMBER = 100
@@ -160,10 +162,24 @@ def decode_text(
 ) -> SourceText:
     """Decode the bytes of a text file, as `read_text` does."""
     _check_fallback(fallback_encoding)
-    source = _decode(path, content, fallback_encoding)
+    marked = with_utf16_mark(content)
+    source = _decode(path, marked, fallback_encoding)
+    if marked is not content:
+        source = replace(source, remarks=(remark("utf16_without_mark"),))
     if not source.text.strip():
         raise MeasurementFileError("file_empty", place=Place(path))
     return source
+
+
+def with_utf16_mark(content: bytes) -> bytes:
+    """Return UTF-16 that lacks its byte order mark with it: every other byte of it is zero."""
+    start = content[:_UTF16_LOOKED_AT]
+    if len(start) < 4 or b"\x00" not in start or start.startswith(_UTF16_MARKS):
+        return content
+    even, odd = start[::2].count(0), start[1::2].count(0)
+    if min(even, odd) > 0 or max(even, odd) < 0.4 * len(start) / 2 or len(content) % 2:
+        return content
+    return (codecs.BOM_UTF16_LE if odd else codecs.BOM_UTF16_BE) + content
 
 
 def parse_number(text: str, place: Place, *, decimal: str = ".") -> float:
@@ -236,7 +252,7 @@ def _check_fallback(encoding: str) -> None:
 def _decode(name: str, content: bytes, fallback: str) -> SourceText:
     check_is_text(content, Place(name))
     _check_lines(name, content)
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+    if content.startswith(_UTF16_MARKS):
         return _decode_utf16(name, content)
     content = content.removeprefix(codecs.BOM_UTF8)
     try:
@@ -256,8 +272,7 @@ def check_is_text(content: bytes, place: Place) -> None:
     kind = kind_of_content(content[:16])
     if kind is not None:
         raise MeasurementFileError("not_text", kind=kind, place=place)
-    utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    if b"\x00" in content and not utf16:
+    if b"\x00" in content and not content.startswith(_UTF16_MARKS):
         raise MeasurementFileError("not_text", kind="binary", place=place)
 
 

@@ -1,9 +1,10 @@
 """A table of text cells under a row of headings, whatever kind of file it came from."""
 
-from collections.abc import Iterable, Iterator, Sequence
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from itertools import chain
+from itertools import zip_longest
 from typing import NoReturn, TypeAlias, final
 
 import numpy as np
@@ -11,8 +12,17 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Place, remark
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table._columns import QUANTITIES, Heading, Role, parse_heading, unit_named
+from thermaxis.files.table._columns import (
+    QUANTITIES,
+    Heading,
+    Pass,
+    Role,
+    label_named,
+    parse_heading,
+)
+from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._metadata import Metadata
+from thermaxis.files.table._numbers import numeric_cells, without_missing
 from thermaxis.files.table._quoting import unprotected
 from thermaxis.files.table._source import (
     NUMBER_LIMIT,
@@ -33,10 +43,6 @@ MAX_COLUMNS = 4096
 MAX_ROWS = 2_000_000
 """Largest number of rows of a table. [1]"""
 
-_CHUNK_ROWS = 4096
-_BESIDE_REMARK = remark("cells_beside")
-_NUMBER_CHARACTERS = frozenset("0123456789+-.eE\n")
-_CELL_ERRORS = ("#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!", "#DIV/0!", "#GETTING_DATA")
 _READING_ROLES = frozenset(
     {Role.TARGET, Role.MEASURED, Role.DEVIATION, Role.CYCLE, Role.RUN, Role.DIRECTION}
 )
@@ -47,8 +53,9 @@ _REQUIRED = (
     (Role.CYCLE, Role.RUN),
     (Role.DIRECTION, Role.RUN),
 )
+CELL_ERRORS = ("#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!", "#DIV/0!", "#GETTING_DATA")
 _LONGEST_SHOWN = 40
-_SIGNS = str.maketrans({"\N{MINUS SIGN}": "-"})
+_COLUMNS_SHOWN = 8
 
 
 class Layout(StrEnum):
@@ -69,6 +76,10 @@ class TableSource:
     """The file."""
     sheet: str | None = None
     """Sheet of a workbook, None for a text file."""
+    mapping: RunMapping = NO_MAPPING
+    """What the user says about the file."""
+    lines: tuple[int, ...] | None = None
+    """Of a transposed table: the rows of the file that became its columns. [1]"""
 
     @property
     def row_word(self) -> str:
@@ -77,6 +88,9 @@ class TableSource:
 
     def at(self, row: int | None = None, column: int = 0, heading: str = "") -> Place:
         """Return the place of a row, or of the whole table."""
+        if self.lines is not None and row is not None:
+            line = self.lines[column] if column < len(self.lines) else None
+            return replace(self, lines=None).at(line, row - 1, str(row))
         if self.sheet is None:
             return Place(self.path, row, heading)
         cell = "" if row is None else f"!{column_letters(column)}{row}"
@@ -133,12 +147,23 @@ class Table:
     def numbers(self, column: int, *, required: bool = False) -> FloatArray:
         """Return the numbers of a column, (k,), NaN where a cell is empty."""
         values = numeric_cells(self.columns[column], self.decimal)
+        if values is None and not required:
+            values = self.measured_numbers(column)
         if values is None or bool(np.any(np.abs(values) > NUMBER_LIMIT)):
             self._raise_first_wrong(column)
         if required and bool(np.isnan(values).any()):
             raise MeasurementFileError(
                 "number_missing", place=self.at(int(np.flatnonzero(np.isnan(values))[0]), column)
             )
+        return values
+
+    def measured_numbers(self, column: int) -> FloatArray | None:
+        """Return the numbers of a column with words for what is missing; None if it has others."""
+        cells, words = without_missing(self.columns[column])
+        values = numeric_cells(cells, self.decimal) if words else None
+        if values is not None:
+            said = (remark("word_in_cells", word=word, count=n) for word, n in words.items())
+            self.metadata.remarks += said
         return values
 
     def whole_numbers(self, column: int) -> NDArray[np.int64]:
@@ -172,40 +197,52 @@ def column_letters(column: int) -> str:
     return letters
 
 
-def numeric_cells(cells: Sequence[str], decimal: str) -> FloatArray | None:
-    """Read a column of cells as numbers, NaN where a cell is empty."""
-    text = "\n".join(cells)
-    if decimal != ".":
-        if "." in text:
-            return None
-        text = text.replace(decimal, ".")
-    if not _NUMBER_CHARACTERS.issuperset(text) or text.count("\n") != len(cells) - 1:
-        return None
-    try:
-        return np.array([float(cell) if cell else np.nan for cell in text.split("\n")])
-    except ValueError:
-        return None
+def recognise(
+    cells: Sequence[str], above: Sequence[str] = (), mapping: RunMapping = NO_MAPPING
+) -> tuple[Layout, tuple[Heading, ...]] | None:
+    """Say whether a row, with the one above it, holds the headings of a table of readings."""
+    joined = merged_heads(above, cells)
+    found = None if joined is None else _recognised(joined, mapping)
+    return found or _recognised(cells, mapping)
 
 
-def recognise(cells: Sequence[str]) -> tuple[Layout, tuple[Heading, ...]] | None:
-    """Say whether a row holds the headings of a table of readings."""
+def _recognised(
+    cells: Sequence[str], mapping: RunMapping
+) -> tuple[Layout, tuple[Heading, ...]] | None:
     if not 2 <= len(cells) <= MAX_COLUMNS:
         return None
-    headings = tuple(parse_heading(unprotected(cell)) for cell in cells)
+    headings = tuple(parse_heading(unprotected(cell), mapping) for cell in cells)
+    letters = {heading.approach for heading in headings if heading.by_letter}
+    if len(letters) == 1:  # F1, F2 alone may be anything
+        headings = tuple(Heading(h.text, None) if h.by_letter else h for h in headings)
     roles = {heading.role for heading in headings}
-    runs = sum(heading.run is not None for heading in headings)
+    passes = sum(heading.is_pass for heading in headings)
     target = next((h for h in headings if h.role is Role.TARGET), None)
     enough = 2 if target is None or target.unit is None else 1
-    if target is not None and runs >= enough and not roles & _PASS_ROLES:
+    if target is not None and passes >= enough and not roles & _PASS_ROLES:
         return Layout.WIDE, headings
     if len(roles & _READING_ROLES) >= 2:
         return Layout.TIDY, headings
     return None
 
 
+def merged_heads(above: Sequence[str], below: Sequence[str]) -> list[str] | None:
+    """Join two rows of headings, the upper one merged over columns; None if it names no pass."""
+    labels = [bool(cell) and label_named([cell]) is not None for cell in above]
+    if not any(labels) or (labels[0] and not any(above[1:])):
+        return None
+    joined: list[str] = []
+    label = ""
+    for k, (upper, lower) in enumerate(zip_longest(above, below, fillvalue="")):
+        if upper:
+            label = upper if labels[k] else ""
+        joined.append(f"{label if lower else ''} {lower}".strip() if label else upper or lower)
+    return joined
+
+
 def is_comment(cells: Sequence[str]) -> bool:
     """Say whether a row is a comment: its first cell starts with a number sign."""
-    return cells[0].startswith("#") and not cells[0].startswith(_CELL_ERRORS)
+    return cells[0].startswith("#") and not cells[0].startswith(CELL_ERRORS)
 
 
 def read_above(metadata: Metadata, row: Row) -> None:
@@ -222,54 +259,18 @@ def read_above(metadata: Metadata, row: Row) -> None:
         metadata.read_pair("title", unprotected(key))
 
 
+def read_rows_above(metadata: Metadata, rows: Sequence[Row]) -> Pass | None:
+    """Take header fields from the rows above the headings; return the pass the last one names."""
+    filled = [cell for cell in rows[-1][1] if cell] if rows else []
+    label = label_named(filled) if filled else None
+    for row in rows if label is None else rows[:-1]:
+        read_above(metadata, row)
+    return label
+
+
 def read_comment_row(metadata: Metadata, row: Row, source: TableSource) -> None:
     """Take what a row of comment says."""
     metadata.read_comment(row[1][0].lstrip("# \t"), source.at(row[0]))
-
-
-def build_table(
-    source: TableSource,
-    layout: Layout,
-    headings: tuple[Heading, ...],
-    heading_row: int,
-    metadata: Metadata,
-    rows: Iterable[Row],
-    *,
-    decimal_comma: bool,
-) -> Table:
-    """Collect the rows below the headings."""
-    width = len(headings)
-    while width and not headings[width - 1].text:
-        width -= 1
-    numbers: list[int] = []
-    columns: list[list[str]] = [[] for _ in range(width)]
-    chunk: list[Sequence[str]] = []
-    headings, rows = _with_units_below(headings, iter(rows))
-    for number, found in rows:
-        cells = found
-        if is_comment(cells):
-            read_comment_row(metadata, (number, cells), source)
-            continue
-        if len(cells) != width and any(cells):
-            cells = _fitted(cells, width, number, source, metadata)
-        if not any(cells):
-            continue
-        numbers.append(number)
-        chunk.append(cells)
-        if len(chunk) == _CHUNK_ROWS:
-            _move_to_columns(chunk, columns)
-        if len(numbers) > MAX_ROWS:
-            raise MeasurementFileError(
-                "too_many_rows_to_read", most=MAX_ROWS, place=source.at(number)
-            )
-    _move_to_columns(chunk, columns)
-    if not numbers:
-        raise MeasurementFileError("no_readings_in_file", place=source.at(heading_row))
-    row = np.array(numbers, dtype=np.int64)
-    decimal = _decimal_sign(source, headings[:width], row, columns) if decimal_comma else "."
-    return Table(
-        source, layout, heading_row, headings[:width], row, tuple(columns), decimal, metadata
-    )
 
 
 def no_table(source: TableSource, rows: Sequence[tuple[TableSource, Row]]) -> MeasurementFileError:
@@ -286,6 +287,7 @@ def no_table(source: TableSource, rows: Sequence[tuple[TableSource, Row]]) -> Me
         rows=HEADER_ROWS,
         nearest=words,
         missing=tuple(missing),
+        start=start_of_mapping(cells),
         place=source.at(number),
     )
 
@@ -295,74 +297,50 @@ def _reading_roles(cells: Sequence[str]) -> set[Role]:
     return {role for role in _READING_ROLES if role in roles}
 
 
-def _with_units_below(
-    headings: tuple[Heading, ...], rows: Iterator[Row]
-) -> tuple[tuple[Heading, ...], Iterator[Row]]:
-    """Take units from a second row of headings, if the first one states none."""
-    needy = [k for k, heading in enumerate(headings) if _lacks_unit(heading)]
-    first = next(rows, None)
-    if first is None or not needy:
-        return headings, rows if first is None else chain((first,), rows)
-    cells = [*first[1], *([""] * len(headings))]
-    units = {k: unit_named(cells[k].strip("()[] ")) for k in needy}
-    if None in units.values():
-        return headings, chain((first,), rows)
-    return tuple(
-        replace(heading, unit=units.get(k, heading.unit)) for k, heading in enumerate(headings)
-    ), rows
+def turned(
+    source: TableSource, rows: Sequence[Row], metadata: Metadata
+) -> tuple[TableSource, list[Row]]:
+    """Exchange rows and columns of the longest rows; the others are lines above the table."""
+    width = max((len(cells) for _, cells in rows), default=0)
+    whole = [(number, cells) for number, cells in rows if len(cells) == width]
+    for row in rows:
+        if len(row[1]) < width:
+            read_above(metadata, row)
+    lines = tuple(number for number, _ in whole)
+    columns = zip(*(cells for _, cells in whole), strict=True)
+    return replace(source, lines=lines), [(k + 1, column) for k, column in enumerate(columns)]
 
 
-def _lacks_unit(heading: Heading) -> bool:
-    return heading.role in QUANTITIES and heading.unit is None and not heading.unit_text
+def looks_turned(table: Table) -> bool:
+    """Say whether a table is one whose headings stand in its first column.
 
-
-def _move_to_columns(chunk: list[Sequence[str]], columns: list[list[str]]) -> None:
-    for column, cells in zip(columns, zip(*chunk, strict=True), strict=bool(chunk)):
-        # the minus sign of typesetting: nothing else can be meant by it
-        plain = "\N{MINUS SIGN}" not in "".join(cells)
-        column.extend(cells if plain else [cell.translate(_SIGNS) for cell in cells])
-    chunk.clear()
-
-
-def _fitted(
-    cells: Sequence[str], width: int, row: int, source: TableSource, metadata: Metadata
-) -> Sequence[str]:
-    if len(cells) > width and not any(cells[width:]):
-        return cells[:width]
-    if source.sheet is None:
+    That is so where the numbers of its runs are none, counted from 1, and those of its targets
+    are. Where both are, either may be meant.
+    """
+    target = table.column_of(Role.TARGET)
+    stated = table.source.mapping.transposed
+    passes = [heading.text for heading in table.headings if heading.is_pass]
+    heads = [heading.text for heading in table.headings if is_number(heading.text)]
+    if target != 0 or table.layout is Layout.TIDY or not set(passes) <= set(heads):
+        return False
+    counted = [
+        cells == [str(k + 1) for k in range(len(cells))] for cells in (heads, [*table.columns[0]])
+    ]
+    if counted == [True, True] and stated is None:
         raise MeasurementFileError(
-            "cells_and_headings", cells=len(cells), headings=width, place=source.at(row)
+            "runs_or_targets", runs=len(heads), targets=len(table.row), place=table.at()
         )
-    if len(cells) > width and _BESIDE_REMARK not in metadata.remarks:
-        metadata.remarks.append(_BESIDE_REMARK)
-    return [*cells[:width], *([""] * (width - len(cells)))]
+    return counted == [False, True] if stated is None else stated
 
 
-def _decimal_sign(
-    source: TableSource,
-    headings: tuple[Heading, ...],
-    row: NDArray[np.int64],
-    columns: Sequence[Sequence[str]],
-) -> str:
-    first: dict[str, tuple[int, int]] = {}
-    for column, cells in enumerate(columns):
-        heading = headings[column]
-        text = "".join(cells)
-        numeric = _NUMBER_CHARACTERS.issuperset(text.replace(",", ""))
-        if not numeric and heading.role is None and heading.run is None:
-            continue
-        for sign, other in ((".", ","), (",", ".")):
-            if sign not in text or sign in first:
-                continue
-            for index, cell in enumerate(cells):
-                if sign in cell and other not in cell and is_number(cell, decimal=sign):
-                    first[sign] = (index, column)
-                    break
-    if len(first) == 2:
-        (i, _), (j, column) = first["."], first[","]
-        place = source.at(int(row[j]), column, headings[column].text)
-        raise MeasurementFileError("decimal_signs_mixed", row=int(row[i]), place=place)
-    return "," if "," in first else "."
+def start_of_mapping(cells: Sequence[str]) -> str:
+    """Write a mapping, TOML, for headings of which some are not understood."""
+    entries = [
+        f'{json.dumps(cell, ensure_ascii=False)} = "{parse_heading(cell).role or "..."}"'
+        for cell in (clean_text(cell, limit=_LONGEST_SHOWN) for cell in cells[:_COLUMNS_SHOWN])
+        if cell
+    ]
+    return f"columns = {{ {', '.join(entries)} }}"
 
 
 def unique_names(headings: Sequence[Heading], columns: Sequence[int]) -> list[str]:

@@ -11,12 +11,40 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.positioning import FloatArray, TimeSource
 
 _YEARS = range(1900, 2201)
 _DAY_FIRST = re.compile(
     r"([0-9]{1,2})\. ?([0-9]{1,2})\. ?([0-9]{4})[ T]+([0-9]{1,2})(:[0-9]{2}.*)", re.ASCII
 )
+
+
+_STAMP = re.compile(
+    r"(?:([0-9]{1,4})([./-]) ?([0-9]{1,2})\2 ?([0-9]{2,4}),?[ T]+)?"
+    r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2})(?:[.,]([0-9]{1,9}))?)? ?(?:([ap])\.?m\.?)?",
+    re.ASCII | re.IGNORECASE,
+)
+_DAY_S = 86400.0
+_NO_YEAR = 1900  # what strptime says of a form without one
+_FEWEST_INTERVALS = 3
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Stamps:
+    """The times of a column of texts."""
+
+    time_s: FloatArray
+    """Seconds since the first one, or since midnight; NaN where there is none, (k,). [s]"""
+    start: datetime | None = None
+    """The first one, if its date is known."""
+    end: datetime | None = None
+    """The last one, if its date is known."""
+    interval_s: float = 0.0
+    """Each lies between what is written and so much later. [s]"""
+    remarks: tuple[Message, ...] = ()
+    """How they were read."""
 
 
 @final
@@ -65,6 +93,139 @@ def read_moments(
             zoned = moment.tzinfo is not None
         moments.append(moment)
     return moments
+
+
+def read_stamps(
+    cells: Sequence[str], at: Callable[[int], Place], mapping: RunMapping = NO_MAPPING
+) -> Stamps:
+    """Read dates with time, or times of day, in the forms that people write.
+
+    What may mean two things is refused: 03/04/2026, or 12:30 that no other cell explains.
+    """
+    first = next((cell for cell in cells if cell), "")
+    if mapping.time_format is not None:
+        form = mapping.time_format
+        return _stamps(read_moments(cells, at, lambda text: formatted_moment(text, form)), cells)
+    if not first or parse_moment(first) is not None:
+        return _stamps(read_moments(cells, at), cells)
+    matches = [_STAMP.fullmatch(cell) if cell else None for cell in cells]
+    dated = _STAMP.fullmatch(first)
+    with_date = dated is not None and dated[1] is not None
+    order = _date_order(matches, at, mapping) if with_date else ""
+    minutes = not with_date and _are_minutes(matches, at)
+    moments: list[datetime | None] = []
+    for index, (cell, match) in enumerate(zip(cells, matches, strict=True)):
+        moment = None if match is None else _moment_of(match, order, minutes=minutes)
+        if cell and (moment is None or (match is not None and with_date != bool(match[1]))):
+            raise MeasurementFileError("not_a_moment", text=cell, place=at(index))
+        moments.append(moment)
+    return _stamps(moments, cells)
+
+
+def formatted_moment(text: str, form: str) -> datetime | None:
+    """Read a date with time of a stated form."""
+    try:
+        return datetime.strptime(text, form)  # noqa: DTZ007  the form may state a zone
+    except ValueError:
+        return None
+
+
+def _date_order(
+    matches: Sequence[re.Match[str] | None], at: Callable[[int], Place], mapping: RunMapping
+) -> str:
+    """Say what stands first in dates: year, day or month; refuse what may be both."""
+    found = [(k, match) for k, match in enumerate(matches) if match is not None and match[1]]
+    if all(len(match[1]) == 4 for _, match in found):
+        return "year"
+    if mapping.date_order is not None or all(match[2] == "." for _, match in found):
+        return mapping.date_order or "day"
+    if any(int(match[1]) > 12 for _, match in found):
+        return "day"
+    if any(int(match[3]) > 12 for _, match in found):
+        return "month"
+    k, match = found[0]
+    a, b, year = match[1], match[3], match[4].zfill(4).replace("00", "20", 1)
+    raise MeasurementFileError(
+        "date_order_unclear",
+        text=match[0],
+        day_first=f"{year}-{b:0>2}-{a:0>2}",
+        month_first=f"{year}-{a:0>2}-{b:0>2}",
+        place=at(k),
+    )
+
+
+def _are_minutes(matches: Sequence[re.Match[str] | None], at: Callable[[int], Place]) -> bool:
+    """Say whether two numbers are minutes and seconds; refuse where they may be hours too."""
+    found = [(k, m) for k, m in enumerate(matches) if m is not None and not (m[7] or m[9])]
+    if not found or len(found) < sum(match is not None for match in matches):
+        return False
+    if any(int(match[5]) > 23 for _, match in found):
+        return True
+    if len({match[0] for _, match in found}) < len(found):
+        return False  # several readings in a minute: none would be in a second
+    k, match = found[0]
+    raise MeasurementFileError("hours_or_minutes", text=match[0], place=at(k))
+
+
+def _moment_of(match: re.Match[str], order: str, *, minutes: bool) -> datetime | None:
+    a, _, b, c, hours, mins, seconds, fraction, half = match.groups(default="")
+    hour, minute, second = int(hours), int(mins), int(seconds or 0)
+    if minutes:
+        hour, minute, second = hour // 60, hour % 60, minute
+    if half:
+        if not 1 <= hour <= 12:
+            return None
+        hour = hour % 12 + 12 * (half in "pP")
+    year, month, day = _NO_YEAR, "1", "1"
+    if a:
+        parts = {"year": (a, b, c), "day": (c, b, a), "month": (c, a, b)}[order]
+        year, month, day = int(parts[0]) + 2000 * (len(parts[0]) == 2), parts[1], parts[2]
+    micro = int(fraction.ljust(6, "0")[:6]) if fraction else 0
+    try:
+        return datetime(year, int(month), int(day), hour, minute, second, micro)  # noqa: DTZ001
+    except ValueError:
+        return None
+
+
+def _stamps(moments: Sequence[datetime | None], cells: Sequence[str]) -> Stamps:
+    known = [moment for moment in moments if moment is not None]
+    if not known:
+        return Stamps(np.full(len(cells), np.nan))
+    start, end = min(known), max(known)
+    whole = all(moment.microsecond == 0 for moment in known)
+    minute = whole and all(moment.second == 0 for moment in known)
+    interval_s = 60.0 if minute else float(whole)
+    if start.year != _NO_YEAR:
+        return Stamps(seconds_since(start, moments), start, end, interval_s)
+    time_s = seconds_since(start.replace(hour=0, minute=0, second=0, microsecond=0), moments)
+    given = time_s[~np.isnan(time_s)]
+    nights = np.cumsum(np.diff(given, prepend=given[:1]) < -_DAY_S / 2)
+    if nights[-1] and bool(np.all(np.diff(given + _DAY_S * nights) >= 0)):
+        time_s[~np.isnan(time_s)] += _DAY_S * nights
+        return Stamps(time_s, None, None, interval_s, (remark("past_midnight"),))
+    if np.ptp(given) > _DAY_S / 2 and bool(np.any(np.diff(given) < 0)):
+        return Stamps(np.full(len(cells), np.nan), remarks=(remark("clock_unclear"),))
+    return Stamps(time_s, None, None, interval_s)
+
+
+def spread_in_intervals(
+    time_s: FloatArray, given: NDArray[np.bool_], order: FloatArray | None, interval_s: float
+) -> FloatArray | None:
+    """Spread readings with the same time evenly over its interval, in their order.
+
+    None where no times are equal, where they do not rise, or where they tell too little.
+    """
+    rows = np.flatnonzero(given & ~np.isnan(time_s))
+    if order is not None:
+        rows = rows[np.argsort(order[rows])]
+    times, first, count = np.unique(time_s[rows], return_index=True, return_counts=True)
+    rising = bool(np.all(np.diff(time_s[rows]) >= 0))
+    if times.size == rows.size or times.size < _FEWEST_INTERVALS or not rising:
+        return None
+    spread = time_s.copy()
+    within = np.arange(rows.size) - np.repeat(first, count) + 0.5
+    spread[rows] += interval_s * within / np.repeat(count, count)
+    return spread
 
 
 def seconds_since(start: datetime, moments: Sequence[datetime | None]) -> FloatArray:

@@ -3,26 +3,25 @@
 import datetime as dt
 import io
 import warnings
+from collections import Counter
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table._blocks import grid_table
 from thermaxis.files.table._damage import damage_named
-from thermaxis.files.table._metadata import Metadata
+from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._source import kind_of_content
 from thermaxis.files.table._table import (
     HEADER_ROWS,
     Row,
     Table,
     TableSource,
-    build_table,
     is_comment,
     no_table,
-    read_above,
-    read_comment_row,
-    recognise,
 )
 from thermaxis.files.table._workbook_parts import CELL_LIMIT, check_parts
 
@@ -82,42 +81,26 @@ def _cells(source: TableSource, books: Sequence["Workbook"], index: int) -> Iter
             yield values, next(rows[1], ()) if len(rows) > 1 else ()
 
 
-def workbook_table(name: str, content: bytes) -> Table:
+def workbook_table(name: str, content: bytes, mapping: RunMapping = NO_MAPPING) -> Table:
     """Return the first table of readings on a visible sheet."""
     seen: list[tuple[TableSource, Row]] = []
     with opened_sheets(name, content) as sheets:
-        for source, cells in sheets:
-            above: list[Row] = []
-            table = _table_of(source, _text_rows(cells), above)
+        for found, cells in sheets:
+            source, fractions = replace(found, mapping=mapping), Counter[type]()
+            rows = list(_text_rows(cells, fractions))
+            # the point is certain where numbers are stored as such
+            table = grid_table(source, rows, certain="." if fractions else "")
             if table is not None:
                 return table
-            seen += [(source, row) for row in above]
+            seen += [(source, row) for row in rows[:HEADER_ROWS] if not is_comment(row[1])]
     raise no_table(TableSource(name), seen)
 
 
-def _table_of(source: TableSource, rows: Iterator[Row], above: list[Row]) -> Table | None:
-    """Read the first table of a sheet; what stands above it is added to a list."""
-    metadata = Metadata()
-    for row in rows:
-        if is_comment(row[1]):
-            read_comment_row(metadata, row, source)
-            continue
-        found = recognise(row[1])
-        if found is None:
-            above.append(row)
-            if len(above) == HEADER_ROWS:
-                return None
-            continue
-        for row_above in above:
-            read_above(metadata, row_above)
-        return build_table(source, *found, row[0], metadata, rows, decimal_comma=True)
-    return None
-
-
-def _text_rows(cells: Iterator[Cells]) -> Iterator[Row]:
+def _text_rows(cells: Iterator[Cells], fractions: Counter[type]) -> Iterator[Row]:
     """Yield the rows that hold anything, as texts; a formula without a value is '='."""
     for number, (row, formulas) in enumerate(cells, start=1):
         texts = [cell_text(value) for value in row]
+        fractions.update(type(one) for one in row if type(one) is float and not one.is_integer())
         for column, formula in enumerate(formulas[: len(row)]):
             if row[column] is None and formula is not None:
                 texts[column] = "="

@@ -12,7 +12,7 @@ error-not_text = This is { $kind ->
         [archive] a compressed archive
         [database] a database
         [program] a program
-       *[binary] a binary file, or UTF-16 without byte order mark
+       *[binary] a binary file
     }, not text.
     .remedy = Name the measurement file itself, or export the measurement as text.
 error-file_damaged = The file is damaged, or of another kind ({ $cause }).
@@ -56,6 +56,10 @@ error-not_a_whole_number = '{ $text }' is not a whole number.
 error-not_a_country = '{ $text }' is not a country. Write its two capital letters of ISO 3166-1, such as CZ.
 error-not_a_moment = '{ $text }' is not a date with time.
     .remedy = Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00.
+error-date_order_unclear = '{ $text }' may be { $day_first } or { $month_first }.
+    .remedy = Say what stands first, with --date-order day or --date-order month.
+error-hours_or_minutes = '{ $text }' may be hours and minutes, or minutes and seconds.
+    .remedy = Write time_format = "%H:%M" or "%M:%S" in a file for --map.
 error-zones_mixed = Some times state a zone and others do not.
     .remedy = Write all times with a zone such as +01:00, or all without.
 error-formula_without_value = The formula of this cell has no stored value.
@@ -64,6 +68,8 @@ error-column_of_no_numbers = The column holds something that is not a number.
     .remedy = Remove it.
 error-decimal_signs_mixed = This number has a decimal comma, the one in row { $row } a decimal point.
     .remedy = Write all numbers with the same decimal sign.
+error-decimal_sign_unclear = '{ $text }' and the other numbers may have a decimal sign, or one between thousands.
+    .remedy = Say which the decimal sign is, with --decimal point or --decimal comma.
 error-not_start_and_end = '{ $text }' is not a value at the start and a value at the end.
     .remedy = Write two numbers with a blank between them, or the word none.
 
@@ -96,7 +102,9 @@ error-cells_out_of_order = Rows or cells are not in rising order: some would be 
 error-no_run_headings = No column headings of a positioning run were found in the first { $rows } rows.
     .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs; docs/files.md lists the words that are understood.
 error-run_headings_incomplete = No column headings of a positioning run were found in the first { $rows } rows; nearest to them is { $nearest }, which lacks { $missing }.
-    .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs; docs/files.md lists the words that are understood.
+    .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs (docs/files.md lists the words that are understood), or say what each holds in a file for --map, beginning with: { $start }
+error-runs_or_targets = The headings may be the numbers of { $runs } runs above { $targets } targets, or { $runs } targets beside the numbers of { $targets } runs.
+    .remedy = Write Run before each number, or transposed = false or true in a file for --map.
 error-other_layout = This is a { $layout } table, not one of the other layout.
     .remedy = Read it as a { $layout } table.
 error-no_readings_in_file = There are no readings in the file.
@@ -129,7 +137,7 @@ error-end_before_start = The end of the run is before its start, or only one of 
 error-unknown_unit = The unit '{ $unit }' is not known.
     .remedy = Write one such as mm, um, deg, arcsec, degC, K or rpm.
 error-unit_not_stated = No unit is stated.
-    .remedy = Name the column { $example }.
+    .remedy = Name the column { $example }, or state the units with --units, such as --units mm,um.
 error-unit_of_other_kind = The unit { $unit } does not fit the targets of a { $kind } axis.
     .remedy = Name the column { $example }, if that is its unit, or convert it.
 error-unit_of_deviations = '{ $unit }' is no unit of the deviations of a { $kind } axis.
@@ -145,6 +153,10 @@ error-positions_not_deviations = The runs seem to hold measured positions in { $
 
 error-too_many_targets = There are { $targets } different target positions; at most { $most } are read.
     .remedy = Check that each target has the same position in every cycle, and export one reading per stop instead of a continuous record.
+error-targets_nearly_equal = { $targets } targets differ by as little as { FIXED($first, decimals: 6) } and { FIXED($second, decimals: 6) }: with a tolerance of { FIXED($tolerance, decimals: 6) } they are { $fewer } targets.
+    .remedy = If they are the same targets, each time as measured, read the file with --target-tolerance { FIXED($tolerance, decimals: 6) }; if not, with --target-tolerance 0.
+error-targets_not_apart = The tolerance makes one target of { FIXED($first, decimals: 6) } and { FIXED($second, decimals: 6) }, which are further apart.
+    .remedy = Give a smaller --target-tolerance.
 error-one_target = The run has only one target position ({ $target }).
     .remedy = A positioning run needs at least two targets.
 error-too_few_readings_of_target = Target { $target } has { $readings } readings { $direction }, and { $others } more have too few; ISO 230-2 needs at least { $needed } per target and direction.
@@ -264,6 +276,8 @@ error-no_limits = No limit is stated.
     .remedy = Write a table for each output, such as [Z_um] with largest_um = 100.0 and largest_rate_um_per_s = 0.05, or [limits] with a line such as A_um = 12.0.
 error-times_stated_twice = The column of times is stated beside the sample time.
     .remedy = Leave one of them out.
+error-pass_incomplete = A column of one pass needs its cycle, from 1, and its direction.
+    .remedy = Write both, such as { "{" } cycle = 2, direction = "forward" { "}" }.
 error-factor_zero = The factor is zero.
     .remedy = Write leave_out = true to leave a column out.
 error-other_kind_of_axis = A { $kind } axis does not have this key.

@@ -2,7 +2,10 @@
 
 remark-heading_cut = the heading of column { $column } was cut to its first characters
 remark-values_beyond = column { $name }: { $count } values beyond 1e9 in magnitude are no measured values and count as missing
-remark-word_in_cells = '{ $word }' stands in { $count } cells that should hold numbers: they count as missing
+remark-word_in_cells = '{ $word }' stands in { $count ->
+        [one] one cell that should hold a number: it counts
+       *[other] { $count } cells that should hold numbers: they count
+    } as missing
 remark-line_cut_short = the last line of the file is cut short and was left out
 remark-variables_left_out = variables that are not as long as the times were left out: { $names }
 remark-values_no_measurement = { $count } values of { $name } are no measurement, such as { $example }: they count as missing

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
+from thermaxis.cli._reading import reading_of
 from thermaxis.cli.axis.tables.in_force import InForce, what_was_in_force
 from thermaxis.cli.axis.tables.plausible import doubts_about_size
 from thermaxis.cli.axis.tables.reference import ReferencePoint, reference_point
@@ -137,7 +138,7 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     """Make the table that the arguments of ``correct`` ask for; nothing is written."""
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="table")
-    run = read_run(arguments.run, axis=arguments.axis, encoding=arguments.encoding)
+    run = read_run(arguments.run, axis=arguments.axis, reading=reading_of(arguments))
     rule = control.grid_rule(run.test.kind, options)
     levels = measured_levels(run.test)
     if arguments.backlash:

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from thermaxis import positioning
+from thermaxis.cli._reading import Reading
 from thermaxis.cli.axis.tables.control import axis_name, is_axis_name
 from thermaxis.codes import NOWHERE, Message, Value, printable
 from thermaxis.errors import DataError
@@ -45,9 +46,9 @@ class AxisRun:
     """What the file states as the axis, if that is no name of one; empty otherwise."""
 
 
-def read_run(path: Path, *, axis: str | None, encoding: str) -> AxisRun:
+def read_run(path: Path, *, axis: str | None, reading: Reading) -> AxisRun:
     """Read a run; its drift is not looked for yet."""
-    test, sha256 = read_positioning_with_sha256(path, fallback_encoding=encoding)
+    test, sha256 = read_positioning_with_sha256(path, **reading)
     stated = test.header.get("axis", "").strip() if axis is None else axis_name(axis)
     assumed, refused = not is_axis_name(stated), ""
     if assumed:
