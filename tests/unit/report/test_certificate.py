@@ -183,7 +183,7 @@ def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds() -> None:
     report = make_report(make_run(kind=AxisKind.ROTARY, length=360.0), header=header)
     document = document_of(report)
     table = next(b for b in document.opening if isinstance(b, Table))
-    assert table.columns[2].label == "value [arcsec]"
+    assert table.columns[1].label == "figure, values in arcsec"
     conditions = section_of(document, "Conditions")
     assert "('Feed', '720 °/min')" in conditions
     assert "mm/min" not in conditions

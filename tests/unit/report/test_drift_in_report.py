@@ -431,9 +431,7 @@ def test_one_table_has_the_measured_and_the_drift_free_figures_with_their_u(
     drift, uncertainty = report.drift, report.uncertainty
     (table, *_) = [b for b in document_of(report).opening if isinstance(b, Table)]
     labels = [column.label for column in table.columns]
-    assert labels[2:] == [
-        *("value [µm]", "U [µm]", "k", "drift-free [µm]", "U [µm]", "effect of drift [µm]")
-    ]
+    assert labels[2:] == [*("value", "U", "k", "drift-free", "U", "effect of drift")]
     without = figures_by_key(drift.figures)
     measured, free = uncertainty.measured, uncertainty.drift_free
     for key, row in zip(FIGURE_KEYS, table.rows, strict=True):

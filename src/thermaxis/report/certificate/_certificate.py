@@ -119,12 +119,12 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
     )
     sections = [
         Section("Notes to the results", (ItemList(tuple(_notes(report)), numbered=True),)),
-        *budget_section(report),
         *drift_section(report, pictures),
         *diagnosis_section(report),
         *_other_section(report),
         *_warning_section(report),
         condition_section(report),
+        *budget_section(report),
         *(
             replace(annex, heading=f"Annex {letter}: {annex.heading}")
             for letter, annex in zip("ABCD", annexes, strict=False)

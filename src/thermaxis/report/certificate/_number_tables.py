@@ -1,6 +1,7 @@
 """Tables of numbers: one row for each target or pair of targets."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from thermaxis.positioning import FloatArray
 from thermaxis.report._document import Column, Section, Table, columns_of
@@ -32,12 +33,12 @@ def numbered_positions(target: FloatArray) -> list[tuple[str, ...]]:
 def figures_block(report: PositioningReport) -> Table:
     """Return the table of the figures with uncertainty, effect of drift, limit and verdict."""
     table = figure_table(report)
-    unitless = {"", "figure", "k", "verdict"}
-    labels = (label if label in unitless else f"{label} [{table.unit}]" for label in table.labels)
     columns = tuple(
         Column(label, "left" if label in {"", "figure", "verdict"} else "right", label == "figure")
-        for label in labels
+        for label in table.labels
     )
+    named = replace(columns[1], label=f"figure, values in {table.unit}")
+    columns = (columns[0], named, *columns[2:])
     return Table(columns, table.cells, strong_rows=table.strong)
 
 
@@ -48,15 +49,14 @@ def budget_section(report: PositioningReport) -> list[Section]:
         return []
     words = {"", "quantity", "distribution"}
     columns = tuple(
-        Column(label.capitalize(), "left" if label in words else "right", label == "quantity")
+        Column(label, "left" if label in words else "right", label == "quantity")
         for label in table.labels
     )
     caption = (
         "Of the figures as measured. u: standard uncertainty of the quantity; value: expanded"
         " uncertainty of the instrument's certificate (k = 2), half width of a rectangular"
         " interval, standard deviation of a reading, or bias; last row of each figure: combined"
-        " standard uncertainty. Alignment, temperature, expansion coefficient and environment are"
-        " terms of ISO/TR 230-9, from memory."
+        " standard uncertainty."
     )
     block = Table(columns, table.cells, caption, strong_rows=table.strong, dense=True)
     return [Section("Uncertainty budget (GUM)", (block,))]
