@@ -174,6 +174,8 @@ def test_a_long_axis_says_why_repeatability_is_absent() -> None:
         assert rows[symbol][2] == "absent"
         assert "axis longer than 2000 mm" in rows[symbol][1]
     assert float(rows["E"][2]) > 0
+    for words in ("results of each target", "adjacent-difference"):
+        assert "absent" not in section_of(document_of(report), words)
     full = make_report(make_run(12, 3, length=2750.0), full=True)
     assert all(row[2] != "absent" for row in result_rows(document_of(full)))
 

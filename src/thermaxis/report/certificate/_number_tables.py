@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
+import numpy as np
+
 from thermaxis.positioning import FloatArray
 from thermaxis.report._document import Column, Section, Table, columns_of
 from thermaxis.report._figure_table import budget_table, figure_table
@@ -16,7 +18,11 @@ def number_table(
     numbers: list[tuple[str, FloatArray, int]],
     caption: str,
 ) -> Table:
-    """Return a table of ready cells and, behind them, columns of a label, numbers and decimals."""
+    """Return a table of ready cells and, behind them, columns of a label, numbers and decimals.
+
+    A column without any number is left out.
+    """
+    numbers = [column for column in numbers if np.any(np.isfinite(column[1]))]
     rows = (
         (*first, *(fixed(float(values[i]), decimals) for _, values, decimals in numbers))
         for i, first in enumerate(cells)
