@@ -164,7 +164,7 @@ def keys_written(
 
 
 def write_run(path: Path, seed: int) -> None:
-    """Write a run with a position that scatters more, a drift and an outlier."""
+    """Write a run with a position that scatters more, a drift, a step and an outlier."""
     rng = np.random.default_rng(seed)
     readings = rng.normal(0.0, 0.3, (8, 40, 2))
     readings[3] *= 6.0
@@ -174,7 +174,8 @@ def write_run(path: Path, seed: int) -> None:
         for a, word in enumerate(("forward", "backward")):
             for i in range(8) if a == 0 else range(7, -1, -1):
                 time_s = 10.0 * (16 * j + (i if a == 0 else 15 - i))
-                deviation = readings[i, j, a] + 5.0 * np.tanh(time_s / 3000.0)
+                drift = 5.0 * np.tanh(time_s / 3000.0) + 4.0 * (time_s > 4000.0)
+                deviation = readings[i, j, a] + drift
                 lines.append(f"{j + 1},{word},{20 * i},{deviation:.3f},{time_s:g}")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -187,7 +188,7 @@ def evaluated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str,
     write_run(run, seed=5)
     limits = folder / "limits.toml"
     limits.write_text("[limits]\nA_um = 12.0\nM_um = 4.0\n", encoding="utf-8")
-    words = ["evaluate", str(run), "--limits", str(limits), "--robust"]
+    words = ["evaluate", str(run), "--limits", str(limits)]
     return run, keys_written([*words, "--json", str(folder / "r.json")], "", {})
 
 
@@ -278,6 +279,7 @@ def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_f
     assert isinstance(uncertainty, dict)
     assert drift["significant"]
     assert drift["outliers"]
+    assert drift["changes"]
     assert drift["diagnosis"]
     assert set(drift["iso230_2"]) == set(measured) - {"edition"}
     assert set(drift["iso230_2"]["targets"][0]) == set(measured["targets"][0])

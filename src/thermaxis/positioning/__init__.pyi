@@ -14,6 +14,8 @@ from ._correction import (
 )
 from .diagnosis import Finding as Finding, diagnose as diagnose
 from .drift import (
+    Change as Change,
+    ChangeKind as ChangeKind,
     DriftModel as DriftModel,
     DriftResult as DriftResult,
     Outlier as Outlier,

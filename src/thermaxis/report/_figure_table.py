@@ -48,13 +48,16 @@ class FigureRow:
     bias: float | None
     """How much the figure is too large on average, contained in U. [µm or arcsec]"""
     drift_free: float | None
-    """The figure without the drift of the run. [µm or arcsec]"""
+    """The figure without the drift of the run and without outliers. [µm or arcsec]"""
     drift_free_expanded_uncertainty: float | None
     """Its U. [µm or arcsec]"""
     drift_free_coverage_factor: float | None
     """Its k. [1]"""
+    drift_free_with_outliers: float | None
+    """The figure without the drift, of all readings; None without outliers. [µm or arcsec]"""
     drift_effect: float | None
-    """What the drift did to the figure: value - drift_free. [µm or arcsec]"""
+    """What the drift did to the figure: value less that without drift, of all readings both.
+    [µm or arcsec]"""
     drift_effect_expanded_uncertainty: float | None
     """Its U. [µm or arcsec]"""
     limit: float | None
@@ -116,6 +119,9 @@ def figure_table(report: "PositioningReport") -> FigureTable:
         free = [_u(r.drift_free, r.drift_free_expanded_uncertainty) for r in rows]
         effect = [_effect(r.drift_effect, r.drift_effect_expanded_uncertainty) for r in rows]
         columns += [("U", free), ("effect of drift", effect)]
+    if any(row.drift_free_with_outliers is not None for row in rows):
+        of_all = [fixed(r.drift_free_with_outliers, decimals, absent="") for r in rows]
+        columns.append(("with outliers", of_all))
     if report.limits is not None:
         limits = ["" if r.limit is None else _limit(r.limit, decimals) for r in rows]
         verdicts = ["" if r.verdict is None else str(r.verdict) for r in rows]
@@ -130,12 +136,15 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
     result, uncertainty = report.iso230_2, report.uncertainty
     value = figures_by_key(result)[key]
     without = None if report.drift is None else figures_by_key(report.drift.figures)[key]
+    of_all = None if report.drift is None else report.drift.figures_of_all
+    with_outliers = None if of_all is None else figures_by_key(of_all)[key]
     measured = None if uncertainty is None else uncertainty.measured
     free = None if uncertainty is None else uncertainty.drift_free
     if value is None:
-        measured = free = without = None
+        measured = free = without = with_outliers = None
     u, k = _expanded(report, key) if value is not None else (None, None)
-    effect = None if value is None or without is None else value - without
+    same = without if with_outliers is None else with_outliers
+    effect = None if value is None or same is None else value - same
     check = None if report.limits is None else report.limits.of(key)
     forward, backward = report.test.measured_approaches
     main = _MAIN if forward and backward else _MAIN_OF_ONE_APPROACH
@@ -153,6 +162,7 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
         drift_free=without,
         drift_free_expanded_uncertainty=free.expanded_uncertainty.get(key) if free else None,
         drift_free_coverage_factor=free.coverage_factor.get(key) if free else None,
+        drift_free_with_outliers=with_outliers,
         drift_effect=effect,
         drift_effect_expanded_uncertainty=(
             None if uncertainty is None or effect is None else uncertainty.drift_effect.get(key)
@@ -229,6 +239,8 @@ def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Mes
         notes.append(Message("note-u_bias", values))
     if result.drift_free is not None:
         notes.append(Message("note-drift_effect"))
+    if report.drift is not None and report.drift.outliers:
+        notes.append(Message("note-with_outliers", {"count": len(report.drift.outliers)}))
     if result.measured.left_out:
         notes.append(Message("note-u_without", {"terms": result.measured.left_out}))
     return notes

@@ -123,13 +123,13 @@ def test_a_budget_widens_the_uncertainty(drifting, root, capsys):
     assert budget["uncertainty"]["label"] == "GUM"
 
 
-def test_an_outlier_is_left_out_on_request_and_named(drifting, tmp_path, capsys):
+def test_an_outlier_is_left_out_and_named(drifting, tmp_path, capsys):
     lines = drifting.read_text(encoding="utf-8").splitlines()
     cells = lines[40].split(",")
     cells[3] = f"{float(cells[3]) + 30.0:.3f}"
     path = tmp_path / "outlier.csv"
     path.write_text("\n".join([*lines[:40], ",".join(cells), *lines[41:]]) + "\n", "utf-8")
-    (named,) = evaluated(capsys, path, "--robust")["drift"]["outliers"]
+    (named,) = evaluated(capsys, path)["drift"]["outliers"]
     assert named["cycle"] == int(cells[0])
     assert named["target"] == int(float(cells[2]) / 20.0) + 1
     assert named["residual"] == pytest.approx(30.0, abs=2.0)

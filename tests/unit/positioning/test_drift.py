@@ -23,6 +23,7 @@ from thermaxis.positioning import (
 )
 from thermaxis.positioning.drift import Readings
 from thermaxis.positioning.drift._unequal_noise import moderated_variances, weights_of_levels
+from thermaxis.positioning.standard import figures_of
 
 from .builders import codes_of, run, stop_times, values_said
 
@@ -361,19 +362,52 @@ def test_levels_are_nearly_as_good_as_if_the_drift_were_known() -> None:
     assert float(np.mean(noise)) == pytest.approx(NOISE, rel=0.08)
 
 
-def test_an_outlier_is_named_by_the_robust_fit_and_left_in_by_the_plain_one() -> None:
+def test_an_outlier_is_named_and_its_level_is_that_of_the_other_readings() -> None:
     test, truth = made(15)
     deviation = test.deviation.copy()
     deviation[5, 2, 1] += 8.0
-    spoiled = replace(test, deviation=deviation)
-    plain, robust = evaluate_drift(spoiled), evaluate_drift(spoiled, robust=True)
-    assert plain.outliers == ()
-    assert [(o.target, o.cycle, o.approach) for o in robust.outliers] == [(6, 3, 1)]
-    assert robust.outliers[0].residual == pytest.approx(8.0, abs=1.5)
-    assert np.isnan(robust.deviation[5, 2, 1])
-    expected = truth(robust.reference_time_s)
-    assert abs(plain.level - expected)[5, 1] > abs(robust.level - expected)[5, 1]
-    assert abs(robust.level - expected)[5, 1] < 4.0 * robust.level_std[5, 1]
+    sound, result = evaluate_drift(test), evaluate_drift(replace(test, deviation=deviation))
+    assert sound.outliers == ()
+    assert sound.figures_of_all is None
+    assert [(o.target, o.cycle, o.approach) for o in result.outliers] == [(6, 3, 1)]
+    assert result.outliers[0].residual == pytest.approx(8.0, abs=1.5)
+    assert np.isnan(result.deviation[5, 2, 1])
+    assert values_said(result.warnings, "outlier_left_out")["target"] == 6
+    expected = truth(result.reference_time_s)
+    assert abs(result.level - expected)[5, 1] < 4.0 * result.level_std[5, 1]
+    np.testing.assert_allclose(result.level, sound.level, atol=3.0 * NOISE / CYCLES)
+
+
+def test_figures_with_outliers_are_of_all_readings_less_the_same_drift() -> None:
+    test, _ = made(15)
+    deviation = test.deviation.copy()
+    deviation[5, 2, 1] += 8.0
+    result = evaluate_drift(replace(test, deviation=deviation))
+    near = [(5, 2, 0), (4, 2, 1)]  # visited just after and just before
+    drift = result.drift.copy()
+    drift[5, 2, 1] = np.mean([drift[place] for place in near])
+    expected = figures_of(
+        np.mean(deviation - drift, axis=1), np.std(deviation - drift, axis=1, ddof=1)
+    )
+    assert result.figures_of_all.s[5, 1] > 3.0 * result.figures.s[5, 1]
+    assert float(result.figures_of_all.E) == pytest.approx(float(expected.E), abs=0.01)
+    taken = 1.0 - result.drift_parameters / (deviation.size - 1 - 2 * TARGETS)
+    assert float(result.figures_of_all.s[5, 1]) == pytest.approx(
+        float(expected.s[5, 1]) / taken**0.5, rel=0.01
+    )
+
+
+def test_noise_with_heavy_tails_is_said_in_place_of_dozens_of_outliers() -> None:
+    test, _ = made(3, noise=0.01)
+    rng = np.random.default_rng(3)
+    heavy = replace(test, deviation=test.deviation + NOISE * rng.standard_t(1.5, (8, 6, 2)))
+    result = evaluate_drift(heavy)
+    assert result.outliers
+    assert len(result.outliers) <= 0.05 * heavy.deviation.size
+    said = values_said(result.warnings, "heavy_tailed_noise")
+    assert said["far"] > 3.0 * said["expected"]
+    named = codes_of(result.warnings).count("outlier_left_out")
+    assert named == min(len(result.outliers), 5)
 
 
 def test_the_first_reading_may_be_missing() -> None:
@@ -385,8 +419,8 @@ def test_the_first_reading_may_be_missing() -> None:
     assert result.time_s[0] == STEP_S
 
 
-def test_the_robust_fit_rarely_leaves_out_a_reading_of_a_sound_run() -> None:
-    wrong = sum(bool(evaluate_drift(made(seed)[0], robust=True).outliers) for seed in range(5))
+def test_a_sound_run_has_no_outliers_but_rarely() -> None:
+    wrong = sum(bool(evaluate_drift(made(seed)[0]).outliers) for seed in range(5))
     assert wrong <= 1
 
 

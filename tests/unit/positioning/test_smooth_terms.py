@@ -12,6 +12,7 @@ from thermaxis.positioning import FloatArray
 from thermaxis.positioning.drift import Readings, fit, levels_at, penalty_of, rows_at, sums_of
 from thermaxis.positioning.drift._smooth_terms import (
     Fit,
+    Step,
     curvature_energy,
     drift_of,
     functions_at,
@@ -35,9 +36,12 @@ DEPARTURES = (
     [5.0, 0.05, 8.0],
     [8.0, 10.0, 1.0],
 )  # more would cost the dense way its digits
+STEPS = (Step(0.4, 0), Step(0.7, 1))
 
 
-def made_readings(seed: int, shapes: int, *, weighted: bool = False) -> Readings:
+def made_readings(
+    seed: int, shapes: int, *, weighted: bool = False, steps: tuple[Step, ...] = ()
+) -> Readings:
     """Return 4 targets x 3 cycles x 2 approaches with one reading missing."""
     rng = np.random.default_rng(seed)
     levels = 2 * TARGETS
@@ -49,7 +53,7 @@ def made_readings(seed: int, shapes: int, *, weighted: bool = False) -> Readings
     value = rng.normal(size=level.size) + 3.0 * np.tanh(3.0 * time) * (1.0 + x)
     weight = rng.uniform(0.5, 2.0, levels)[level] if weighted else np.ones(level.size)
     shape = np.stack((np.ones_like(x), x, x**2 - 1.0))[:shapes]
-    return Readings(value, level, time, shape, weight, levels)
+    return Readings(value, level, time, shape, weight, levels, steps)
 
 
 def knots(intervals: int) -> FloatArray:
@@ -98,7 +102,8 @@ class Dense:
     def rows_at(self, level: FloatArray, shape: FloatArray, time: FloatArray) -> FloatArray:
         """Return fixed rows of level weights (J, L), shapes (J, C) and times (J,)."""
         t = warped(time, self.warm_up)
-        return np.column_stack((level, shape * t[:, None]))
+        steps = [shape[:, s.shape] * (time > s.time) for s in self.readings.steps]
+        return np.column_stack((level, shape * t[:, None], *steps))
 
     def predict(
         self, fixed: FloatArray, random: FloatArray, own: FloatArray
@@ -128,16 +133,17 @@ def dense_fit(
     for c, unit in enumerate(prior):
         of_shape = rows * readings.shape[c][:, None]
         covariance = covariance + of_shape @ unit @ of_shape.T
-    fixed = np.column_stack((np.eye(readings.levels)[readings.level], (readings.shape * t).T))
+    steps = [readings.shape[s.shape] * (readings.time > s.time) for s in readings.steps]
+    level = np.eye(readings.levels)[readings.level]
+    fixed = np.column_stack((level, (readings.shape * t).T, *steps))
     inverse = np.linalg.inv(covariance)
     normal = fixed.T @ inverse @ fixed
     generalised = np.linalg.solve(normal, fixed.T @ inverse @ readings.value)
     rest = readings.value - fixed @ generalised
     free = readings.value.size - fixed.shape[1]
     variance = float(rest @ inverse @ rest) / free
-    criterion = (
-        free * np.log(variance) + np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1]
-    )
+    determinants = np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1]
+    criterion = (free + len(steps)) * np.log(variance) + determinants
     dense = Dense(
         fixed, covariance, generalised, rest, variance, float(criterion), rows, readings, warm_up
     )
@@ -150,7 +156,7 @@ def scale_of_energy() -> float:
 
 
 def both(seed: int, shapes: int, which: int, warm_up: float) -> tuple[Fit, Dense, list[FloatArray]]:
-    readings = made_readings(seed, shapes, weighted=True)
+    readings = made_readings(seed, shapes, weighted=True, steps=STEPS)
     departure = np.array(DEPARTURES[which][:shapes])
     fitted = fit(sums_of(readings, INTERVALS, warm_up), penalty_of(INTERVALS), departure)
     dense, prior = dense_fit(readings, departure, warm_up, scale_of_energy())
@@ -254,6 +260,9 @@ def test_functions_and_their_variances_are_those_of_dense_algebra(
     for c in range(shapes):
         fixed = np.zeros((time.size, dense.fixed.shape[1]))
         fixed[:, readings.levels + c] = own_time - start
+        for e, step in enumerate(readings.steps):
+            jump = np.asarray(time > step.time, dtype=np.float64) - (step.time < 0.3)
+            fixed[:, readings.levels + shapes + e] = jump * (step.shape == c)
         of_shape = dense.spline * readings.shape[c][:, None]
         random = rows @ prior[c] @ of_shape.T
         expected, covariance = dense.predict(fixed, random, rows @ prior[c] @ rows.T)
@@ -278,7 +287,7 @@ def test_the_drift_of_readings_is_made_of_the_functions() -> None:
 
 
 def test_effective_parameters_are_the_trace_of_the_hat_matrix() -> None:
-    readings = made_readings(6, 2)
+    readings = made_readings(6, 2, steps=STEPS)
     bent = readings.value + 8.0 * np.sin(6.0 * readings.time)
     readings = replace(readings, value=bent)
     average = average_over_smoothness([sums_of(readings, INTERVALS, 0.0)])

@@ -57,9 +57,9 @@ HOSTILE = (
 )
 
 
-def drifting(test: PositioningTest, *, robust: bool = False, **fields: Any) -> PositioningReport:
+def drifting(test: PositioningTest, **fields: Any) -> PositioningReport:
     """Return a report with everything that the command evaluates of the drift."""
-    drift = evaluate_drift(test, robust=robust)
+    drift = evaluate_drift(test)
     evaluated = {
         "drift": drift,
         "uncertainty": evaluate_uncertainty(test, drift, samples=200),
@@ -396,10 +396,9 @@ def test_an_outlier_is_named_in_the_certificate_and_marked_in_the_figure() -> No
     test = make_run(9, 10)
     deviation = test.deviation.copy()
     deviation[6, 4, 1] += 40.0
-    report = drifting(replace(test, deviation=deviation), robust=True)
+    report = drifting(replace(test, deviation=deviation))
     words = words_of(section_of(report))
-    assert "Outliers, left out of this section only: target 7 (" in words
-    assert "cycle 5 ↓, " in words
+    assert "The reading of target 7 backward in cycle 5 lies" in words
     figure = draw(report)
     assert "outliers, left out (on the edge: farther out)" in legend_of(figure)
     low, high = figure.axes[0].get_ylim()

@@ -342,14 +342,14 @@ def test_run_head_and_limits_arrive_apart(stage: Stage) -> None:
 
 
 def test_options_become_words_of_a_fixed_list(stage: Stage) -> None:
-    asked = {"cycle": "pilgrim", "edition": "1997", "reference_hours": "2.5", "robust": "yes"}
+    asked = {"cycle": "pilgrim", "edition": "1997", "reference_hours": "2.5"}
     told = heard(stage, stage.send(b"1", name="a.rtl", full="yes", no_drift="no", **asked))
     date = (NOW.astimezone()).date().isoformat()
     assert told["words"] == [
         *("evaluate", "run.rtl", "--json=-"),
         *("--report=report.html", "--report=certificate.pdf", f"--date={date}"),
         *("--source-name=a.rtl", "--cycle=pilgrim"),
-        *("--edition=1997", "--reference-time=2.5", "--robust", "--full"),
+        *("--edition=1997", "--reference-time=2.5", "--full"),
     ]
 
 

@@ -82,7 +82,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "leave the drift model and the diagnosis out",
         bool,
     )
-    add("--robust", "leave outliers out of the drift model, and name them", bool)
     add(
         "--budget FILE",
         "what is known of instrument and environment, TOML (default: noise and drift alone)",
@@ -121,17 +120,12 @@ def _drift(
     arguments: argparse.Namespace, test: PositioningTest, warnings: list[Message]
 ) -> positioning.DriftResult | None:
     """Separate the drift; where it cannot be told from the levels, say so and go on."""
-    time_s, robust = _reference_time_s(arguments), arguments.robust
-    separate = partial(positioning.evaluate_drift, test, reference_time_s=time_s, robust=robust)
+    time_s = _reference_time_s(arguments)
+    separate = partial(positioning.evaluate_drift, test, reference_time_s=time_s)
     drift = _attempted(separate, "warning-no_drift_model", warnings)
     if drift is None:
         return None
-    unit = test.kind.units.deviation
     warnings += drift.warnings
-    for o in drift.outliers:
-        where = {"target": o.target, "approach": positioning.APPROACHES[o.approach]}
-        values = {**where, "cycle": o.cycle, "residual": o.residual, "unit": unit}
-        warnings.append(Message("warning-outlier_left_out", values))
     return drift
 
 

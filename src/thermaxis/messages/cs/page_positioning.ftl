@@ -17,7 +17,6 @@ positioning-reference_cycle = cyklus číslo
 positioning-reference_hours = hodin po začátku
 positioning-reference_value = Číslo
 positioning-drift = Oddělit drift
-positioning-robust = Vynechat odlehlé hodnoty z modelu driftu a uvést je
 positioning-full = s, R a A i u osy delší než 2000 mm
 positioning-head = Hlavička certifikátu (TOML)
 positioning-limits = Meze hodnot (TOML)

@@ -17,7 +17,6 @@ positioning-reference_cycle = Zyklus Nummer
 positioning-reference_hours = Stunden nach dem Start
 positioning-reference_value = Zahl
 positioning-drift = Drift abtrennen
-positioning-robust = Ausreißer aus dem Driftmodell auslassen und nennen
 positioning-full = s, R und A auch bei einer Achse über 2000 mm
 positioning-head = Kopf des Zertifikats (TOML)
 positioning-limits = Grenzwerte der Kenngrößen (TOML)

@@ -22,7 +22,6 @@ positioning-reference_cycle = cycle number
 positioning-reference_hours = hours after the start
 positioning-reference_value = Number
 positioning-drift = Separate the drift
-positioning-robust = Leave outliers out of the drift model, and name them
 positioning-full = s, R and A also on an axis over 2000 mm
 positioning-head = Head of the certificate (TOML)
 positioning-limits = Limits of the figures (TOML)

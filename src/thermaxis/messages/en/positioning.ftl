@@ -27,6 +27,14 @@ warning-anchor_outlying = the reading of position { $position } { $approach } in
 
 ## Drift
 
+warning-outlier_left_out = the reading of target { $target } { $approach } in cycle { $cycle } lies { SIGNED($residual, decimals: 2) } { $unit } from the drift model: it was left out of the model and of its figures; the measured figures hold it
+warning-more_outliers = { $count } more readings lie out and were left out in the same way
+warning-heavy_tailed_noise = { $far } of { $readings } readings lie further than { $limit } robust standard deviations from the drift model, where { FIXED($expected) } of normal noise would: the noise has heavy tails, and its bands are those of the readings that are left; look for what disturbs single readings (a short dwell, vibration, air in the beam)
+warning-change_common = { $when } all targets jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }: the instrument set to zero anew or its optics touched, a slip in the machine, or coolant, a door or a drive switched; the levels are those on the side of t0
+warning-change_stretch = { $when } the last target jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit } against the first, the others in proportion: another compensation of air or material temperature, a beam or a scale set anew, or optics turned; the levels are those on the side of t0
+change-at = at { FIXED($time_min, decimals: 1) } min, in cycle { $cycle },
+change-in_order = in cycle { $cycle }
+change-in_pause = in the { FIXED($pause_min, decimals: 1) } min without a reading about { FIXED($time_min, decimals: 1) } min, before cycle { $cycle } went on, at once or slowly,
 warning-order_as_time = the readings have no times: their acquisition order serves as time
 warning-axis_bows = the axis bows with time: a parabola of the position was added to the drift
 warning-visits_hide_drift = each target was measured in a short part of the run: this order of visits hides drift in the mean deviations, and only their uncertainties show how much
@@ -74,7 +82,6 @@ remark-targets_left_out = targets without readings were left out: { $targets }
 warning-no_drift_model = no drift model: { $error } { $remedy }
 warning-no_adjacent_differences = no adjacent differences: { $error } { $remedy }
 warning-no_figures_of_other_standard = no figures of the other standard: { $error } { $remedy }
-warning-outlier_left_out = the reading of target { $target } { $approach } in cycle { $cycle } lies { $residual } { $unit } from the drift model and was left out of it
 warning-cycle_of_option = the file names a { $stated } cycle, the option a { $cycle } cycle
 warning-single_run_rule = the axis is longer than 2000 mm: s, R and A are not evaluated{ $cycles ->
         [1] {""}
@@ -93,6 +100,10 @@ warning-not_in_charts = { $count ->
 
 note-u_measured = U = k u is the expanded uncertainty by Monte Carlo (JCGM 101, { $samples } draws, seed { $seed }), not by the annex of ISO 230-2: in 95 % of cases the true figure lies within figure ± U. The true figure as measured is that of this run without the noise of its readings, at its time and with its drift.
 note-u_bias = The largest and the smallest of noisy values are too large on average. The figures are not corrected for it: U contains this bias (most of all for { $symbol }: { FIXED($bias, decimals: 2) } { $unit }).
+note-with_outliers = { $count ->
+        [1] One reading lies out. It counts in the measured figures
+       *[other] { $count } readings lie out. They count in the measured figures
+    }, not in the drift-free ones; the column 'with outliers' has the drift-free figures of all readings, from which the effect of drift is taken.
 note-drift_effect = The drift-free figures are of the levels in one thermal state, with their own U, and no results of ISO 230-2. The effect of drift is the figure less the drift-free one, with the U of this difference.
 note-u_stated = U of { $symbols } is stated in the limits file (k = 2) in place of the evaluated one.
 note-u_none = The measurement uncertainty was not evaluated.

@@ -1,4 +1,6 @@
 from ._drift import (
+    Change as Change,
+    ChangeKind as ChangeKind,
     DriftModel as DriftModel,
     DriftResult as DriftResult,
     Outlier as Outlier,

@@ -9,7 +9,7 @@ the restricted likelihood as weight, so that the bands hold what the run does no
 Where the axis bows, a third function times a parabola of the position is added.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from statistics import NormalDist
@@ -19,6 +19,7 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
+from thermaxis.positioning.drift._changes import find_step
 from thermaxis.positioning.drift._drift_tests import (
     FEWEST_CYCLES_BOW,
     FEWEST_TARGETS_ALONE,
@@ -31,6 +32,7 @@ from thermaxis.positioning.drift._drift_tests import (
 from thermaxis.positioning.drift._smooth_terms import (
     IntArray,
     Readings,
+    Step,
     Sums,
     levels_at,
     leverages_of,
@@ -51,9 +53,10 @@ from thermaxis.positioning.drift._smoothness import (
     largest_departure,
     level_errors,
     reported,
+    step_sizes,
 )
 from thermaxis.positioning.drift._unequal_noise import weights_of_levels
-from thermaxis.positioning.run import FloatArray, PositioningTest, TimeSource, placed
+from thermaxis.positioning.run import APPROACHES, FloatArray, PositioningTest, TimeSource, placed
 from thermaxis.positioning.standard import Iso230_2Figures, figures_of, require_readings
 
 LONGEST_INTERVAL_S = 1800.0
@@ -67,7 +70,11 @@ LONGEST_WARMING_S = 30.0 * 3600.0
 FEWEST_LEFT_OVER = 4
 """Readings that a run must have beyond its levels. [1]"""
 MOST_OUTLIERS = 0.05
-"""Share of the readings that the robust fit leaves out at most. [1]"""
+"""Share of the readings that are left out at most. [1]"""
+MOST_CHANGES = 10
+"""Steps that are looked for. [1]"""
+FAR = 2.5
+"""In robust standard deviations; 1.2 % of normal noise lie beyond. [1]"""
 _NORMAL_MEDIAN = 1.4826
 """Standard deviation over the median of the absolute values, of a normal distribution. [1]"""
 _LEAST_LEFT = 0.02
@@ -80,6 +87,10 @@ hides it; not to see it then says nothing. [1]"""
 _ROUND_OFF = 1e-13
 """Differences below this share of the readings are rounding. [1]"""
 _BAND_TIMES = 121
+_MOST_NAMED = 5
+"""Outliers that have a sentence each. [1]"""
+_PAUSE = 5.0
+"""An interval so many times the mean one is a pause. [1]"""
 
 
 class DriftModel(StrEnum):
@@ -93,10 +104,39 @@ class DriftModel(StrEnum):
     """The drift is a smooth curve in time."""
 
 
+class ChangeKind(StrEnum):
+    """What jumps at a change."""
+
+    COMMON = "common"
+    """All targets alike."""
+    STRETCH = "stretch"
+    """In proportion to the distance from mid-axis."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A step of the drift between two consecutive readings."""
+
+    time_s: float | None
+    """Middle of the interval between both readings, from the first reading of the run; None where
+    order served as time. [s]"""
+    cycle: int
+    """Cycle of the first reading after it, from 1. [1]"""
+    size: float
+    """Size: of all targets, or of the last target against the first. [µm or arcsec]"""
+    std: float
+    """Its standard uncertainty. [µm or arcsec]"""
+    kind: ChangeKind
+    """What jumps."""
+    interval_s: float | None
+    """Time between both readings; long in a pause, when it may have been gradual. [s]"""
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Outlier:
-    """A reading that the robust fit left out."""
+    """A reading that lies out, and was left out of the fit."""
 
     target: int
     """Number of the target, from 1. [1]"""
@@ -122,7 +162,8 @@ class DriftResult:
     reference_time_s: float | None
     """Time t0 of the thermal state, from the first reading; None where order served as time. [s]"""
     level: FloatArray
-    """Levels at t0, (m, 2); NaN where an approach was not measured. [µm or arcsec]"""
+    """Levels at t0 without the outliers, (m, 2); NaN where an approach was not measured.
+    [µm or arcsec]"""
     level_covariance: FloatArray
     """Their covariance, (L, L): targets of the first measured approach, then of the second.
     [µm² or arcsec²]"""
@@ -153,12 +194,18 @@ class DriftResult:
     drift: FloatArray
     """Drift of every reading relative to t0, (m, n, 2); NaN where missing. [µm or arcsec]"""
     deviation: FloatArray
-    """Readings without drift, at the thermal state of t0, (m, n, 2). [µm or arcsec]"""
+    """Readings without drift, at the thermal state of t0 and on its side of every step, (m, n, 2);
+    NaN where missing or an outlier. [µm or arcsec]"""
     figures: Iso230_2Figures
-    """Figures by the formulas of ISO 230-2 of the readings without drift; s is corrected for the
-    parameters that the drift took. They are no result of ISO 230-2. [µm or arcsec]"""
+    """Figures by the formulas of ISO 230-2 of the readings without drift and outliers; s is
+    corrected for the parameters that the drift took. They are no result of ISO 230-2.
+    [µm or arcsec]"""
+    figures_of_all: Iso230_2Figures | None
+    """The same of all readings, the outliers too; None without outliers. [µm or arcsec]"""
     outliers: tuple[Outlier, ...]
-    """Readings that the robust fit left out."""
+    """Readings that lie out, and were left out of the fit; the farthest first."""
+    changes: tuple[Change, ...]
+    """Steps of the drift, in the order of time."""
     suspects: tuple[int, ...]
     """Targets that drift otherwise than the model says, from 1: the model does not hold there."""
     warnings: tuple[Message, ...]
@@ -252,7 +299,8 @@ def _check_readings(test: PositioningTest) -> None:
         raise DataError("too_few_readings", readings=readings, targets=m, place=place)
 
 
-def _flatten(test: PositioningTest) -> _Run:
+def _flatten(test: PositioningTest, *, steps: Sequence[Step] = ()) -> _Run:
+    """Return a run as the fit sees it; times of steps are those of the run."""
     time = test.time_s if test.time_s is not None else test.order
     if time is None:
         raise DataError("no_order", place=Place(key="drift"))
@@ -281,6 +329,7 @@ def _flatten(test: PositioningTest) -> _Run:
         shape=shape[:, i],
         weight=np.ones(i.size),
         levels=levels,
+        steps=tuple(Step((step.time - start) / duration, step.shape) for step in steps),
     )
     return _Run(
         readings=readings,
@@ -338,13 +387,19 @@ def _times(run: _Run, *, seconds: bool) -> tuple[int, Sequence[tuple[float, floa
     return max(wanted, int(np.ceil(needed / slowest))), TIMES
 
 
-def _all_sums(run: _Run, *, seconds: bool) -> list[Sums]:
+def _all_sums(run: _Run, readings: Readings, *, seconds: bool) -> list[Sums]:
     intervals, times = _times(run, seconds=seconds)
-    return [sums_of(run.readings, intervals, *time) for time in times]
+    return [sums_of(readings, intervals, *time) for time in times]
 
 
-def _drift_test(run: _Run, all_sums: Sequence[Sums]) -> DriftTest:
-    """Test the functions of the model, and a bow where there are enough targets."""
+def _drift_test(run: _Run, all_sums: Sequence[Sums], *, seconds: bool) -> DriftTest:
+    """Test the functions of the model, and a bow where there are enough targets.
+
+    A step is part of the drift that is tested for.
+    """
+    if run.readings.steps:
+        run = replace(run, readings=replace(run.readings, steps=()))
+        all_sums = _all_sums(run, run.readings, seconds=seconds)
     intervals = min(all_sums[0].intervals, MOST_TESTED_INTERVALS)
     if intervals < all_sums[0].intervals:
         all_sums = [sums_of(run.readings, intervals, *PLAIN_TIME[0])]
@@ -367,7 +422,7 @@ def _estimate(run: _Run, tested: DriftTest, average: Average) -> _Estimate:
     readings = run.readings
     model, stated, no_drift = DriftModel.NONE, NO_DRIFT, 0.0
     parameters = float(readings.levels)
-    if tested.found:
+    if tested.found or readings.steps:
         parameters = effective_parameters(average)
         model = DriftModel.LINE if average.line_is_enough else DriftModel.SMOOTH
         stated = reported(average)
@@ -409,11 +464,21 @@ def _level_covariance(
     return (1.0 - estimate.no_drift) * drifting + estimate.no_drift * still
 
 
+def _mean_time(time: FloatArray) -> float:
+    """Return the mean time of readings; where it lies in a pause, the reading next to it."""
+    mean, ordered = float(np.mean(time)), np.sort(time)
+    after = int(np.searchsorted(ordered, mean))
+    left, right = float(ordered[after - 1]), float(ordered[after])
+    if (right - left) * time.size < _PAUSE:
+        return mean
+    return left if mean - left < right - mean else right
+
+
 def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> float:
     """Return the time of the thermal state as the run counts it, in seconds or readings."""
     end = run.start + run.duration
     if reference_time_s is None:
-        return run.start + run.duration * float(np.mean(run.readings.time))
+        return run.start + run.duration * _mean_time(run.readings.time)
     if not seconds:
         raise DataError("readings_without_times", place=Place(key="reference time"))
     if not min(run.start, 0.0) <= reference_time_s <= end:
@@ -434,17 +499,17 @@ class _Fitted:
     tested: DriftTest
 
 
-def _fit(test: PositioningTest) -> _Fitted:
+def _fit(test: PositioningTest, steps: Sequence[Step] = ()) -> _Fitted:
     """Fit again where the axis bows, and once more with weights where the noise is unequal."""
     seconds = test.time_s is not None
-    run = _flatten(test)
+    run = _flatten(test, steps=steps)
     while True:
-        all_sums = _all_sums(run, seconds=seconds)
-        tested = _drift_test(run, all_sums)
+        all_sums = _all_sums(run, run.readings, seconds=seconds)
+        tested = _drift_test(run, all_sums, seconds=seconds)
         average = average_over_smoothness(all_sums)
         if tested.found and _bows(run, average):
             run = _with_bow(run)
-            average = average_over_smoothness(_all_sums(run, seconds=seconds))
+            average = average_over_smoothness(_all_sums(run, run.readings, seconds=seconds))
         estimate = _estimate(run, tested, average)
         parameters = estimate.effective_parameters - run.readings.levels
         readings = run.readings
@@ -456,8 +521,8 @@ def _fit(test: PositioningTest) -> _Fitted:
 
 def no_drift_test(test: PositioningTest) -> DriftTest:
     """Test whether a run drifts, without evaluating its drift, as if all levels scatter alike."""
-    run = _flatten(test)
-    return _drift_test(run, _all_sums(run, seconds=test.time_s is not None))
+    run, seconds = _flatten(test), test.time_s is not None
+    return _drift_test(run, _all_sums(run, run.readings, seconds=seconds), seconds=seconds)
 
 
 def _bows(run: _Run, average: Average) -> bool:
@@ -496,8 +561,24 @@ def _leverages(fitted: _Fitted) -> FloatArray:
     return leverages_of(chosen, readings)
 
 
-def _outlying(fitted: _Fitted) -> FloatArray:
-    """Return how far each reading lies out, in units of the limit; above one it is an outlier.
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outlying:
+    """How far the readings of a run lie out."""
+
+    scaled: FloatArray
+    """Residuals in units of their robust standard deviation, (N,). [1]"""
+    excess: FloatArray
+    """The same in units of the limit, (N,): above one it is an outlier. [1]"""
+    residual: FloatArray
+    """Residuals from the fit without the reading, (N,). [µm or arcsec]"""
+    gain: float
+    """What leaving out the worst takes from minus twice the logarithm of the likelihood; nothing
+    where it is no outlier."""
+
+
+def _outlying(fitted: _Fitted) -> _Outlying:
+    """Return how far each reading lies out.
 
     The scatter of a level is judged without its farthest reading, which would hide itself.
     """
@@ -510,41 +591,66 @@ def _outlying(fitted: _Fitted) -> FloatArray:
     weight = weights_of_levels(level[near], others, levels, drift_parameters)
     left = np.maximum(1.0 - _leverages(fitted), _LEAST_LEFT)
     scaled = np.abs(residual) * np.sqrt(weight[level] / left)
-    spread = _NORMAL_MEDIAN * float(np.median(scaled))
+    scaled /= max(_NORMAL_MEDIAN * float(np.median(scaled)), 1e-300)
     limit = NormalDist().inv_cdf(1.0 - 0.5 * SIGNIFICANCE / residual.size)
     uncertain = 1.0 + 2.0 * levels / residual.size  # the spread and the weights are estimates
     count = sums_per(level, np.ones(residual.size), levels)
     kept = count[level] > 2.0  # no level may lose its last repetition
-    return np.where(kept, scaled, 0.0) / max(spread * limit * uncertain, 1e-300)
+    excess = np.where(kept, scaled, 0.0) / (limit * uncertain)
+    worst = int(np.argmax(excess))
+    square = readings.weight * residual**2
+    share = min(float(square[worst] / left[worst] / max(np.sum(square), 1e-300)), 1.0 - 1e-12)
+    gain = -residual.size * float(np.log1p(-share)) if excess[worst] > 1.0 else 0.0
+    return _Outlying(scaled=scaled, excess=excess, residual=residual / left, gain=gain)
 
 
 def _left_out(
-    test: PositioningTest, fitted: _Fitted, worst: int
-) -> tuple[PositioningTest, Outlier]:
-    i, j, a = (int(index[worst]) for index in fitted.run.index)
-    left = max(1.0 - float(_leverages(fitted)[worst]), _LEAST_LEFT)
-    residual = float(fitted.estimate.residual[worst]) / left  # from the fit without it
+    test: PositioningTest, fitted: _Fitted, outlying: _Outlying, most: int
+) -> tuple[PositioningTest, list[Outlier]]:
+    """Leave out what lies farthest, and what lies out about as far in other levels."""
     deviation = test.deviation.copy()
-    deviation[i, j, a] = np.nan
-    outlier = Outlier(target=i + 1, cycle=j + 1, approach=a, residual=residual)
-    return replace(test, deviation=deviation), outlier
+    outliers: dict[int, Outlier] = {}
+    clear = max(1.0, 0.5 * float(np.max(outlying.excess)))
+    for k in np.argsort(-outlying.excess)[:most].tolist():
+        level = int(fitted.run.readings.level[k])
+        if outlying.excess[k] > clear or not outliers:
+            i, j, a = (int(index[k]) for index in fitted.run.index)
+            found = Outlier(i + 1, j + 1, a, float(outlying.residual[k]))
+            if outliers.setdefault(level, found) is found:
+                deviation[i, j, a] = np.nan
+    return replace(test, deviation=deviation), list(outliers.values())
 
 
-def evaluate_drift(
-    test: PositioningTest, *, reference_time_s: float | None = None, robust: bool = False
-) -> DriftResult:
+def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
+    """Return one step more, by the time of the run, and its gain; none where no drift is seen."""
+    run, estimate = fitted.run, fitted.estimate
+    if estimate.model is DriftModel.NONE or len(run.readings.steps) >= MOST_CHANGES:
+        return None
+    found = find_step(
+        run.readings,
+        estimate.average,
+        lambda readings: average_over_smoothness(_all_sums(run, readings, seconds=seconds)),
+    )
+    if found is None:
+        return None
+    step, gain = found
+    return Step(run.start + step.time * run.duration, step.shape), gain
+
+
+def evaluate_drift(test: PositioningTest, *, reference_time_s: float | None = None) -> DriftResult:
     """Separate the drift of a run from the levels of its targets.
+
+    Readings that lie further from the fit than one in a hundred runs without outliers has are
+    named and left out of the fit, at most 5 % of them. A step of the drift that smooth functions
+    do not explain is named and becomes part of the drift.
 
     Parameters
     ----------
     test : PositioningTest
         The measured run, at least two cycles, with times or at least the acquisition order.
     reference_time_s : float, optional
-        Time t0 of the thermal state at which levels are stated, from the first reading.
-        Default: the mean time of the readings. [s]
-    robust : bool
-        Leave readings out that lie further from the fit than one in a hundred runs without
-        outliers has, and name them. Default: no; a reading counts as it was measured.
+        Time t0 of the thermal state at which levels are stated, from the first reading; also the
+        side of every step on which they are. Default: the mean time of the readings. [s]
 
     Returns
     -------
@@ -563,32 +669,35 @@ def evaluate_drift(
     H. D. Patterson and R. Thompson 1971 (restricted likelihood); G. K. Smyth 2004 (moderated
     variances); all from memory.
     """
-    return evaluate_drift_at(test, (reference_time_s,), robust=robust)[0]
+    return evaluate_drift_at(test, (reference_time_s,))[0]
 
 
 def evaluate_drift_at(
-    test: PositioningTest, reference_times_s: Sequence[float | None], *, robust: bool = False
+    test: PositioningTest, reference_times_s: Sequence[float | None]
 ) -> tuple[DriftResult, ...]:
     """Separate the drift of a run and state its levels at several thermal states.
 
     As `evaluate_drift`, for each of the times t0 from the first reading, None for the mean time;
     the run is fitted once. [s]
     """
-    run = _flatten(test)
-    references = [_reference(run, t, seconds=test.time_s is not None) for t in reference_times_s]
-    outliers: list[Outlier] = []
-    kept = test
-    fitted = _fit(kept)
-    most = MOST_OUTLIERS * fitted.run.readings.value.size
-    while robust and len(outliers) + 1 <= most:
-        excess = _outlying(fitted)
-        worst = int(np.argmax(excess))
-        if excess[worst] <= 1.0:
+    run, seconds = _flatten(test), test.time_s is not None
+    references = [_reference(run, t, seconds=seconds) for t in reference_times_s]
+    most = int(MOST_OUTLIERS * run.readings.value.size)
+    kept, outliers, steps = test, list[Outlier](), list[Step]()
+    while True:
+        fitted = _fit(kept, steps)
+        outlying = _outlying(fitted)
+        found, room = _next_step(fitted, seconds=seconds), most - len(outliers)
+        if found is not None and found[1] > outlying.gain:
+            steps.append(found[0])
+            kept, outliers = test, []  # what lay out beside the step may lie well now
+        elif outlying.gain > 0.0 and room > 0:
+            kept, more = _left_out(kept, fitted, outlying, room)
+            outliers += more
+        else:
             break
-        kept, outlier = _left_out(kept, fitted, worst)
-        outliers.append(outlier)
-        fitted = _fit(kept)
-    return tuple(_result(test, fitted, r, tuple(outliers)) for r in references)
+    outliers.sort(key=lambda outlier: -abs(outlier.residual))
+    return tuple(_result(test, fitted, outlying, r, tuple(outliers)) for r in references)
 
 
 def _noise_std(run: _Run, residual: FloatArray, drift_parameters: float) -> FloatArray:
@@ -602,21 +711,125 @@ def _noise_std(run: _Run, residual: FloatArray, drift_parameters: float) -> Floa
     return noise
 
 
+def _normally_beyond(readings: int) -> float:
+    """Return how many of so many normal residuals lie beyond `FAR`."""
+    return 2.0 * readings * NormalDist().cdf(-FAR)
+
+
+def _heavy_tails(outlying: _Outlying, outliers: int) -> int:
+    """Return how many readings lie beyond `FAR`, where they are more than normal noise has."""
+    far = int(np.sum(outlying.scaled > FAR)) + outliers
+    expected = _normally_beyond(outlying.scaled.size)
+    return far if far > expected + 3.0 * expected**0.5 else 0
+
+
+def _told_of_outliers(outliers: tuple[Outlier, ...], unit: str) -> Iterator[Message]:
+    for o in outliers[:_MOST_NAMED]:
+        where = {"target": o.target, "approach": APPROACHES[o.approach], "cycle": o.cycle}
+        values = {**where, "residual": o.residual, "unit": unit}
+        yield Message("warning-outlier_left_out", values)
+    if len(outliers) > _MOST_NAMED:
+        yield Message("warning-more_outliers", {"count": len(outliers) - _MOST_NAMED})
+
+
+def _told_of_changes(changes: tuple[Change, ...], typical_s: float, unit: str) -> Iterator[Message]:
+    for change in changes:
+        when = Message("change-in_order", {"cycle": change.cycle})
+        if change.time_s is not None and change.interval_s is not None:
+            values = {"time_min": change.time_s / 60.0, "cycle": change.cycle}
+            when = Message("change-at", values)
+            if change.interval_s > _PAUSE * typical_s:
+                pause = {**values, "pause_min": change.interval_s / 60.0}
+                when = Message("change-in_pause", pause)
+        size = {"size": change.size, "within": 2.0 * change.std, "unit": unit}
+        stretch = change.kind is ChangeKind.STRETCH
+        code = "warning-change_stretch" if stretch else "warning-change_common"
+        yield Message(code, {"when": when, **size})
+
+
 def _warnings(
-    test: PositioningTest, fitted: _Fitted, suspects: tuple[int, ...]
+    test: PositioningTest,
+    fitted: _Fitted,
+    suspects: tuple[int, ...],
+    outliers: tuple[Outlier, ...],
+    tails: int,
 ) -> tuple[Message, ...]:
     named = {"targets": ", ".join(str(i) for i in suspects)}
+    n, unit = fitted.run.readings.value.size, test.kind.units.deviation
+    typical_s = fitted.run.duration / n
+    heavy = {"far": tails, "readings": n, "limit": FAR, "expected": _normally_beyond(n)}
     warnings = (
         (test.time_s is None, Message("warning-order_as_time")),
         (fitted.run.bow, Message("warning-axis_bows")),
         (_hides_drift(fitted.run, fitted.estimate.average), Message("warning-visits_hide_drift")),
         (bool(suspects), Message("warning-target_drifts_otherwise", named)),
+        (tails > 0, Message("warning-heavy_tailed_noise", heavy)),
     )
-    return tuple(warning for applies, warning in warnings if applies)
+    return (
+        *_told_of_changes(_changes(test, fitted), typical_s, unit),
+        *_told_of_outliers(outliers, unit),
+        *(warning for applies, warning in warnings if applies),
+    )
+
+
+def _changes(test: PositioningTest, fitted: _Fitted) -> tuple[Change, ...]:
+    run, estimate = fitted.run, fitted.estimate
+    if not run.readings.steps:
+        return ()
+    sizes, errors = step_sizes(estimate.average, estimate.reported)
+    units = (1.0, float(test.target[-1] - test.target[0]) / run.scale)
+    changes: list[Change] = []
+    for step, size, std in zip(run.readings.steps, sizes.tolist(), errors.tolist(), strict=True):
+        after = np.where(run.readings.time > step.time, run.readings.time, np.inf)
+        next_one = int(np.argmin(after))
+        interval = 2.0 * run.duration * (float(after[next_one]) - step.time)
+        seconds = test.time_s is not None
+        changes.append(
+            Change(
+                time_s=run.start + step.time * run.duration if seconds else None,
+                cycle=int(run.index[1][next_one]) + 1,
+                size=units[step.shape] * size,
+                std=units[step.shape] * std,
+                kind=tuple(ChangeKind)[step.shape],
+                interval_s=interval if seconds else None,
+            )
+        )
+    order: list[int] = np.argsort([step.time for step in run.readings.steps]).tolist()
+    return tuple(changes[k] for k in order)
+
+
+def _figures_of_all(
+    test: PositioningTest,
+    fitted: _Fitted,
+    fraction: float,
+    from_reference: FloatArray,
+    outliers: tuple[Outlier, ...],
+    taken: float,
+) -> Iso230_2Figures:
+    """Return the figures of all readings without drift, the outliers too."""
+    run, estimate = fitted.run, fitted.estimate
+    place = tuple(np.array([(o.target - 1, o.cycle - 1, o.approach) for o in outliers]).T)
+    at = test.time_s if test.time_s is not None else test.order
+    assert at is not None  # noqa: S101 - a run without order was refused
+    shape, then = run.shape_of_level[:, place[0]], (at[place] - run.start) / run.duration
+    function = estimate.reported.functions(shape.shape[0], then, fraction)
+    without = test.deviation.copy()
+    without[run.index] -= from_reference
+    without[place] -= np.sum(function * shape, axis=0)
+    count = np.sum(~np.isnan(test.deviation), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.nansum(without, axis=1) / count
+        square = np.nansum((without - mean[:, None]) ** 2, axis=1)
+        s = np.sqrt(square / (count - 1.0) / taken)
+    return figures_of(mean, s)
 
 
 def _result(
-    test: PositioningTest, fitted: _Fitted, reference: float, outliers: tuple[Outlier, ...]
+    test: PositioningTest,
+    fitted: _Fitted,
+    outlying: _Outlying,
+    reference: float,
+    outliers: tuple[Outlier, ...],
 ) -> DriftResult:
     run, estimate = fitted.run, fitted.estimate
     fraction = float(np.clip((reference - run.start) / run.duration, 0.0, 1.0))
@@ -640,6 +853,10 @@ def _result(
     with np.errstate(divide="ignore", invalid="ignore"):
         s = placed(np.sqrt(square / (count - 1.0) / taken), run.approaches)
     suspects = _suspects(fitted)
+    of_all = None
+    if outliers:
+        of_all = _figures_of_all(test, fitted, fraction, from_reference, outliers, taken)
+    tails = _heavy_tails(outlying, len(outliers)) if outliers else 0
     weight = sums_per(readings.level, readings.weight, readings.levels) / count
     return DriftResult(
         model=estimate.model,
@@ -663,7 +880,9 @@ def _result(
         drift=drift,
         deviation=deviation,
         figures=figures_of(mean, s),
+        figures_of_all=of_all,
         outliers=outliers,
+        changes=_changes(test, fitted),
         suspects=suspects,
-        warnings=_warnings(test, fitted, suspects),
+        warnings=_warnings(test, fitted, suspects, outliers, tails),
     )

@@ -191,7 +191,7 @@ def apart(fitted: Fit, readings: Readings, part: IntArray, shape: FloatArray) ->
     along = np.einsum("gkj,gk->gj", vector, score) ** 2
     gain = np.sum(np.where(large, along / np.where(large, value, 1.0), 0.0), axis=1)
     number = np.sum(large, axis=1)
-    free = readings.value.size - readings.levels - readings.shape.shape[0]
+    free = readings.value.size - fitted.level.size - readings.shape.shape[0]
     left = np.maximum(fitted.variance * free - gain, _LEAST_LEFT * fitted.sums.square)
     ratio = gain / np.maximum(number, 1) / (left / np.maximum(free - number, 1))
     p = _special().fdtrc(np.maximum(number, 1), np.maximum(free - number, 1), ratio)

@@ -5,8 +5,9 @@ The model of a reading k at position p, taken at time t, is
     y = level + sum over c of shape_c(p) f_c(t) + noise
 
 with f_c cubic splines on equal intervals. Their curvature is penalised; as random functions they
-are integrated random walks. Straight lines are not penalised. The penalty is stated as the prior
-root mean square departure of f_c from its straight line, in units of the noise.
+are integrated random walks. Straight lines are not penalised, nor are steps at stated times. The
+penalty is stated as the prior root mean square departure of f_c from its straight line, in units
+of the noise.
 """
 
 from collections.abc import Sequence
@@ -34,6 +35,8 @@ _COARSE_INTERVALS = 48
 _ROUND_OFF = 1e-14
 """Share of the sum of squares that rounding alone leaves over. [1]"""
 _TINY = 1e-300
+_SAME_TIME = 1e-9
+"""Times that differ by less, as a share of the run, are one. [1]"""
 _AT_ONCE = 2000
 """Readings whose leverages are worked out together. [1]"""
 
@@ -89,6 +92,21 @@ def sums_per(index: IntArray, value: FloatArray, size: int) -> FloatArray:
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step of one function of time, of any size."""
+
+    time: float
+    """When, as a fraction of the run. [1]"""
+    shape: int
+    """Index of the function that jumps. [1]"""
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Return one after the step and zero before; a time that is the step's lies before it."""
+        return np.asarray(time > self.time + _SAME_TIME, dtype=np.float64)
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
     """Readings of one run in any order."""
@@ -106,6 +124,13 @@ class Readings:
     """Weight of each reading, inverse to its variance, (N,). [1]"""
     levels: int
     """Number L of levels. [1]"""
+    steps: tuple[Step, ...] = ()
+    """Steps of the functions, (E,)."""
+
+    @property
+    def columns(self) -> list[FloatArray]:
+        """What each reading has of every step of unit size, (N,) each."""
+        return [self.shape[step.shape] * step.at(self.time) for step in self.steps]
 
 
 def spline_values(time: FloatArray, intervals: int) -> tuple[IntArray, FloatArray]:
@@ -196,10 +221,12 @@ class Sums:
     """Number N of readings. [1]"""
     levels: int
     """Number L of levels. [1]"""
-    count: FloatArray
-    """Sum of weights per level, (L,). [1]"""
+    steps: tuple[Step, ...]
+    """Steps of the functions, (E,)."""
+    normal: FloatArray
+    """Levels and steps against each other, (L + E, L + E)."""
     level_sum: FloatArray
-    """Weighted sum of readings per level, (L,)."""
+    """Levels and steps against readings, (L + E,)."""
     square: float
     """Weighted sum of squared readings."""
     gram: FloatArray
@@ -208,9 +235,14 @@ class Sums:
     right: FloatArray
     """Splines against readings, (C (K + 3),)."""
     cross: FloatArray
-    """Levels against splines, (L, C (K + 3))."""
+    """Levels and steps against splines, (L + E, C (K + 3))."""
     pinned: IntArray
     """Coefficients held at zero, one per shape: a constant f_c cannot be told from levels."""
+
+    @property
+    def count(self) -> FloatArray:
+        """Sum of weights per level, (L,). [1]"""
+        return np.diag(self.normal)[: self.levels]
 
 
 def _add_moments(
@@ -261,12 +293,23 @@ def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0
     shape = np.zeros((readings.shape.shape[0], readings.levels))
     shape[:, readings.level] = readings.shape
     c_all, size = shape.shape[0], shape.shape[0] * (intervals + 3)
+    w, y = readings.weight, readings.value
+    n_levels, fixed = readings.levels, readings.levels + len(readings.steps)
     gram = np.zeros((ORDER * c_all, size))
     right = np.zeros(size)
-    cross = np.zeros((readings.levels, size))
-    _add_moments(readings, warped(readings.time, warm_up, plain), shape, (gram, right, cross))
-    w, y = readings.weight, readings.value
-    n_levels = readings.levels
+    cross = np.zeros((fixed, size))
+    time = warped(readings.time, warm_up, plain)
+    _add_moments(readings, time, shape, (gram, right, cross[:n_levels]))
+    normal, level_sum = np.zeros((fixed, fixed)), np.zeros(fixed)
+    normal[range(n_levels), range(n_levels)] = sums_per(readings.level, w, n_levels)
+    level_sum[:n_levels] = sums_per(readings.level, w * y, n_levels)
+    columns = readings.columns
+    for k, step in enumerate(columns, start=n_levels):
+        column = w * step
+        normal[k, :n_levels] = normal[:n_levels, k] = sums_per(readings.level, column, n_levels)
+        normal[k, n_levels:] = [column @ other for other in columns]
+        level_sum[k] = column @ y
+        cross[k] = _against_splines(readings, time, column, intervals)
     pinned = c_all * ((intervals + 3) // 2) + np.arange(c_all, dtype=np.intp)
     _pin(gram, right, cross, pinned)
     return Sums(
@@ -276,14 +319,28 @@ def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0
         shapes=c_all,
         readings=y.size,
         levels=n_levels,
-        count=sums_per(readings.level, w, n_levels),
-        level_sum=sums_per(readings.level, w * y, n_levels),
+        steps=readings.steps,
+        normal=normal,
+        level_sum=level_sum,
         square=float(np.sum(w * y * y)),
         gram=gram,
         right=right,
         cross=cross,
         pinned=pinned,
     )
+
+
+def _against_splines(
+    readings: Readings, time: FloatArray, column: FloatArray, intervals: int
+) -> FloatArray:
+    """Return the products of a column with all splines of all functions, (C (K + 3),)."""
+    first, values = spline_values(time, intervals)
+    products = np.zeros((intervals + 3, readings.shape.shape[0]))
+    for c, shape in enumerate(readings.shape):
+        for i in range(ORDER):
+            weighted = column * shape * values[:, i]
+            products[:, c] += sums_per(first + i, weighted, intervals + 3)
+    return products.ravel()
 
 
 def _pin(gram: FloatArray, right: FloatArray, cross: FloatArray, pinned: IntArray) -> None:
@@ -321,7 +378,7 @@ class Fit:
     level_factor: FloatArray
     """Cholesky factor of what is left to the levels."""
     level: FloatArray
-    """Levels where all splines vanish, (L,)."""
+    """Levels where all splines vanish, and sizes of steps, (L + E,)."""
     spline: FloatArray
     """Spline coefficients, (C (K + 3),)."""
     variance: float
@@ -342,10 +399,13 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
 
         B = G + P / departure^2,    (L'L - X B^-1 X') l = L'y - X B^-1 S'y,    B s = S'y - X' l.
 
-    With f = readings - levels - C and v = (y'y - l'L'y - s'S'y) / f, minus twice the restricted
-    log-likelihood is, but for a constant,
+    E steps are columns of L of their own. With f = readings - levels - C and
+    v = (y'y - l'L'y - s'S'y) / (f - E), minus twice the restricted log-likelihood is, but for a
+    constant,
 
         criterion = f log v + log|B| + log|L'L - X B^-1 X'| + 2 r sum over C of log departure.
+
+    A step's size in units of the noise has a flat prior: hence f, not f - E, before log v.
     """
     c_all = sums.shapes
     band = sums.gram.copy()
@@ -354,13 +414,13 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
     factor = _banded_factor(band)
     solved = _banded_solve(factor, np.column_stack((sums.right, sums.cross.T)))
     spline_right, spline_of_level = solved[:, 0], solved[:, 1:]
-    left = np.diag(sums.count) - sums.cross @ spline_of_level
+    left = sums.normal - sums.cross @ spline_of_level
     level_factor = _full_factor(left)
     level = _full_solve(level_factor, sums.level_sum - sums.cross @ spline_right)
     spline = spline_right - spline_of_level @ level
     free = sums.readings - sums.levels - c_all
     left_over = sums.square - float(level @ sums.level_sum) - float(spline @ sums.right)
-    variance = max(left_over, _ROUND_OFF * sums.square, _TINY) / free
+    variance = max(left_over, _ROUND_OFF * sums.square, _TINY) / (free - len(sums.steps))
     log_determinant = 2.0 * float(np.sum(np.log(factor[0])) + np.sum(np.log(np.diag(level_factor))))
     rank = sums.intervals + 1
     prior = -2.0 * rank * float(np.sum(np.log(departure)))
@@ -397,21 +457,39 @@ def parameters_of(sums: Sums, penalty: FloatArray, departure: FloatArray) -> flo
 
 
 def rows_at(sums: Sums, time: FloatArray, reference: float | None = None) -> FloatArray:
-    """Return the values of all splines of one function at each time, (T, K + 3).
+    """Return the values of all splines of one function, then of all steps, (T, K + 3 + E).
 
     With a reference time they are relative to those at it.
     """
-    rows = _spline_rows(warped(time, sums.warm_up, sums.plain), sums.intervals)
+    splines = _spline_rows(warped(time, sums.warm_up, sums.plain), sums.intervals)
+    rows = np.column_stack((splines, *(step.at(time) for step in sums.steps)))
     return rows if reference is None else rows - rows_at(sums, np.array([reference]))
 
 
-def _solved(
+def _combined(sums: Sums, rows: FloatArray, shape: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return rows times shapes, (C, T), as combinations of levels with steps and of splines."""
+    n = sums.intervals + 3
+    level = np.zeros((sums.level_sum.size, rows.shape[0]))
+    spline = np.zeros((sums.right.size, rows.shape[0]))
+    for c in range(sums.shapes):
+        spline[c :: sums.shapes] = rows[:, :n].T * shape[c]
+    spline[sums.pinned] = 0.0
+    for e, step in enumerate(sums.steps):
+        level[sums.levels + e] = rows[:, n + e] * shape[step.shape]
+    return level, spline
+
+
+def solved(
     fitted: Fit, level: FloatArray, spline: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return three parts of the covariance of linear combinations, without the noise's variance."""
-    solved = _banded_solve(fitted.spline_factor, spline)
-    through = level - fitted.sums.cross @ solved
-    return solved, through, _full_solve(fitted.level_factor, through)
+    """Return three parts of the covariance of linear combinations, without the noise's variance.
+
+    With combinations l of levels and steps, (L + E, T), and s of splines, (C (K + 3), T), and the
+    matrices of `fit`: B^-1 s, t = l - X B^-1 s and M^-1 t. The covariance is s' B^-1 s + t' M^-1 t.
+    """
+    through_splines = _banded_solve(fitted.spline_factor, spline)
+    through = level - fitted.sums.cross @ through_splines
+    return through_splines, through, _full_solve(fitted.level_factor, through)
 
 
 def levels_at(
@@ -421,66 +499,71 @@ def levels_at(
 
     Notes
     -----
-    With the splines R of the levels at that time, the product of the row and of their shapes, the
-    levels are l + R's. With T = I - X B^-1 R and M the matrix that `fit` solves for the levels,
-    their covariance is the noise's variance times R' B^-1 R + T' M^-1 T.
+    With the splines R of the levels at that time, the product of the row and of their shapes, and
+    I the unit matrix above the steps at that time, the levels are I'l + R's. With T = I - X B^-1 R
+    and M the matrix that `fit` solves for l, their covariance is the noise's variance times
+    R' B^-1 R + T' M^-1 T.
     """
     sums = fitted.sums
-    spline = np.zeros((sums.right.size, sums.levels))
-    for c in range(sums.shapes):
-        spline[c :: sums.shapes] = np.outer(row, shape_of_level[c])
-    spline[sums.pinned] = 0.0
-    level = fitted.level + spline.T @ fitted.spline
-    solved, through, back = _solved(fitted, np.eye(sums.levels), spline)
-    return level, fitted.variance * (spline.T @ solved + through.T @ back)
+    rows = np.broadcast_to(row, (sums.levels, row.size))
+    own, spline = _combined(sums, rows, shape_of_level)
+    own[range(sums.levels), range(sums.levels)] = 1.0
+    level = own.T @ fitted.level + spline.T @ fitted.spline
+    through_splines, through, back = solved(fitted, own, spline)
+    return level, fitted.variance * (spline.T @ through_splines + through.T @ back)
 
 
 def functions_at(fitted: Fit, rows: FloatArray) -> FloatArray:
     """Return the functions of time for rows of spline values, (C, T)."""
-    shapes = fitted.sums.shapes
-    return np.stack([rows @ fitted.spline[c::shapes] for c in range(shapes)])
+    sums, n = fitted.sums, fitted.sums.intervals + 3
+    value = np.stack([rows[:, :n] @ fitted.spline[c :: sums.shapes] for c in range(sums.shapes)])
+    for e, step in enumerate(sums.steps):
+        value[step.shape] += rows[:, n + e] * fitted.level[sums.levels + e]
+    return value
 
 
 def variances_at(fitted: Fit, rows: FloatArray) -> FloatArray:
-    """Return the variances of the functions of time for rows of spline values, (C, T).
-
-    Notes
-    -----
-    The covariance of the coefficients is the noise's variance times B^-1 + W M^-1 W' with
-    W = B^-1 X', without the coefficients that are held at zero.
-    """
+    """Return the variances of the functions of time for rows of spline values, (C, T)."""
     sums = fitted.sums
     variance = np.empty((sums.shapes, rows.shape[0]))
+    few = rows.shape[0] < rows.shape[1]
+    own = rows if few else np.eye(rows.shape[1])  # each spline and step by itself
     for c in range(sums.shapes):
-        spline = np.zeros((sums.right.size, rows.shape[0]))
-        spline[c :: sums.shapes] = rows.T
-        spline[sums.pinned] = 0.0
-        solved, through, back = _solved(fitted, np.zeros((sums.levels, rows.shape[0])), spline)
-        variance[c] = np.sum(spline * solved, axis=0) + np.sum(through * back, axis=0)
+        alone = np.zeros((sums.shapes, own.shape[0]))
+        alone[c] = 1.0
+        level, spline = _combined(sums, own, alone)
+        through_splines, through, back = solved(fitted, level, spline)
+        if few:
+            variance[c] = np.sum(spline * through_splines, axis=0) + np.sum(through * back, axis=0)
+        else:
+            covariance = spline.T @ through_splines + through.T @ back
+            variance[c] = np.sum((rows @ covariance) * rows, axis=1)
     return fitted.variance * np.maximum(variance, 0.0)
 
 
-def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
-    """Return the drift of every reading relative to a reference time."""
+def drift_of(fitted: Fit, readings: Readings, reference: float | None) -> FloatArray:
+    """Return the drift of every reading relative to a reference time, or to the levels of `fit`."""
     sums = fitted.sums
     first, values = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
-    row = rows_at(sums, np.array([reference]))[0]
+    start = np.zeros((sums.shapes, 1))
+    if reference is not None:
+        start = functions_at(fitted, rows_at(sums, np.array([reference])))
     drift = np.zeros(readings.value.size)
     for c in range(sums.shapes):
         own = fitted.spline[c :: sums.shapes]
-        value = np.full(first.size, -float(row @ own))
+        value = np.full(first.size, -start[c, 0])
         for i in range(ORDER):
             value += values[:, i] * own[first + i]
+        for e, step in enumerate(sums.steps):
+            if step.shape == c:
+                value += fitted.level[sums.levels + e] * step.at(readings.time)
         drift += readings.shape[c] * value
     return drift
 
 
 def residual_of(fitted: Fit, readings: Readings) -> FloatArray:
     """Return what the levels and the functions of a fit leave of the readings, (N,)."""
-    shape = np.zeros((fitted.sums.shapes, fitted.sums.levels))
-    shape[:, readings.level] = readings.shape
-    level, _ = levels_at(fitted, rows_at(fitted.sums, np.zeros(1))[0], shape)
-    return readings.value - level[readings.level] - drift_of(fitted, readings, 0.0)
+    return readings.value - fitted.level[readings.level] - drift_of(fitted, readings, None)
 
 
 def left_by(
@@ -506,11 +589,12 @@ def left_by(
                 spline += sums_per(at, weighted * readings.shape[c] * values[:, i], parts * size)
         right = spline.reshape(parts, size).T.copy()
         right[sums.pinned] = 0.0
-        own.append((right, *_solved(fitted, level.reshape(parts, -1).T, right)))
+        steps = [sums_per(part, weighted * step, parts) for step in readings.columns]
+        own.append((right, *solved(fitted, np.vstack((level.reshape(parts, -1).T, *steps)), right)))
         for j in range(k + 1):
             product[:, j, k] = product[:, k, j] = sums_per(part, weighted * rows[j], parts)
-            (left, _, through, _), (_, solved, _, back) = own[j], own[k]
-            both = np.sum(left * solved, axis=0) + np.sum(through * back, axis=0)
+            (left, _, through, _), (_, splines, _, back) = own[j], own[k]
+            both = np.sum(left * splines, axis=0) + np.sum(through * back, axis=0)
             taken[:, j, k] = taken[:, k, j] = both
     return product, taken
 
@@ -522,12 +606,8 @@ def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:
     for start in range(0, leverage.size, _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
         rows = rows_at(sums, readings.time[part])
-        spline = np.zeros((sums.right.size, rows.shape[0]))
-        for c in range(sums.shapes):
-            spline[c :: sums.shapes] = rows.T * readings.shape[c, part]
-        spline[sums.pinned] = 0.0
-        level = np.zeros((sums.levels, rows.shape[0]))
+        level, spline = _combined(sums, rows, readings.shape[:, part])
         level[readings.level[part], np.arange(rows.shape[0])] = 1.0
-        solved, through, back = _solved(fitted, level, spline)
-        leverage[part] = np.sum(spline * solved, axis=0) + np.sum(through * back, axis=0)
+        through_splines, through, back = solved(fitted, level, spline)
+        leverage[part] = np.sum(spline * through_splines, axis=0) + np.sum(through * back, axis=0)
     return np.clip(leverage * readings.weight, 0.0, 1.0)

@@ -25,6 +25,7 @@ from thermaxis.positioning.drift._smooth_terms import (
     parameters_of,
     penalty_of,
     rows_at,
+    solved,
     variances_at,
 )
 from thermaxis.positioning.run import FloatArray
@@ -69,6 +70,8 @@ class Average:
     """The likeliest of them."""
     best_departure: FloatArray
     """Its departures, (C,). [1]"""
+    evidence: float
+    """Minus twice the logarithm of the restricted likelihood, all smoothness together."""
 
 
 def largest_departure(intervals: int) -> float:
@@ -136,6 +139,7 @@ def average_over_smoothness(all_sums: Sequence[Sums]) -> Average:
         line_is_enough=bool(line.criterion < criterion[lowest] + LINE_CRITERION),
         best=fits[lowest],
         best_departure=search.departure(kept[lowest]),
+        evidence=float(criterion[lowest] - 2.0 * np.log(np.sum(weight))),
     )
 
 
@@ -143,9 +147,10 @@ def effective_parameters(average: Average) -> float:
     """Return the effective number of parameters, levels too, at the likeliest smoothness."""
     if average.line_is_enough:
         sums = average.line.sums
-        return float(sums.levels + sums.shapes)
+        return float(sums.level_sum.size + sums.shapes)
     sums = average.best.sums
-    return sums.levels + parameters_of(sums, penalty_of(sums.intervals), average.best_departure)
+    more = parameters_of(sums, penalty_of(sums.intervals), average.best_departure)
+    return sums.level_sum.size + more
 
 
 @final
@@ -154,7 +159,7 @@ class Reported:
     """Fits whose weighted sum is the drift that is reported; none where there is no drift."""
 
     fits: tuple[Fit, ...]
-    """One for each time, with the mean splines; or the line alone."""
+    """One for each time, with the mean splines and steps; or the line alone."""
     weight: tuple[float, ...]
     """Their weights, one in sum. [1]"""
 
@@ -187,7 +192,8 @@ def reported(average: Average) -> Reported:
         own = [(w, f) for w, f in zip(average.weight, average.fits, strict=True) if f.sums is sums]
         weight = float(sum(w for w, _ in own))
         spline = np.asarray(sum(w * f.spline for w, f in own), dtype=np.float64) / weight
-        fits.append(replace(own[0][1], spline=spline))
+        level = np.asarray(sum(w * f.level for w, f in own), dtype=np.float64) / weight
+        fits.append(replace(own[0][1], spline=spline, level=level))
         weights.append(weight)
     return Reported(tuple(fits), tuple(weights))
 
@@ -215,6 +221,19 @@ def level_errors(
         mean, covariance = levels_at(fitted, row[0], shape_of_level)
         spread += w * (covariance + np.outer(mean - level, mean - level))
     return spread
+
+
+def step_sizes(average: Average, stated: Reported) -> tuple[FloatArray, FloatArray]:
+    """Return the sizes of the steps that are reported, and their root mean square errors, (E,)."""
+    n = average.line.sums.levels
+    size = np.asarray(sum(w * f.level[n:] for w, f in zip(stated.weight, stated.fits, strict=True)))
+    square = np.zeros_like(size)
+    for w, fitted in zip(average.weight, average.fits, strict=True):
+        level = np.eye(fitted.level.size)[:, n:]
+        _, through, back = solved(fitted, level, np.zeros((fitted.spline.size, size.size)))
+        variance = fitted.variance * np.sum(through * back, axis=0)
+        square += w * (variance + (fitted.level[n:] - size) ** 2)
+    return size, np.sqrt(square)
 
 
 def function_errors(

@@ -19,7 +19,6 @@ from thermaxis.report._style import ARROWS
 from thermaxis.report._text import fixed, plain_text, two_digits
 from thermaxis.report.certificate._number_tables import number_table, numbered_positions
 from thermaxis.report.charts import (
-    at_position,
     detail_decimals,
     growth_unit,
     reference_place,
@@ -41,7 +40,6 @@ _PROMPTS = (
     " effect on the accuracy of the axis first."
 )
 _MODELS = {"line": "a straight line in time", "smooth": "a smooth curve in time"}
-_MOST_NAMED = 20
 
 
 def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> list[Section]:
@@ -54,7 +52,6 @@ def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> li
         _state(report, drift),
         _noise(report, drift),
         _reversal(report, drift),
-        *_outliers(report, drift),
         *(_as_sentence(plain_text(sentence_of(warning), 600)) for warning in drift.warnings),
     )
     blocks: tuple[Block, ...] = (
@@ -152,20 +149,6 @@ def _reversal(report: PositioningReport, drift: DriftResult) -> str:
         for key in ("B", "B_mean")
     ]
     return f"{said[0]}, {said[1]}: {_WHY_REVERSAL}."
-
-
-def _outliers(report: PositioningReport, drift: DriftResult) -> list[str]:
-    if not drift.outliers:
-        return []
-    unit, decimals = report.test.kind.units.deviation, report.figure_decimals
-    named = [
-        f"target {o.target} ({at_position(report, float(report.test.target[o.target - 1]))}),"
-        f" cycle {o.cycle} {ARROWS[o.approach]}, {fixed(o.residual, decimals)} {unit} off"
-        for o in drift.outliers[:_MOST_NAMED]
-    ]
-    if len(drift.outliers) > _MOST_NAMED:
-        named.append(f"{len(drift.outliers) - _MOST_NAMED} more")
-    return [f"Outliers, left out of this section only: {'; '.join(named)}."]
 
 
 def _as_sentence(words: str) -> str:

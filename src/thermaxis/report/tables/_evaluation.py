@@ -15,6 +15,7 @@ from thermaxis.positioning import (
     FORWARD,
     AdjacentDifferenceApproach,
     AdjacentDifferenceResult,
+    Change,
     DriftResult,
     Finding,
     Iso230_2_1988Result,
@@ -47,7 +48,8 @@ _UNCERTAINTIES = ("expanded_uncertainty", "coverage_factor", "bias", "standard_u
 _OF_FIGURES = (
     *("value", "expanded_uncertainty", "coverage_factor", "standard_uncertainty", "bias"),
     *("drift_free", "drift_free_expanded_uncertainty", "drift_free_coverage_factor"),
-    *("drift_effect", "drift_effect_expanded_uncertainty", "limit", "guard_band", "verdict"),
+    *("drift_free_with_outliers", "drift_effect", "drift_effect_expanded_uncertainty"),
+    *("limit", "guard_band", "verdict"),
 )
 _OF_BUDGET = (
     *("figure", "quantity", "value", "unit", "distribution", "standard_uncertainty"),
@@ -259,6 +261,7 @@ def _drift(report: PositioningReport) -> Part:
             *values_of(drift, "model", "significant", "p_no_drift", "residual_std"),
             *values_of(drift, "effective_parameters", "total", "total_within", "total_per_m"),
             *values_of(drift, "total_per_m_within", "reference_time_s", "outliers", "suspects"),
+            Value("changes", [_change(change, report.test) for change in drift.changes]),
             Value("noise_std_forward", drift.noise_std[FORWARD]),
             Value("noise_std_backward", drift.noise_std[BACKWARD]),
             Value("levels_forward", drift.level[:, FORWARD]),
@@ -270,6 +273,17 @@ def _drift(report: PositioningReport) -> Part:
             Value("diagnosis", [*map(_finding, report.diagnosis)]),
         ],
     )
+
+
+def _change(change: Change, test: PositioningTest) -> dict[str, object]:
+    unit = test.kind.units.deviation_suffix
+    return {
+        "time_s": change.time_s,
+        "cycle": change.cycle,
+        f"size_{unit}": change.size,
+        f"std_{unit}": change.std,
+        "kind": str(change.kind),
+    }
 
 
 def _by_figure(values: Mapping[str, float]) -> dict[str, float | None]:

@@ -225,7 +225,7 @@ def asked_of(request: Request) -> _Asked:
             raise _no_option(option)
         words += [f"--{option}={value}"] if value else []
     words += _reference(query.get("reference_cycle", ""), query.get("reference_hours", ""))
-    for option, flag in (("robust", "--robust"), ("no_drift", "--no-drift"), ("full", "--full")):
+    for option, flag in (("no_drift", "--no-drift"), ("full", "--full")):
         value = query.get(option, "no")
         if value not in ("yes", "no"):
             raise _no_option(option)

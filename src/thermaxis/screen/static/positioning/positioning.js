@@ -100,7 +100,6 @@ function request(form) {
     edition: String(data.get("edition") ?? ""),
     reference_cycle: reference === "cycle" ? value : "",
     reference_hours: reference === "hours" ? value : "",
-    robust: data.has("robust") ? "yes" : "no",
     full: data.has("full") ? "yes" : "no",
     no_drift: data.has("drift") ? "no" : "yes",
     head_bytes: String(head?.size ?? 0),
