@@ -1,6 +1,7 @@
 """Certificates as files: PDF and HTML."""
 
 import hashlib
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -283,6 +284,10 @@ def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_pag
     page = small_page
     assert_harmless(page)
     assert page.startswith('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">')
+    foot = page[page.index("@bottom-left") :]
+    foot = foot[foot.index('content: "') + 10 : foot.index('"; }')]
+    printed = re.sub(r"\\([0-9a-f]+) ", lambda found: chr(int(found[1], 16)), foot)
+    assert printed == build_certificate(small, {}).footer
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
     assert f'http-equiv="Content-Security-Policy" content="{policy}"' in page
     reader = PageReader(page)

@@ -212,7 +212,7 @@ def _notes(report: PositioningReport) -> list[str]:
         notes.append(f"Figures after {name} stand in a section of their own: {UNVERIFIED}.")
     if report.adjacent_difference is not None:
         notes.append(
-            "Results of the adjacent-difference method stand in a section of their own; they do"
+            "Results of the adjacent-difference method stand in an annex; they do"
             " not change the figures above."
         )
     if report.limits is None:

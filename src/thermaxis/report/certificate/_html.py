@@ -64,6 +64,8 @@ footer { margin-top: 2rem; border-top: 1px solid #888; font-size: .8rem; color: 
   figure, dl, tr, .verdict, .signature { break-inside: avoid; }
   h2, h3 { break-after: avoid; }
   .scroll { overflow: visible; }
+  header table { font-size: .8rem; } header figure svg { max-height: 7.5cm; }
+  figure svg { max-height: 12cm; } .signature { margin-top: 2rem; }
   table.dense { font-size: 6.5pt; } table.dense th, table.dense td { padding: 0 .25em; }
 }
 """
@@ -82,7 +84,7 @@ def render_html(document: Document) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         f'<meta name="generator" content="{escape(document.author)}">',
         f"<title>{title}</title>",
-        f"<style>{_STYLE}</style>",
+        f"<style>{_STYLE}{_foot_of_pages(document)}</style>",
         "</head>",
         "<body>",
         "<header>",
@@ -101,6 +103,12 @@ def render_html(document: Document) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _foot_of_pages(document: Document) -> str:
+    """Return the style that prints the foot on every page; no character of it acts in a style."""
+    escaped = (c if c.isascii() and c.isalnum() else f"\\{ord(c):x} " for c in document.footer)
+    return f'@page {{ @bottom-left {{ font-size: 8pt; content: "{"".join(escaped)}"; }} }}\n'
 
 
 def _section(section: Section, pictures: Iterator[int]) -> str:
