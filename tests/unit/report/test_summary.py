@@ -120,13 +120,20 @@ def test_a_drift_that_was_found_is_said_with_its_growth_over_the_run_and_over_th
 
 
 @pytest.mark.parametrize("seed", range(3, 9))
-def test_where_no_drift_is_seen_no_growth_is_claimed(seed: int) -> None:
-    report = drifting(still(seed))
+def test_where_no_drift_is_seen_no_growth_is_claimed_but_a_bound_that_holds(seed: int) -> None:
+    test, shift, growth = still(seed), 0.15, 1.0
+    x = (test.target - test.target.mean())[:, None, None]
+    late = test.time_s / np.max(test.time_s)
+    drift = late * (shift + 1e-3 * growth * x)
+    report = drifting(replace(test, deviation=test.deviation + drift))
     assert report.drift
     assert not report.drift.significant
     sentence = said(summary_of(report), "drift: ")
     assert sentence.startswith("drift: not significant (p = ")
     assert "±" not in sentence
+    bounds = [float(one) for one in re.findall(r"less than ([\d.]+)", sentence)]
+    assert bounds[0] > growth
+    assert bounds[1] > shift
 
 
 def test_what_the_drift_lacks_stands_in_its_place_and_not_among_the_warnings() -> None:
