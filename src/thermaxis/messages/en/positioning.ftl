@@ -72,7 +72,7 @@ warning-stops_shorter = readings follow each other { FIXED($shorter_s, decimals:
 warning-stops_longer = readings follow each other { FIXED($longer_s, decimals: 1) } s later than planned (median): acceleration or recording take longer, or the stops were longer than { $planned_s } s
 warning-run_paused = the run paused { $count } time(s); the longest pause, { FIXED($longest_min, decimals: 1) } min, came before target { $target } { $approach } in cycle { $cycle }
 
-## Levels of a table
+## Mean deviations of a table
 
 remark-one_approach_for_both = only { $approach } approaches were measured: they stand for both directions
 remark-targets_left_out = targets without readings were left out: { $targets }
