@@ -78,7 +78,7 @@ def test_the_figures_are_those_of_the_result_with_their_uncertainty_and_without_
             for one in (report.uncertainty.measured, report.uncertainty.drift_free)
             if one
         ]
-        assert numbers == pytest.approx([measured[key], u[0], free[key], u[1]], abs=0.005)
+        assert numbers == pytest.approx([measured[key], u[0], free[key], u[1]], abs=0.005, rel=0.05)
 
 
 @pytest.mark.parametrize("approach", ["forward", "backward"])
@@ -87,7 +87,7 @@ def test_one_approach_has_its_own_three_figures(approach: str) -> None:
     arrow = "↑" if approach == "forward" else "↓"
     heads = [line.split()[0] for line in summary_of(report).splitlines() if line[:2] == "  "]
     first = heads.index("ISO") + 1
-    assert heads[first : first + 3] == [f"A{arrow}", f"E{arrow}", f"R{arrow}"]
+    assert heads[first : first + 3] == [f"E{arrow}", f"R{arrow}", f"A{arrow}"]
 
 
 def test_the_verdict_names_what_does_not_pass_with_numbers_where_no_line_shows_them() -> None:
@@ -100,7 +100,7 @@ def test_the_verdict_names_what_does_not_pass_with_numbers_where_no_line_shows_t
     assert "FAIL" in verdict
     assert f"A↑ fail ({figures['A_forward']:.2f}, limit 0.25)" in verdict
     assert "A fail" in verdict
-    assert "B" not in verdict.partition("counted")[2]
+    assert "B" not in verdict
     passing = FigureLimits({"B": 1e3}, DecisionRule.SIMPLE, {}, "l.toml")
     passed = replace(report, limits=check_limits(passing, report.iso230_2))
     assert said(summary_of(passed), "verdict: ").startswith("verdict: PASS")

@@ -19,8 +19,8 @@ summary-verdict = verdict: { $verdict ->
         [fail] FAIL
        *[open] NOT DECIDED
     } by { $rule ->
-        [simple] simple acceptance (U is not counted)
-       *[iso14253-1] ISO 14253-1 (U is counted)
+        [simple] simple acceptance (guard band 0)
+       *[iso14253-1] ISO 14253-1 (guard band U)
     }
 summary-verdict_of = { summary-verdict }: { $figures }
 summary-figure = { $figure } { $verdict }
@@ -42,8 +42,8 @@ summary-other_standard = { $name } ({ $mark }): { $figures } { $unit }
 
 ## Drift
 
-summary-drift_linear = drift: significant ({ $p }); over the run thermal growth of { $growth } µm/m, which is { $grown } µm over the { $length } mm measured, and a shift of the whole axis of { $shift } µm
-summary-drift_rotary = drift: significant ({ $p }); over the run the scale changed by { $growth } arcsec per 1000°, which is { $grown } arcsec over the { $length }° measured, and the whole axis turned by { $shift } arcsec
+summary-drift_linear = drift: significant ({ $p }); over the run thermal growth of { $growth } µm/m ({ $grown } µm over { $length } mm) and a shift of the whole axis of { $shift } µm
+summary-drift_rotary = drift: significant ({ $p }); over the run the scale changed by { $growth } arcsec per 1000° ({ $grown } arcsec over { $length }°) and the whole axis turned by { $shift } arcsec
 summary-no_drift_linear = drift: not significant ({ $p }); over the run thermal growth of less than { $growth } µm/m and a shift of the whole axis of less than { $shift } µm
 summary-no_drift_rotary = drift: not significant ({ $p }); over the run a change of scale of less than { $growth } arcsec per 1000° and a turn of the whole axis of less than { $shift } arcsec
 summary-no_drift = drift: not significant ({ $p })

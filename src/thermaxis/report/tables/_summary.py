@@ -8,15 +8,12 @@ import numpy as np
 
 from thermaxis.codes import Message, printable
 from thermaxis.messages import keys, number_text, sentence_of
-from thermaxis.positioning import (
-    APPROACHES,
-    FigureUncertainty,
-    figures_by_key,
-)
+from thermaxis.positioning import APPROACHES, Edition
+from thermaxis.report._figure_table import FigureRow, FigureTable, figure_table
 from thermaxis.report._limits_check import Verdict
-from thermaxis.report._names import FIGURE_SYMBOLS, OTHER_NAMES, edition_name, other_standard_name
+from thermaxis.report._names import OTHER_NAMES, edition_name, other_standard_name
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._text import as_given, two_digits
+from thermaxis.report._text import as_given, fixed, two_digits
 from thermaxis.report.tables._text_table import aligned_lines
 
 _LINES, _WIDTH = 20, 80
@@ -26,6 +23,7 @@ _NO_MODEL = "warning-no_drift_model"
 _LARGER = 1.5
 """Bound of a drift that was not found, of its band: three standard uncertainties. Of runs with a
 drift that just escapes the test it holds for 92 % or more; two hold for 80 %. [1]"""
+_HEADS = {"value": "measured", "drift-free": "without drift"}
 _LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
 
 
@@ -43,8 +41,9 @@ def summary_of(report: PositioningReport) -> str:
         At most 20 lines of at most 80 characters for a terminal, on which text from files cannot
         act. The last line says how many findings and warnings had no room, and where they are.
     """
-    head = [*_lines(_run(report)), *_lines(_verdict(report))]
-    figures = [*_figures(report)]
+    table = figure_table(report)
+    head = [*_lines(_run(report)), *_lines(_verdict(report, table))]
+    figures = [*_figures(report, table)]
     others = [*_other_standard(report), *_drift(report)]
     drift = [line for message in others for line in _lines(message)]
     findings = [_lines(_short(one.message), "finding: ") for one in report.diagnosis]
@@ -68,11 +67,11 @@ def summary_of(report: PositioningReport) -> str:
 
 
 def _fitting(*kinds: Sequence[list[str]], room: int) -> tuple[list[list[str]], ...]:
-    """Return those of each kind that fit, the first of each before the second of any."""
+    """Return the first of each kind that fit, the first of each before the second of any."""
     kept: tuple[list[list[str]], ...] = tuple([] for _ in kinds)
-    for round_ in zip_longest(*kinds, fillvalue=[]):
-        for lines, own in zip(round_, kept, strict=True):
-            if 0 < len(lines) <= room:
+    for k, of_each in enumerate(zip_longest(*kinds, fillvalue=[])):
+        for lines, own in zip(of_each, kept, strict=True):
+            if 0 < len(lines) <= room and len(own) == k:
                 own.append(lines)
                 room -= len(lines)
     return kept
@@ -115,72 +114,66 @@ def _approaches(report: PositioningReport) -> str:
 # ---- verdict and figures ------------------------------------------------------------------------
 
 
-def _keys(report: PositioningReport) -> tuple[str, ...]:
-    """Return the figures that are shown: those of both approaches, else those of the only one."""
-    approaches = _approaches(report)
-    every = "AEMRB" if approaches == "both" else [f"{key}_{approaches}" for key in "AER"]
-    figures = figures_by_key(report.iso230_2)
-    return tuple(key for key in every if figures[key] is not None)
-
-
-def _number(report: PositioningReport, value: float | None) -> str:
-    return number_text(value, f".{report.figure_decimals}f", "en")
-
-
-def _verdict(report: PositioningReport) -> Message:
+def _verdict(report: PositioningReport, table: FigureTable) -> Message:
     check = report.limits
     if check is None:
         return Message("summary-no_limits")
     values = {"verdict": str(check.verdict), "rule": str(check.limits.decision_rule)}
     named: list[Message] = []
-    for one in check.figures:
-        if one.verdict is not Verdict.PASS:
-            said = {"figure": FIGURE_SYMBOLS[one.key], "verdict": str(one.verdict)}
-            if one.key in _keys(report):
-                named.append(Message("summary-figure", said))
-            else:
-                said |= {"value": _number(report, one.value), "limit": as_given(one.limit)}
-                named.append(Message("summary-figure_with_limit", said))
+    for row, cells in zip(table.rows, table.cells, strict=True):
+        if row.verdict not in {None, Verdict.PASS}:
+            said = {"figure": row.symbol, "verdict": str(row.verdict)}
+            code = "summary-figure"
+            if not _is_shown(row):
+                said |= {"value": cells[2], "limit": cells[table.labels.index("limit")]}
+                code = "summary-figure_with_limit"
+            named.append(Message(code, said))
     if not named:
         return Message("summary-verdict", values)
     return Message("summary-verdict_of", {**values, "figures": tuple(named)})
 
 
-def _figures(report: PositioningReport) -> Iterator[str]:
-    """Yield the figures as measured and without drift, with U and limits."""
-    result, drift, limits = report.iso230_2, report.drift, report.limits
-    measured, free = figures_by_key(result), {}
-    u_measured = None if report.uncertainty is None else report.uncertainty.measured
-    u_free = None if report.uncertainty is None else report.uncertainty.drift_free
-    heads = [f"{edition_name(result.edition)}, {report.test.kind.units.deviation}", "measured"]
-    if drift is not None:
-        heads.append("without drift")
-        free = figures_by_key(drift.figures)
-    if limits is not None:
-        heads += ["limit", "verdict"]
-    rows: list[list[str]] = []
-    for key in _keys(report):
-        name = sentence_of(Message(f"summary-figure_{key[0]}", {"edition": result.edition.name}))
-        row = [f"{FIGURE_SYMBOLS[key]:<2} {name}", _with_u(report, measured[key], u_measured, key)]
-        if drift is not None:
-            row.append(_with_u(report, free[key], u_free, key))
-        if limits is not None:
-            check = limits.of(key)
-            row += ["", ""] if check is None else [as_given(check.limit), str(check.verdict)]
-        rows.append(row)
-    yield from aligned_lines(heads, rows, words=1)
-    if u_measured is not None:
-        left_out = {"left_out": u_measured.left_out}
-        yield from _lines(
-            Message("summary-u_without" if u_measured.left_out else "summary-u", left_out)
-        )
+def _is_shown(row: FigureRow) -> bool:
+    return row.strong and row.value is not None
 
 
-def _with_u(
-    report: PositioningReport, value: float | None, figures: FigureUncertainty | None, key: str
-) -> str:
-    u = None if figures is None else figures.expanded_uncertainty.get(key)
-    return _number(report, value) + ("" if u is None else f" ± {_number(report, u)}")
+def _figures(report: PositioningReport, table: FigureTable) -> Iterator[str]:
+    """Yield the main figures as measured and without drift, with U and limits."""
+    edition = report.iso230_2.edition
+    shown = [
+        (row, cells) for row, cells in zip(table.rows, table.cells, strict=True) if _is_shown(row)
+    ]
+    columns = [
+        (f"{edition_name(edition)}, {table.unit}", [_name(row, edition) for row, _ in shown])
+    ]
+    for k, label in enumerate(table.labels):
+        cells = [cells[k] for _, cells in shown]
+        if label in {"value", "drift-free"}:
+            columns.append((_HEADS[label], cells))
+        elif label == "U":
+            head, values = columns.pop()
+            columns.append((head, _with_u(values, cells)))
+        elif label in {"limit", "verdict"}:
+            columns.append((label, cells))
+    heads, texts = zip(*columns, strict=True)
+    yield from aligned_lines(heads, list(zip(*texts, strict=True)), words=1)
+    yield from (line for one in table.notes if one.code == "note-u_stated" for line in _lines(one))
+    left_out = () if report.uncertainty is None else report.uncertainty.measured.left_out
+    if left_out:
+        yield from _lines(Message("summary-u_without", {"left_out": left_out}))
+    elif "U" in table.labels:
+        yield from _lines(Message("summary-u"))
+
+
+def _name(row: FigureRow, edition: Edition) -> str:
+    name = Message(f"summary-figure_{row.key[0]}", {"edition": edition.name})
+    return f"{row.symbol:<2} {sentence_of(name)}"
+
+
+def _with_u(values: Sequence[str], uncertainties: Sequence[str]) -> list[str]:
+    known = [f" ± {u}" if u[:1].isdigit() else "" for u in uncertainties]
+    widest = max(map(len, known), default=0)
+    return [f"{value}{u:<{widest}}" for value, u in zip(values, known, strict=True)]
 
 
 def _other_standard(report: PositioningReport) -> list[Message]:
@@ -189,7 +182,7 @@ def _other_standard(report: PositioningReport) -> list[Message]:
     if other is None:
         return []
     figures = ", ".join(
-        f"{OTHER_NAMES[key][0]} {_number(report, getattr(other, key))}"
+        f"{OTHER_NAMES[key][0]} {fixed(getattr(other, key), report.figure_decimals)}"
         for key in type(other).__slots__
         if key != "mark"
     )
