@@ -42,10 +42,10 @@ summary-other_standard = { $name } ({ $mark }): { $figures } { $unit }
 
 ## Drift
 
-summary-drift_linear = drift: significant ({ $p }); over the run thermal growth of { $growth } µm/m ({ $grown } µm over { $length } mm) and a shift of the whole axis of { $shift } µm
-summary-drift_rotary = drift: significant ({ $p }); over the run the scale changed by { $growth } arcsec per 1000° ({ $grown } arcsec over { $length }°) and the whole axis turned by { $shift } arcsec
-summary-no_drift_linear = drift: not significant ({ $p }); over the run thermal growth of less than { $growth } µm/m and a shift of the whole axis of less than { $shift } µm
-summary-no_drift_rotary = drift: not significant ({ $p }); over the run a change of scale of less than { $growth } arcsec per 1000° and a turn of the whole axis of less than { $shift } arcsec
+summary-drift_linear = drift: significant ({ $p }); thermal growth over the run { $growth } µm/m ({ $grown } µm over { $length } mm), shift of the whole axis { $shift } µm
+summary-drift_rotary = drift: significant ({ $p }); change of scale over the run { $growth } arcsec per 1000° ({ $grown } arcsec over { $length }°), turn of the whole axis { $shift } arcsec
+summary-no_drift_linear = drift: not significant ({ $p }); thermal growth over the run less than { $growth } µm/m, shift of the whole axis less than { $shift } µm
+summary-no_drift_rotary = drift: not significant ({ $p }); change of scale over the run less than { $growth } arcsec per 1000°, turn of the whole axis less than { $shift } arcsec
 summary-no_drift = drift: not significant ({ $p })
 summary-drift_not_evaluated = drift: not evaluated
 
