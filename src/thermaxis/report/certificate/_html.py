@@ -50,7 +50,8 @@ th, td { padding: .18rem .5rem; text-align: right; white-space: nowrap; }
 .left { text-align: left; } .center { text-align: center; }
 td.wide { white-space: normal; overflow-wrap: anywhere; }
 tr.strong td { font-weight: bold; }
-table.dense tr:nth-child(4n+3) td, table.dense tr:nth-child(4n) td { background: #eee; }
+table.dense:not(:has(.strong)) tr:is(:nth-child(4n+3), :nth-child(4n)) td { background: #eee; }
+table.dense tr.strong td { border-bottom: 1px solid #999; }
 table.dense { font-size: .72rem; } table.dense th, table.dense td { padding: .05rem .3rem; }
 figure { margin: 1.2rem 0; } figure svg { width: 100%; height: auto; }
 figure svg * { stroke-linejoin: round; stroke-linecap: butt; }
