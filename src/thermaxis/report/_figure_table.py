@@ -117,7 +117,9 @@ def figure_table(report: "PositioningReport") -> FigureTable:
         columns.append(("drift-free", [fixed(r.drift_free, decimals, absent="") for r in rows]))
     if report.uncertainty is not None and report.uncertainty.drift_free is not None:
         free = [_u(r.drift_free, r.drift_free_expanded_uncertainty) for r in rows]
-        effect = [_effect(r.drift_effect, r.drift_effect_expanded_uncertainty) for r in rows]
+        effect = [
+            _effect(r.drift_effect, r.drift_effect_expanded_uncertainty, decimals + 1) for r in rows
+        ]
         columns += [("U", free), ("effect of drift", effect)]
     if any(row.drift_free_with_outliers is not None for row in rows):
         of_all = [fixed(r.drift_free_with_outliers, decimals, absent="") for r in rows]
@@ -215,13 +217,13 @@ def _u(value: float | None, u: float | None) -> str:
     return _NOT_EVALUATED if u is None else two_digits(u)
 
 
-def _effect(effect: float | None, u: float | None) -> str:
+def _effect(effect: float | None, u: float | None, finest: int) -> str:
     if effect is None:
         return ""
     if u is None:
         return _NOT_EVALUATED
-    text = two_digits(u)
-    return f"{fixed(effect, len(text.partition('.')[2]))} ± {text}"
+    decimals = min(len(two_digits(u).partition(".")[2]), finest)
+    return f"{fixed(effect, decimals)} ± {fixed(u, decimals)}"
 
 
 def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Message]:
@@ -256,7 +258,7 @@ class BudgetTable:
     """What the uncertainty of the main figures consists of, as numbers and as text."""
 
     rows: tuple[BudgetRow, ...]
-    """One row for each figure and input quantity."""
+    """One row for each figure and input quantity that contributes."""
     labels: tuple[str, ...]
     """Heads of the columns; figure, quantity and distribution are words."""
     cells: tuple[tuple[str, ...], ...]
@@ -286,7 +288,7 @@ def budget_table(report: "PositioningReport") -> BudgetTable | None:
     cells: list[tuple[str, ...]] = []
     sums: list[int] = []
     for figure in shown:
-        own = [row for row in measured.budget if row.figure == figure.key]
+        own = [row for row in measured.budget if row.figure == figure.key and row.contribution > 0]
         if not own:
             continue
         for row in own:

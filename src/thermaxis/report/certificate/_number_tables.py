@@ -62,7 +62,7 @@ def budget_section(report: PositioningReport) -> list[Section]:
         "Of the figures as measured. u: standard uncertainty of the quantity; value: expanded"
         " uncertainty of the instrument's certificate (k = 2), half width of a rectangular"
         " interval, standard deviation of a reading, or bias; last row of each figure: combined"
-        " standard uncertainty."
+        " standard uncertainty. Terms that cancel in a figure are left out."
     )
     block = Table(columns, table.cells, caption, strong_rows=table.strong, dense=True)
     return [Section("Uncertainty budget (GUM)", (block,))]
