@@ -137,7 +137,7 @@ class UncertaintyResult:
     None where the drift is not known."""
     drift_effect: Mapping[str, float]
     """Expanded uncertainty of what the drift did to each figure, which is estimated by measured
-    minus drift-free; empty where the drift is not known. [µm or arcsec]"""
+    minus drift-free, both of all readings; empty where the drift is not known. [µm or arcsec]"""
     samples: int
     """Number of draws. [1]"""
     seed: int
@@ -456,7 +456,9 @@ def evaluate_uncertainty(
     if drift is None:
         return UncertaintyResult(measured, None, MappingProxyType({}), samples, seed)
     drift_free = _evaluated(drift.figures, draws.drift_free, *shared, left_out)
-    before, after = arrays_by_key(as_measured), arrays_by_key(drift.figures)
+    before, after = (
+        arrays_by_key(figures) for figures in (as_measured, drift.figures_of_all or drift.figures)
+    )
     effect = {
         key: _half_width(draws.effect[key], float(before[key] - after[key]))
         for key in drift_free.expanded_uncertainty
