@@ -136,6 +136,24 @@ def test_where_no_drift_is_seen_no_growth_is_claimed_but_a_bound_that_holds(seed
     assert bounds[1] > shift
 
 
+def test_a_jump_and_an_outlier_stand_below_the_drift_and_not_among_the_warnings() -> None:
+    test = replace(make_run(9, 8), remarks=())
+    noise = np.random.default_rng(6).normal(0.0, 0.3, test.deviation.shape)
+    deviation = (
+        4.0 * np.sin(test.target / 60.0)[:, None, None] + noise + 5.0 * (test.time_s > 500.0)
+    )
+    deviation[3, 1, 0] += 6.0
+    report = drifting(replace(test, deviation=deviation))
+    assert report.drift
+    report = replace(report, warnings=report.drift.warnings)
+    (change,), (outlier,) = report.drift.changes, report.drift.outliers
+    summary = summary_of(report)
+    assert f"cycle {change.cycle}, all targets by +{change.size:.2f} ± " in said(summary, "jump: ")
+    named = said(summary, "outlier: ")
+    assert named.startswith(f"outlier: target 4 forward in cycle 2, +{outlier.residual:.2f} µm off")
+    assert "warning" not in summary
+
+
 def test_what_the_drift_lacks_stands_in_its_place_and_not_among_the_warnings() -> None:
     why = Message("warning-no_drift_model", {"error": "no order", "remedy": ""})
     report = replace(make_report(make_run()), warnings=(why,))

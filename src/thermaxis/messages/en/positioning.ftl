@@ -28,10 +28,14 @@ warning-anchor_outlying = the reading of position { $position } { $approach } in
 ## Drift
 
 warning-outlier_left_out = the reading of target { $target } { $approach } in cycle { $cycle } lies { SIGNED($residual, decimals: 2) } { $unit } from the drift model: it was left out of the model and of its figures; the measured figures hold it
+    .short = outlier: target { $target } { $approach } in cycle { $cycle }, { SIGNED($residual, decimals: 2) } { $unit } off; left out without drift
 warning-more_outliers = { $count } more readings lie out and were left out in the same way
+    .short = outliers: { $count } more, left out without drift
 warning-heavy_tailed_noise = { $far } of { $readings } readings lie further than { $limit } robust standard deviations from the drift model, where { FIXED($expected) } of normal noise would: the noise has heavy tails, and its bands are those of the readings that are left; look for what disturbs single readings (a short dwell, vibration, air in the beam)
-warning-change_common = { $when } all targets jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }: the instrument set to zero anew or its optics touched, a slip in the machine, or coolant, a door or a drive switched; the levels are those on the side of t0
-warning-change_stretch = { $when } the last target jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit } against the first, the others in proportion: another compensation of air or material temperature, a beam or a scale set anew, or optics turned; the levels are those on the side of t0
+warning-change_common = { $when } all targets jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }: the instrument set to zero anew or its optics touched, a slip in the machine, or coolant, a door or a drive switched; what is stated without drift is of the side of t0
+    .short = jump: { $when } all targets by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }
+warning-change_stretch = { $when } the last target jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit } against the first, the others in proportion: another compensation of air or material temperature, a beam or a scale set anew, or optics turned; what is stated without drift is of the side of t0
+    .short = jump: { $when } the last target by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit } against the first
 change-at = at { FIXED($time_min, decimals: 1) } min, in cycle { $cycle },
 change-in_order = in cycle { $cycle }
 change-in_pause = in the { FIXED($pause_min, decimals: 1) } min without a reading about { FIXED($time_min, decimals: 1) } min, before cycle { $cycle } went on, at once or slowly,

@@ -24,6 +24,8 @@ _LARGER = 1.5
 """Bound of a drift that was not found, of its band: three standard uncertainties. Of runs with a
 drift that just escapes the test it holds for 92 % or more; two hold for 80 %. [1]"""
 _HEADS = {"value": "measured", "drift-free": "without drift"}
+_MOST_EVENTS = 4
+"""So many jumps and outliers are named below the drift. [1]"""
 _LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
 
 
@@ -44,12 +46,14 @@ def summary_of(report: PositioningReport) -> str:
     table = figure_table(report)
     head = [*_lines(_run(report)), *_lines(_verdict(report, table))]
     figures = [*_figures(report, table)]
-    others = [*_other_standard(report), *_drift(report)]
+    of_drift = () if report.drift is None else report.drift.warnings
+    events = [one for one in of_drift if _short(one) is not one][:_MOST_EVENTS]
+    others = [*_other_standard(report), *_drift(report), *map(_short, events)]
     drift = [line for message in others for line in _lines(message)]
     findings = [_lines(_short(one.message), "finding: ") for one in report.diagnosis]
-    warnings = [one for one in report.warnings if one.code != _NO_MODEL]
+    warnings = [one for one in report.warnings if one.code != _NO_MODEL and one not in events]
     of_chart = () if report.adjacent_difference is None else report.adjacent_difference.warnings
-    ranked = sorted(warnings, key=lambda one: one.code in _LESS_URGENT)
+    ranked = sorted(warnings, key=lambda one: (one not in of_drift, one.code in _LESS_URGENT))
     first = [_lines(one, "warning: ") for one in ranked if one not in of_chart]
     room = _LINES - len([*head, *figures, *drift]) - 2
     kept = _fitting(first, findings, room=room)
