@@ -259,7 +259,7 @@ def test_the_panes_hold_the_readings_the_drift_at_three_places_and_t0(
         " mid-axis ",
         " last targ",
     ]
-    assert {"±2 standard uncertainties", "t₀, thermal state of the levels"} < set(labels)
+    assert {"±2 standard uncertainties", "t₀, thermal state of the figures"} < set(labels)
     for axes in (raw, free):
         drawn = [line for line in axes.get_lines() if line.get_marker() in ("^", "v")]
         assert sum(np.size(line.get_xdata()) for line in drawn) == report.test.deviation.size
@@ -388,7 +388,7 @@ def test_a_rotary_axis_drifts_in_arcseconds() -> None:
     assert "b_arcsec_per_1000_deg" in curves_table(report)
     section = section_of(report)
     assert "µm" not in str(section)
-    assert "b, growth [arcsec per 1000°]" in str(tables_of(section)[0].rows)
+    assert "b, change of scale [arcsec per 1000°]" in str(tables_of(section)[0].rows)
     assert draw(report).axes[2].get_ylabel().endswith("[arcsec]")
 
 
@@ -502,7 +502,7 @@ def test_the_annex_has_the_levels_with_their_standard_uncertainties(
 ) -> None:
     drift = report.drift
     levels = tables_of(section_of(report, "Annex A: results of each target"))[1]
-    assert [column.label for column in levels.columns[2:]] == ["level ↑", "u ↑", "level ↓", "u ↓"]
+    assert [column.label for column in levels.columns[2:]] == ["mean ↑", "u ↑", "mean ↓", "u ↓"]
     for i, row in enumerate(levels.rows):
         expected = [f"{v:.3f}" for a in (0, 1) for v in (drift.level[i, a], drift.level_std[i, a])]
         assert list(row[2:]) == expected

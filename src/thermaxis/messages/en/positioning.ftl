@@ -108,7 +108,7 @@ note-with_outliers = { $count ->
         [1] One reading lies out. It counts in the measured figures
        *[other] { $count } readings lie out. They count in the measured figures
     }, not in the drift-free ones; the column 'with outliers' has the drift-free figures of all readings, from which the effect of drift is taken.
-note-drift_effect = The drift-free figures are of the levels in one thermal state, with their own U, and no results of ISO 230-2. The effect of drift is the figure less the drift-free one, with the U of this difference.
+note-drift_effect = The drift-free figures are of the mean deviations in one thermal state, with their own U, and no results of ISO 230-2. The effect of drift is the figure less the drift-free one, with the U of this difference.
 note-u_stated = U of { $symbols } is stated in the limits file (k = 2) in place of the evaluated one.
 note-u_none = The measurement uncertainty was not evaluated.
 note-u_without = U is without: { $terms }

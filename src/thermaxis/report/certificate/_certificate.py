@@ -58,7 +58,7 @@ from thermaxis.report.charts import charts_of, runs_of_targets
 _CAPTIONS = {
     "iso230_2": "Means, bands of ±2s, single runs, and the extents of the figures.",
     "drift": (
-        "The run in time order as measured and without drift, each less the level of its target,"
+        "The run in time order as measured and without drift, each less the mean of its target,"
         " on the same scale; below, the estimated drift relative to t₀ with bands of ±2 standard"
         " uncertainties."
     ),

@@ -28,7 +28,7 @@ from thermaxis.report.charts import (
 _HEADING = "Drift eliminated (not results of ISO 230-2)"
 _WHAT_IT_IS = (
     "The values of this section are not results of ISO 230-2 and do not replace them. Method: each"
-    " deviation is taken as the level of its target and direction, plus a(t), plus b(t) times the"
+    " deviation is taken as the mean of its target and approach, plus a(t), plus b(t) times the"
     " distance from the mean position, plus noise; a and b are smooth functions of time whose"
     " smoothness the run itself tells (restricted maximum likelihood)."
 )
@@ -36,8 +36,8 @@ _WHY_REVERSAL = (
     "while the axis drifts, the later visit of a target biases each of its reversal values"
 )
 _PROMPTS = (
-    "Prompts to look, not verdicts: found in levels, reversal values and residuals, the largest"
-    " effect on the accuracy of the axis first."
+    "Prompts to look, not verdicts: found in mean deviations, reversal values and residuals, the"
+    " largest effect on the accuracy of the axis first."
 )
 _MODELS = {"line": "a straight line in time", "smooth": "a smooth curve in time"}
 
@@ -72,7 +72,7 @@ def diagnosis_section(report: PositioningReport) -> list[Section]:
 
 
 def level_tables(report: PositioningReport) -> tuple[Table, ...]:
-    """Return the levels of each target with their standard uncertainties; none without drift."""
+    """Return the mean deviations without drift of each target; none where there is no drift."""
     drift = report.drift
     if drift is None:
         return ()
@@ -81,13 +81,14 @@ def level_tables(report: PositioningReport) -> tuple[Table, ...]:
         column
         for a in report.test.approaches
         for column in (
-            (f"level {ARROWS[a]}", drift.level[:, a], decimals),
+            (f"mean {ARROWS[a]}", drift.level[:, a], decimals),
             (f"u {ARROWS[a]}", drift.level_std[:, a], decimals),
         )
     ]
     caption = (
-        f"Levels without drift at t₀ ({_reference_words(report, drift)}), in {units.deviation},"
-        " with their standard uncertainties u (k = 1); not results of ISO 230-2."
+        f"Mean deviations without drift at t₀ ({_reference_words(report, drift)}), in"
+        f" {units.deviation}, with their standard uncertainties u (k = 1); not results of"
+        " ISO 230-2."
     )
     cells = numbered_positions(report.test.target)
     return (number_table(f"<i | Target [{units.position}]", cells, numbers, caption),)
@@ -119,7 +120,7 @@ def _reference_words(report: PositioningReport, drift: DriftResult) -> str:
 
 def _state(report: PositioningReport, drift: DriftResult) -> str:
     when = _reference_words(report, drift)
-    words = f"Levels and figures are those of the thermal state at t₀, {when}."
+    words = f"Mean deviations and figures are those of the thermal state at t₀, {when}."
     time = time_words(report)
     return f"{words} {_as_sentence(time)}" if time else words
 
@@ -167,16 +168,17 @@ def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
     columns = columns_of(
         "<Drift relative to t₀ | at the first reading | at the last reading | from first to last"
     )
+    growth = "thermal growth" if unit == "µm" else "change of scale"
     rows: list[tuple[str, ...]] = []
     for label, total, values, std in (
         (
-            f"a, in common [{unit}]",
+            f"a, shift of the whole axis [{unit}]",
             _with_band(drift.total, drift.total_within),
             drift.common,
             drift.common_std,
         ),
         (
-            f"b, growth [{growth_unit(report)}]",
+            f"b, {growth} [{growth_unit(report)}]",
             _with_band(drift.total_per_m, drift.total_per_m_within),
             1e3 * drift.slope,
             1e3 * drift.slope_std,

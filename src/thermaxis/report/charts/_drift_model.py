@@ -166,8 +166,8 @@ def draw_drift(report: PositioningReport) -> Figure:
     entries += _draw_estimate(panels["raw"], report, scale)
     panels["raw"].set_ylim(*raw_limits)
     panels["free"].set_ylim(*free_limits)
-    panels["raw"].set_ylabel(f"as measured,\nless level [{unit}]")
-    panels["free"].set_ylabel(f"drift-free,\nless level\n[{unit}]")
+    panels["raw"].set_ylabel(f"as measured,\nless mean [{unit}]")
+    panels["free"].set_ylabel(f"drift-free,\nless mean\n[{unit}]")
     entries += _draw_curves(panels, report, scale)
     if "channels" in panels:
         entries += _draw_channels(panels["channels"], report, scale, drawn)
@@ -360,7 +360,7 @@ def _mark_reference(panels: list[Axes], scale: _Scale) -> list[Line2D | Patch]:
             linestyle=":",
             linewidth=1.0,
             zorder=2.5,
-            label="t₀, thermal state of the levels",
+            label="t₀, thermal state of the figures",
         )
         for axes in panels
     ]
