@@ -10,9 +10,13 @@ from scipy.stats import beta, f as f_distribution
 from thermaxis.positioning import FloatArray, evaluate_drift
 from thermaxis.positioning.drift import Readings, fit, penalty_of, sums_of
 from thermaxis.positioning.drift._drift_tests import apart, drift_test, exceeded
-from thermaxis.positioning.drift._smooth_terms import curvature_energy
+from thermaxis.positioning.drift._smooth_terms import (
+    Correlation,
+    curvature_energy,
+    warped,
+)
 
-from .builders import run, stop_times
+from .builders import codes_of, run, stop_times, values_said
 from .test_smooth_terms import (
     INTERVALS,
     TARGETS,
@@ -86,12 +90,46 @@ def test_without_drift_a_small_probability_is_as_rare_as_it_says() -> None:
     assert sum(one < 0.01 for one in p) <= 7
 
 
-def test_a_target_of_its_own_is_tested_as_by_dense_generalised_least_squares() -> None:
+CORRELATION = Correlation(length=0.07, ratio=1.5)
+
+
+def of_noise(readings: Readings) -> FloatArray:
+    """Return the covariance of the correlated part of the noise."""
+    apart_by = np.abs(np.subtract.outer(readings.time, readings.time))
+    return CORRELATION.ratio * np.exp(-apart_by / CORRELATION.length)
+
+
+def test_sums_with_correlated_noise_are_those_of_dense_algebra() -> None:
+    readings = made_readings(12, 2, weighted=True)
+    white = sums_of(readings, INTERVALS, 20.0)
+    sums = sums_of(replace(readings, correlation=CORRELATION), INTERVALS, 20.0)
+    rows = dense_rows(warped(readings.time, 20.0), INTERVALS)
+    spline = np.stack([rows * s[:, None] for s in readings.shape], axis=2).reshape(len(rows), -1)
+    spline[:, white.pinned] = 0.0
+    level = np.eye(readings.levels)[readings.level]
+    noise = np.diag(1.0 / readings.weight) + of_noise(readings)
+    inverse = np.linalg.inv(noise)
+    np.testing.assert_allclose(sums.normal, level.T @ inverse @ level, atol=1e-12)
+    np.testing.assert_allclose(sums.cross, level.T @ inverse @ spline, atol=1e-12)
+    np.testing.assert_allclose(sums.right, spline.T @ inverse @ readings.value, atol=1e-11)
+    gram = spline.T @ inverse @ spline
+    gram[white.pinned, white.pinned] = 1.0
+    np.testing.assert_allclose(full(sums.gram), gram, atol=1e-12)
+    constant = float(np.sum(np.log(readings.weight)))
+    assert sums.log_noise == pytest.approx(np.linalg.slogdet(noise)[1] + constant)
+
+
+@pytest.mark.parametrize("correlated", [False, True])
+def test_a_target_of_its_own_is_tested_as_by_dense_generalised_least_squares(
+    correlated: bool,
+) -> None:
     readings = made_readings(11, 2, weighted=True)
     departure = np.array([3.0, 0.5])
+    if correlated:
+        readings = replace(readings, correlation=CORRELATION)
     fitted = fit(sums_of(readings, INTERVALS, 0.0), penalty_of(INTERVALS), departure)
     dense, _ = dense_fit(readings, departure, 0.0, scale_of_energy())
-    inverse = np.linalg.inv(dense.covariance)
+    inverse = np.linalg.inv(dense.covariance + correlated * of_noise(readings))
 
     def square(columns: FloatArray) -> float:
         solved = np.linalg.solve(
@@ -124,3 +162,27 @@ def test_a_swing_of_the_hall_is_found_in_short_and_long_runs(
     assert result.p_no_drift < 1e-6
     assert float(np.sqrt(np.mean(result.noise_std**2))) == pytest.approx(0.4, rel=0.12)
     assert evaluate_drift(replace(test, deviation=noise)).p_no_drift > 0.01
+
+
+def test_turbulent_air_is_named_with_its_time_and_makes_neighbours_alike() -> None:
+    time = stop_times(16, 10, 252.0 / 32.0)
+    rng = np.random.default_rng(21)
+    independent, air = rng.normal(size=(2, time.size))
+    keep = np.exp(-252.0 / 32.0 / 60.0)
+    for k in range(1, air.size):
+        air[k] = keep * air[k - 1] + np.sqrt(1.0 - keep**2) * air[k]
+    order = np.argsort(np.argsort(time, axis=None))
+    still = run(0.4 * independent[order].reshape(time.shape), time_s=time)
+    noise = 0.4 * np.sqrt(0.5) * (independent + air)[order].reshape(time.shape)
+    found, calm = evaluate_drift(run(noise, time_s=time)), evaluate_drift(still)
+    assert codes_of(calm.warnings) == []
+    assert codes_of(found.warnings) == ["noise_correlated"]
+    said = values_said(found.warnings, "noise_correlated")
+    assert 25.0 < said["time"] < 150.0
+    assert 0.14 < said["std"] < 0.56
+    neighbours = [
+        result.level_covariance[4, 5] / result.level_covariance[4, 4] for result in (found, calm)
+    ]
+    assert neighbours[0] > 0.25  # exp(-7.9 s / 60 s) / 2 = 0.44 with the true time and share
+    assert neighbours[1] < 0.15
+    assert not found.significant

@@ -20,6 +20,7 @@ import numpy as np
 from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.drift._changes import find_step
+from thermaxis.positioning.drift._correlated_noise import find_correlation
 from thermaxis.positioning.drift._drift_tests import (
     FEWEST_CYCLES_BOW,
     FEWEST_TARGETS_ALONE,
@@ -30,6 +31,7 @@ from thermaxis.positioning.drift._drift_tests import (
     drift_test,
 )
 from thermaxis.positioning.drift._smooth_terms import (
+    Correlation,
     IntArray,
     Readings,
     Step,
@@ -299,8 +301,10 @@ def _check_readings(test: PositioningTest) -> None:
         raise DataError("too_few_readings", readings=readings, targets=m, place=place)
 
 
-def _flatten(test: PositioningTest, *, steps: Sequence[Step] = ()) -> _Run:
-    """Return a run as the fit sees it; times of steps are those of the run."""
+def _flatten(
+    test: PositioningTest, *, steps: Sequence[Step] = (), correlation: Correlation | None = None
+) -> _Run:
+    """Return a run as the fit sees it; times of steps and of correlation are those of the run."""
     time = test.time_s if test.time_s is not None else test.order
     if time is None:
         raise DataError("no_order", place=Place(key="drift"))
@@ -330,6 +334,7 @@ def _flatten(test: PositioningTest, *, steps: Sequence[Step] = ()) -> _Run:
         weight=np.ones(i.size),
         levels=levels,
         steps=tuple(Step((step.time - start) / duration, step.shape) for step in steps),
+        correlation=correlation and replace(correlation, length=correlation.length / duration),
     )
     return _Run(
         readings=readings,
@@ -365,8 +370,6 @@ class _Estimate:
     reported: Reported
     no_drift: float
     """Weight of the statement that there is no drift at all, in the bands. [1]"""
-    still: float
-    """Variance of a reading of weight one, if there is no drift."""
     drift: FloatArray
     """Since the first reading, (N,)."""
     residual: FloatArray
@@ -411,11 +414,11 @@ def _drift_test(run: _Run, all_sums: Sequence[Sums], *, seconds: bool) -> DriftT
 
 def _hides_drift(run: _Run, average: Average) -> bool:
     """Return whether the order of visits hides a drift in the levels, as a step cycle does."""
-    readings = run.readings
-    row = rows_at(average.line.sums, np.mean(readings.time, keepdims=True))[0]
+    n = run.readings.levels
+    row = rows_at(average.line.sums, np.mean(run.readings.time, keepdims=True))[0]
     _, covariance = levels_at(average.line, row, run.shape_of_level)
-    still = average.line.variance / sums_per(readings.level, readings.weight, readings.levels)
-    return float(np.trace(covariance)) > _HIDDEN * float(np.sum(still))
+    still = average.line.variance * np.linalg.inv(average.line.sums.normal[:n, :n])
+    return float(np.trace(covariance)) > _HIDDEN * float(np.trace(still))
 
 
 def _estimate(run: _Run, tested: DriftTest, average: Average) -> _Estimate:
@@ -431,13 +434,11 @@ def _estimate(run: _Run, tested: DriftTest, average: Average) -> _Estimate:
     drift = stated.drift(readings, 0.0)
     without = readings.value - drift
     residual = without - _means(readings.level, without, readings.levels)[readings.level]
-    still = float(np.sum(readings.weight * residual**2)) / (residual.size - readings.levels)
     return _Estimate(
         model=model,
         average=average,
         reported=stated,
         no_drift=no_drift,
-        still=still,
         drift=drift,
         residual=residual,
         effective_parameters=parameters,
@@ -459,8 +460,12 @@ def _level_covariance(
 ) -> FloatArray:
     """Return the mean square error of the stated levels; `level` is relative to the offset."""
     drifting = level_errors(estimate.average, level, reference, run.shape_of_level)
-    count = sums_per(run.readings.level, run.readings.weight, level.size)
-    still = np.diag(estimate.still / count)
+    if estimate.no_drift == 0.0:
+        return drifting
+    sums = estimate.average.line.sums
+    of_levels = np.linalg.inv(sums.normal)
+    square = sums.square - float(sums.level_sum @ of_levels @ sums.level_sum)
+    still = square / (sums.readings - sums.levels) * of_levels
     return (1.0 - estimate.no_drift) * drifting + estimate.no_drift * still
 
 
@@ -499,10 +504,12 @@ class _Fitted:
     tested: DriftTest
 
 
-def _fit(test: PositioningTest, steps: Sequence[Step] = ()) -> _Fitted:
+def _fit(
+    test: PositioningTest, steps: Sequence[Step] = (), correlation: Correlation | None = None
+) -> _Fitted:
     """Fit again where the axis bows, and once more with weights where the noise is unequal."""
     seconds = test.time_s is not None
-    run = _flatten(test, steps=steps)
+    run = _flatten(test, steps=steps, correlation=correlation)
     while True:
         all_sums = _all_sums(run, run.readings, seconds=seconds)
         tested = _drift_test(run, all_sums, seconds=seconds)
@@ -624,7 +631,8 @@ def _left_out(
 def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
     """Return one step more, by the time of the run, and its gain; none where no drift is seen."""
     run, estimate = fitted.run, fitted.estimate
-    if estimate.model is DriftModel.NONE or len(run.readings.steps) >= MOST_CHANGES:
+    most = MOST_CHANGES if run.readings.correlation is None else 0
+    if estimate.model is DriftModel.NONE or len(run.readings.steps) >= most:
         return None
     found = find_step(
         run.readings,
@@ -635,6 +643,18 @@ def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
         return None
     step, gain = found
     return Step(run.start + step.time * run.duration, step.shape), gain
+
+
+def _next_correlation(fitted: _Fitted) -> tuple[Correlation, float] | None:
+    """Return the correlation of the noise, by the time of the run, and its gain."""
+    run = fitted.run
+    if run.readings.correlation is not None:
+        return None
+    found = find_correlation(run.readings, fitted.estimate.average)
+    if found is None:
+        return None
+    correlation, gain = found
+    return replace(correlation, length=correlation.length * run.duration), gain
 
 
 def evaluate_drift(test: PositioningTest, *, reference_time_s: float | None = None) -> DriftResult:
@@ -684,11 +704,16 @@ def evaluate_drift_at(
     references = [_reference(run, t, seconds=seconds) for t in reference_times_s]
     most = int(MOST_OUTLIERS * run.readings.value.size)
     kept, outliers, steps = test, list[Outlier](), list[Step]()
+    correlation: Correlation | None = None
     while True:
-        fitted = _fit(kept, steps)
+        fitted = _fit(kept, steps, correlation)
         outlying = _outlying(fitted)
         found, room = _next_step(fitted, seconds=seconds), most - len(outliers)
-        if found is not None and found[1] > outlying.gain:
+        alike = _next_correlation(fitted)
+        if alike is not None and alike[1] > max(outlying.gain, found[1] if found else 0.0):
+            correlation = alike[0]
+            kept, outliers = test, []  # what lay out in independent noise may lie well now
+        elif found is not None and found[1] > outlying.gain:
             steps.append(found[0])
             kept, outliers = test, []  # what lay out beside the step may lie well now
         elif outlying.gain > 0.0 and room > 0:
@@ -747,6 +772,18 @@ def _told_of_changes(changes: tuple[Change, ...], typical_s: float, unit: str) -
         yield Message(code, {"when": when, **size})
 
 
+def _told_of_correlation(test: PositioningTest, fitted: _Fitted) -> Iterator[Message]:
+    correlation = fitted.run.readings.correlation
+    if correlation is not None:
+        values: dict[str, float | str] = {
+            "time": correlation.length * fitted.run.duration,
+            "time_unit": "readings" if test.time_s is None else "s",
+            "std": float(np.sqrt(correlation.ratio * fitted.estimate.average.best.variance)),
+            "unit": test.kind.units.deviation,
+        }
+        yield Message("warning-noise_correlated", values)
+
+
 def _warnings(
     test: PositioningTest,
     fitted: _Fitted,
@@ -766,6 +803,7 @@ def _warnings(
         (tails > 0, Message("warning-heavy_tailed_noise", heavy)),
     )
     return (
+        *_told_of_correlation(test, fitted),
         *_told_of_changes(_changes(test, fitted), typical_s, unit),
         *_told_of_outliers(outliers, unit),
         *(warning for applies, warning in warnings if applies),

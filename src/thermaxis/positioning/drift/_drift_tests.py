@@ -18,9 +18,7 @@ from thermaxis.positioning.drift._smooth_terms import (
     generalised_eigenvalues,
     left_by,
     penalty_of,
-    residual_of,
     rows_at,
-    sums_per,
 )
 from thermaxis.positioning.run import FloatArray
 
@@ -98,7 +96,7 @@ def drift_test(all_sums: Iterable[Sums], largest_departure: float) -> DriftTest:
     log_ratio: list[FloatArray] = []
     for sums in all_sums:
         free = sums.readings - sums.levels
-        total = sums.square - float(np.sum(sums.level_sum**2 / sums.count))
+        total = sums.square - float(sums.level_sum @ np.linalg.solve(sums.normal, sums.level_sum))
         if total <= _LEAST_LEFT * sums.square:
             return DriftTest(probability=1.0, bayes_factor=0.0)
         for c in range(sums.shapes):
@@ -124,7 +122,7 @@ def _spectrum(sums: Sums, shape: int) -> tuple[FloatArray, FloatArray]:
     """Return the eigenvalues of one function and the squared sums of its readings."""
     every = slice(shape, None, sums.shapes)
     cross = sums.cross[:, every]
-    mean = cross / sums.count[:, None]
+    mean = np.linalg.solve(sums.normal, cross)
     gram = dense_of(sums.gram[:: sums.shapes, every]) - cross.T @ mean
     rise = rows_at(sums, np.ones(1), 0.0) / np.sqrt(12.0)
     precision = dense_of(penalty_of(sums.intervals)) + rise.T @ rise
@@ -182,10 +180,7 @@ def apart(fitted: Fit, readings: Readings, part: IntArray, shape: FloatArray) ->
     """
     x = 2.0 * readings.time - 1.0
     rows = [shape * x, shape * (1.5 * x**2 - 0.5)]
-    parts = int(np.max(part)) + 1
-    product, taken = left_by(fitted, readings, part, rows)
-    residual = readings.weight * residual_of(fitted, readings)
-    score = np.stack([sums_per(part, row * residual, parts) for row in rows], axis=1)
+    product, score, taken = left_by(fitted, readings, part, rows)
     value, vector = np.linalg.eigh(product - taken)
     large = value > _NEGLIGIBLE * np.trace(product, axis1=1, axis2=2)[:, None]
     along = np.einsum("gkj,gk->gj", vector, score) ** 2

@@ -37,6 +37,8 @@ _ROUND_OFF = 1e-14
 _TINY = 1e-300
 _SAME_TIME = 1e-9
 """Times that differ by less, as a share of the run, are one. [1]"""
+_LEAST_GAP = 1e-3
+"""Readings at one time are taken to be this share of the mean gap apart. [1]"""
 _AT_ONCE = 2000
 """Readings whose leverages are worked out together. [1]"""
 
@@ -107,6 +109,17 @@ class Step:
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class Correlation:
+    """Noise with a part that all positions share and whose correlation decays with time."""
+
+    length: float
+    """Time in which it falls to 1/e, as a fraction of the run. [1]"""
+    ratio: float
+    """Its variance over that of the independent part. [1]"""
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
     """Readings of one run in any order."""
@@ -126,6 +139,8 @@ class Readings:
     """Number L of levels. [1]"""
     steps: tuple[Step, ...] = ()
     """Steps of the functions, (E,)."""
+    correlation: Correlation | None = None
+    """That of the noise, unless it is independent."""
 
     @property
     def columns(self) -> list[FloatArray]:
@@ -238,11 +253,8 @@ class Sums:
     """Levels and steps against splines, (L + E, C (K + 3))."""
     pinned: IntArray
     """Coefficients held at zero, one per shape: a constant f_c cannot be told from levels."""
-
-    @property
-    def count(self) -> FloatArray:
-        """Sum of weights per level, (L,). [1]"""
-        return np.diag(self.normal)[: self.levels]
+    log_noise: float = 0.0
+    """Logarithm of the determinant of the noise's correlation."""
 
 
 def _add_moments(
@@ -289,7 +301,12 @@ def _add_moments(
 
 
 def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0.5) -> Sums:
-    """Return the sums of the normal equations; the cost is proportional to the readings."""
+    """Return the sums of the normal equations.
+
+    The cost is proportional to the readings, unless the noise is correlated.
+    """
+    if readings.correlation is not None:
+        return _correlated_sums(readings, intervals, warm_up, plain, readings.correlation)
     shape = np.zeros((readings.shape.shape[0], readings.levels))
     shape[:, readings.level] = readings.shape
     c_all, size = shape.shape[0], shape.shape[0] * (intervals + 3)
@@ -310,7 +327,7 @@ def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0
         normal[k, n_levels:] = [column @ other for other in columns]
         level_sum[k] = column @ y
         cross[k] = _against_splines(readings, time, column, intervals)
-    pinned = c_all * ((intervals + 3) // 2) + np.arange(c_all, dtype=np.intp)
+    pinned = _pinned(c_all, intervals)
     _pin(gram, right, cross, pinned)
     return Sums(
         intervals=intervals,
@@ -341,6 +358,91 @@ def _against_splines(
             weighted = column * shape * values[:, i]
             products[:, c] += sums_per(first + i, weighted, intervals + 3)
     return products.ravel()
+
+
+def _products(
+    readings: Readings, columns: FloatArray, correlation: Correlation
+) -> tuple[FloatArray, float]:
+    """Return the products of columns (N, k) with correlated noise, and its log|R|.
+
+    Notes
+    -----
+    With the weights W, the ratio q and K = exp(-|t_i - t_j| / length), whose inverse T has three
+    diagonals, the noise has the covariance R = W^-1 + q K, and
+
+        R^-1 = W - W (W + T / q)^-1 W,    |R| = |W|^-1 |q K| |W + T / q|.
+
+    The constant |W| is left out.
+    """
+    order = np.argsort(readings.time, kind="stable")
+    w, columns = readings.weight[order], columns[order]
+    gap = np.maximum(np.diff(readings.time[order]), _LEAST_GAP / w.size) / correlation.length
+    decay, left = np.exp(-gap), -np.expm1(-2.0 * gap)
+    inverse = np.append(1.0, 1.0 / left) + np.append(decay**2 / left, 0.0)
+    q = correlation.ratio
+    diagonal, beside, status = _lapack().dpttrf(w + inverse / q, -decay / left / q)
+    weighted = w[:, None] * columns
+    smooth, _ = _lapack().dpttrs(_found(diagonal, status), beside, weighted)
+    log_noise = w.size * np.log(q) + np.sum(np.log(left)) + np.sum(np.log(diagonal))
+    return columns.T @ (weighted - w[:, None] * smooth), float(log_noise)
+
+
+def _pinned(shapes: int, intervals: int) -> IntArray:
+    return shapes * ((intervals + 3) // 2) + np.arange(shapes, dtype=np.intp)
+
+
+def _columns(readings: Readings, intervals: int, time: FloatArray) -> FloatArray:
+    """Return levels, steps, splines and values of all readings as columns."""
+    c_all, size = readings.shape.shape[0], readings.value.size
+    rows = _spline_rows(time, intervals)
+    fixed = readings.levels + len(readings.steps)
+    columns = np.zeros((size, fixed + c_all * rows.shape[1] + 1))
+    columns[np.arange(size), readings.level] = 1.0
+    for e, step in enumerate(readings.columns, start=readings.levels):
+        columns[:, e] = step
+    for c in range(c_all):
+        columns[:, fixed + c : -1 : c_all] = rows * readings.shape[c][:, None]
+    columns[:, fixed + _pinned(c_all, intervals)] = 0.0
+    columns[:, -1] = readings.value
+    return columns
+
+
+def _correlated_sums(
+    readings: Readings, intervals: int, warm_up: float, plain: float, correlation: Correlation
+) -> Sums:
+    c_all, fixed = readings.shape.shape[0], readings.levels + len(readings.steps)
+    columns = _columns(readings, intervals, warped(readings.time, warm_up, plain))
+    product, log_noise = _products(readings, columns, correlation)
+    gram = product[fixed:-1, fixed:-1]
+    pinned = _pinned(c_all, intervals)
+    gram[pinned, pinned] = 1.0
+    return Sums(
+        intervals=intervals,
+        warm_up=warm_up,
+        plain=plain,
+        shapes=c_all,
+        readings=readings.value.size,
+        levels=readings.levels,
+        steps=readings.steps,
+        normal=product[:fixed, :fixed],
+        level_sum=product[:fixed, -1],
+        square=float(product[-1, -1]),
+        gram=_band_of(gram, ORDER * c_all),
+        right=product[fixed:-1, -1],
+        cross=product[:fixed, fixed:-1],
+        pinned=pinned,
+        log_noise=log_noise,
+    )
+
+
+def _band_of(matrix: FloatArray, fewest: int) -> FloatArray:
+    """Return a symmetric matrix in lower banded storage, without what is rounding."""
+    row, column = np.nonzero(np.abs(matrix) > _ROUND_OFF * np.max(np.abs(matrix)))
+    width = max(fewest, int(np.max(row - column)) + 1)
+    band = np.zeros((width, matrix.shape[0]))
+    for k in range(width):
+        band[k, : matrix.shape[0] - k] = np.diag(matrix, -k)
+    return band
 
 
 def _pin(gram: FloatArray, right: FloatArray, cross: FloatArray, pinned: IntArray) -> None:
@@ -405,12 +507,13 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
 
         criterion = f log v + log|B| + log|L'L - X B^-1 X'| + 2 r sum over C of log departure.
 
-    A step's size in units of the noise has a flat prior: hence f, not f - E, before log v.
+    With correlated noise log|R| joins it. A step's size in units of the noise has a flat prior:
+    hence f, not f - E, before log v.
     """
     c_all = sums.shapes
     band = sums.gram.copy()
     for c in range(c_all):
-        band[::c_all, c::c_all] += penalty / departure[c] ** 2
+        band[: ORDER * c_all : c_all, c::c_all] += penalty / departure[c] ** 2
     factor = _banded_factor(band)
     solved = _banded_solve(factor, np.column_stack((sums.right, sums.cross.T)))
     spline_right, spline_of_level = solved[:, 0], solved[:, 1:]
@@ -432,7 +535,7 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
         level=level,
         spline=spline,
         variance=variance,
-        criterion=free * float(np.log(variance)) + log_determinant - prior,
+        criterion=free * float(np.log(variance)) + log_determinant - prior + sums.log_noise,
         log_determinant=log_determinant,
     )
 
@@ -568,35 +671,74 @@ def residual_of(fitted: Fit, readings: Readings) -> FloatArray:
 
 def left_by(
     fitted: Fit, readings: Readings, part: IntArray, rows: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the products of rows in every part of the readings, and what the fit takes of them.
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what k rows hold in every part of the readings, without the noise's variance.
 
-    Both are (parts, k, k) for k rows, without the noise's variance.
+    These are their products with each other, (parts, k, k), and with what the fit leaves,
+    (parts, k), and what the fit takes of the former.
     """
-    sums = fitted.sums
+    parts = int(np.max(part)) + 1
+    own = _of_parts if readings.correlation is None else _of_correlated_parts
+    product, right, level, spline = own(fitted.sums, readings, part, rows)
+    score = np.empty((parts, len(rows)))
+    taken = np.empty_like(product)
+    through = [solved(fitted, level[k], spline[k]) for k in range(len(rows))]
+    for k in range(len(rows)):
+        score[:, k] = right[:, k] - fitted.level @ level[k] - fitted.spline @ spline[k]
+        for j in range(len(rows)):
+            taken[:, j, k] = np.sum(spline[j] * through[k][0], axis=0)
+            taken[:, j, k] += np.sum(through[j][1] * through[k][2], axis=0)
+    return product, score, taken
+
+
+_Parts: TypeAlias = tuple[FloatArray, FloatArray, list[FloatArray], list[FloatArray]]
+"""Products of rows with each other, (parts, k, k), with the values, (parts, k), and for each row
+with levels and steps, (L + E, parts), and splines, (C (K + 3), parts)."""
+
+
+def _of_parts(sums: Sums, readings: Readings, part: IntArray, rows: Sequence[FloatArray]) -> _Parts:
     parts, size, c_all = int(np.max(part)) + 1, sums.right.size, sums.shapes
     first, values = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
     product = np.empty((parts, len(rows), len(rows)))
-    taken = np.empty_like(product)
-    own: list[tuple[FloatArray, ...]] = []
+    right = np.empty((parts, len(rows)))
+    levels: list[FloatArray] = []
+    splines: list[FloatArray] = []
     for k, row in enumerate(rows):
         weighted = readings.weight * row
+        right[:, k] = sums_per(part, weighted * readings.value, parts)
+        for j, other in enumerate(rows):
+            product[:, j, k] = sums_per(part, weighted * other, parts)
         level = sums_per(part * sums.levels + readings.level, weighted, parts * sums.levels)
+        steps = [sums_per(part, weighted * step, parts) for step in readings.columns]
+        levels.append(np.vstack((level.reshape(parts, -1).T, *steps)))
         spline = np.zeros(parts * size)
         for c in range(c_all):
             for i in range(ORDER):
                 at = part * size + c_all * (first + i) + c
                 spline += sums_per(at, weighted * readings.shape[c] * values[:, i], parts * size)
-        right = spline.reshape(parts, size).T.copy()
-        right[sums.pinned] = 0.0
-        steps = [sums_per(part, weighted * step, parts) for step in readings.columns]
-        own.append((right, *solved(fitted, np.vstack((level.reshape(parts, -1).T, *steps)), right)))
-        for j in range(k + 1):
-            product[:, j, k] = product[:, k, j] = sums_per(part, weighted * rows[j], parts)
-            (left, _, through, _), (_, splines, _, back) = own[j], own[k]
-            both = np.sum(left * splines, axis=0) + np.sum(through * back, axis=0)
-            taken[:, j, k] = taken[:, k, j] = both
-    return product, taken
+        splines.append(spline.reshape(parts, size).T.copy())
+        splines[-1][sums.pinned] = 0.0
+    return product, right, levels, splines
+
+
+def _of_correlated_parts(
+    sums: Sums, readings: Readings, part: IntArray, rows: Sequence[FloatArray]
+) -> _Parts:
+    parts, k_all = int(np.max(part)) + 1, len(rows)
+    own = np.zeros((part.size, parts, k_all))
+    own[np.arange(part.size), part] = np.stack(rows, axis=1)
+    time = warped(readings.time, sums.warm_up, sums.plain)
+    columns = _columns(readings, sums.intervals, time)
+    every = np.column_stack((columns, own.reshape(part.size, -1)))
+    product, _ = _products(readings, every, readings.correlation or Correlation(1.0, 1.0))
+    end = columns.shape[1]
+    of_own = product[end:, end:].reshape(parts, k_all, parts, k_all)
+    number = np.arange(parts)
+    through = product[:end, end:].reshape(end, parts, k_all)
+    fixed = sums.level_sum.size
+    levels = [through[:fixed, :, k] for k in range(k_all)]
+    splines = [through[fixed:-1, :, k] for k in range(k_all)]
+    return of_own[number, :, number], through[-1], levels, splines
 
 
 def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:
@@ -610,4 +752,5 @@ def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:
         level[readings.level[part], np.arange(rows.shape[0])] = 1.0
         through_splines, through, back = solved(fitted, level, spline)
         leverage[part] = np.sum(spline * through_splines, axis=0) + np.sum(through * back, axis=0)
-    return np.clip(leverage * readings.weight, 0.0, 1.0)
+    variance = 1.0 if readings.correlation is None else 1.0 + readings.correlation.ratio
+    return np.clip(leverage * readings.weight / variance, 0.0, 1.0)
