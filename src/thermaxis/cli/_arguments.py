@@ -57,9 +57,9 @@ def add_json(to: AddsArguments) -> None:
     adder(to)("--json FILE|-", "write the result as JSON; - for standard output alone")
 
 
-def add_report(to: AddsArguments, what: str = "report") -> None:
+def add_report(to: AddsArguments, what: str = "report", formats: str = ".pdf or .html") -> None:
     """Declare ``--report``."""
-    text = f"write the {what}, .pdf or .html; may be given more than once"
+    text = f"write the {what}, {formats}; may be given more than once"
     adder(to)("--report FILE", text, Path, many=True)
 
 

@@ -1,6 +1,6 @@
 """Outputs of commands: checked before anything is read, never over an input or each other."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from thermaxis.codes import Place
@@ -8,13 +8,17 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.report import write_bytes
 
 _MOST_KEPT = 1000
-_REPORT_SUFFIXES = (".pdf", ".html", ".htm")
+REPORT_SUFFIXES = (".pdf", ".html", ".htm")
 
 Named = tuple[str, Path | str | None]
 
 
 def check_outputs(
-    written: Iterable[Named], read: Iterable[Path | str | None], *, charts: Path | None = None
+    written: Iterable[Named],
+    read: Iterable[Path | str | None],
+    *,
+    charts: Path | None = None,
+    report_suffixes: Sequence[str] = REPORT_SUFFIXES,
 ) -> None:
     """Refuse an output that would overwrite what is read or another output, or has no folder.
 
@@ -34,7 +38,7 @@ def check_outputs(
             raise ConfigurationError("output_is_input", place=place)
         if any(_same(path, Path(other)) for _, other in outputs[:number]):
             raise ConfigurationError("outputs_have_one_name", place=place)
-        if option == "--report" and path.suffix.lower() not in _REPORT_SUFFIXES:
+        if option == "--report" and path.suffix.lower() not in report_suffixes:
             raise ConfigurationError("report_suffix", place=place, suffix=path.suffix or path.name)
     if charts is not None and charts.is_file():
         raise ConfigurationError(

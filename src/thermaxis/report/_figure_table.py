@@ -60,6 +60,8 @@ class FigureRow:
     [µm or arcsec]"""
     drift_effect_expanded_uncertainty: float | None
     """Its U. [µm or arcsec]"""
+    drift_effect_coverage_factor: float | None
+    """Its k. [1]"""
     limit: float | None
     """Largest magnitude allowed. [µm or arcsec]"""
     guard_band: float | None
@@ -168,6 +170,11 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
         drift_effect=effect,
         drift_effect_expanded_uncertainty=(
             None if uncertainty is None or effect is None else uncertainty.drift_effect.get(key)
+        ),
+        drift_effect_coverage_factor=(
+            None
+            if uncertainty is None or effect is None
+            else uncertainty.drift_effect_coverage_factor.get(key)
         ),
         limit=check.limit if check else None,
         guard_band=check.guard_band if check else None,

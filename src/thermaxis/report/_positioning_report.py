@@ -3,6 +3,7 @@
 import datetime as dt
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass
 from types import MappingProxyType
@@ -115,8 +116,14 @@ class PositioningReport:
         """Places in the header file that a certificate needs and nobody stated; empty: no draft."""
         from thermaxis.files.settings import HEADER_FIELDS  # noqa: PLC0415  a run alone needs none
 
-        needed = (field for field in HEADER_FIELDS.values() if field.needed)
-        missing = [field.place for field in needed if not self.header.get(field.key, "").strip()]
+        stated = {key: text for key, text in self.header.items() if text.strip()}
+        if not re.fullmatch("[A-Z]{2}", stated.get("laboratory_country", "")):
+            stated.pop("laboratory_country", None)  # a line of the measured file may be anything
+        fields = HEADER_FIELDS.values()
+        missing = [field.place for field in fields if field.needed and field.key not in stated]
+        places = {HEADER_FIELDS[key].place for key in stated if key in HEADER_FIELDS}
+        if not self.test.environment and not any(p.startswith("environment.") for p in places):
+            missing.append("environment.air_temperature_c")
         return (*missing, *([] if self.performed else ["time.date"]))
 
     @property

@@ -19,17 +19,18 @@ from thermaxis.cli._arguments import (
     hours,
 )
 from thermaxis.cli._json import show
-from thermaxis.cli._outputs import check_outputs
+from thermaxis.cli._outputs import REPORT_SUFFIXES, check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli._reading import add_reading, reading_of
-from thermaxis.codes import NOWHERE, Message, printable
-from thermaxis.errors import DataError
-from thermaxis.messages import remedy_of
+from thermaxis.codes import NOWHERE, Message, Place, printable
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.messages import remedy_of, sentence_of
 from thermaxis.positioning import Cycle, Edition, PositioningTest
 from thermaxis.report import PositioningReport
 from thermaxis.report.tables import describe_evaluation, summary_of
 
 _LONGEST_SOURCE_NAME = 200
+_LONGEST_WARNING = 1000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("file FILE", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
     add("--full-tables", "show every table below the summary", bool)
     add_json(parser)
-    add_report(parser, "certificate")
+    add_report(parser, "certificate", ".pdf, .html or .xml (Digital Calibration Certificate)")
     add_figures(parser, "every chart as PNG and SVG, and its CSV")
     add(
         "--header FILE",
@@ -96,6 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--source-name TEXT",
         "name of the measured file in results and certificate (default: its file name)",
     )
+    add("--final", "refuse a certificate without a field of its head that it must have", bool)
     add("--date YYYY-MM-DD", "date of issue of the certificate (default: that of --header)", day)
     add_reading(parser, "a text")
 
@@ -218,6 +220,17 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     return replace(evaluated, warnings=(*evaluated.warnings, *report.unshowable(evaluated)))
 
 
+def _check_complete(arguments: argparse.Namespace, evaluated: PositioningReport) -> None:
+    """Refuse a draft that is to be final; say of a digital certificate that it is a draft."""
+    missing = ", ".join(evaluated.missing_fields)
+    if missing and arguments.final:
+        place = Place(file=str(arguments.header or ""), key="--final")
+        raise ConfigurationError("certificate_incomplete", place=place, missing=missing)
+    if missing and any(path.suffix.lower() == ".xml" for path in arguments.report):
+        draft = sentence_of(Message("warning-draft", {"missing": missing}))
+        sys.stderr.write(f"warning: {printable(draft, _LONGEST_WARNING)}\n")
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     check_outputs(
@@ -227,12 +240,14 @@ def run(arguments: argparse.Namespace) -> int:
             *(arguments.plan, arguments.map),
         ],
         charts=arguments.figures,
+        report_suffixes=(*REPORT_SUFFIXES, ".xml"),
     )
     quiet = arguments.json == "-"
     reports: list[Path] = arguments.report
     with Progress() as progress:
         progress("reading and evaluating", 0, 0)
         evaluated = evaluate(arguments)
+        _check_complete(arguments, evaluated)
         if not quiet:
             progress.hide()
             sys.stdout.write(summary_of(evaluated))

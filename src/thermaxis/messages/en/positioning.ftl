@@ -92,6 +92,7 @@ warning-single_run_rule = the axis is longer than 2000 mm: s, R and A are not ev
         [1] {""}
        *[other] {" "}although { $cycles } runs exist (means of all of them)
     }; ask for them with --full
+warning-draft = the digital calibration certificate is a draft: the file of --header does not state { $missing }
 warning-not_in_pdf = { $count ->
         [1] 1 character
        *[other] { $count } characters

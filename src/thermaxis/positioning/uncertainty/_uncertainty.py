@@ -138,6 +138,8 @@ class UncertaintyResult:
     drift_effect: Mapping[str, float]
     """Expanded uncertainty of what the drift did to each figure, which is estimated by measured
     minus drift-free, both of all readings; empty where the drift is not known. [µm or arcsec]"""
+    drift_effect_coverage_factor: Mapping[str, float]
+    """Its k = U / u; a figure that no drift moves has none. [1]"""
     samples: int
     """Number of draws. [1]"""
     seed: int
@@ -454,13 +456,19 @@ def evaluate_uncertainty(
     as_measured = figures_of(*mean_and_s(test.deviation))
     measured = _evaluated(as_measured, draws.measured, *shared, left_out)
     if drift is None:
-        return UncertaintyResult(measured, None, MappingProxyType({}), samples, seed)
+        nothing = MappingProxyType[str, float]({})
+        return UncertaintyResult(measured, None, nothing, nothing, samples, seed)
     drift_free = _evaluated(drift.figures, draws.drift_free, *shared, left_out)
     before, after = (
         arrays_by_key(figures) for figures in (as_measured, drift.figures_of_all or drift.figures)
     )
-    effect = {
-        key: _half_width(draws.effect[key], float(before[key] - after[key]))
-        for key in drift_free.expanded_uncertainty
-    }
-    return UncertaintyResult(measured, drift_free, MappingProxyType(effect), samples, seed)
+    effect: dict[str, float] = {}
+    factor: dict[str, float] = {}
+    for key in drift_free.expanded_uncertainty:
+        estimated = float(before[key] - after[key])
+        effect[key] = _half_width(draws.effect[key], estimated)
+        u = float(np.sqrt(np.mean((draws.effect[key] - estimated) ** 2)))
+        if u > 0.0:
+            factor[key] = effect[key] / u
+    of_effect = MappingProxyType(effect), MappingProxyType(factor)
+    return UncertaintyResult(measured, drift_free, *of_effect, samples, seed)

@@ -13,8 +13,10 @@ from thermaxis.report._output import write_bytes
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress, silent
 from thermaxis.report.certificate._certificate import build_certificate, draw_pictures
+from thermaxis.report.certificate._header import statements
 from thermaxis.report.certificate._html import render_html
 from thermaxis.report.certificate._pdf import Attachment, document_pdf
+from thermaxis.report.dcc import dcc_xml
 from thermaxis.report.tables import results_json
 
 _Rendered = TypeVar("_Rendered")
@@ -58,11 +60,21 @@ def certificate_pdf(
 def _attachments(report: PositioningReport) -> tuple[Attachment, ...]:
     """Return what a program needs of the certificate: what was read, and what came out."""
     results = results_json(report).decode("ascii")
-    files = [Attachment("results.json", results, "application/json", "All results", "data")]
+    dcc = dcc_xml(report, statements=statements(report)).decode("utf-8")
+    files = [
+        Attachment("results.json", results, "application/json", "All results", "data"),
+        Attachment("dcc.xml", dcc, "application/xml", "Digital Calibration Certificate", "data"),
+    ]
     with suppress(DataError):  # targets so near each other that no file can tell them apart
         readings = format_tidy_csv(report.test)
         files.append(Attachment("readings.csv", readings, "text/csv", "All readings", "source"))
     return tuple(files)
+
+
+def certificate_dcc(report: PositioningReport, *, progress: Progress | None = None) -> bytes:
+    """Return the Digital Calibration Certificate, which carries the PDF without attachments."""
+    pdf = certificate_pdf(report, attachments=False, progress=progress)
+    return dcc_xml(report, statements=statements(report), document=pdf)
 
 
 def certificate_html(report: PositioningReport, *, progress: Progress | None = None) -> str:
@@ -124,7 +136,8 @@ def write_report(
     report : PositioningReport
         What was evaluated.
     path : Path
-        A file that ends in ``.pdf``, ``.html`` or ``.htm``.
+        A file that ends in ``.pdf``, ``.html``, ``.htm``, or ``.xml``: PTB's Digital Calibration
+        Certificate with the PDF inside.
     progress : callable, optional
         Called before each step and at the end.
 
@@ -138,6 +151,8 @@ def write_report(
             write_certificate_pdf(report, path, progress=progress)
         case ".html" | ".htm":
             write_certificate_html(report, path, progress=progress)
+        case ".xml":
+            write_bytes(path, certificate_dcc(report, progress=progress))
         case _:
             raise ConfigurationError(
                 "report_suffix", place=Place(file=str(path)), suffix=path.suffix

@@ -48,7 +48,8 @@ _UNCERTAINTIES = ("expanded_uncertainty", "coverage_factor", "bias", "standard_u
 _OF_FIGURES = (
     *("value", "expanded_uncertainty", "coverage_factor", "standard_uncertainty", "bias"),
     *("drift_free", "drift_free_expanded_uncertainty", "drift_free_coverage_factor"),
-    *("drift_free_with_outliers", "drift_effect", "drift_effect_expanded_uncertainty"),
+    "drift_free_with_outliers",
+    *("drift_effect", "drift_effect_expanded_uncertainty", "drift_effect_coverage_factor"),
     *("limit", "guard_band", "verdict"),
 )
 _OF_BUDGET = (

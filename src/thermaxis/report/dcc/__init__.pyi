@@ -1,0 +1,1 @@
+from ._certificate import dcc_xml as dcc_xml
