@@ -133,7 +133,18 @@ def test_where_no_drift_is_seen_no_growth_is_claimed_but_a_bound_that_holds(seed
     assert "±" not in sentence
     bounds = [float(one) for one in re.findall(r"less than ([\d.]+)", sentence)]
     assert bounds[0] > growth
-    assert bounds[1] > shift
+    assert bounds[1] == pytest.approx(0.3 * bounds[0], rel=0.06)
+    assert bounds[2] > shift
+
+
+def test_an_axis_that_moves_and_comes_back_is_said_to_swing() -> None:
+    test = make_run(9, 10)
+    noise = np.random.default_rng(8).normal(0.0, 0.2, test.deviation.shape)
+    swing = 2.0 * np.sin(2.0 * np.pi * test.time_s / np.max(test.time_s))
+    report = drifting(replace(test, deviation=noise + swing))
+    (size,) = re.findall(r"[\d.]+", said(summary_of(report), "swing: "))
+    assert float(size) == pytest.approx(4.0, abs=0.5)
+    assert "swing" not in summary_of(drifting(make_run(9, 30)))
 
 
 def test_a_jump_and_an_outlier_stand_below_the_drift_and_not_among_the_warnings() -> None:

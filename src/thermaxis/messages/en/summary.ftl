@@ -42,11 +42,15 @@ summary-other_standard = { $name } ({ $mark }): { $figures } { $unit }
 
 ## Drift
 
-summary-drift_linear = drift: significant ({ $p }); thermal growth over the run { $growth } µm/m ({ $grown } µm over { $length } mm), shift of the whole axis { $shift } µm
-summary-drift_rotary = drift: significant ({ $p }); change of scale over the run { $growth } arcsec per 1000° ({ $grown } arcsec over { $length }°), turn of the whole axis { $shift } arcsec
-summary-no_drift_linear = drift: not significant ({ $p }); thermal growth over the run less than { $growth } µm/m, shift of the whole axis less than { $shift } µm
-summary-no_drift_rotary = drift: not significant ({ $p }); change of scale over the run less than { $growth } arcsec per 1000°, turn of the whole axis less than { $shift } arcsec
-summary-no_drift = drift: not significant ({ $p })
+summary-drift_linear = drift: { $found ->
+        [yes] significant
+       *[no] not significant
+    } ({ $p }); thermal growth over the run { $growth } µm/m ({ $grown } µm over { $length } mm), shift of the whole axis { $shift } µm
+summary-drift_rotary = drift: { $found ->
+        [yes] significant
+       *[no] not significant
+    } ({ $p }); change of scale over the run { $growth } arcsec per 1000° ({ $grown } arcsec over { $length }°), turn of the whole axis { $shift } arcsec
+summary-drift_swings = swing: the whole axis moved within { $swing } { $unit } in between
 summary-drift_not_evaluated = drift: not evaluated
 
 ## Last line

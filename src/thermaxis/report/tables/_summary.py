@@ -204,29 +204,28 @@ def _drift(report: PositioningReport) -> Iterator[Message]:
         why = next((one for one in report.warnings if one.code == _NO_MODEL), None)
         yield why or Message("summary-drift_not_evaluated")
         return
-    p = drift.p_no_drift
-    said: dict[str, str] = {"p": "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"}
+    p, widened = drift.p_no_drift, 1.0 if drift.significant else _LARGER
     length = round(float(np.ptp(report.test.target)), 1)
-    if drift.significant:
-        over = 1e-3 * length
-        said |= {
-            "growth": _with_band(drift.total_per_m, drift.total_per_m_within),
-            "grown": _with_band(over * drift.total_per_m, over * drift.total_per_m_within),
-            "length": as_given(length),
-            "shift": _with_band(drift.total, drift.total_within),
-        }
-        yield Message(f"summary-drift_{kind}", said)
-    elif drift.total_within > 0.0:
-        said |= {
-            "growth": two_digits(_LARGER * drift.total_per_m_within),
-            "shift": two_digits(_LARGER * drift.total_within),
-        }
-        yield Message(f"summary-no_drift_{kind}", said)
-    else:
-        yield Message("summary-no_drift", said)
+    growth, within = drift.total_per_m, widened * drift.total_per_m_within
+    said = {
+        "found": "yes" if drift.significant else "no",
+        "p": "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}",
+        "growth": _amount(growth, within),
+        "grown": _amount(1e-3 * length * growth, 1e-3 * length * within),
+        "length": as_given(length),
+        "shift": _amount(drift.total, widened * drift.total_within),
+    }
+    yield Message(f"summary-drift_{kind}", said)
+    swing = float(np.ptp(drift.common))
+    if swing > abs(drift.total) + drift.total_within:
+        unit = report.test.kind.units.deviation
+        yield Message("summary-drift_swings", {"swing": two_digits(swing), "unit": unit})
 
 
-def _with_band(value: float, band: float) -> str:
+def _amount(value: float, band: float) -> str:
+    """Return an amount with its band, or what it is less than where its band contains zero."""
+    if abs(value) <= band:
+        return f"less than {two_digits(abs(value) + band)}"
     text = two_digits(band)
     decimals = len(text.partition(".")[2])
     return f"{number_text(value, f'+.{decimals}f', 'en')} ± {text}"
