@@ -424,6 +424,15 @@ def test_a_sound_run_has_no_outliers_but_rarely() -> None:
     assert wrong <= 1
 
 
+def test_readings_that_are_rounded_to_the_noise_have_no_outliers() -> None:
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        deviation = np.round(rng.normal(size=(8, 5, 2)) + rng.normal(0.0, 5.0, (8, 1, 2)))
+        result = evaluate_drift(run(NOISE * deviation, time_s=stop_times(8, 5, STEP_S)))
+        assert result.outliers == ()
+        assert np.all(result.weight == 1.0)
+
+
 # ---- unequal noise ------------------------------------------------------------------------------
 
 

@@ -301,7 +301,7 @@ def _after(drift: "DriftResult", test: PositioningTest, index: int) -> Message:
 def _drift_reversal_findings(axis: Axis) -> list[_Ranked]:
     """Name the place among first, middle and last target where the drift turns back most."""
     drift, test = axis.drift, axis.test
-    if drift is None or not drift.significant:
+    if drift is None or not drift.significant or drift.changes:  # what jumps is no warming
         return []
     middle = float(np.mean(test.target))
     places = (middle, float(test.target[0]), float(test.target[-1]))
@@ -336,7 +336,7 @@ def is_temperature(name: str) -> bool:
 def _temperature_findings(axis: Axis) -> list[_Ranked]:
     """Name the temperature that runs like the common drift, not only like a straight line."""
     drift, test = axis.drift, axis.test
-    if drift is None or not drift.significant:
+    if drift is None or not drift.significant or drift.changes:  # what jumps is no warming
         return []
     if float(np.ptp(drift.common)) < LEAST_EFFECT:
         return []

@@ -8,18 +8,17 @@ best candidate, and a step with smooth functions is weighed against rough functi
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from typing import final
+from dataclasses import replace
 
 import numpy as np
 
 from thermaxis.positioning.drift._smooth_terms import (
-    ORDER,
     Fit,
     IntArray,
     Readings,
     Step,
     Sums,
+    against_splines,
     fit,
     penalty_of,
     residual_of,
@@ -54,23 +53,6 @@ _CONFOUNDED = 1e-6
 """Share of a step that the other terms must leave. [1]"""
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Instants:
-    """Times between consecutive readings at which a step is looked for."""
-
-    time: FloatArray
-    """(J,). [1]"""
-    before: IntArray
-    """How many of them lie before each reading, (N,)."""
-
-    def later(self, index: IntArray | int, value: FloatArray, size: int = 1) -> FloatArray:
-        """Return the sums of the values after each instant, by index, (size, J)."""
-        n = self.time.size + 1
-        summed = sums_per(np.asarray(index * n + self.before), value, size * n).reshape(size, n)
-        return np.cumsum(summed[:, ::-1], axis=1)[:, -2::-1]
-
-
 def _instants(time: FloatArray) -> FloatArray:
     """Return the middle of every interval that leaves enough readings on both sides."""
     order = np.sort(time)
@@ -79,47 +61,49 @@ def _instants(time: FloatArray) -> FloatArray:
     return (0.5 * (left + right))[right > left]
 
 
+def _later(value: FloatArray) -> FloatArray:
+    """Return sums over what comes later: of n + 1 values, the sums of the last n ... 1."""
+    return np.cumsum(value[..., :0:-1], axis=-1)[..., ::-1]
+
+
 class _Columns:
     """Products of the step, or the ramp, at every instant with everything else."""
 
     def __init__(self, readings: Readings, sums: Sums, time: FloatArray, shape: int) -> None:
-        self.sums, self.instants = sums, _Instants(time, np.searchsorted(time, readings.time))
+        self.sums, self.time = sums, time
         self._readings, self._shape = readings, shape
-        first, values = spline_values(
-            warped(readings.time, sums.warm_up, sums.plain), sums.intervals
-        )
-        later, size = self.instants.later, sums.intervals + 3
-        self._level: list[FloatArray] = []
+        self._before: IntArray = np.searchsorted(time, readings.time)
+        within = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
+        self._fixed: list[FloatArray] = []
         self._spline: list[FloatArray] = []
         self._square: list[FloatArray] = []
-        column = readings.weight * readings.shape[shape]
-        for power in range(3):
-            self._square.append(later(0, column * readings.shape[shape])[0])
-            if power < 2:
-                steps = [later(0, column * step) for step in readings.columns]
-                self._level.append(np.vstack((later(readings.level, column, sums.levels), *steps)))
-                spline = np.zeros((sums.right.size, time.size))
-                for c, other in enumerate(readings.shape[: sums.shapes]):
-                    for i in range(ORDER):
-                        spline[c :: sums.shapes] += later(
-                            first + i, column * other * values[:, i], size
-                        )
-                spline[sums.pinned] = 0.0
-                self._spline.append(spline)
+        n, column = time.size + 1, readings.weight * readings.shape[shape]
+        for _ in range(3):  # powers of time: a ramp is a difference of two kinks
+            self._square.append(self._after(column * readings.shape[shape]))
+            level = sums_per(readings.level * n + self._before, column, sums.levels * n)
+            steps = [self._after(column * step) for step in readings.columns]
+            self._fixed.append(np.vstack((_later(level.reshape(-1, n)), *steps)))
+            spline = _later(against_splines(readings, within, column, self._before, n))
+            spline[sums.pinned] = 0.0
+            self._spline.append(spline)
             column = column * readings.time
+
+    def _after(self, value: FloatArray) -> FloatArray:
+        """Return the sums of the values after each instant, (J,)."""
+        return _later(sums_per(self._before, value, self.time.size + 1))
 
     def _ramp(self, products: list[FloatArray], ramp: int) -> FloatArray:
         """Return products of ramps from sums after each instant of powers 0 and 1 of time."""
         if not ramp:
             return products[0]
-        time = self.instants.time
+        time = self.time
         kink = products[1] - time * products[0]
         return (kink[..., :-ramp] - kink[..., ramp:]) / (time[ramp:] - time[:-ramp])
 
     def _ramp_square(self, ramp: int) -> FloatArray:
         if not ramp:
             return self._square[0]
-        start, end = self.instants.time[:-ramp], self.instants.time[ramp:]
+        start, end = self.time[:-ramp], self.time[ramp:]
         zero, one, two = (s[:-ramp] - s[ramp:] for s in self._square)
         rising = (two - 2.0 * start * one + start**2 * zero) / (end - start) ** 2
         return rising + self._square[0][ramp:]
@@ -135,11 +119,8 @@ class _Columns:
         """
         readings, sums = self._readings, self.sums
         column = readings.weight * readings.shape[self._shape] * residual_of(fitted, readings)
-        later = [self.instants.later(0, column)[0]]
-        if ramp:
-            later.append(self.instants.later(0, column * readings.time)[0])
-        product = self._ramp(later, ramp)
-        own, spline = self._ramp(self._level, ramp), self._ramp(self._spline, ramp)
+        product = self._ramp([self._after(column), self._after(column * readings.time)], ramp)
+        own, spline = self._ramp(self._fixed, ramp), self._ramp(self._spline, ramp)
         through_splines, through, back = solved(fitted, own, spline)
         square = self._ramp_square(ramp)
         q = square - np.sum(spline * through_splines, axis=0) - np.sum(through * back, axis=0)
@@ -200,30 +181,27 @@ def _refined(
     readings: Readings, step: Step, every: FloatArray, averaged: Callable[[Readings], Average]
 ) -> tuple[Step, Average]:
     """Move a step to the likeliest instant for the smoothness that the run has with it."""
-    for _ in range(3):
-        after = averaged(replace(readings, steps=(*readings.steps, step)))
-        best = after.best.sums
-        sums = sums_of(readings, best.intervals, best.warm_up, best.plain)
-        without = fit(sums, penalty_of(best.intervals), after.best_departure)
-        near = int(np.searchsorted(every, step.time))
-        time = every[max(near - _MOST_INSTANTS // 2, 0) : near + _MOST_INSTANTS // 2]
-        criterion = [_Columns(readings, sums, time, c).criteria(without) for c in range(_SHAPES)]
-        shape, at = np.unravel_index(np.argmin(criterion), (_SHAPES, time.size))
-        better = Step(float(time[at]), int(shape))
-        if better == step:
-            break
-        step = better
-    else:
-        after = averaged(replace(readings, steps=(*readings.steps, step)))
-    return step, after
+    after = averaged(replace(readings, steps=(*readings.steps, step)))
+    best = after.best.sums
+    sums = sums_of(readings, best.intervals, best.warm_up, best.plain)
+    without = fit(sums, penalty_of(best.intervals), after.best_departure)
+    near = int(np.searchsorted(every, step.time))
+    time = every[max(near - _MOST_INSTANTS // 2, 0) : near + _MOST_INSTANTS // 2]
+    criterion = [_Columns(readings, sums, time, c).criteria(without) for c in range(_SHAPES)]
+    shape, at = np.unravel_index(np.argmin(criterion), (_SHAPES, time.size))
+    better = Step(float(time[at]), int(shape))
+    if better != step:
+        after = averaged(replace(readings, steps=(*readings.steps, better)))
+    return better, after
 
 
 def _gradual(
     fits: list[Fit], columns: dict[tuple[int, int], _Columns], step: float, shape: int, at: int
 ) -> bool:
     """Return whether a ramp about an instant is likelier than the step there."""
+    share = columns[id(fits[0].sums), shape].time.size / fits[0].sums.readings
     for cycles in RAMPS[shape]:
-        ramp = round(cycles * fits[0].sums.levels)
+        ramp = max(1, round(cycles * fits[0].sums.levels * share))
         near = slice(max(at - 2 * ramp, 0), at + ramp)
         for fitted in fits:
             criterion = columns[id(fitted.sums), shape].criteria(fitted, ramp)

@@ -57,7 +57,7 @@ from thermaxis.positioning.drift._smoothness import (
     reported,
     step_sizes,
 )
-from thermaxis.positioning.drift._unequal_noise import weights_of_levels
+from thermaxis.positioning.drift._unequal_noise import resolution_of, weights_of_levels
 from thermaxis.positioning.run import APPROACHES, FloatArray, PositioningTest, TimeSource, placed
 from thermaxis.positioning.standard import Iso230_2Figures, figures_of, require_readings
 
@@ -89,6 +89,8 @@ hides it; not to see it then says nothing. [1]"""
 _ROUND_OFF = 1e-13
 """Differences below this share of the readings are rounding. [1]"""
 _BAND_TIMES = 121
+_CLEAR = 0.6
+"""Share of the farthest residual beyond which others of its level cannot be drawn by it. [1]"""
 _MOST_NAMED = 5
 """Outliers that have a sentence each. [1]"""
 _PAUSE = 5.0
@@ -265,6 +267,8 @@ class _Run:
     """Root mean square distance of the levels from the mean position. [mm or deg]"""
     cycles: float
     """Readings per level, in the mean. [1]"""
+    resolution: float
+    """Of the readings, as far as they show it. [µm or arcsec]"""
     may_bow: bool
     """Whether there are readings enough to look for a bow."""
     bow_of_level: FloatArray
@@ -346,6 +350,7 @@ def _flatten(
         duration=duration,
         scale=scale,
         cycles=cycles,
+        resolution=resolution_of(level, centred),
         may_bow=m >= FEWEST_TARGETS_BOW and cycles >= FEWEST_CYCLES_BOW,
         bow_of_level=np.tile(_bow(x), len(approaches)),
         bow=False,
@@ -520,7 +525,9 @@ def _fit(
         estimate = _estimate(run, tested, average)
         parameters = estimate.effective_parameters - run.readings.levels
         readings = run.readings
-        weight = weights_of_levels(readings.level, estimate.residual, readings.levels, parameters)
+        weight = weights_of_levels(
+            readings.level, estimate.residual, readings.levels, parameters, run.resolution
+        )
         if np.all(weight == 1.0) or not np.all(run.readings.weight == 1.0):
             return _Fitted(run, estimate, tested)
         run = replace(run, readings=replace(run.readings, weight=weight[run.readings.level]))
@@ -595,10 +602,12 @@ def _outlying(fitted: _Fitted) -> _Outlying:
     near = order[:-1][np.diff(level[order]) == 0]
     others = residual[near] - _means(level[near], residual[near], levels)[level[near]]
     drift_parameters = fitted.estimate.effective_parameters - levels
-    weight = weights_of_levels(level[near], others, levels, drift_parameters)
+    resolution = fitted.run.resolution
+    weight = weights_of_levels(level[near], others, levels, drift_parameters, resolution)
     left = np.maximum(1.0 - _leverages(fitted), _LEAST_LEFT)
     scaled = np.abs(residual) * np.sqrt(weight[level] / left)
-    scaled /= max(_NORMAL_MEDIAN * float(np.median(scaled)), 1e-300)
+    spread = np.hypot(_NORMAL_MEDIAN * np.median(scaled), resolution / 12.0**0.5)
+    scaled /= max(float(spread), 1e-300)
     limit = NormalDist().inv_cdf(1.0 - 0.5 * SIGNIFICANCE / residual.size)
     uncertain = 1.0 + 2.0 * levels / residual.size  # the spread and the weights are estimates
     count = sums_per(level, np.ones(residual.size), levels)
@@ -614,18 +623,16 @@ def _outlying(fitted: _Fitted) -> _Outlying:
 def _left_out(
     test: PositioningTest, fitted: _Fitted, outlying: _Outlying, most: int
 ) -> tuple[PositioningTest, list[Outlier]]:
-    """Leave out what lies farthest, and what lies out about as far in other levels."""
+    """Leave out what lies farthest, and what lies out about as far."""
     deviation = test.deviation.copy()
-    outliers: dict[int, Outlier] = {}
-    clear = max(1.0, 0.5 * float(np.max(outlying.excess)))
+    outliers: list[Outlier] = []
+    clear = max(1.0, _CLEAR * float(np.max(outlying.excess)))
     for k in np.argsort(-outlying.excess)[:most].tolist():
-        level = int(fitted.run.readings.level[k])
-        if outlying.excess[k] > clear or not outliers:
+        if outlying.excess[k] > clear:
             i, j, a = (int(index[k]) for index in fitted.run.index)
-            found = Outlier(i + 1, j + 1, a, float(outlying.residual[k]))
-            if outliers.setdefault(level, found) is found:
-                deviation[i, j, a] = np.nan
-    return replace(test, deviation=deviation), list(outliers.values())
+            outliers.append(Outlier(i + 1, j + 1, a, float(outlying.residual[k])))
+            deviation[i, j, a] = np.nan
+    return replace(test, deviation=deviation), outliers
 
 
 def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
@@ -788,12 +795,12 @@ def _warnings(
     test: PositioningTest,
     fitted: _Fitted,
     suspects: tuple[int, ...],
+    changes: tuple[Change, ...],
     outliers: tuple[Outlier, ...],
     tails: int,
 ) -> tuple[Message, ...]:
     named = {"targets": ", ".join(str(i) for i in suspects)}
     n, unit = fitted.run.readings.value.size, test.kind.units.deviation
-    typical_s = fitted.run.duration / n
     heavy = {"far": tails, "readings": n, "limit": FAR, "expected": _normally_beyond(n)}
     warnings = (
         (test.time_s is None, Message("warning-order_as_time")),
@@ -804,7 +811,7 @@ def _warnings(
     )
     return (
         *_told_of_correlation(test, fitted),
-        *_told_of_changes(_changes(test, fitted), typical_s, unit),
+        *_told_of_changes(changes, fitted.run.duration / n, unit),
         *_told_of_outliers(outliers, unit),
         *(warning for applies, warning in warnings if applies),
     )
@@ -895,6 +902,7 @@ def _result(
     if outliers:
         of_all = _figures_of_all(test, fitted, fraction, from_reference, outliers, taken)
     tails = _heavy_tails(outlying, len(outliers)) if outliers else 0
+    changes = _changes(test, fitted)
     weight = sums_per(readings.level, readings.weight, readings.levels) / count
     return DriftResult(
         model=estimate.model,
@@ -920,7 +928,7 @@ def _result(
         figures=figures_of(mean, s),
         figures_of_all=of_all,
         outliers=outliers,
-        changes=_changes(test, fitted),
+        changes=changes,
         suspects=suspects,
-        warnings=_warnings(test, fitted, suspects, outliers, tails),
+        warnings=_warnings(test, fitted, suspects, changes, outliers, tails),
     )

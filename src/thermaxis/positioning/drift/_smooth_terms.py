@@ -326,7 +326,8 @@ def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0
         normal[k, :n_levels] = normal[:n_levels, k] = sums_per(readings.level, column, n_levels)
         normal[k, n_levels:] = [column @ other for other in columns]
         level_sum[k] = column @ y
-        cross[k] = _against_splines(readings, time, column, intervals)
+        within, all_one = spline_values(time, intervals), np.zeros_like(readings.level)
+        cross[k] = against_splines(readings, within, column, all_one, 1)[:, 0]
     pinned = _pinned(c_all, intervals)
     _pin(gram, right, cross, pinned)
     return Sums(
@@ -347,17 +348,26 @@ def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0
     )
 
 
-def _against_splines(
-    readings: Readings, time: FloatArray, column: FloatArray, intervals: int
+def against_splines(
+    readings: Readings,
+    within: tuple[IntArray, FloatArray],
+    column: FloatArray,
+    part: IntArray,
+    parts: int,
 ) -> FloatArray:
-    """Return the products of a column with all splines of all functions, (C (K + 3),)."""
-    first, values = spline_values(time, intervals)
-    products = np.zeros((intervals + 3, readings.shape.shape[0]))
-    for c, shape in enumerate(readings.shape):
+    """Return the products of a weighted column with all splines, per part, (C (K + 3), parts).
+
+    `within` are the spline values at the times of the readings.
+    """
+    first, values = within
+    c_all = readings.shape.shape[0]
+    size = c_all * (int(np.max(first)) + ORDER) * parts
+    products = np.zeros(size)
+    for c in range(c_all):
         for i in range(ORDER):
-            weighted = column * shape * values[:, i]
-            products[:, c] += sums_per(first + i, weighted, intervals + 3)
-    return products.ravel()
+            at = (c_all * (first + i) + c) * parts + part
+            products += sums_per(at, column * readings.shape[c] * values[:, i], size)
+    return products.reshape(-1, parts)
 
 
 def _products(
@@ -697,8 +707,8 @@ with levels and steps, (L + E, parts), and splines, (C (K + 3), parts)."""
 
 
 def _of_parts(sums: Sums, readings: Readings, part: IntArray, rows: Sequence[FloatArray]) -> _Parts:
-    parts, size, c_all = int(np.max(part)) + 1, sums.right.size, sums.shapes
-    first, values = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
+    parts = int(np.max(part)) + 1
+    within = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
     product = np.empty((parts, len(rows), len(rows)))
     right = np.empty((parts, len(rows)))
     levels: list[FloatArray] = []
@@ -711,12 +721,7 @@ def _of_parts(sums: Sums, readings: Readings, part: IntArray, rows: Sequence[Flo
         level = sums_per(part * sums.levels + readings.level, weighted, parts * sums.levels)
         steps = [sums_per(part, weighted * step, parts) for step in readings.columns]
         levels.append(np.vstack((level.reshape(parts, -1).T, *steps)))
-        spline = np.zeros(parts * size)
-        for c in range(c_all):
-            for i in range(ORDER):
-                at = part * size + c_all * (first + i) + c
-                spline += sums_per(at, weighted * readings.shape[c] * values[:, i], parts * size)
-        splines.append(spline.reshape(parts, size).T.copy())
+        splines.append(against_splines(readings, within, weighted, part, parts))
         splines[-1][sums.pinned] = 0.0
     return product, right, levels, splines
 

@@ -12,6 +12,11 @@ _FEWEST_FREE = 2.0
 """Degrees of freedom that every level must have. [1]"""
 _LEAST_SHARE = 1e-12
 """Share of the sum of squares below which a variance is rounding. [1]"""
+_ALIKE = 1e-9
+"""Share of the largest reading below which a difference is rounding of the computer. [1]"""
+_ROUNDED = 1.0 / 6.0
+"""Least variance of a level of rounded readings, in squares of the rounding: with few readings
+all may be alike. [1]"""
 
 
 def _special() -> Any:
@@ -62,8 +67,20 @@ def moderated_variances(variance: FloatArray, free: FloatArray) -> FloatArray:
     return (prior * centre + free * variance) / (prior + free)
 
 
+def resolution_of(level: IntArray, value: FloatArray) -> float:
+    """Return the least difference of two readings of a level that are not alike."""
+    order = np.lexsort((value, level))
+    step = np.diff(value[order])[np.diff(level[order]) == 0]
+    step = step[step > _ALIKE * np.max(np.abs(value), initial=0.0)]
+    return float(np.min(step, initial=np.inf)) if step.size else 0.0
+
+
 def weights_of_levels(
-    level: IntArray, residual: FloatArray, levels: int, drift_parameters: float
+    level: IntArray,
+    residual: FloatArray,
+    levels: int,
+    drift_parameters: float,
+    resolution: float = 0.0,
 ) -> FloatArray:
     """Return a weight per level, inverse to its variance, or ones where all scatter alike."""
     alike = np.ones(levels)
@@ -73,7 +90,7 @@ def weights_of_levels(
     total = float(np.sum(square))
     if levels < 2 or np.min(free) < _FEWEST_FREE or total <= 0.0:
         return alike
-    variance = np.maximum(square / free, _LEAST_SHARE * total)
+    variance = np.maximum(square / free, max(_LEAST_SHARE * total, _ROUNDED * resolution**2))
     if _scatter_alike(variance, free):
         return alike
-    return (total / float(np.sum(free))) / moderated_variances(variance, free)
+    return float(variance @ free / np.sum(free)) / moderated_variances(variance, free)

@@ -103,8 +103,9 @@ def _model(drift: DriftResult) -> str:
     if not drift.significant:
         return f"No drift is seen ({p}): the run is left as it was."
     bow = ", with a bow of the axis" if drift.bow is not None else ""
+    steps = f", with {len(drift.changes)} step(s)" if drift.changes else ""
     return (
-        f"Model: {_MODELS[str(drift.model)]}{bow} (probability of so much change without any"
+        f"Model: {_MODELS[str(drift.model)]}{bow}{steps} (probability of so much change without any"
         f" drift: {p})."
     )
 
