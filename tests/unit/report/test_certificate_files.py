@@ -199,6 +199,9 @@ def test_the_pdf_is_an_archive_that_carries_readings_and_results(
     assert b"<pdfaid:conformance>B</pdfaid:conformance>" in small_pdf
     files = attachments_of(small_pdf)
     assert hashlib.sha256(files["results.json"]).hexdigest() == results_sha256(small)
+    for borne in (results_sha256(small), "&lt;certificate_number&gt;"):
+        assert borne.encode() in files["dcc.xml"]
+    assert b"<dcc:document" not in files["dcc.xml"]
     path = tmp_path / "readings.csv"
     path.write_bytes(files["readings.csv"])
     assert evaluate_iso230_2(read_positioning(path)).A == small.iso230_2.A

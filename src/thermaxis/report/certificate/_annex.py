@@ -59,8 +59,8 @@ def raw_section(report: PositioningReport) -> Section:
     if test.target.size * test.cycles * len(report.test.approaches) > _MOST_PRINTED:
         heading = f"raw data (not printed: more than {_MOST_PRINTED} readings)"
         words = (
-            f"The {readings} readings are not printed here. They are in the measurement file whose"
-            " SHA-256 this certificate states."
+            f"The {readings} readings are not printed here. They are attached to the PDF"
+            " (readings.csv), and in the measurement file whose SHA-256 this certificate states."
         )
         return Section(heading, (Paragraph(words), *_channels(report)))
     heading = "raw data (all readings)"
