@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.unit.files import mutated as changes
 from tests.unit.files.builders import MADE
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import (
@@ -195,6 +196,12 @@ def mutate_archive(content: bytes, rng: random.Random) -> bytes:
     return mutate_part(content, rng)
 
 
+def mutate_bytes(content: bytes, rng: random.Random) -> bytes:
+    for _ in range(rng.choice((1, 1, 3))):
+        content = rng.choice((flip_bytes, flip_bytes, truncate, cut_out))(content, rng)
+    return content
+
+
 def check_mutants(
     content: bytes, reader: Reader, path: Path, mutate: Mutation, count: int
 ) -> tuple[int, int]:
@@ -221,6 +228,32 @@ def check_mutants(
     return read, refused
 
 
+def test_no_changed_file_gives_other_readings_without_a_word(tmp_path: Path, root: Path) -> None:
+    path = tmp_path / "run"
+    known = [
+        (base, changes.read(path, base.text.encode(), base.mapping)) for base in changes.bases(root)
+    ]
+    assert len(known) > 50
+    words: set[str] = set()
+    for k in range(300):
+        rng = random.Random(f"test-{k}")  # noqa: S311  repeatable, no secret
+        base, test = rng.choice(known)
+        mutant = rng.choice(changes.MUTATIONS)(base.text, rng)
+        verdict = changes.judged(test, mutant, path, base.mapping)
+        assert verdict.word != "WRONG", f"{k} {base.name}: {mutant.shown}: {verdict.why}"
+        words.add(verdict.word)
+    assert words == {"same", "refused", "told", "literal"}
+
+
+def test_the_judge_of_changed_files_sees_a_wrong_reading(tmp_path: Path, root: Path) -> None:
+    base = next(one for one in changes.bases(root) if one.name == "F1 B1")
+    path = tmp_path / "run"
+    test = changes.read(path, base.text.encode(), base.mapping)
+    exchanged = base.text.replace("F1;B1", "B1;F1").encode()  # as if the reader had mixed them up
+    mutant = changes.Mutant(exchanged, frozenset(), "directions exchanged")
+    assert changes.judged(test, mutant, path, base.mapping).word == "WRONG"
+
+
 def check_that_it_can_be_written(test: PositioningTest, path: Path) -> None:
     """What was read from a damaged file is as good as any run: it is written and read again."""
     try:
@@ -240,6 +273,7 @@ READERS: dict[str, Reader] = {
     "rtl": read_rtl,
     "tidy workbook": read_xlsx,
     "wide workbook": read_xlsx,
+    "old workbook": read_xlsx,
 }
 
 
@@ -249,8 +283,9 @@ def test_a_damaged_file_gives_a_run_or_one_of_our_errors(tmp_path: Path, name: s
     path = tmp_path / "run"
     path.write_bytes(content)
     assert isinstance(reader(path), PositioningTest)
-    workbook = "workbook" in name
-    mutate, count = (mutate_archive, 120) if workbook else (mutate_text, 250)
+    mutate, count = mutate_text, 250
+    if "workbook" in name:
+        mutate, count = (mutate_bytes if "old" in name else mutate_archive), 120
     read, refused = check_mutants(content, reader, path, mutate, count)
     assert read > 10
     assert refused > 40

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 
+from tests.unit.files.old_workbook import old_workbook
 from thermaxis.files import format_tidy_csv, write_rtl
 from thermaxis.files.table import SourceText
 from thermaxis.messages import sentence_of
@@ -121,6 +122,13 @@ def wide_workbook() -> bytes:
     return workbook(rows)
 
 
+def an_old_workbook() -> bytes:
+    test = example()
+    rows = test.deviation.reshape(6, 6).tolist()
+    table = [[target, *row] for target, row in zip(test.target.tolist(), rows, strict=True)]
+    return old_workbook([["Target (mm)", *(f"Run {run} (µm)" for run in range(1, 7))], *table])
+
+
 MADE = {
     "tidy": tidy,
     "foreign tidy": foreign_tidy,
@@ -129,5 +137,6 @@ MADE = {
     "rtl": rtl,
     "tidy workbook": tidy_workbook,
     "wide workbook": wide_workbook,
+    "old workbook": an_old_workbook,
 }
 """The content of a file of each format."""

@@ -8,6 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import openpyxl
 
+from tests.unit.files.old_workbook import old_workbook
 from thermaxis.files import RunColumn, RunMapping
 
 CYCLES = 3
@@ -187,7 +188,7 @@ def _summaries() -> list[Nasty]:
         Nasty(
             "summary without a word",
             text([HEAD, *rows, ["", "", "", "3.31"]]),
-            "number_missing",
+            "row_incomplete",
             RunMapping(last_row=37),
         ),
         Nasty(
@@ -219,7 +220,7 @@ def _missing() -> list[Nasty]:
             book([HEAD, *numbers(changed(tidy(), 4, 3, "#N/A"))]),
             missing=(gone,),
         ),
-        Nasty("missing target", text([HEAD, *changed(tidy(), 4, 2, "")]), "number_missing"),
+        Nasty("missing target", text([HEAD, *changed(tidy(), 4, 2, "")]), "row_incomplete"),
     ]
 
 
@@ -498,4 +499,28 @@ def _times() -> list[Nasty]:
     ]
 
 
-CASES = [*_summaries(), *_missing(), *_heads(), *_numbers(), *_times()]
+def _old_workbooks() -> list[Nasty]:
+    gone = STOPS[4]
+    rows = numbers(changed(tidy(), 4, 3, "#N/A"))
+    when = [[*row, at] for row, at in zip(numbers(tidy()), moments(), strict=True)]
+    blank = [[None], ["Machine", "MCV 750"], []]
+    return [
+        Nasty(".xls, tidy, with #N/A", old_workbook([HEAD, *rows]), missing=(gone,)),
+        Nasty(".xls, times as dates", old_workbook([[*HEAD, "time"], *when]), timed=True),
+        Nasty(
+            ".xls, second sheet, merged heads",
+            old_workbook(
+                [["notes"]],
+                [
+                    *blank,
+                    ["", "Vorwärts", "", "", "Rückwärts"],
+                    ["Ziel (mm)", *[1, 2, 3] * 2],
+                    *numbers(wide(BY_SIDE)),
+                    ["Mittelwert", *[0.5] * 6],
+                ],
+            ),
+        ),
+    ]
+
+
+CASES = [*_summaries(), *_missing(), *_heads(), *_numbers(), *_times(), *_old_workbooks()]

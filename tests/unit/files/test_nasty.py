@@ -110,7 +110,7 @@ def test_rows_that_may_be_readings_are_refused_not_left_out(tmp_path: Path) -> N
     rows = tidy()
     for k, cell in ((2, ""), (0, ""), (2, "x1"), (1, "mean")):
         with refused(
-            "not_a_direction" if k == 1 else "number_missing" if not cell else "not_a_number"
+            "not_a_direction" if k == 1 else "row_incomplete" if not cell else "not_a_number"
         ):
             read(tmp_path, text([HEAD, *changed(rows, 35, k, cell)]))
     with refused("cells_and_headings"):

@@ -18,7 +18,7 @@ from thermaxis.messages import sentence_of
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    adder(parser)("file FILE", "measured run: .rtl, CSV, _ISO230.dat or .xlsx")
+    adder(parser)("file FILE", "measured run: .rtl, CSV, _ISO230.dat, .xlsx or .xls")
     adder(parser)(
         "-o, --output FILE",
         "the tidy CSV file to write, replaced if it exists; - for standard output",

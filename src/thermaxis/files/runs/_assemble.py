@@ -18,6 +18,7 @@ from thermaxis.positioning import (
     PositioningTest,
     is_single_run_axis,
 )
+from thermaxis.quantities import AxisKind
 
 IntArray: TypeAlias = NDArray[np.int64]
 
@@ -121,17 +122,25 @@ def missing_remark(names: Iterator[str], missing: int, stops: int) -> Message:
     return remark("readings_missing", missing=missing, stops=stops, names=named)
 
 
-def missing_readings(target: FloatArray, deviation: FloatArray) -> list[Message]:
-    """Name the readings that passes of a table lack; what was not measured at all is no pass."""
+def doubts_about_readings(
+    kind: AxisKind, target: FloatArray, deviation: FloatArray
+) -> list[Message]:
+    """Say what a table lacks, and whether its deviations can be in their unit.
+
+    What was not measured at all, an approach or a cycle, is not lacking.
+    """
     missing = np.isnan(deviation)
+    travel = float(np.ptp(target)) * kind.units.deviations_per_position
+    typical = float(np.median(np.abs(deviation[~missing])))
+    doubts = [remark("beyond_travel", unit=kind.units.deviation)] if typical > travel else []
     if not bool(missing.any()):
-        return []
+        return doubts
     cycles = [j for j in range(missing.shape[1]) if not missing[:, j].all()]
     approaches = [a for a in range(2) if not missing[:, :, a].all()]
     stops = list(itertools.product(range(target.size), cycles, approaches))
     lacking = [stop for stop in stops if missing[stop]]
     names = (f"target {target[i]:.10g} cycle {j + 1} {APPROACHES[a]}" for i, j, a in lacking)
-    return [missing_remark(names, len(lacking), len(stops))] if lacking else []
+    return doubts + ([missing_remark(names, len(lacking), len(stops))] if lacking else [])
 
 
 def check_last_number(words: Sequence[str], place: Place) -> None:

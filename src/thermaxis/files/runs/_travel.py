@@ -83,7 +83,8 @@ def passes_of_travel(
         return None
     if not (repeats if one_way else alternates):
         return None
-    approach, counted = np.zeros_like(rows), np.ones_like(rows)
+    approach = np.zeros(row_target.size, dtype=np.int64)
+    counted = np.ones_like(approach)
     approach[rows] = np.where(sign[passes] > 0, FORWARD, BACKWARD)
     counted[rows] = 1 + (passes if one_way else passes // 2)
     if cycle is None:

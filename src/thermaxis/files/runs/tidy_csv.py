@@ -16,7 +16,7 @@ from thermaxis.errors import DataError, MeasurementFileError
 from thermaxis.files.runs._assemble import (
     assemble_readings,
     check_enough_readings,
-    missing_readings,
+    doubts_about_readings,
 )
 from thermaxis.files.runs._travel import (
     FULL_TURN_DEG,
@@ -143,7 +143,7 @@ def tidy_test(table: Table) -> PositioningTest:
         channels=channels,
     )
     remarks += [*turn_remarks, *target_remarks, *times.remarks, *assembled.remarks]
-    remarks += missing_readings(target, assembled.deviation)
+    remarks += doubts_about_readings(unit.kind, target, assembled.deviation)
     source = times.source
     if source is TimeSource.FILE and metadata.interpolated:
         source = TimeSource.INTERPOLATED

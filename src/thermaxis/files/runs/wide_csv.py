@@ -11,7 +11,7 @@ from thermaxis.errors import MeasurementFileError
 from thermaxis.files.runs._assemble import (
     assemble_readings,
     check_enough_readings,
-    missing_readings,
+    doubts_about_readings,
 )
 from thermaxis.files.runs._travel import targets_through_a_turn
 from thermaxis.files.table import (
@@ -128,7 +128,7 @@ def wide_test(table: Table) -> PositioningTest:
         header=metadata.header,
         remarks=(
             *(*metadata.remarks, *remarks, remark("order_from_runs"), *assembled.remarks),
-            *missing_readings(target, assembled.deviation),
+            *doubts_about_readings(target_unit.kind, target, assembled.deviation),
         ),
     )
     check_enough_readings(test, table.source.at())

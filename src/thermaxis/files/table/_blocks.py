@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Message, remark
+from thermaxis.codes import remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._columns import (
     NO_PASS,
@@ -22,7 +22,7 @@ from thermaxis.files.table._columns import (
 )
 from thermaxis.files.table._metadata import Metadata
 from thermaxis.files.table._numbers import number_form, without_groups
-from thermaxis.files.table._source import clean_text, first_few, is_number
+from thermaxis.files.table._source import is_number
 from thermaxis.files.table._table import (
     HEADER_ROWS,
     MAX_COLUMNS,
@@ -32,7 +32,7 @@ from thermaxis.files.table._table import (
     Table,
     TableSource,
     is_comment,
-    listed,
+    left_out_remark,
     looks_turned,
     merged_heads,
     read_comment_row,
@@ -111,7 +111,7 @@ class _Rows:
     source: TableSource
     metadata: Metadata
     blocks: list[_Block]
-    left_out: list[tuple[int, str]] = field(default_factory=list[tuple[int, str]])
+    left_out: list[Row] = field(default_factory=list[Row])
     texts: list[Row] = field(default_factory=list[Row])
     """Rows of text that may stand below the last reading only."""
     label: Pass | None = None
@@ -129,7 +129,7 @@ class _Rows:
                 read_comment_row(self.metadata, (number, cells), self.source)
                 continue
             if last is not None and number > last:
-                self.left_out.append((number, _first_text(cells)))
+                self.left_out.append((number, cells))
                 continue
             if (
                 len(cells) != block.width
@@ -150,11 +150,11 @@ class _Rows:
             if count > MAX_ROWS:
                 place = self.source.at(number)
                 raise MeasurementFileError("too_many_rows_to_read", most=MAX_ROWS, place=place)
-        self.left_out += [(number, _first_text(cells)) for number, cells in self.texts]
+        self.left_out += self.texts
         for one in self.blocks:
             one.move_to_columns()
         if self.left_out:
-            self.metadata.remarks.append(self._left_out_remark())
+            self.metadata.remarks.append(left_out_remark(self.left_out))
 
     def _after_heads_below(self, rows: Iterator[Row]) -> Iterator[Row]:
         """Take what a second and a third row of headings say: numbers of passes, units."""
@@ -199,14 +199,14 @@ class _Rows:
         if found is not None:
             if merged_heads(above, cells):
                 self.texts.pop()
-            self.left_out += [(row, _first_text(texts)) for row, texts in self.texts]
+            self.left_out += self.texts
             self.texts.clear()
             self.blocks.append(_Block(*found, number, self.label or NO_PASS))
             self.label = None
             return True
         target = cells[self.blocks[-1].target] if len(cells) == self.blocks[-1].width else ""
         if is_summary(target) or (not target and is_summary(filled[0])):
-            self.left_out.append((number, _first_text(cells)))
+            self.left_out.append((number, cells))
             return True
         words = any(c.isalpha() for c in filled[0]) and direction_named(filled[0]) is None
         if words and not (target and target[:1] in _NUMBER_STARTS):
@@ -237,15 +237,6 @@ class _Rows:
             self.metadata.remarks.append(_BESIDE_REMARK)
         return [*cells[:width], *([""] * (width - len(cells)))]
 
-    def _left_out_remark(self) -> Message:
-        rows = first_few([str(number) for number, _ in self.left_out])
-        names = listed([text for _, text in self.left_out])
-        return remark("rows_left_out", count=len(self.left_out), rows=rows, names=names)
-
-
-def _first_text(cells: Sequence[str]) -> str:
-    return clean_text(next((cell for cell in cells if cell), ""), limit=40)
-
 
 def _lacks_unit(heading: Heading) -> bool:
     quantity = heading.role in QUANTITIES or heading.is_pass
@@ -275,24 +266,31 @@ def either_way(
         error = failure
     if table is not None and not looks_turned(table):
         return table
-    whole = () if source.mapping.transposed is False else rows()
+    if table is not None or source.mapping.transposed:
+        return _turned_table(source, rows(), metadata, certain, words_only=False)
     try:
-        table = _turned_table(source, whole, metadata, certain) or table
-    except MeasurementFileError as failure:
-        error = error or (failure if table is not None else None)
+        if source.mapping.transposed is None:
+            table = _turned_table(source, rows(), metadata, certain, words_only=True)
+    except MeasurementFileError:
+        pass  # what is wrong with the table as it stands is nearer
     if table is None and error is not None:
         raise error
     return table
 
 
 def _turned_table(
-    source: TableSource, rows: Sequence[Row], metadata: Metadata, certain: str
+    source: TableSource,
+    rows: Sequence[Row],
+    metadata: Metadata,
+    certain: str,
+    *,
+    words_only: bool,
 ) -> Table | None:
     if len(rows) > MAX_COLUMNS:
         return None
     turned_source, columns = turned(source, rows, metadata)
     found = recognise(columns[0][1], (), source.mapping) if columns else None
-    if found is None:
+    if found is None or (words_only and any(map(is_number, columns[0][1]))):
         return None
     metadata.remarks.append(remark("transposed"))
     return build_table(turned_source, *found, 1, metadata, columns[1:], certain=certain)
@@ -339,6 +337,10 @@ def build_table(
         place = source.at(blocks[1].heading_row)
         raise MeasurementFileError("other_layout", layout=blocks[1].layout, place=place)
     first = blocks[0]
+    said = [(one.label.number is None, one.label.approach is None) for one in blocks]
+    if len(set(said)) > 1:
+        unlike = next(one for one, what in zip(blocks, said, strict=True) if what != said[0])
+        raise MeasurementFileError("blocks_unlike", place=source.at(unlike.numbers[0]))
     if len(blocks) > 1 or first.label != NO_PASS:
         first = (_joined_wide if first.layout is Layout.WIDE else _joined_tidy)(blocks)
         metadata.remarks.append(remark("blocks_joined", blocks=len(blocks)))

@@ -10,7 +10,7 @@ from typing import NoReturn, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place, remark
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._columns import (
     QUANTITIES,
@@ -19,6 +19,7 @@ from thermaxis.files.table._columns import (
     Role,
     label_named,
     parse_heading,
+    pass_named,
 )
 from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._metadata import Metadata
@@ -152,8 +153,10 @@ class Table:
         if values is None or bool(np.any(np.abs(values) > NUMBER_LIMIT)):
             self._raise_first_wrong(column)
         if required and bool(np.isnan(values).any()):
+            index = int(np.flatnonzero(np.isnan(values))[0])
+            before = self.row[index - 1] if index else self.heading_row
             raise MeasurementFileError(
-                "number_missing", place=self.at(int(np.flatnonzero(np.isnan(values))[0]), column)
+                "row_incomplete", last=int(before), place=self.at(index, column)
             )
         return values
 
@@ -232,12 +235,16 @@ def merged_heads(above: Sequence[str], below: Sequence[str]) -> list[str] | None
     if not any(labels) or (labels[0] and not any(above[1:])):
         return None
     joined: list[str] = []
+    spans: list[int] = []
     label = ""
     for k, (upper, lower) in enumerate(zip_longest(above, below, fillvalue="")):
         if upper:
             label = upper if labels[k] else ""
+            spans += [0] if label else []
+        if label and pass_named(lower.casefold()) is not None:
+            spans[-1] += 1
         joined.append(f"{label if lower else ''} {lower}".strip() if label else upper or lower)
-    return joined
+    return joined if len(set(spans)) == 1 else None  # else the rows are shifted
 
 
 def is_comment(cells: Sequence[str]) -> bool:
@@ -263,9 +270,26 @@ def read_rows_above(metadata: Metadata, rows: Sequence[Row]) -> Pass | None:
     """Take header fields from the rows above the headings; return the pass the last one names."""
     filled = [cell for cell in rows[-1][1] if cell] if rows else []
     label = label_named(filled) if filled else None
+    numbers: list[Row] = []
     for row in rows if label is None else rows[:-1]:
-        read_above(metadata, row)
+        if sum(is_number(cell, decimal=",") or is_number(cell) for cell in row[1]) > 1:
+            numbers.append(row)
+        else:
+            read_above(metadata, row)
+    if numbers:
+        metadata.remarks.append(left_out_remark(numbers))
     return label
+
+
+def left_out_remark(rows: Sequence[Row]) -> Message:
+    """Name the rows that hold no readings."""
+    texts = [next((cell for cell in cells if cell), "") for _, cells in rows]
+    return remark(
+        "rows_left_out",
+        count=len(rows),
+        rows=first_few([str(number) for number, _ in rows]),
+        names=listed([clean_text(text, limit=_LONGEST_SHOWN) for text in texts]),
+    )
 
 
 def read_comment_row(metadata: Metadata, row: Row, source: TableSource) -> None:
@@ -314,23 +338,30 @@ def turned(
 def looks_turned(table: Table) -> bool:
     """Say whether a table is one whose headings stand in its first column.
 
-    That is so where the numbers of its runs are none, counted from 1, and those of its targets
-    are. Where both are, either may be meant.
+    That is so where the numbers of its runs can be none, and those of its targets can. Where both
+    or none of them can, either may be meant.
     """
-    target = table.column_of(Role.TARGET)
-    stated = table.source.mapping.transposed
-    passes = [heading.text for heading in table.headings if heading.is_pass]
     heads = [heading.text for heading in table.headings if is_number(heading.text)]
-    if target != 0 or table.layout is Layout.TIDY or not set(passes) <= set(heads):
+    worded = any(
+        h.is_pass and (h.text not in heads or h.approach is not None) for h in table.headings
+    )
+    if table.layout is Layout.TIDY or worded:
         return False
-    counted = [
-        cells == [str(k + 1) for k in range(len(cells))] for cells in (heads, [*table.columns[0]])
-    ]
-    if counted == [True, True] and stated is None:
+    if table.source.mapping.transposed is not None:
+        return table.source.mapping.transposed
+    upright = _are_runs(heads, 2 * len(heads) + 2)
+    first = table.headings[0].role is Role.TARGET
+    if upright == (first and _are_runs(table.columns[0], len(table.row) + 2)):
         raise MeasurementFileError(
             "runs_or_targets", runs=len(heads), targets=len(table.row), place=table.at()
         )
-    return counted == [False, True] if stated is None else stated
+    return not upright
+
+
+def _are_runs(cells: Sequence[str], most: int) -> bool:
+    """Say whether cells can be the numbers of runs, of which few are missing."""
+    numbers = {int(cell) for cell in cells if cell.isdecimal() and len(cell) < 6}
+    return len(numbers) == len(cells) and 1 <= min(numbers) and max(numbers) <= most
 
 
 def start_of_mapping(cells: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""The sheets of a workbook, ``.xlsx``, as rows of cells, and the first table of a run in them."""
+"""The sheets of a workbook, ``.xlsx`` or ``.xls``, as rows of cells, and the table of a run."""
 
 import datetime as dt
 import io
@@ -7,12 +7,13 @@ from collections import Counter
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, cast
 
 from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._blocks import grid_table
-from thermaxis.files.table._damage import damage_named
+from thermaxis.files.table._damage import DAMAGE, damage_named
 from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._source import kind_of_content
 from thermaxis.files.table._table import (
@@ -28,6 +29,11 @@ from thermaxis.files.table._workbook_parts import CELL_LIMIT, check_parts
 if TYPE_CHECKING:
     from openpyxl import Workbook
 
+OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+"""What an ``.xls`` workbook begins with, and an encrypted one of either kind."""
+OLD_LIMIT_BYTES = 20_000_000
+"""Largest ``.xls`` workbook: about a million cells. [byte]"""
+
 Cells = tuple[Sequence[object], Sequence[object]]
 """Values of a row and, where the workbook has formulas, its formulas."""
 
@@ -37,6 +43,9 @@ def opened_sheets(
     name: str, content: bytes
 ) -> Generator[Iterator[tuple[TableSource, Iterator[Cells]]]]:
     """Give the visible sheets of a workbook and their rows; empty rows count."""
+    if content.startswith(OLD_WORKBOOK):
+        yield _old_sheets(name, content)
+        return
     if not content.startswith(b"PK"):
         kind = kind_of_content(content[:16]) or "text"
         raise MeasurementFileError("not_a_workbook", kind=kind, place=Place(name))
@@ -54,6 +63,43 @@ def opened_sheets(
             if sheet.sheet_state == "visible"
         )
         yield ((source, _cells(source, books, index)) for index, source in sources)
+
+
+def _old_sheets(name: str, content: bytes) -> Iterator[tuple[TableSource, Iterator[Cells]]]:
+    """Yield the visible sheets of an ``.xls`` workbook."""
+    from xlrd.biffh import XLRDError  # noqa: PLC0415  rarely needed
+    from xlrd.compdoc import CompDocError  # noqa: PLC0415
+
+    xlrd = cast("Any", import_module("xlrd"))
+
+    if len(content) > OLD_LIMIT_BYTES:
+        size_mb, most_mb = len(content) / 1e6, OLD_LIMIT_BYTES / 1e6
+        place = Place(name)
+        raise MeasurementFileError("file_too_large", size_mb=size_mb, most_mb=most_mb, place=place)
+    try:
+        with damage_named(Place(name), damage=tuple(set(DAMAGE) - {OSError})):
+            book = xlrd.open_workbook(
+                file_contents=content, on_demand=True, ragged_rows=True, logfile=io.StringIO()
+            )
+            for sheet in book.sheets():
+                if sheet.visibility == 0:
+                    rows = [
+                        ([_old_value(xlrd, book, cell) for cell in sheet.row(k)], ())
+                        for k in range(sheet.nrows)
+                    ]
+                    yield TableSource(name, sheet.name), iter(rows)
+    except (XLRDError, CompDocError) as error:
+        raise MeasurementFileError(
+            "not_a_workbook", kind="old_workbook", place=Place(name)
+        ) from error
+
+
+def _old_value(xlrd: Any, book: Any, cell: Any) -> object:
+    if cell.ctype == xlrd.XL_CELL_DATE:
+        return xlrd.xldate_as_datetime(cell.value, book.datemode)
+    if cell.ctype == xlrd.XL_CELL_ERROR:
+        return xlrd.error_text_from_code[cell.value]
+    return bool(cell.value) if cell.ctype == xlrd.XL_CELL_BOOLEAN else cell.value
 
 
 def _opened(name: str, content: bytes, *, data_only: bool) -> "Workbook":

@@ -49,6 +49,8 @@ error-quotation_marks = The quotation marks of this line do not match.
 
 error-number_missing = A number is missing.
     .remedy = Write the number, or leave the whole reading out.
+error-row_incomplete = A number is missing: the row may be a reading that lacks it, or something that was computed from readings.
+    .remedy = Write the number; if the readings end above this row, write last_row = { NUMBER($last, useGrouping: 0) } in a file for --map.
 error-magnitude_too_large = The number is larger than { $most } in magnitude.
     .remedy = Check the unit and the digits.
 error-not_a_whole_number = '{ $text }' is not a whole number.
@@ -78,9 +80,9 @@ error-not_start_and_end = '{ $text }' is not a value at the start and a value at
 error-not_a_workbook = This is { $kind ->
         [open_document] an OpenDocument file
         [archive] a zip archive
-        [old_workbook] a workbook of the old kind, or encrypted
+        [old_workbook] an encrypted workbook, or another file of an old kind
        *[other] another kind of file
-    }, not a workbook of the kind .xlsx.
+    }, not a workbook of the kind .xlsx or .xls.
     .remedy = Save it as .xlsx without a password, or as CSV.
 error-workbook_has_password = The workbook has a password.
     .remedy = Save it without a password.
@@ -109,6 +111,8 @@ error-other_layout = This is a { $layout } table, not one of the other layout.
     .remedy = Read it as a { $layout } table.
 error-no_readings_in_file = There are no readings in the file.
     .remedy = Export the run again, with its measured values.
+error-blocks_unlike = The words above this block of readings say something else of it than those above the first block.
+    .remedy = Write the same above each block: its direction, its number, or both.
 error-no_target_column = There is no column of target positions.
     .remedy = Name it target_mm, or target_deg for a rotary axis.
 error-no_deviation_column = There is no column of deviations and none of measured positions; headings that were not understood: { $unknown }.

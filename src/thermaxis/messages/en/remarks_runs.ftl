@@ -25,6 +25,7 @@ remark-thousands_removed = the decimal sign is the { $sign }: signs between thou
         [one] one number
        *[other] { $count } numbers
     }
+remark-beyond_travel = most deviations are larger than the whole travel: check that { $unit } were made of the right unit
 remark-cycles_empty = { $count ->
         [one] cycle
        *[other] cycles
