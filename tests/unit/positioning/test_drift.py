@@ -332,6 +332,23 @@ def test_bands_cover_the_truth_with_other_readings() -> None:
     assert np.all(coverage(noise=noise) > 0.8)
 
 
+def test_shift_and_growth_over_the_run_lie_within_their_bands_which_are_no_wider_than_needed() -> (
+    None
+):
+    share: list[float] = []
+    for seed in range(8):
+        test, truth = made(seed)
+        result, duration_s = evaluate_drift(test), float(np.max(test.time_s))
+        growth, shift = np.polyfit(
+            test.target - np.mean(test.target), (truth(duration_s) - truth(0.0))[:, 0], 1
+        )
+        share.append((result.total - shift) / result.total_within)
+        share.append((result.total_per_m - 1000.0 * growth) / result.total_per_m_within)
+    assert max(map(abs, share)) < 0.95
+    assert np.sqrt(np.mean(np.square(share[::2]))) > 0.15
+    assert np.sqrt(np.mean(np.square(share[1::2]))) > 0.15
+
+
 def test_noisy_targets_get_wider_bands_and_less_weight() -> None:
     noise = np.ones((TARGETS, 1, 2)) * 0.2
     noise[2] = 1.5
