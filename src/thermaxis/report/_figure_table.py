@@ -149,6 +149,7 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
     u, k = _expanded(report, key) if value is not None else (None, None)
     same = without if with_outliers is None else with_outliers
     effect = None if value is None or same is None else value - same
+    of_effect = None if effect is None else uncertainty
     check = None if report.limits is None else report.limits.of(key)
     forward, backward = report.test.measured_approaches
     main = _MAIN if forward and backward else _MAIN_OF_ONE_APPROACH
@@ -168,13 +169,9 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
         drift_free_coverage_factor=free.coverage_factor.get(key) if free else None,
         drift_free_with_outliers=with_outliers,
         drift_effect=effect,
-        drift_effect_expanded_uncertainty=(
-            None if uncertainty is None or effect is None else uncertainty.drift_effect.get(key)
-        ),
+        drift_effect_expanded_uncertainty=of_effect.drift_effect.get(key) if of_effect else None,
         drift_effect_coverage_factor=(
-            None
-            if uncertainty is None or effect is None
-            else uncertainty.drift_effect_coverage_factor.get(key)
+            of_effect.drift_effect_coverage_factor.get(key) if of_effect else None
         ),
         limit=check.limit if check else None,
         guard_band=check.guard_band if check else None,

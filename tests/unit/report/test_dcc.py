@@ -58,8 +58,9 @@ FULL_HEAD = {
     "comments": "Coolant off.",
     "inspector": "a laboratory",
 }
+STATED = {"B": 0.3, "A": 1.0, "M": 0.5}
 LIMITS = FigureLimits(
-    {"B": 4.0, "A": 20.0, "R": 30.0}, DecisionRule.ISO14253_1, {"B": 0.3}, "limits.toml"
+    {"B": 4.0, "A": 14.0, "M": 5.0}, DecisionRule.ISO14253_1, STATED, "limits.toml"
 )
 HOSTILE = "</dcc:content><x y='1'>&amp; ]]> \u0000\u001b\ufffe\u202e 主轴\n\t" + "x" * 3000
 
@@ -288,7 +289,7 @@ def test_everything_that_the_run_has_is_in_it(case: str) -> None:
     for ref_type, key in lists.items():
         present = content["iso230_2"]["targets"][0][key] is not None
         assert types.count(ref_type) == present
-    assert ("thermaxis_drift_common" in types) == (content["drift"] is not None)
+    assert ("thermaxis_drift_shift" in types) == (content["drift"] is not None)
     text = b"".join(dcc_xml(report(case)).split()).lower()
     assert b">nan" not in text
     assert b">none<" not in text
@@ -439,7 +440,14 @@ def test_every_field_of_the_head_is_in_it() -> None:
 def test_limits_become_statements_of_conformity() -> None:
     root = tree("full")
     verdicts = {row["figure"]: row for row in results("full")["figure_table"] if row["limit"]}
-    assert set(verdicts) == {"B", "A", "R"}
+    assert {figure: row["verdict"] for figure, row in verdicts.items()} == {
+        "B": "pass",
+        "M": "fail",
+        "A": "not decided",
+    }
+    overall = found(root, "/*/*/dcc:measurementResult/dcc:measurementMetaData/dcc:metaData")[0]
+    assert found(overall, "dcc:conformity")[0].text == "fail"
+    assert "ISO 14253-1" in found(overall, "dcc:declaration/dcc:content")[0].text
     for figure, row in verdicts.items():
         data = found(root, f"//dcc:quantity[@refType='thermaxis_{figure}']//dcc:metaData")[0]
         limit = found(data, ".//dcc:quantity[@refType='basic_toleranceLimitUpper']//si:value")[0]
@@ -447,11 +455,19 @@ def test_limits_become_statements_of_conformity() -> None:
         conformity = [one.text for one in found(data, "dcc:conformity")]
         assert conformity == ([row["verdict"]] if row["verdict"] != "not decided" else [])
     assert found(tree("draft"), "//dcc:conformity") == []
-    for figure, distribution in (("B", "normal"), ("A", "empirical")):
+    for figure, distribution in (("B", "normal"), ("E", "empirical")):
         said = found(root, f"//dcc:quantity[@refType='thermaxis_{figure}']//si:distribution")
         assert [one.text for one in said] == [distribution]
     (stated,) = found(root, "//dcc:quantity[@refType='thermaxis_B']//si:expandedMU")
     assert [one.text for one in stated] == ["0.3", "2.0", "0.9545", "normal"]
+
+
+def test_a_verdict_on_a_run_that_is_not_the_standards_test_says_so() -> None:
+    short = report_of(make_run(cycles=3), limits=LIMITS)
+    assert short.conditions
+    root = etree.fromstring(dcc_xml(short))
+    said = found(root, "/*/*/*/dcc:measurementMetaData/dcc:metaData/dcc:declaration/dcc:content")
+    assert "conditions of the standard are not met" in said[0].text
 
 
 def test_hostile_texts_stay_texts(schema: etree.XMLSchema, rules: SchematronValidator) -> None:

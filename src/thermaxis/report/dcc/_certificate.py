@@ -120,6 +120,8 @@ def _metadata(report: PositioningReport, results: Content) -> Iterator[Element]:
     """Yield the verdict on the run, and what the reader of the results must know."""
     if report.limits is not None:
         rule = report.limits.limits.decision_rule.in_words
+        if report.conditions:
+            rule += ". Test conditions of the standard are not met: see the remarks."
         yield conformity(str(report.limits.verdict), rule)
     for text in results["warnings"]:
         yield _declared("dcc:metaData", "Remark", text, "thermaxis_remark")

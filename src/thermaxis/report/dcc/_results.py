@@ -16,8 +16,8 @@ from thermaxis.report.dcc._types import (
     NORMAL,
     TARGET,
     TARGETS,
-    UNITS,
     QuantityType,
+    unit_of,
 )
 from thermaxis.report.dcc._xml import Quantity, Uncertainty, element, words
 
@@ -70,7 +70,7 @@ def _quantity(
     axis: AxisKind, kind: QuantityType, rows: Sequence[Content], *, listed: bool = False
 ) -> Quantity:
     """Return a quantity of rows that have it, with its uncertainty where all of them have one."""
-    unit, shift = UNITS[axis][kind.unit]
+    unit, shift = unit_of(axis, kind.unit)
     uncertainties: list[Any] = [row.get(kind.uncertainty) for row in rows]
     factor = rows[0].get(kind.factor) if isinstance(kind.factor, str) else kind.factor
     uncertainty = None
@@ -100,7 +100,7 @@ def _conformity(axis: AxisKind, row: Content) -> Element | None:
     """Return the verdict on a figure, with its limit."""
     if row.get("limit") is None:
         return None
-    unit, _ = UNITS[axis]["deviation"]
+    unit, _ = unit_of(axis, "deviation")
     limit = Quantity("basic_toleranceLimitUpper", "limit", unit, (row["limit"],)).as_element()
     return conformity(row["verdict"], f"{row['figure']}: {row['verdict']}", limit)
 
@@ -125,7 +125,8 @@ def _over_targets(
     axis: AxisKind, rows: Sequence[Content], kinds: Sequence[QuantityType], suffix: str = ""
 ) -> Element:
     """Return quantities over the targets."""
-    return _list(axis, "Targets", rows, (TARGET, *(kind.with_suffix(suffix) for kind in kinds)))
+    own = (replace(kind, name=kind.name + suffix) for kind in kinds)
+    return _list(axis, "Targets", rows, (TARGET, *own))
 
 
 def _list(
@@ -142,7 +143,10 @@ def _drift(axis: AxisKind, drift: Content) -> Iterator[Element]:
         if drift.get(kind.key) is not None:
             yield _quantity(axis, kind, [drift]).as_element()
     changes: Sequence[Content] = drift["changes"]
-    kinds = [kind.in_unit(axis.units.deviation_suffix) for kind in CHANGES]
+    unit = axis.units.deviation_suffix
+    kinds = [
+        replace(k, key=k.key.format(unit), uncertainty=k.uncertainty.format(unit)) for k in CHANGES
+    ]
     for name in dict.fromkeys(change["kind"] for change in changes):
         own = [change for change in changes if change["kind"] == name]
         steps = _list(axis, f"Steps of the drift: {name}", own, kinds)

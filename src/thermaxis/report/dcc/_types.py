@@ -38,14 +38,6 @@ class QuantityType:
         """Its name with the namespace."""
         return self.name if self.name.startswith("basic_") else f"thermaxis_{self.name}"
 
-    def with_suffix(self, suffix: str) -> "QuantityType":
-        """Return the type of the same quantity in another state of the run."""
-        return replace(self, name=self.name + suffix)
-
-    def in_unit(self, unit: str) -> "QuantityType":
-        """Return the type with a unit in its keys."""
-        return replace(self, key=self.key.format(unit), uncertainty=self.uncertainty.format(unit))
-
     def of_figure(self, figure: str, edition: Edition) -> "QuantityType":
         """Return the type of one figure of ISO 230-2."""
         words = f"{FIGURE_SYMBOLS[figure]}, {FIGURE_NAMES[edition][figure]}"
@@ -53,30 +45,23 @@ class QuantityType:
 
 
 _Q = QuantityType
+
+
+def _figure(name: str, key: str, meaning: str, of: str = "") -> QuantityType:
+    """Return a type whose U and k stand beside it in the table of figures."""
+    u, k = f"{of}expanded_uncertainty", f"{of}coverage_factor"
+    return QuantityType(name, key, meaning, "deviation", u, k, _DRAWN)
+
+
 FIGURES = (
-    _Q(
-        *("", "value", "{}"),
-        uncertainty="expanded_uncertainty",
-        factor="coverage_factor",
-        distribution=_DRAWN,
-    ),
+    _figure("", "value", "{}"),
     _Q("_bias", "bias", "bias of {}; contained in its U"),
 )
 """What a figure of ISO 230-2 has in `figure_table`; `{}` is its symbol and name."""
 DRIFT_FREE_FIGURES = (
-    _Q(
-        *("_driftFree", "drift_free", "{}, without drift"),
-        uncertainty="drift_free_expanded_uncertainty",
-        factor="drift_free_coverage_factor",
-        distribution=_DRAWN,
-    ),
+    _figure("_driftFree", "drift_free", "{}, without drift", "drift_free_"),
     _Q("_driftFreeWithOutliers", "drift_free_with_outliers", "{}, without drift, of all readings"),
-    _Q(
-        *("_driftEffect", "drift_effect", "effect of the drift on {}"),
-        uncertainty="drift_effect_expanded_uncertainty",
-        factor="drift_effect_coverage_factor",
-        distribution=_DRAWN,
-    ),
+    _figure("_driftEffect", "drift_effect", "effect of the drift on {}", "drift_effect_"),
 )
 """What it has there where the drift is known."""
 TARGET = _Q("basic_nominalValue", "position", "target position", "position")
@@ -93,24 +78,23 @@ TARGETS = (
 )
 """Lists over the targets, in `iso230_2.targets` and `drift.iso230_2.targets`."""
 LEVELS = tuple(
-    _Q(
-        *(f"level_{way}", f"levels_{way}", f"level at the reference time {arrow}"),
-        uncertainty=f"levels_std_{way}",
-    )
+    _Q(f"level_{way}", f"levels_{way}", f"level at t0 {arrow}", uncertainty=f"levels_std_{way}")
     for way, arrow in (("forward", "↑"), ("backward", "↓"))
 )
 """Lists over the targets, in `drift`."""
 DRIFT = (
     _Q("drift_p", "p_no_drift", "p value of no drift", "one"),
     _Q(
-        *("drift_common", "total", "common drift over the run"),
-        uncertainty="total_within",
-        factor=2.0,
+        "drift_shift",
+        "total",
+        "shift of the whole axis over the run",
+        "deviation",
+        "total_within",
+        2.0,
     ),
     _Q(
-        *("drift_growth", "total_per_m", "growth of the axis over the run", "growth"),
-        uncertainty="total_per_m_within",
-        factor=2.0,
+        *("drift_growth", "total_per_m", "thermal growth over the run", "growth"),
+        *("total_per_m_within", 2.0),
     ),
     _Q("reference_time", "reference_time_s", "time t0 of the thermal state", "time"),
     _Q("noise_forward", "noise_std_forward", "standard deviation of the noise ↑"),
@@ -125,19 +109,16 @@ CHANGES = (
 )
 """Lists over the steps of the drift in `drift.changes`; `{}` is the unit."""
 
-_BOTH = {"time": (r"\second", 0), "one": (r"\one", 0)}
-UNITS = {
-    AxisKind.LINEAR: {
-        "deviation": (r"\micro\metre", 0),
-        "position": (r"\milli\metre", 0),
-        "growth": (r"\micro\metre\metre\tothe{-1}", 0),
-        **_BOTH,
-    },
-    AxisKind.ROTARY: {
-        "deviation": (r"\arcsecond", 0),
-        "position": (r"\degree", 0),
-        "growth": (r"\arcsecond\degree\tothe{-1}", -3),
-        **_BOTH,
-    },
+_UNITS = {
+    "deviation": (r"\micro\metre", r"\arcsecond"),
+    "position": (r"\milli\metre", r"\degree"),
+    "growth": (r"\micro\metre\metre\tothe{-1}", r"\arcsecond\degree\tothe{-1}"),
+    "time": (r"\second",) * 2,
+    "one": (r"\one",) * 2,
 }
-"""Units in D-SI, and the power of ten to them: the results have growth per 1000°."""
+
+
+def unit_of(axis: AxisKind, unit: str) -> tuple[str, int]:
+    """Return a unit in D-SI, and the power of ten to it: rotary growth is stated per 1000°."""
+    rotary = axis is AxisKind.ROTARY
+    return _UNITS[unit][rotary], -3 if rotary and unit == "growth" else 0
