@@ -326,6 +326,25 @@ def test_the_second_reader_reads_the_same_digits(monkeypatch: pytest.MonkeyPatch
         assert read.uid() == report(case).header.get("certificate_number", "not stated")
 
 
+@pytest.mark.parametrize("factor", [0.9, None])
+def test_an_uncertainty_whose_factor_cannot_be_stated_is_left_out(
+    factor: float | None,
+    schema: etree.XMLSchema,
+    rules: SchematronValidator,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    content = results("draft")
+    content["figure_table"][0]["coverage_factor"] = factor
+    changed = json.dumps(content).encode()
+    monkeypatch.setattr("thermaxis.report.dcc._certificate.results_json", lambda _: changed)
+    xml = dcc_xml(report("draft"))
+    assert faults(xml, schema, rules) == []
+    root = etree.fromstring(xml)
+    stated = "//dcc:quantity[@refType='thermaxis_{}']//si:measurementUncertaintyUnivariate"
+    assert not found(root, stated.format("B"))
+    assert found(root, stated.format("A"))
+
+
 def test_the_page_publishes_the_types_that_are_written(
     published: dict[str, tuple[str, str, str]], root: Path
 ) -> None:
