@@ -23,8 +23,6 @@ summary-verdict = verdict: { $verdict ->
        *[iso14253-1] ISO 14253-1 (guard band U)
     }
 summary-verdict_of = { summary-verdict }: { $figures }
-summary-figure = { $figure } { $verdict }
-summary-figure_with_limit = { $figure } { $verdict } ({ $value }, limit { $limit })
 summary-figure_A = accuracy
 summary-figure_E = systematic { $edition ->
         [E2014] error

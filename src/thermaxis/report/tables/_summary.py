@@ -1,8 +1,9 @@
 """What one sees first of an evaluated run: verdict, figures, drift, findings and warnings."""
 
-import textwrap
 from collections.abc import Iterator, Sequence
-from itertools import zip_longest
+from functools import partial
+from itertools import chain, zip_longest
+from textwrap import wrap
 
 import numpy as np
 
@@ -24,8 +25,6 @@ _LARGER = 1.5
 """Bound of a drift that was not found, of its band: three standard uncertainties. Of runs with a
 drift that just escapes the test it holds for 92 % or more; two hold for 80 %. [1]"""
 _HEADS = {"value": "measured", "drift-free": "without drift"}
-_MOST_EVENTS = 4
-"""So many jumps and outliers are named below the drift. [1]"""
 _LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
 
 
@@ -43,31 +42,30 @@ def summary_of(report: PositioningReport) -> str:
         At most 20 lines of at most 80 characters for a terminal, on which text from files cannot
         act. The last line says how many findings and warnings had no room, and where they are.
     """
-    table = figure_table(report)
-    head = [*_lines(_run(report)), *_lines(_verdict(report, table))]
-    figures = [*_figures(report, table)]
+    table, adjacent = figure_table(report), report.adjacent_difference
     of_drift = () if report.drift is None else report.drift.warnings
-    events = [one for one in of_drift if _short(one) is not one][:_MOST_EVENTS]
-    others = [*_other_standard(report), *_drift(report), *map(_short, events)]
-    drift = [line for message in others for line in _lines(message)]
-    findings = [_lines(_short(one.message), "finding: ") for one in report.diagnosis]
-    warnings = [one for one in report.warnings if one.code != _NO_MODEL and one not in events]
-    of_chart = () if report.adjacent_difference is None else report.adjacent_difference.warnings
-    ranked = sorted(warnings, key=lambda one: (one not in of_drift, one.code in _LESS_URGENT))
-    first = [_lines(one, "warning: ") for one in ranked if one not in of_chart]
-    room = _LINES - len([*head, *figures, *drift]) - 2
-    kept = _fitting(first, findings, room=room)
-    hidden = {"warnings": len(warnings) - len(kept[0]), "findings": len(findings) - len(kept[1])}
-    said = [line for kind in reversed(kept) for lines in kind for line in lines]
-    last = _lines(Message("summary-rest", hidden))
-    blocks = [head, figures, drift, said, last]
-    blank = _LINES - sum(map(len, blocks))
-    lines = [
-        line
-        for k, one in enumerate(blocks)
-        for line in ([""] * (0 < k <= blank and bool(one)) + one)
-    ]
-    return "\n".join(lines) + "\n"
+    of_chart = () if adjacent is None else adjacent.warnings
+    events = [one for one in of_drift if _short(one) is not one]
+    others = [one for one in report.warnings if one.code != _NO_MODEL and one not in events]
+    others.sort(key=lambda one: (one not in of_drift, one.code in _LESS_URGENT))
+    head = _lines(_run(report), _verdict(report, table))
+    figures = [*_figures(report, table)]
+    drift = _lines(*_other_standard(report), *_drift(report))
+    named, warnings, findings = _fitting(
+        [_lines(_short(one)) for one in events],
+        [_lines(one, before="warning: ") for one in others if one not in of_chart],
+        [_lines(_short(one.message), before="finding: ") for one in report.diagnosis],
+        room=_LINES - len([*head, *figures, *drift]) - 2,
+    )
+    hidden = {
+        "warnings": len(events) + len(others) - len(named) - len(warnings),
+        "findings": len(report.diagnosis) - len(findings),
+    }
+    blocks = [head, figures, [*drift, *chain(*named)], [*chain(*findings, *warnings)]]
+    blocks.append(_lines(Message("summary-rest", hidden)))
+    spare = _LINES - sum(map(len, blocks))
+    spaced = [[""] * (0 < k <= spare and bool(block)) + block for k, block in enumerate(blocks)]
+    return "\n".join(chain(*spaced)) + "\n"
 
 
 def _fitting(*kinds: Sequence[list[str]], room: int) -> tuple[list[list[str]], ...]:
@@ -81,9 +79,10 @@ def _fitting(*kinds: Sequence[list[str]], room: int) -> tuple[list[list[str]], .
     return kept
 
 
-def _lines(message: Message, before: str = "") -> list[str]:
-    text = before + sentence_of(message)  # its values are printable
-    return textwrap.wrap(text, _WIDTH, break_on_hyphens=False, subsequent_indent="  ")
+def _lines(*messages: Message, before: str = "") -> list[str]:
+    texts = (before + sentence_of(one) for one in messages)  # their values are printable
+    wrapped = partial(wrap, width=_WIDTH, break_on_hyphens=False, subsequent_indent="  ")
+    return [line for text in texts for line in wrapped(text)]
 
 
 def _short(message: Message) -> Message:
@@ -123,35 +122,24 @@ def _verdict(report: PositioningReport, table: FigureTable) -> Message:
     if check is None:
         return Message("summary-no_limits")
     values = {"verdict": str(check.verdict), "rule": str(check.limits.decision_rule)}
-    named: list[Message] = []
-    for row, cells in zip(table.rows, table.cells, strict=True):
-        if row.verdict not in {None, Verdict.PASS}:
-            said = {"figure": row.symbol, "verdict": str(row.verdict)}
-            code = "summary-figure"
-            if not _is_shown(row):
-                said |= {"value": cells[2], "limit": cells[table.labels.index("limit")]}
-                code = "summary-figure_with_limit"
-            named.append(Message(code, said))
+    named = tuple(
+        f"{row.symbol} {row.verdict}"
+        for row in table.rows
+        if row.verdict not in {None, Verdict.PASS}
+    )
     if not named:
         return Message("summary-verdict", values)
-    return Message("summary-verdict_of", {**values, "figures": tuple(named)})
-
-
-def _is_shown(row: FigureRow) -> bool:
-    return row.strong and row.value is not None
+    return Message("summary-verdict_of", {**values, "figures": named})
 
 
 def _figures(report: PositioningReport, table: FigureTable) -> Iterator[str]:
     """Yield the main figures as measured and without drift, with U and limits."""
     edition = report.iso230_2.edition
-    shown = [
-        (row, cells) for row, cells in zip(table.rows, table.cells, strict=True) if _is_shown(row)
-    ]
-    columns = [
-        (f"{edition_name(edition)}, {table.unit}", [_name(row, edition) for row, _ in shown])
-    ]
+    shown = [i for i in table.strong if table.rows[i].value is not None]
+    names = [_name(table.rows[i], edition) for i in shown]
+    columns = [(f"{edition_name(edition)}, {table.unit}", names)]
     for k, label in enumerate(table.labels):
-        cells = [cells[k] for _, cells in shown]
+        cells = [table.cells[i][k] for i in shown]
         if label in {"value", "drift-free"}:
             columns.append((_HEADS[label], cells))
         elif label == "U":
@@ -161,7 +149,7 @@ def _figures(report: PositioningReport, table: FigureTable) -> Iterator[str]:
             columns.append((label, cells))
     heads, texts = zip(*columns, strict=True)
     yield from aligned_lines(heads, list(zip(*texts, strict=True)), words=1)
-    yield from (line for one in table.notes if one.code == "note-u_stated" for line in _lines(one))
+    yield from _lines(*(one for one in table.notes if one.code == "note-u_stated"))
     left_out = () if report.uncertainty is None else report.uncertainty.measured.left_out
     if left_out:
         yield from _lines(Message("summary-u_without", {"left_out": left_out}))
