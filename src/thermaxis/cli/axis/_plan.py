@@ -224,17 +224,12 @@ def _head(result: PlanResult, output: str | None) -> Iterator[str]:
 
 
 def _answer(result: PlanResult) -> str:
-    plan, expected = result.plan, result.expected
-    takes = (
-        f"the run of {plan.cycles} x {plan.target.size} targets takes"
-        f" {result.duration.total_s / 3600.0:.2f} h"
-    )
-    if expected is None:
+    plan, hours = result.plan, result.duration.total_s / 3600.0
+    takes = f"the run of {plan.cycles} x {plan.target.size} targets takes {hours:.2f} h"
+    if result.expected is None:
         return takes
-    return (
-        f"{takes}; without its drift every mean deviation is then known to"
-        f" ±{2.0 * expected.largest_level_std:.2g} {plan.kind.units.deviation} (k = 2)"
-    )
+    known = f"±{2.0 * result.expected.largest_level_std:.2g} {plan.kind.units.deviation} (k = 2)"
+    return f"{takes}; without its drift every mean deviation is then known to {known}"
 
 
 def _search(result: PlanResult) -> list[Part]:

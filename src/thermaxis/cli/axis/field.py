@@ -145,21 +145,11 @@ def described(
         Value("rows", down),
         Value("columns", across),
         *(Value(key, value) for key, value in options.items()),
-        _answer(result),
         *_images(result, f"Thermal fields of {across} x {down} pixels, °C"),
         _regions(result),
         Value("drift", None) if drift is None else Section("drift", list(_drift(drift))),
         *messages_of("warnings", warnings, "warning"),
     ]
-
-
-def _answer(result: thermal.ThermalFieldsResult) -> str:
-    change, mean = result.region_change_k, float(np.nanmean(result.difference_k))
-    most = int(np.nanargmax(np.abs(change)))
-    return (
-        f"from the first image to the last: {mean:+.2f} K in the mean, most in region"
-        f" '{result.regions[most].name}', {change[most]:+.2f} K"
-    )
 
 
 def _spread(values: thermal.FloatArray, unit: str, sign: str = "") -> list[Value]:

@@ -1,10 +1,6 @@
 ### What one sees first of an evaluated run: 20 lines of a terminal
 
-summary-run = { $name }: { $kind } axis{ $axis }, { $targets } targets from { $first } to { $last } { $unit }, { $cycles } cycles, { $approaches ->
-        [both] forward and backward
-        [forward] forward only
-       *[backward] backward only
-    }, { $times ->
+summary-run = { $name }: { $kind } axis{ $axis }, { $targets } targets from { $first } to { $last } { $unit }, { $cycles } cycles { $approaches }, { $times ->
         [file] { DURATION($lasting_s) }
         [interpolated] { DURATION($lasting_s) } (times spread between start and end)
         [order] no times, order known

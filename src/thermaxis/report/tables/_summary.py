@@ -92,26 +92,20 @@ def _short(message: Message) -> Message:
 
 def _run(report: PositioningReport) -> Message:
     test, axis = report.test, report.header.get("axis", "")
-    first, last = (float(test.target[k]) for k in (0, -1))
     values = {
         "name": printable(report.source_name, _LONGEST_NAME),
         "kind": str(test.kind),
         "axis": f" {printable(axis, _LONGEST_NAME)}" if axis else "",
         "targets": test.target.size,
-        "first": f"{first:g}",
-        "last": f"{last:g}",
+        "first": f"{test.target[0]:g}",
+        "last": f"{test.target[-1]:g}",
         "unit": test.kind.units.position,
         "cycles": test.cycles,
-        "approaches": _approaches(report),
+        "approaches": " and ".join(APPROACHES[a] for a in test.approaches),
         "times": str(test.time_source),
         "lasting_s": None if test.time_s is None else float(np.nanmax(test.time_s)),
     }
     return Message("summary-run", values)
-
-
-def _approaches(report: PositioningReport) -> str:
-    measured = report.test.approaches
-    return "both" if len(measured) == 2 else APPROACHES[measured[0]]
 
 
 # ---- verdict and figures ------------------------------------------------------------------------
