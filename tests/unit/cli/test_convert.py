@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tests.unit.cli.refusals import code_of, refusal
+from tests.unit.files.nasty import CASES
 from thermaxis.cli import execute, main
-from thermaxis.files import format_tidy_csv, read_positioning, write_rtl
+from thermaxis.files import RunMapping, format_tidy_csv, read_positioning, write_rtl
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import PositioningTest
 from thermaxis.quantities import AxisKind
@@ -91,3 +92,26 @@ def test_bad_input_ends_with_exit_code_2_and_one_line(tmp_path, capsys):
     assert printed.out == ""
     assert "a picture" in printed.err
     assert printed.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("targets of an encoder", ["--target-tolerance", "0.001"]),
+        ("no unit at all", ["--units", "mm,um"]),
+        ("03/04/2026", ["--date-order", "day"]),
+        ("1.100 and 1.125 only", ["--decimal", "point", "--map", "map.toml"]),
+    ],
+)
+def test_what_the_file_leaves_open_is_said_by_an_option(tmp_path, monkeypatch, name, options):
+    monkeypatch.chdir(tmp_path)
+    case = next(case for case in CASES if case.name == name)
+    run_file = tmp_path / "run.csv"
+    run_file.write_bytes(case.content)
+    (tmp_path / "map.toml").write_text('decimal = "comma"\n', encoding="utf-8")
+    assert refusal("convert", run_file, "-o", tmp_path / "tidy.csv").code == case.refused
+    assert run(run_file, "-o", tmp_path / "tidy.csv", *options) == 0
+    mapping = RunMapping(decimal="point") if "--decimal" in options else case.mapping
+    expected = read_positioning(run_file, mapping=mapping)
+    again = read_positioning(tmp_path / "tidy.csv")
+    np.testing.assert_array_equal(again.deviation, expected.deviation)

@@ -157,6 +157,30 @@ def test_blocks_transposed_and_localised_forms_give_the_same_readings(tmp_path: 
         np.testing.assert_array_equal(other.order, plain.order)
 
 
+def test_a_second_run_in_the_file_is_not_taken_for_a_part_of_the_first(tmp_path: Path) -> None:
+    passes = [(j, a) for j in range(3) for a in range(2)]
+    for head, rows in (
+        ([HEAD], tidy()),
+        ([["Target (mm)", *range(1, 7)]], wide(passes)),
+        ([["Forward"], ["Target (mm)", 1, 2, 3]], wide(passes[::2])),
+    ):
+        column = 2 if len(head[-1]) == 4 and head[-1] is HEAD else 0
+        other = [[*r[:column], str(float(r[column]) + 5), *r[column + 1 :]] for r in rows]
+        with refused("blocks_of_other_targets"):
+            read(tmp_path, text([*head, *rows, [], *head, *other]))
+    pages = tidy()
+    repeated = text([HEAD, *pages[:12], HEAD, *pages[12:24], HEAD, *pages[24:]])
+    assert_the_run(read(tmp_path, repeated), case_named("AM/PM"))
+    units = ["cycle", "direction", "target_mm", "deviation_nm"]
+    with refused("blocks_unlike"):
+        read(tmp_path, text([HEAD, *pages[:12], units, *pages[12:]]))
+
+
+def test_rows_above_the_headings_that_hold_numbers_are_named(tmp_path: Path) -> None:
+    said = remarks_of(read(tmp_path, text([["7", "8.5", "1"], ["Machine", "MCV"], HEAD, *tidy()])))
+    assert said == ("row 1 of the file holds no reading and was left out: '7'",)
+
+
 def test_a_mapping_file_says_what_the_headings_do_not(tmp_path: Path) -> None:
     case = case_named("headings of another language")
     with refused("run_headings_incomplete") as caught:

@@ -63,7 +63,6 @@ from thermaxis.positioning import (
     TimeSource,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.thermal.log import unit_of_name
 
 _IntArray: TypeAlias = NDArray[np.int64]
 
@@ -443,12 +442,13 @@ def _channels(table: Table) -> tuple[dict[str, FloatArray], list[Message]]:
             ignored.append(heading.text or f"column {column + 1}")
     names = unique_names(table.headings, list(kept))
     remarks: list[Message] = []
-    without_unit = [name for name in names if not unit_of_name(name)]
-    if without_unit:
-        remarks.append(remark("channels_kept", names=listed(without_unit)))
-    if len(without_unit) < len(names):
+    if names:
+        from thermaxis.thermal.log import unit_of_name  # noqa: PLC0415  thermal is not needed else
+
         with_unit = [name for name in names if unit_of_name(name)]
-        remarks.append(remark("channels_with_unit", names=listed(with_unit)))
+        without = [name for name in names if name not in with_unit]
+        kinds = (("channels_kept", without), ("channels_with_unit", with_unit))
+        remarks += [remark(code, names=listed(kind)) for code, kind in kinds if kind]
     if ignored:
         remarks.append(remark("columns_left_out", names=listed(ignored)))
     return dict(zip(names, kept.values(), strict=True)), remarks

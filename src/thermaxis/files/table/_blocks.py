@@ -1,5 +1,6 @@
 """The rows below the headings: one table, or blocks of readings that follow one another."""
 
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
@@ -121,32 +122,30 @@ class _Rows:
         """Read all rows."""
         rows = self._after_heads_below(rows)
         block = self.blocks[-1]
-        last = self.source.mapping.last_row
+        last = self.source.mapping.last_row or sys.maxsize
         count = 0
+        after_words = False
         for number, found in rows:
             cells = found
-            if is_comment(cells):
+            if cells[0].startswith("#") and is_comment(cells):
                 read_comment_row(self.metadata, (number, cells), self.source)
                 continue
-            if last is not None and number > last:
+            if number > last:
                 self.left_out.append((number, cells))
                 continue
-            if (
-                len(cells) != block.width
-                or cells[block.target][:1] not in _NUMBER_STARTS
-                or cells[block.target][-1] not in _NUMBER_ENDS
-            ):
+            target = cells[block.target] if len(cells) == block.width else ""
+            if target[:1] not in _NUMBER_STARTS or target[-1] not in _NUMBER_ENDS:
                 if not any(cells) or self._is_other(number, cells):
-                    block = self.blocks[-1]
+                    block, after_words = self.blocks[-1], True
                     continue
                 cells = self._fitted(cells, block.width, number)
-            if self.label is not None or self.texts:
-                block = self._after_words(block)
+            if after_words:
+                block, after_words = self._after_words(block), False
             block.numbers.append(number)
             block.chunk.append(cells)
+            count += 1
             if len(block.chunk) == _CHUNK_ROWS:
                 block.move_to_columns()
-            count += 1
             if count > MAX_ROWS:
                 place = self.source.at(number)
                 raise MeasurementFileError("too_many_rows_to_read", most=MAX_ROWS, place=place)
@@ -168,11 +167,13 @@ class _Rows:
                 first = next(rows, None)
         if first is None:
             return rows
-        cells = [*first[1], *[""] * block.width]
-        units = [unit_named(cell.strip("()[] ")) for cell in cells[: block.width]]
         needy = [k for k, heading in enumerate(block.headings) if _lacks_unit(heading)]
+        cells = [*first[1], *[""] * block.width][: block.width]
+        if not needy or any(map(is_number, cells)):
+            return chain((first,), rows)
+        units = [unit_named(cell.strip("()[] ")) for cell in cells]
         needed = [k for k in needy if cells[k] or not block.headings[k].is_pass]
-        if not any(units[k] for k in needed) or any(map(is_number, cells)):
+        if not any(units[k] for k in needed):
             return chain((first,), rows)
         for k in needed:
             if units[k] is None:
@@ -216,10 +217,11 @@ class _Rows:
 
     def _after_words(self, block: _Block) -> _Block:
         """Begin a block of the same headings below a label; refuse words between readings."""
-        for number, cells in self.texts:
-            fitted = self._fitted(cells, block.width, number)
+        if self.texts:
+            number, cells = self.texts[0]
+            text = self._fitted(cells, block.width, number)[block.target]
             place = self.source.at(number, block.target, block.headings[block.target].text)
-            raise MeasurementFileError("not_a_number", text=fitted[block.target], place=place)
+            raise MeasurementFileError("not_a_number", text=text, place=place)
         if self.label is not None:
             block = _Block(block.layout, block.headings, block.heading_row, self.label)
             self.blocks.append(block)
@@ -337,30 +339,32 @@ def build_table(
         place = source.at(blocks[1].heading_row)
         raise MeasurementFileError("other_layout", layout=blocks[1].layout, place=place)
     first = blocks[0]
-    said = [(one.label.number is None, one.label.approach is None) for one in blocks]
-    if len(set(said)) > 1:
-        unlike = next(one for one, what in zip(blocks, said, strict=True) if what != said[0])
-        raise MeasurementFileError("blocks_unlike", place=source.at(unlike.numbers[0]))
+    targets = max((set(one.columns[one.target]) for one in blocks), key=len)
+    for one in blocks:
+        place = source.at(one.numbers[0])
+        if not set(one.columns[one.target]) <= targets:
+            raise MeasurementFileError("blocks_of_other_targets", place=place)
+        if _said_by(one) != _said_by(first):
+            raise MeasurementFileError("blocks_unlike", place=place)
     if len(blocks) > 1 or first.label != NO_PASS:
         first = (_joined_wide if first.layout is Layout.WIDE else _joined_tidy)(blocks)
         metadata.remarks.append(remark("blocks_joined", blocks=len(blocks)))
     return _with_numbers(source, first, metadata, certain=certain)
 
 
+def _said_by(block: _Block) -> tuple[object, ...]:
+    """Return what must be the same of all blocks: what their labels say, and units."""
+    units = {heading.role: heading.unit for heading in block.headings if heading.role in QUANTITIES}
+    return block.label.number is None, block.label.approach is None, tuple(units.items())
+
+
 def _by_approach(block: _Block) -> list[_Block]:
     """Return a block for each approach that has a column of its own beside that of cycles."""
     sides = [k for k, heading in enumerate(block.headings) if heading.is_pass]
     roles = {heading.role for heading in block.headings}
-    one_each = all(block.headings[k].run is None for k in sides)
-    if (
-        block.layout is Layout.WIDE
-        or not sides
-        or not one_each
-        or roles
-        & {
-            *(Role.DEVIATION, Role.MEASURED, Role.DIRECTION),
-        }
-    ):
+    numbered = any(block.headings[k].run is not None for k in sides)
+    complete = roles & {Role.DEVIATION, Role.MEASURED, Role.DIRECTION}
+    if block.layout is Layout.WIDE or not sides or numbered or complete:
         return [block]
     parts: list[_Block] = []
     for k in sides:
@@ -450,10 +454,9 @@ def _with_numbers(source: TableSource, block: _Block, metadata: Metadata, *, cer
         _, place, text = places[0]
         raise MeasurementFileError("decimal_sign_unclear", text=text, place=place)
     grouped = 0
-    for k, cells in numeric:
+    for k, cells in numeric if form.grouped else ():
         block.columns[k] = plain = without_groups(cells, form.decimal)
-        if plain is not cells:
-            grouped += sum(map(str.__ne__, cells, plain))
+        grouped += sum(map(str.__ne__, cells, plain))
     if grouped:
         sign = "point" if form.decimal == "." else "comma"
         metadata.remarks.append(remark("thousands_removed", count=grouped, sign=sign))

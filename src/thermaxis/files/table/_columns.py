@@ -337,8 +337,10 @@ def role_named(text: str) -> Role | None:
 
 def _folded(text: str) -> str:
     """Return a word in lower case, without accents, and with u for the two letters µ and μ."""
+    if text.isascii():
+        return text.casefold().strip()
     parts = unicodedata.normalize("NFD", text.casefold())
-    plain = parts if parts.isascii() else "".join(c for c in parts if not unicodedata.combining(c))
+    plain = "".join(c for c in parts if not unicodedata.combining(c))
     return plain.replace("μ", "u").strip()
 
 

@@ -50,6 +50,8 @@ class NumberForm:
     """Decimal sign; both signs where the cells do not agree, empty where both are possible."""
     first: tuple[tuple[int, int], ...] = ()
     """Row and column, from 0, of the first cell of each sign, or of one that could be either."""
+    grouped: bool = False
+    """Whether signs between thousands may be there."""
 
 
 def number_form(
@@ -58,10 +60,12 @@ def number_form(
     """Find the decimal sign of columns of numbers; a certain one decides where both fit."""
     votes: dict[str, tuple[int, int]] = {}
     either: tuple[int, int] | None = None
+    seen: set[str] = set()
     for column, cells in columns:
         text = "".join(cells)
         signs = [sign for sign in ".," if sign in text]
         simple = len(signs) < 2 and _GROUPING.isdisjoint(text)
+        seen.update(signs, () if simple else "g")
         for row, cell in enumerate(cells if signs else ()):
             if simple and signs[0] in votes:
                 break
@@ -76,15 +80,13 @@ def number_form(
     decimal = stated or next(iter(votes), certain)
     if not decimal and either is not None:
         return NumberForm("", (either,))
-    return NumberForm(decimal or ".")
+    decimal = decimal or "."
+    return NumberForm(decimal, (), grouped=bool(seen - {decimal}))
 
 
 def without_groups(cells: list[str], decimal: str) -> list[str]:
-    """Return cells without the signs between thousands: the same list where there are none."""
+    """Return cells without the signs between thousands."""
     other = "." if decimal == "," else ","
-    text = "".join(cells)
-    if other not in text and _GROUPING.isdisjoint(text):
-        return cells
     drop = str.maketrans("", "", "".join(_GROUPING) + other)
     form = _FORMS[decimal]
     return [

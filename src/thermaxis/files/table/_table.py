@@ -341,12 +341,11 @@ def looks_turned(table: Table) -> bool:
     That is so where the numbers of its runs can be none, and those of its targets can. Where both
     or none of them can, either may be meant.
     """
-    heads = [heading.text for heading in table.headings if is_number(heading.text)]
-    worded = any(
-        h.is_pass and (h.text not in heads or h.approach is not None) for h in table.headings
-    )
+    passes = (heading for heading in table.headings if heading.is_pass)
+    worded = any(not h.text.isdecimal() or h.approach is not None for h in passes)
     if table.layout is Layout.TIDY or worded:
         return False
+    heads = [heading.text for heading in table.headings if is_number(heading.text)]
     if table.source.mapping.transposed is not None:
         return table.source.mapping.transposed
     upright = _are_runs(heads, 2 * len(heads) + 2)
