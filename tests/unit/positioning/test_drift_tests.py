@@ -186,3 +186,15 @@ def test_turbulent_air_is_named_with_its_time_and_makes_neighbours_alike() -> No
     assert neighbours[0] > 0.25  # exp(-7.9 s / 60 s) / 2 = 0.44 with the true time and share
     assert neighbours[1] < 0.15
     assert not found.significant
+
+
+@pytest.mark.parametrize(("period_min", "too_fast"), [(5.0, True), (10.0, False)])
+def test_a_swing_of_about_a_cycle_is_said_to_be_too_fast(period_min: float, too_fast: bool) -> None:
+    time = stop_times(16, 10, 252.0 / 32.0)
+    noise = 0.4 * np.random.default_rng(33).normal(size=time.shape)
+    result = evaluate_drift(run(noise + np.sin(time * np.pi / (30.0 * period_min)), time_s=time))
+    assert ("swing_too_fast" in codes_of(result.warnings)) == too_fast
+    if too_fast:
+        said = values_said(result.warnings, "swing_too_fast")
+        assert said["time"] == pytest.approx(period_min, rel=0.2)
+        assert said["cycles"] == pytest.approx(period_min / 4.2, rel=0.2)

@@ -41,6 +41,7 @@ change-in_order = in cycle { $cycle }
 change-in_pause = in the { FIXED($pause_min, decimals: 1) } min without a reading about { FIXED($time_min, decimals: 1) } min, before cycle { $cycle } went on, at once or slowly,
 warning-order_as_time = the readings have no times: their acquisition order serves as time
 warning-axis_bows = the axis bows with time: a parabola of the position was added to the drift
+warning-swing_too_fast = the whole axis swings with a period of about { FIXED($time, decimals: 1) } { $unit }, { FIXED($cycles, decimals: 1) } cycles: too fast to be told surely from the mean deviations, whose uncertainties may be too small; shorter cycles would help, with fewer targets or shorter stops
 warning-noise_correlated = the noise of successive readings is alike for about { FIXED($time, decimals: 0) } { $time_unit } (standard deviation of this part { FIXED($std, decimals: 2) } { $unit }), as by turbulent air or a disturbance too fast to follow: the uncertainties are widened by it, which more cycles help against, but more readings in a cycle hardly
 warning-visits_hide_drift = each target was measured in a short part of the run: this order of visits hides drift in the mean deviations, and only their uncertainties show how much
 warning-target_drifts_otherwise = target { $targets } drifts otherwise than the rest of the axis: the drift model does not hold there, and its bands are too narrow

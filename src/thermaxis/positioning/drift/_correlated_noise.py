@@ -15,9 +15,11 @@ from thermaxis.positioning.drift._smooth_terms import (
 )
 from thermaxis.positioning.drift._smoothness import LEAST_DEPARTURE, Average
 
-_LEAST_SIGHT = (-1.0, 1.5)
+_LEAST_SIGHT = (-1.5, 1.5)
 """Correlation of successive residuals, in standard deviations, from which the noise may be
 correlated: beside a curve, which may have followed it, and beside a line. [1]"""
+_LEAST_CORRELATION = 0.04
+"""Correlation of successive residuals that matters, beyond that. [1]"""
 _LEAST_GAIN = 6.0
 """Gain from which noise is correlated: about the 99 % point, as measured."""
 _LENGTHS = (2.0, 4.0, 8.0, 16.0)
@@ -49,8 +51,8 @@ def find_correlation(readings: Readings, average: Average) -> tuple[Correlation,
     order = np.argsort(readings.time, kind="stable")
     residual = residual_of(average.best, readings)[order]
     step = float(np.median(np.diff(readings.time[order])))
-    seen = float(residual[1:] @ residual[:-1]) * np.sqrt(size)
-    if step == 0.0 or seen <= _LEAST_SIGHT[average.line_is_enough] * float(residual @ residual):
+    least = _LEAST_CORRELATION + _LEAST_SIGHT[average.line_is_enough] / np.sqrt(size)
+    if step == 0.0 or residual[1:] @ residual[:-1] <= least * (residual @ residual):
         return None
     penalty = penalty_of(sums.intervals)
 

@@ -63,8 +63,10 @@ from thermaxis.positioning.standard import Iso230_2Figures, figures_of, require_
 
 LONGEST_INTERVAL_S = 1800.0
 """Knots of the splines are at most this far apart. [s]"""
-FEWEST_INTERVALS, MOST_INTERVALS = 6, 1000
+FEWEST_INTERVALS, MOST_INTERVALS = 6, 500
 """Intervals of the splines, unless the longest interval asks for more. [1]"""
+INTERVALS_PER_CYCLE = 2.0
+"""Intervals per cycle as far as these allow. [1]"""
 MOST_TESTED_INTERVALS = 240
 """Intervals up to which drift is tested for. [1]"""
 LONGEST_WARMING_S = 30.0 * 3600.0
@@ -81,7 +83,7 @@ _NORMAL_MEDIAN = 1.4826
 """Standard deviation over the median of the absolute values, of a normal distribution. [1]"""
 _LEAST_LEFT = 0.02
 """Share of a reading that a fit leaves to its residual at least. [1]"""
-_MOST_LEVERAGES = 100_000_000
+_MOST_LEVERAGES = 20_000_000
 """Readings times coefficients up to which leverages are worked out in full. [1]"""
 _HIDDEN = 2.0
 """Where a straight drift makes the levels' mean square error so much larger, the order of visits
@@ -93,6 +95,12 @@ _CLEAR = 0.6
 """Share of the farthest residual beyond which others of its level cannot be drawn by it. [1]"""
 _MOST_NAMED = 5
 """Outliers that have a sentence each. [1]"""
+FASTEST_SWING = 1.75
+"""Cycles that a swing must last for the levels to be told from it. [1]"""
+_STARTED = 0.1
+"""Share of the run in which a fast warming is no swing. [1]"""
+_OFTEN = 0.25
+"""Share of the run that a swing may last for its period to be stated. [1]"""
 _PAUSE = 5.0
 """An interval so many times the mean one is a pause. [1]"""
 
@@ -387,7 +395,7 @@ def _times(run: _Run, *, seconds: bool) -> tuple[int, Sequence[tuple[float, floa
 
     Logarithmic time stretches the intervals at the end of the run, so it takes more of them.
     """
-    wanted = int(np.clip(round(2.0 * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
+    wanted = int(np.clip(round(INTERVALS_PER_CYCLE * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
     needed = int(np.ceil(run.duration / LONGEST_INTERVAL_S)) if seconds else 0
     if seconds and run.duration > LONGEST_WARMING_S:
         return max(wanted, needed), PLAIN_TIME
@@ -779,6 +787,40 @@ def _told_of_changes(changes: tuple[Change, ...], typical_s: float, unit: str) -
         yield Message(code, {"when": when, **size})
 
 
+def _period(fitted: _Fitted) -> float:
+    """Return the mean period of what swings beside a line in the common drift, in cycles.
+
+    Infinite where nothing swings, or too seldom to say.
+
+    References
+    ----------
+    S. O. Rice 1944: 2 pi times the root mean square over that of the derivative, from memory.
+    """
+    run, estimate = fitted.run, fitted.estimate
+    sums = estimate.average.line.sums
+    if estimate.model is not DriftModel.SMOOTH or sums.steps or sums.intervals > MOST_INTERVALS:
+        return np.inf
+    time: FloatArray = np.linspace(_STARTED, 1.0, 8 * sums.intervals + 1)
+    swing: FloatArray = estimate.reported.functions(sums.shapes, time, 0.0)[0]
+    line: FloatArray = time - 0.5 * (1.0 + _STARTED)
+    tilt = float(np.sum(swing * line) / np.sum(line**2))
+    swing = swing - float(np.mean(swing)) - tilt * line
+    rising = (swing[1:] - swing[:-1]) / (time[1] - time[0])
+    square = float(np.sum(swing**2) / np.sum(rising**2))
+    period = 2.0 * np.pi * square**0.5
+    return period * run.cycles if period < _OFTEN else np.inf
+
+
+def _told_of_swing(test: PositioningTest, fitted: _Fitted) -> Iterator[Message]:
+    period = _period(fitted)
+    if period < FASTEST_SWING:
+        time = period / fitted.run.cycles * fitted.run.duration
+        values: dict[str, float | str] = {"time": time / 60.0, "unit": "min", "cycles": period}
+        if test.time_s is None:
+            values |= {"time": time, "unit": "readings"}
+        yield Message("warning-swing_too_fast", values)
+
+
 def _told_of_correlation(test: PositioningTest, fitted: _Fitted) -> Iterator[Message]:
     correlation = fitted.run.readings.correlation
     if correlation is not None:
@@ -811,6 +853,7 @@ def _warnings(
     )
     return (
         *_told_of_correlation(test, fitted),
+        *_told_of_swing(test, fitted),
         *_told_of_changes(changes, fitted.run.duration / n, unit),
         *_told_of_outliers(outliers, unit),
         *(warning for applies, warning in warnings if applies),
