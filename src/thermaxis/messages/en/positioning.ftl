@@ -32,6 +32,7 @@ warning-outlier_left_out = the reading of target { $target } { $approach } in cy
 warning-more_outliers = { $count } more readings lie out and were left out in the same way
     .short = outliers: { $count } more, left out without drift
 warning-heavy_tailed_noise = { $far } of { $readings } readings lie further than { $limit } robust standard deviations from the drift model, where { FIXED($expected) } of normal noise would: the noise has heavy tails, and its bands are those of the readings that are left; look for what disturbs single readings (a short dwell, vibration, air in the beam)
+    .short = noise: heavy tails, { $far } of { $readings } readings beyond { $limit } robust standard deviations
 warning-change_common = { $when } all targets jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }: the instrument set to zero anew or its optics touched, a slip in the machine, or coolant, a door or a drive switched; what is stated without drift is of the side of t0
     .short = jump: { $when } all targets by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }
 warning-change_stretch = { $when } the last target jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit } against the first, the others in proportion: another compensation of air or material temperature, a beam or a scale set anew, or optics turned; what is stated without drift is of the side of t0
@@ -43,6 +44,7 @@ warning-order_as_time = the readings have no times: their acquisition order serv
 warning-axis_bows = the axis bows with time: a parabola of the position was added to the drift
 warning-swing_too_fast = the whole axis swings with a period of about { FIXED($time, decimals: 1) } { $unit }, { FIXED($cycles, decimals: 1) } cycles: too fast to be told surely from the mean deviations, whose uncertainties may be too small; shorter cycles would help, with fewer targets or shorter stops
 warning-noise_correlated = the noise of successive readings is alike for about { FIXED($time, decimals: 0) } { $time_unit } (standard deviation of this part { FIXED($std, decimals: 2) } { $unit }), as by turbulent air or a disturbance too fast to follow: the uncertainties are widened by it, which more cycles help against, but more readings in a cycle hardly
+    .short = noise: alike for about { FIXED($time, decimals: 0) } { $time_unit } in successive readings ({ FIXED($std, decimals: 2) } { $unit }), as by turbulent air; U is widened
 warning-visits_hide_drift = each target was measured in a short part of the run: this order of visits hides drift in the mean deviations, and only their uncertainties show how much
 warning-target_drifts_otherwise = target { $targets } drifts otherwise than the rest of the axis: the drift model does not hold there, and its bands are too narrow
 

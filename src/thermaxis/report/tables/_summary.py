@@ -47,13 +47,14 @@ def summary_of(report: PositioningReport) -> str:
     of_chart = () if adjacent is None else adjacent.warnings
     events = [one for one in of_drift if _short(one) is not one]
     others = [one for one in report.warnings if one.code != _NO_MODEL and one not in events]
-    others.sort(key=lambda one: (one not in of_drift, one.code in _LESS_URGENT))
+    others.sort(key=lambda one: one not in of_drift)
+    urgent = [one for one in others if one not in of_chart and one.code not in _LESS_URGENT]
     head = _lines(_run(report), _verdict(report, table))
     figures = [*_figures(report, table)]
     drift = _lines(*_other_standard(report), *_drift(report))
     named, warnings, findings = _fitting(
         [_lines(_short(one)) for one in events],
-        [_lines(one, before="warning: ") for one in others if one not in of_chart],
+        [_lines(one, before="warning: ") for one in urgent],
         [_lines(_short(one.message), before="finding: ") for one in report.diagnosis],
         room=_LINES - len([*head, *figures, *drift]) - 2,
     )
