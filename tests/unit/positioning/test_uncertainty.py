@@ -196,7 +196,7 @@ def test_the_draws_have_the_covariance_of_the_posterior() -> None:
         position=np.arange(8.0),
         approaches=(0,),
         level=value[:, 0],
-        noise_variance=np.full(8, 0.04),
+        noise_covariance=0.04 * np.eye(8),
         environment_share=0.0,
         drift_covariance=np.full((8, 8), 0.09),
         drift=np.zeros(8),
@@ -240,6 +240,21 @@ def test_a_target_that_stands_out_is_named_and_others_are_not() -> None:
         value[7] += 3.0
         assert standing_out(value, 0.0625 * np.eye(16), line)[0] == 7
     assert named <= 5  # 1 % is the level
+
+
+def test_noise_that_is_correlated_in_time_makes_the_mean_reversal_value_less_certain(
+    drifting: tuple[PositioningTest, DriftResult],
+) -> None:
+    test, drift = drifting
+    independent = evaluate_uncertainty(test, drift).measured.standard_uncertainty["B_mean"]
+    alike = replace(drift, noise_time=60.0, noise_share=0.5)
+    found = evaluate_uncertainty(test, alike).measured.standard_uncertainty["B_mean"]
+    # the variance of a mean of readings, forward less backward, summed over all pairs of them
+    time = test.time_s.ravel()
+    sign = np.broadcast_to([1.0, -1.0], test.time_s.shape).ravel()
+    pairs = np.exp(-np.abs(time[:, None] - time) / 60.0)
+    ratio = 0.5 + 0.5 * float(sign @ pairs @ sign) / time.size
+    assert found / independent == pytest.approx(np.sqrt(ratio), rel=0.05)
 
 
 # ---- terms of the budget ------------------------------------------------------------------------

@@ -218,6 +218,11 @@ class DriftResult:
     """Readings that lie out, and were left out of the fit; the farthest first."""
     changes: tuple[Change, ...]
     """Steps of the drift, in the order of time."""
+    noise_time: float | None
+    """Time in which the correlation of a part of the noise, which all positions share, falls to
+    1/e; None where all of it is independent. [s, or readings where order served as time]"""
+    noise_share: float
+    """Share of this part in the variance of the noise. [1]"""
     suspects: tuple[int, ...]
     """Targets that drift otherwise than the model says, from 1: the model does not hold there."""
     warnings: tuple[Message, ...]
@@ -947,6 +952,7 @@ def _result(
     tails = _heavy_tails(outlying, len(outliers)) if outliers else 0
     changes = _changes(test, fitted)
     weight = sums_per(readings.level, readings.weight, readings.levels) / count
+    correlation = readings.correlation
     return DriftResult(
         model=estimate.model,
         p_no_drift=fitted.tested.probability,
@@ -972,6 +978,8 @@ def _result(
         figures_of_all=of_all,
         outliers=outliers,
         changes=changes,
+        noise_time=correlation and correlation.length * run.duration,
+        noise_share=correlation.ratio / (1.0 + correlation.ratio) if correlation else 0.0,
         suspects=suspects,
         warnings=_warnings(test, fitted, suspects, changes, outliers, tails),
     )

@@ -43,10 +43,10 @@ class Estimate:
     """Measured approaches: 0 forward, 1 backward."""
     level: FloatArray
     """(L,), in one thermal state: targets of the first measured approach, then of the second."""
-    noise_variance: FloatArray
-    """Variance of each level by the scatter of its readings, (L,)."""
+    noise_covariance: FloatArray
+    """Covariance of the levels by the scatter of their readings, (L, L)."""
     environment_share: float
-    """What the environment adds to the sum of these beyond the scatter that was seen. [1]"""
+    """What the environment adds to its trace beyond the scatter that was seen. [1]"""
     drift_covariance: FloatArray
     """Covariance of the levels by what is not known of the drift, (L, L)."""
     drift: FloatArray
@@ -59,6 +59,11 @@ class Estimate:
     """Degrees of freedom of each s, (L,). [1]"""
     readings: FloatArray
     """Readings of each level, (L,). [1]"""
+
+    @property
+    def noise_variance(self) -> FloatArray:
+        """Variance of each level by the scatter of its readings, (L,)."""
+        return np.diag(self.noise_covariance)
 
 
 def _root(matrix: FloatArray) -> FloatArray:
@@ -171,15 +176,15 @@ def draw_levels(
     size, targets = estimate.level.size, estimate.position.size
     free = float(np.sum(estimate.free))
     wider = np.sqrt(free / rng.chisquare(free, (samples, 1)))  # the noise is estimated too
-    noise = wider * rng.standard_normal((samples, size)) * np.sqrt(estimate.noise_variance)
+    noise = wider * (rng.standard_normal((samples, size)) @ _root(estimate.noise_covariance).T)
     drift = wider * (rng.standard_normal((samples, size)) @ _root(estimate.drift_covariance).T)
     if targets < 2 + _FEWEST_SPARE or not (
-        np.any(estimate.noise_variance) or np.any(estimate.drift_covariance)
+        np.any(estimate.noise_covariance) or np.any(estimate.drift_covariance)
     ):
         return estimate.level - noise - drift, drift
     turn, back = _mean_and_reversal(targets, len(estimate.approaches))
     value = turn @ estimate.level
-    of_noise = turn @ (estimate.noise_variance[:, None] * turn.T)
+    of_noise = turn @ estimate.noise_covariance @ turn.T
     of_drift = turn @ estimate.drift_covariance @ turn.T
     noise, drift = noise @ turn.T, drift @ turn.T
     straight = _straight_lines(estimate.position)
@@ -297,13 +302,17 @@ def draw_spread(estimate: Estimate, samples: int, rng: np.random.Generator) -> F
     The readings tell the size of the drift, common and in proportion to the position, as they tell
     the coefficients of a straight line: the standard deviation S_i of the drift is uncertain by
     sigma / sqrt(n - 1) times the root of 1 / L + x_i^2 / sum x^2. Half of this variance is added
-    for the form of the curves, so that generated runs are covered.
+    for the form of the curves, so that generated runs are covered. Where the noise is correlated
+    from level to level, each root is that of the sum of correlations with these weights.
     """
     x = np.tile(estimate.position - np.mean(estimate.position), len(estimate.approaches))
     shapes = np.stack((np.full(x.size, x.size**-0.5), x / np.sqrt(max(np.sum(x**2), 1e-300))))
     free = np.maximum(estimate.readings - 1.0, 1.0)
-    size = np.sqrt(1.5 * estimate.noise_variance * estimate.readings / free)
-    error = rng.standard_normal((samples, 2)) @ shapes * size
+    variance = estimate.noise_variance
+    size = np.sqrt(1.5 * variance * estimate.readings / free)
+    own = np.sqrt(np.maximum(variance, 1e-300))
+    alike = np.sum(shapes @ (estimate.noise_covariance / np.outer(own, own)) * shapes, axis=1)
+    error = (rng.standard_normal((samples, 2)) * np.sqrt(alike)) @ shapes * size
     return np.where(estimate.spread > 0.0, (np.sqrt(estimate.spread) + error) ** 2, 0.0)
 
 

@@ -191,14 +191,41 @@ def _flat(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
 
 
 def _with_environment(own: FloatArray, count: FloatArray, environment: float) -> dict[str, Any]:
-    """Return what the readings scatter at least, and the share of the environment in it.
+    """Return what the levels scatter at least, and the share of the environment in it.
 
     The scatter of the readings contains the environment during the run, so that the larger counts.
     """
-    total = np.maximum(own, environment / np.maximum(count, 1.0))
+    seen = np.diag(own)
+    total = np.maximum(seen, environment / np.maximum(count, 1.0))
     largest = float(np.sum(total))
-    share = 1.0 - float(np.sum(own)) / largest if largest > 0.0 else 0.0
-    return {"noise_variance": total, "environment_share": share, "readings": count}
+    share = 1.0 - float(np.sum(seen)) / largest if largest > 0.0 else 0.0
+    covariance = own + np.diag(total - seen)
+    return {"noise_covariance": covariance, "environment_share": share, "readings": count}
+
+
+def _noise_of_levels(
+    test: PositioningTest, drift: "DriftResult", variance: FloatArray, count: FloatArray
+) -> FloatArray:
+    """Return the covariance of the levels whose readings have these variances, (L, L).
+
+    A part of the noise is correlated as exp(-time / noise_time), so that of two means is as the
+    mean over all pairs of their readings.
+    """
+    time = test.order if test.time_s is None else test.time_s
+    independent = np.diag((1.0 - drift.noise_share) * variance / count)
+    if drift.noise_time is None or time is None:
+        return independent
+    times: list[FloatArray] = [
+        time[i, ~np.isnan(drift.deviation[i, :, a]), a]
+        for a in test.approaches
+        for i in range(test.target.size)
+    ]
+    decay = drift.noise_time
+    alike = np.zeros((len(times), len(times)))
+    for k, one in enumerate(times):
+        alike[k] = [np.mean(np.exp(-np.abs(one[:, None] - other) / decay)) for other in times]
+    std = np.sqrt(drift.noise_share * variance)
+    return independent + np.outer(std, std) * alike
 
 
 def _estimate_with_drift(
@@ -212,17 +239,17 @@ def _estimate_with_drift(
     # the variance of a reading of weight one
     mean, deviation = mean_and_s(drift.drift)
     common = float(np.nansum(weight * (count - 1.0) * s**2)) / spare
-    own = common / weight / count
+    noise = _noise_of_levels(test, drift, common / weight, count)
     return Estimate(
         position=test.target,
         approaches=approaches,
         level=_flat(drift.level, approaches),
-        drift_covariance=drift.level_covariance - np.diag(own),
+        drift_covariance=drift.level_covariance - noise,
         drift=_flat(mean, approaches),
         spread=_flat(deviation, approaches) ** 2,
         s=s,
         free=(count - 1.0) * (1.0 - drift.drift_parameters / spare),
-        **_with_environment(own, count, environment),
+        **_with_environment(noise, count, environment),
     )
 
 
@@ -247,7 +274,7 @@ def _estimate_without_drift(test: PositioningTest, environment: float) -> Estima
         spread=np.zeros(count.size),
         s=s,
         free=free,
-        **_with_environment(variance / np.maximum(count, 1.0), count, environment),
+        **_with_environment(np.diag(variance / np.maximum(count, 1.0)), count, environment),
     )
 
 
