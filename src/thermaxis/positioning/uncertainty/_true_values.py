@@ -68,6 +68,9 @@ class Estimate:
 
 def _root(matrix: FloatArray) -> FloatArray:
     """Return a matrix whose product with its own transpose is the given covariance."""
+    variance = np.diag(matrix)
+    if np.array_equal(matrix, np.diag(variance)):
+        return np.diag(np.sqrt(np.maximum(variance, 0.0)))
     value, vector = np.linalg.eigh(matrix)
     return vector * np.sqrt(np.maximum(value, 0.0))
 
