@@ -20,8 +20,9 @@ _LEAST_SIGHT = (-1.5, 1.5)
 correlated: beside a curve, which may have followed it, and beside a line. [1]"""
 _LEAST_CORRELATION = 0.04
 """Correlation of successive residuals that matters, beyond that. [1]"""
-_LEAST_GAIN = 6.0
-"""Gain from which noise is correlated: about the 99 % point, as measured."""
+LEAST_GAIN, LEAST_GAIN_SAID = 2.0, 5.0
+"""Gains from which correlated noise is part of the model, and from which it is named: about one
+run in twenty and one in a hundred with independent noise reach them, as measured."""
 _LENGTHS = (2.0, 4.0, 8.0, 16.0)
 """Correlation times that are tried, in units of the time between readings. [1]"""
 _RATIOS = (0.25, 0.5, 2.0, 4.0)
@@ -39,11 +40,11 @@ class _Tried:
     criterion: float
 
 
-def find_correlation(readings: Readings, average: Average) -> tuple[Correlation, float] | None:
-    """Return the correlation of the noise and its gain, or None where the readings show none.
+def find_correlation(readings: Readings, average: Average) -> Correlation | None:
+    """Return the correlation of the noise, or None where the readings show none.
 
     Its time and ratio are those of the highest restricted likelihood on a cross of a grid, each
-    with the likeliest departure of a(t). The gain is that in minus twice its logarithm.
+    with the likeliest departure of a(t).
     """
     sums, size = average.best.sums, readings.value.size
     if size * sums.right.size > _MOST_PRODUCTS:
@@ -71,4 +72,4 @@ def find_correlation(readings: Readings, average: Average) -> tuple[Correlation,
     length = best.correlation.length / step
     best = min([best, *(tried(length, r) for r in _RATIOS)], key=lambda t: t.criterion)
     gain = average.best.criterion - best.criterion
-    return (best.correlation, gain) if gain > _LEAST_GAIN else None
+    return replace(best.correlation, gain=gain) if gain > LEAST_GAIN else None

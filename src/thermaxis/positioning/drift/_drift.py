@@ -20,7 +20,7 @@ import numpy as np
 from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.drift._changes import find_step
-from thermaxis.positioning.drift._correlated_noise import find_correlation
+from thermaxis.positioning.drift._correlated_noise import LEAST_GAIN_SAID, find_correlation
 from thermaxis.positioning.drift._drift_tests import (
     FEWEST_CYCLES_BOW,
     FEWEST_TARGETS_ALONE,
@@ -665,16 +665,13 @@ def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
     return Step(run.start + step.time * run.duration, step.shape), gain
 
 
-def _next_correlation(fitted: _Fitted) -> tuple[Correlation, float] | None:
-    """Return the correlation of the noise, by the time of the run, and its gain."""
+def _next_correlation(fitted: _Fitted) -> Correlation | None:
+    """Return the correlation of the noise, by the time of the run."""
     run = fitted.run
     if run.readings.correlation is not None:
         return None
     found = find_correlation(run.readings, fitted.estimate.average)
-    if found is None:
-        return None
-    correlation, gain = found
-    return replace(correlation, length=correlation.length * run.duration), gain
+    return found and replace(found, length=found.length * run.duration)
 
 
 def evaluate_drift(test: PositioningTest, *, reference_time_s: float | None = None) -> DriftResult:
@@ -730,8 +727,8 @@ def evaluate_drift_at(
         outlying = _outlying(fitted)
         found, room = _next_step(fitted, seconds=seconds), most - len(outliers)
         alike = _next_correlation(fitted)
-        if alike is not None and alike[1] > max(outlying.gain, found[1] if found else 0.0):
-            correlation = alike[0]
+        if alike is not None and alike.gain > max(outlying.gain, found[1] if found else 0.0):
+            correlation = alike
             kept, outliers = test, []  # what lay out in independent noise may lie well now
         elif found is not None and found[1] > outlying.gain:
             steps.append(found[0])
@@ -828,7 +825,7 @@ def _told_of_swing(test: PositioningTest, fitted: _Fitted) -> Iterator[Message]:
 
 def _told_of_correlation(test: PositioningTest, fitted: _Fitted) -> Iterator[Message]:
     correlation = fitted.run.readings.correlation
-    if correlation is not None:
+    if correlation is not None and correlation.gain > LEAST_GAIN_SAID:
         values: dict[str, float | str] = {
             "time": correlation.length * fitted.run.duration,
             "time_unit": "readings" if test.time_s is None else "s",

@@ -117,6 +117,8 @@ class Correlation:
     """Time in which it falls to 1/e, as a fraction of the run. [1]"""
     ratio: float
     """Its variance over that of the independent part. [1]"""
+    gain: float = 0.0
+    """What it takes from minus twice the logarithm of the restricted likelihood."""
 
 
 @final
