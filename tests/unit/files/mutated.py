@@ -303,7 +303,7 @@ def judged(base: PositioningTest, mutant: Mutant, path: Path, mapping: RunMappin
         (kept and not other, "same"),
         (not gained and not other and told, "told"),
         (not gained and not other and ends, "literal"),
-        ("remark-beyond_travel" in said, "told"),
+        (not said.isdisjoint({"remark-beyond_travel", "remark-runs_not_alternating"}), "told"),
         (kept and "remark-unit_assumed" in said, "told"),
         (kept and positions and len(other) == 1, "literal"),
         (
