@@ -488,9 +488,10 @@ def judged(name: str, cycles: int, seed: int) -> Outcome:
     since = time.perf_counter()
     results = evaluate_drift_at(run.test, (None, float(np.nanmin(stated_s)), np.nanmax(stated_s)))
     seconds = time.perf_counter() - since
-    times = (float(np.nanmean(run.time_s)), np.nanmin(run.time_s), np.nanmax(run.time_s))
-    truth = run.levels_at(times[0])
-    readings = by_hand(run, times[0])
+    t0 = results[0].reference_time_s + float(np.nanmean(run.time_s - stated_s))
+    times = (t0, float(np.nanmin(run.time_s)), float(np.nanmax(run.time_s)))
+    truth = run.levels_at(t0)
+    readings = by_hand(run, t0)
     levels = {way: np.nanmean(x, axis=1) for way, x in readings.items()}
     levels["model"] = results[0].level
     figures = {
