@@ -3,7 +3,7 @@
 Every run has 16 targets and two approaches, noise of 0.4 µm and a reading every 7.9 s (100 cycles
 take seven hours). The error is that of the levels at the mean time of the run, absolute, nothing
 subtracted, as a root mean square over levels and runs. Coverage is the share of levels inside
-their 95 % bands at the mean time, the first and the last reading. Three tables:
+their 95 % bands at the mean time, the first and the last reading. Two tables:
 
 warm-ups    Two structures and the screw warm up with time constants between a quarter of an hour
             and three hours, and the hall's temperature swings. The drift is taken as it is (x1)
@@ -13,8 +13,6 @@ warm-ups    Two structures and the screw warm up with time constants between a q
 conditions  What happens to runs (`CONDITIONS`), mostly on top of a warm-up by heat conduction. No
             part of the model was developed with these runs. The model stands beside what is done
             by hand.
-silent      Runs without drift: how often one is seen, and how often a change or an outlier is;
-            `rounded` readings have a resolution as large as the noise.
 
 Ways:
 
@@ -28,9 +26,8 @@ model      levels of the drift model
 floor      plain mean of the readings less their true drift: what knowing the drift gives to
            least squares
 
-    python benchmarks/drift_evidence.py [--seeds 200] [--cycles 5 10 30 100] [--rows x1 bow ...]
-    python benchmarks/drift_evidence.py conditions [--seeds 100] [--processes 2] [--rows ...]
-    python benchmarks/drift_evidence.py silent [--seeds 2000]
+    python benchmarks/drift_evidence.py [--seeds 60] [--cycles 5 10 30 100] [--rows x1 bow ...]
+    python benchmarks/drift_evidence.py conditions [--seeds 40] [--processes 2] [--rows ...]
 """
 
 import argparse
@@ -52,7 +49,6 @@ from thermaxis.positioning import (
     FloatArray,
     PositioningTest,
     TimeSource,
-    evaluate_drift,
     evaluate_drift_at,
 )
 from thermaxis.quantities import AxisKind
@@ -63,8 +59,8 @@ STOP_S = 252.0 / 32.0
 COVERAGE_FACTOR = 1.959964
 DRIFTS = ("x1", "x0.1", "x0.05", "x0.02", "x0", "line", "bow", "target")
 CYCLES = (5, 10, 30, 100)
-MANY_CYCLES = 100
-"""Of so many cycles a quarter of the runs."""
+FEWER = {30: 4, 100: 8}
+"""By how much the runs of so many cycles are fewer, as each takes longer. [1]"""
 
 Drift = Callable[[FloatArray, FloatArray], FloatArray]
 Result = TypeVar("Result")
@@ -552,37 +548,6 @@ def lines_of_condition(name: str, cycles: int, rows: list[Outcome]) -> tuple[str
     return "| " + " | ".join((*first, *cells)) + " |", "| " + " | ".join((*first, *said)) + " |"
 
 
-# ---- runs without drift -------------------------------------------------------------------------
-
-SIZES = ((5, 5), (8, 5), (11, 5), (16, 10), (16, 30), (16, 100))
-"""Targets and cycles."""
-SILENT_HEAD = (
-    "| targets | cycles | readings | runs | drift | outlier | change | alone |\n|---:|---:|---|"
-    + "---:|" * 5
-)
-
-
-def silent(targets: int, cycles: int, resolution_um: float, seed: int) -> tuple[bool, ...]:
-    """Return what is seen in a run without drift: drift, outlier, change, a target alone."""
-    rng = np.random.default_rng([seed, targets, cycles])
-    up = np.arange(targets)
-    number = np.stack((up, 2 * targets - 1 - up), axis=1)[:, None, :]
-    number = number + 2.0 * targets * np.arange(cycles)[None, :, None]
-    deviation = rng.normal(0.0, 3.0, (targets, 1, 2)) + NOISE_UM * rng.normal(size=number.shape)
-    result = evaluate_drift(
-        PositioningTest(
-            kind=AxisKind.LINEAR,
-            target=20.0 * up + rng.uniform(-4.0, 4.0, targets),
-            deviation=resolution_um * np.round(deviation / resolution_um),
-            time_source=TimeSource.FILE,
-            time_s=STOP_S * number,
-            order=number + 1.0,
-        )
-    )
-    named = (result.outliers, result.changes, result.suspects)
-    return result.significant, *map(bool, named)
-
-
 # ---- tables -------------------------------------------------------------------------------------
 
 
@@ -598,18 +563,17 @@ def warm_up_table(arguments: argparse.Namespace) -> Iterator[str]:
     """Yield the lines of the table of warm-ups."""
     yield HEAD
     seconds: list[float] = []
-    seeds = arguments.seeds or 200
+    seeds = arguments.seeds or 60
     for kind in arguments.rows or DRIFTS:
         for cycles in arguments.cycles or CYCLES:
             judge = partial(evaluated_seed, kind, cycles)
-            runs = seeds // (4 if cycles >= MANY_CYCLES else 1)
-            rows = over_seeds(judge, runs, arguments.processes)
+            rows = over_seeds(judge, seeds // FEWER.get(cycles, 1), arguments.processes)
             seconds += [row.seconds for row in rows]
             yield line_of(kind, cycles, rows)
     yield (
-        f"\nErrors in µm, coverage and shares in percent; seeds 0 to {seeds - 1}, of 100 cycles a"
-        f" quarter of them; {1000.0 * float(np.median(seconds)):.0f} ms for three thermal states in"
-        " the median."
+        f"\nErrors in µm, coverage and shares in percent; seeds 0 to {seeds - 1}, of 30 cycles a"
+        " quarter and of 100 an eighth of them;"
+        f" {1000.0 * float(np.median(seconds)):.0f} ms for three thermal states in the median."
     )
 
 
@@ -624,7 +588,7 @@ def condition_tables(arguments: argparse.Namespace) -> Iterator[str]:
     said: list[str] = []
     for name in arguments.rows or CONDITIONS:
         for cycles in arguments.cycles or CONDITIONS[name]:
-            seeds = (arguments.seeds or 100) // (4 if cycles >= MANY_CYCLES else 1)
+            seeds = (arguments.seeds or 40) // FEWER.get(cycles, 1)
             rows = over_seeds(partial(judged, name, cycles), seeds, arguments.processes)
             seconds += [row.seconds for row in rows]
             errors, last = lines_of_condition(name, cycles, rows)
@@ -637,24 +601,9 @@ def condition_tables(arguments: argparse.Namespace) -> Iterator[str]:
     )
 
 
-def silent_table(arguments: argparse.Namespace) -> Iterator[str]:
-    """Yield the lines of the table of runs without drift."""
-    yield SILENT_HEAD
-    seeds = arguments.seeds or 2000
-    for targets, cycles in SIZES:
-        if cycles not in (arguments.cycles or CYCLES):
-            continue
-        for readings, resolution_um in (("as they are", 1e-6), ("rounded", NOISE_UM)):
-            judge = partial(silent, targets, cycles, resolution_um)
-            shares = 100.0 * np.mean(over_seeds(judge, seeds, arguments.processes), axis=0)
-            cells = (targets, cycles, readings, seeds)
-            yield "| " + " | ".join((*map(str, cells), *(f"{s:.2f}" for s in shares))) + " |"
-
-
 TABLES: dict[str, tuple[Callable[[argparse.Namespace], Iterator[str]], Iterable[str]]] = {
     "warm-ups": (warm_up_table, DRIFTS),
     "conditions": (condition_tables, CONDITIONS),
-    "silent": (silent_table, ()),
 }
 
 
