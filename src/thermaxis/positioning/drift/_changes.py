@@ -45,8 +45,6 @@ _DEPARTURES = (0.02, 0.2, 2.0, 20.0)
 """Smoothness of the scan. [1]"""
 _SLACK = 8.0
 """What averaging over the smoothness may add to a gain."""
-_PEAKS = 3
-"""Candidates that are looked at before a run is said to have no step. [1]"""
 _SHAPES = 2
 """Functions that may jump: the common drift and the growth. [1]"""
 _CONFOUNDED = 1e-6
@@ -152,20 +150,14 @@ def find_step(
         [np.min([columns[id(f.sums), c].criteria(f) for f in fits], axis=0) for c in range(_SHAPES)]
     )
     least = LEAST_GAIN + 2.0 * np.log(_SHAPES * every.size)
-    for _ in range(_PEAKS):
-        shape, at = np.unravel_index(np.argmin(criterion), criterion.shape)
-        if average.best.criterion - criterion[shape, at] < least - _SLACK:
-            return None
-        step = Step(float(time[at]), int(shape))
-        step, after = _refined(readings, step, every, averaged)
-        gain = average.evidence - after.evidence
-        if gain < least:
-            return None
-        if not _gradual(fits, columns, float(criterion[shape, at]), int(shape), int(at)):
-            return step, gain
-        near = slice(max(at - readings.levels, 0), at + readings.levels)
-        criterion[:, near] = np.inf
-    return None
+    shape, at = np.unravel_index(np.argmin(criterion), criterion.shape)
+    if average.best.criterion - criterion[shape, at] < least - _SLACK:
+        return None
+    step, after = _refined(readings, Step(float(time[at]), int(shape)), every, averaged)
+    gain = average.evidence - after.evidence
+    if gain < least or _gradual(fits, columns, float(criterion[shape, at]), int(shape), int(at)):
+        return None
+    return step, gain
 
 
 def _fits_of_scan(average: Average) -> Iterator[Fit]:

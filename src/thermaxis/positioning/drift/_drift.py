@@ -59,7 +59,12 @@ from thermaxis.positioning.drift._smoothness import (
 )
 from thermaxis.positioning.drift._unequal_noise import resolution_of, weights_of_levels
 from thermaxis.positioning.run import APPROACHES, FloatArray, PositioningTest, TimeSource, placed
-from thermaxis.positioning.standard import Iso230_2Figures, figures_of, require_readings
+from thermaxis.positioning.standard import (
+    Iso230_2Figures,
+    figures_of,
+    mean_and_s,
+    require_readings,
+)
 
 LONGEST_INTERVAL_S = 1800.0
 """Knots of the splines are at most this far apart. [s]"""
@@ -758,16 +763,13 @@ def _noise_std(run: _Run, residual: FloatArray, drift_parameters: float) -> Floa
     return noise
 
 
-def _normally_beyond(readings: int) -> float:
-    """Return how many of so many normal residuals lie beyond `FAR`."""
-    return 2.0 * readings * NormalDist().cdf(-FAR)
-
-
-def _heavy_tails(outlying: _Outlying, outliers: int) -> int:
-    """Return how many readings lie beyond `FAR`, where they are more than normal noise has."""
-    far = int(np.sum(outlying.scaled > FAR)) + outliers
-    expected = _normally_beyond(outlying.scaled.size)
-    return far if far > expected + 3.0 * expected**0.5 else 0
+def _told_of_tails(outlying: _Outlying, outliers: int) -> Iterator[Message]:
+    """Say so where more readings lie beyond `FAR` than normal noise has."""
+    far, n = int(np.sum(outlying.scaled > FAR)) + outliers, outlying.scaled.size
+    expected = 2.0 * n * NormalDist().cdf(-FAR)
+    if outliers and far > expected + 3.0 * expected**0.5:
+        values = {"far": far, "readings": n, "limit": FAR, "expected": expected}
+        yield Message("warning-heavy_tailed_noise", values)
 
 
 def _told_of_outliers(outliers: tuple[Outlier, ...], unit: str) -> Iterator[Message]:
@@ -783,11 +785,10 @@ def _told_of_changes(changes: tuple[Change, ...], typical_s: float, unit: str) -
     for change in changes:
         when = Message("change-in_order", {"cycle": change.cycle})
         if change.time_s is not None and change.interval_s is not None:
-            values = {"time_min": change.time_s / 60.0, "cycle": change.cycle}
-            when = Message("change-at", values)
-            if change.interval_s > _PAUSE * typical_s:
-                pause = {**values, "pause_min": change.interval_s / 60.0}
-                when = Message("change-in_pause", pause)
+            minutes = {"time_min": change.time_s / 60.0, "pause_min": change.interval_s / 60.0}
+            paused = change.interval_s > _PAUSE * typical_s
+            code = "change-in_pause" if paused else "change-at"
+            when = Message(code, {**minutes, "cycle": change.cycle})
         size = {"size": change.size, "within": 2.0 * change.std, "unit": unit}
         stretch = change.kind is ChangeKind.STRETCH
         code = "warning-change_stretch" if stretch else "warning-change_common"
@@ -846,51 +847,49 @@ def _warnings(
     suspects: tuple[int, ...],
     changes: tuple[Change, ...],
     outliers: tuple[Outlier, ...],
-    tails: int,
+    outlying: _Outlying,
 ) -> tuple[Message, ...]:
     named = {"targets": ", ".join(str(i) for i in suspects)}
     n, unit = fitted.run.readings.value.size, test.kind.units.deviation
-    heavy = {"far": tails, "readings": n, "limit": FAR, "expected": _normally_beyond(n)}
     warnings = (
         (test.time_s is None, Message("warning-order_as_time")),
         (fitted.run.bow, Message("warning-axis_bows")),
         (_hides_drift(fitted.run, fitted.estimate.average), Message("warning-visits_hide_drift")),
         (bool(suspects), Message("warning-target_drifts_otherwise", named)),
-        (tails > 0, Message("warning-heavy_tailed_noise", heavy)),
     )
     return (
         *_told_of_correlation(test, fitted),
         *_told_of_swing(test, fitted),
         *_told_of_changes(changes, fitted.run.duration / n, unit),
         *_told_of_outliers(outliers, unit),
+        *_told_of_tails(outlying, len(outliers)),
         *(warning for applies, warning in warnings if applies),
     )
 
 
 def _changes(test: PositioningTest, fitted: _Fitted) -> tuple[Change, ...]:
-    run, estimate = fitted.run, fitted.estimate
-    if not run.readings.steps:
+    run, estimate, steps = fitted.run, fitted.estimate, fitted.run.readings.steps
+    if not steps:
         return ()
-    sizes, errors = step_sizes(estimate.average, estimate.reported)
+    size, std = step_sizes(estimate.average, estimate.reported)
     units = (1.0, float(test.target[-1] - test.target[0]) / run.scale)
+    order, timed = np.argsort(run.readings.time), test.time_s is not None
+    time = run.readings.time[order]
     changes: list[Change] = []
-    for step, size, std in zip(run.readings.steps, sizes.tolist(), errors.tolist(), strict=True):
-        after = np.where(run.readings.time > step.time, run.readings.time, np.inf)
-        next_one = int(np.argmin(after))
-        interval = 2.0 * run.duration * (float(after[next_one]) - step.time)
-        seconds = test.time_s is not None
+    for e in sorted(range(len(steps)), key=lambda e: steps[e].time):
+        after, unit = int(np.searchsorted(time, steps[e].time)), units[steps[e].shape]
+        interval = run.duration * float(time[after] - time[after - 1])
         changes.append(
             Change(
-                time_s=run.start + step.time * run.duration if seconds else None,
-                cycle=int(run.index[1][next_one]) + 1,
-                size=units[step.shape] * size,
-                std=units[step.shape] * std,
-                kind=tuple(ChangeKind)[step.shape],
-                interval_s=interval if seconds else None,
+                time_s=run.start + steps[e].time * run.duration if timed else None,
+                cycle=int(run.index[1][order[after]]) + 1,
+                size=unit * float(size[e]),
+                std=unit * float(std[e]),
+                kind=tuple(ChangeKind)[steps[e].shape],
+                interval_s=interval if timed else None,
             )
         )
-    order: list[int] = np.argsort([step.time for step in run.readings.steps]).tolist()
-    return tuple(changes[k] for k in order)
+    return tuple(changes)
 
 
 def _figures_of_all(
@@ -911,12 +910,8 @@ def _figures_of_all(
     without = test.deviation.copy()
     without[run.index] -= from_reference
     without[place] -= np.sum(function * shape, axis=0)
-    count = np.sum(~np.isnan(test.deviation), axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.nansum(without, axis=1) / count
-        square = np.nansum((without - mean[:, None]) ** 2, axis=1)
-        s = np.sqrt(square / (count - 1.0) / taken)
-    return figures_of(mean, s)
+    mean, s = mean_and_s(without)
+    return figures_of(mean, s / taken**0.5)
 
 
 def _result(
@@ -951,7 +946,6 @@ def _result(
     of_all = None
     if outliers:
         of_all = _figures_of_all(test, fitted, fraction, from_reference, outliers, taken)
-    tails = _heavy_tails(outlying, len(outliers)) if outliers else 0
     changes = _changes(test, fitted)
     weight = sums_per(readings.level, readings.weight, readings.levels) / count
     correlation = readings.correlation
@@ -983,5 +977,5 @@ def _result(
         noise_time=correlation and correlation.length * run.duration,
         noise_share=correlation.ratio / (1.0 + correlation.ratio) if correlation else 0.0,
         suspects=suspects,
-        warnings=_warnings(test, fitted, suspects, changes, outliers, tails),
+        warnings=_warnings(test, fitted, suspects, changes, outliers, outlying),
     )
