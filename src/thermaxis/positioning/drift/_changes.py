@@ -39,8 +39,10 @@ FEWEST_BESIDE = 5
 RAMPS = ((0.75, 1.5), (1.5,))
 """A change of the common drift, or of the growth, that is likelier to have taken so long, in
 cycles, is no step: a pump's onset takes minutes. Growth hardly shows at mid-axis. [1]"""
-_MOST_INSTANTS = 2000
-"""Instants that are looked at together; near the best of them all are. [1]"""
+_MOST_INSTANTS = 500
+"""Instants that are looked at together. [1]"""
+_REACH = 4
+"""Cycles about the best of them that are looked at. [1]"""
 _DEPARTURES = (0.02, 0.2, 2.0, 20.0)
 """Smoothness of the scan. [1]"""
 _SLACK = 8.0
@@ -62,6 +64,10 @@ def _instants(time: FloatArray) -> FloatArray:
 def _later(value: FloatArray) -> FloatArray:
     """Return sums over what comes later: of n + 1 values, the sums of the last n ... 1."""
     return np.cumsum(value[..., :0:-1], axis=-1)[..., ::-1]
+
+
+def _thinned(time: FloatArray) -> FloatArray:
+    return time[:: -(-time.size // _MOST_INSTANTS)]
 
 
 class _Columns:
@@ -139,25 +145,39 @@ def find_step(
     every = _instants(readings.time)
     if every.size == 0:
         return None
-    time = every[:: -(-every.size // _MOST_INSTANTS)]
-    fits = list(_fits_of_scan(average))
+    time = _thinned(every)
+    likeliest, criterion = _likeliest(readings, list(_fits_of_scan(average)), time)
+    least = LEAST_GAIN + 2.0 * float(np.log(_SHAPES * every.size))
+    if average.best.criterion - criterion < least - _SLACK:
+        return None
+    near, reach = int(np.searchsorted(every, likeliest.time)), 1 + every.size // _MOST_INSTANTS
+    reach = max(reach, _REACH * readings.levels)
+    time = _thinned(every[max(near - reach, 0) : near + reach])
+    after = averaged(replace(readings, steps=(*readings.steps, likeliest)))
+    best = after.best.sums  # the smoothness that the run has with the step
+    sums = sums_of(readings, best.intervals, best.warm_up, best.plain)
+    without = fit(sums, penalty_of(best.intervals), after.best_departure)
+    step, _ = _likeliest(readings, [without], time)
+    if step != likeliest:
+        after = averaged(replace(readings, steps=(*readings.steps, step)))
+    gain = average.evidence - after.evidence
+    if gain < least or _gradual(readings, [average.best, without], time, step):
+        return None
+    return step, gain
+
+
+def _likeliest(readings: Readings, fits: list[Fit], time: FloatArray) -> tuple[Step, float]:
+    """Return the step whose criterion is lowest with one of the fits, and its criterion."""
     columns = {
         (id(sums), c): _Columns(readings, sums, time, c)
-        for sums in {id(f.sums): f.sums for f in fits}.values()
+        for sums in {id(fitted.sums): fitted.sums for fitted in fits}.values()
         for c in range(_SHAPES)
     }
     criterion = np.stack(
         [np.min([columns[id(f.sums), c].criteria(f) for f in fits], axis=0) for c in range(_SHAPES)]
     )
-    least = LEAST_GAIN + 2.0 * np.log(_SHAPES * every.size)
     shape, at = np.unravel_index(np.argmin(criterion), criterion.shape)
-    if average.best.criterion - criterion[shape, at] < least - _SLACK:
-        return None
-    step, after = _refined(readings, Step(float(time[at]), int(shape)), every, averaged)
-    gain = average.evidence - after.evidence
-    if gain < least or _gradual(fits, columns, float(criterion[shape, at]), int(shape), int(at)):
-        return None
-    return step, gain
+    return Step(float(time[at]), int(shape)), float(criterion[shape, at])
 
 
 def _fits_of_scan(average: Average) -> Iterator[Fit]:
@@ -169,34 +189,17 @@ def _fits_of_scan(average: Average) -> Iterator[Fit]:
             yield fit(sums, penalty, np.full(sums.shapes, departure))
 
 
-def _refined(
-    readings: Readings, step: Step, every: FloatArray, averaged: Callable[[Readings], Average]
-) -> tuple[Step, Average]:
-    """Move a step to the likeliest instant for the smoothness that the run has with it."""
-    after = averaged(replace(readings, steps=(*readings.steps, step)))
-    best = after.best.sums
-    sums = sums_of(readings, best.intervals, best.warm_up, best.plain)
-    without = fit(sums, penalty_of(best.intervals), after.best_departure)
-    near = int(np.searchsorted(every, step.time))
-    time = every[max(near - _MOST_INSTANTS // 2, 0) : near + _MOST_INSTANTS // 2]
-    criterion = [_Columns(readings, sums, time, c).criteria(without) for c in range(_SHAPES)]
-    shape, at = np.unravel_index(np.argmin(criterion), (_SHAPES, time.size))
-    better = Step(float(time[at]), int(shape))
-    if better != step:
-        after = averaged(replace(readings, steps=(*readings.steps, better)))
-    return better, after
-
-
-def _gradual(
-    fits: list[Fit], columns: dict[tuple[int, int], _Columns], step: float, shape: int, at: int
-) -> bool:
+def _gradual(readings: Readings, fits: list[Fit], time: FloatArray, step: Step) -> bool:
     """Return whether a ramp about an instant is likelier than the step there."""
-    share = columns[id(fits[0].sums), shape].time.size / fits[0].sums.readings
-    for cycles in RAMPS[shape]:
-        ramp = max(1, round(cycles * fits[0].sums.levels * share))
+    at = int(np.searchsorted(time, step.time))
+    between = np.sum((readings.time > time[0]) & (readings.time < time[-1]))
+    columns = [_Columns(readings, fitted.sums, time, step.shape) for fitted in fits]
+    both = list(zip(columns, fits, strict=True))
+    sharp = min(float(own.criteria(fitted)[at]) for own, fitted in both)
+    for cycles in RAMPS[step.shape]:
+        ramp = max(1, round(cycles * readings.levels * time.size / max(int(between), 1)))
         near = slice(max(at - 2 * ramp, 0), at + ramp)
-        for fitted in fits:
-            criterion = columns[id(fitted.sums), shape].criteria(fitted, ramp)
-            if np.min(criterion[near], initial=np.inf) < step:
+        for own, fitted in both:
+            if np.min(own.criteria(fitted, ramp)[near], initial=np.inf) < sharp:
                 return True
     return False
