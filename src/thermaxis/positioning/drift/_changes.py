@@ -145,8 +145,8 @@ def find_step(
     every = _instants(readings.time)
     if every.size == 0:
         return None
-    time = _thinned(every)
-    likeliest, criterion = _likeliest(readings, list(_fits_of_scan(average)), time)
+    time, fits = _thinned(every), list(_fits_of_scan(average))
+    likeliest, criterion = _likeliest(readings, fits, time)
     least = LEAST_GAIN + 2.0 * float(np.log(_SHAPES * every.size))
     if average.best.criterion - criterion < least - _SLACK:
         return None
@@ -161,20 +161,27 @@ def find_step(
     if step != likeliest:
         after = averaged(replace(readings, steps=(*readings.steps, step)))
     gain = average.evidence - after.evidence
-    if gain < least or _gradual(readings, [average.best, without], time, step):
+    if gain < least or _gradual(readings, [*fits, without], time, step):
         return None
     return step, gain
 
 
+def _scan(
+    readings: Readings, fits: list[Fit], time: FloatArray, shape: int
+) -> list[tuple[_Columns, Fit]]:
+    """Return every fit with the columns of its sums, each made once."""
+    all_sums = {id(fitted.sums): fitted.sums for fitted in fits}
+    columns = {key: _Columns(readings, sums, time, shape) for key, sums in all_sums.items()}
+    return [(columns[id(fitted.sums)], fitted) for fitted in fits]
+
+
 def _likeliest(readings: Readings, fits: list[Fit], time: FloatArray) -> tuple[Step, float]:
     """Return the step whose criterion is lowest with one of the fits, and its criterion."""
-    columns = {
-        (id(sums), c): _Columns(readings, sums, time, c)
-        for sums in {id(fitted.sums): fitted.sums for fitted in fits}.values()
-        for c in range(_SHAPES)
-    }
     criterion = np.stack(
-        [np.min([columns[id(f.sums), c].criteria(f) for f in fits], axis=0) for c in range(_SHAPES)]
+        [
+            np.min([own.criteria(f) for own, f in _scan(readings, fits, time, c)], axis=0)
+            for c in range(_SHAPES)
+        ]
     )
     shape, at = np.unravel_index(np.argmin(criterion), criterion.shape)
     return Step(float(time[at]), int(shape)), float(criterion[shape, at])
@@ -193,13 +200,12 @@ def _gradual(readings: Readings, fits: list[Fit], time: FloatArray, step: Step) 
     """Return whether a ramp about an instant is likelier than the step there."""
     at = int(np.searchsorted(time, step.time))
     between = np.sum((readings.time > time[0]) & (readings.time < time[-1]))
-    columns = [_Columns(readings, fitted.sums, time, step.shape) for fitted in fits]
-    both = list(zip(columns, fits, strict=True))
-    sharp = min(float(own.criteria(fitted)[at]) for own, fitted in both)
+    scan = _scan(readings, fits, time, step.shape)
+    sharp = min(float(own.criteria(fitted)[at]) for own, fitted in scan)
     for cycles in RAMPS[step.shape]:
         ramp = max(1, round(cycles * readings.levels * time.size / max(int(between), 1)))
         near = slice(max(at - 2 * ramp, 0), at + ramp)
-        for own, fitted in both:
+        for own, fitted in scan:
             if np.min(own.criteria(fitted, ramp)[near], initial=np.inf) < sharp:
                 return True
     return False
