@@ -39,6 +39,10 @@ FEWEST_BESIDE = 5
 RAMPS = ((0.75, 1.5), (1.5,))
 """A change of the common drift, or of the growth, that is likelier to have taken so long, in
 cycles, is no step: a pump's onset takes minutes. Growth hardly shows at mid-axis. [1]"""
+PAUSE = 5.0
+"""An interval so many times the mean one is a pause. [1]"""
+CLEAR = (6.0, 0.0)
+"""How far the criterion of a ramp must lie above that of the step, of both functions."""
 _MOST_INSTANTS = 500
 """Instants that are looked at together. [1]"""
 _REACH = 4
@@ -202,10 +206,14 @@ def _gradual(readings: Readings, fits: list[Fit], time: FloatArray, step: Step) 
     between = np.sum((readings.time > time[0]) & (readings.time < time[-1]))
     scan = _scan(readings, fits, time, step.shape)
     sharp = min(float(own.criteria(fitted)[at]) for own, fitted in scan)
+    left = np.max(readings.time, where=readings.time < step.time, initial=0.0)
+    right = np.min(readings.time, where=readings.time > step.time, initial=1.0)
+    paused = (right - left) * readings.time.size > PAUSE  # in a pause both are nearly the same
+    clear = 0.0 if paused else CLEAR[step.shape]
     for cycles in RAMPS[step.shape]:
         ramp = max(1, round(cycles * readings.levels * time.size / max(int(between), 1)))
         near = slice(max(at - 2 * ramp, 0), at + ramp)
         for own, fitted in scan:
-            if np.min(own.criteria(fitted, ramp)[near], initial=np.inf) < sharp:
+            if np.min(own.criteria(fitted, ramp)[near], initial=np.inf) < sharp + clear:
                 return True
     return False

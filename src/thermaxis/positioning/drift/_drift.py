@@ -19,7 +19,7 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
-from thermaxis.positioning.drift._changes import find_step
+from thermaxis.positioning.drift._changes import PAUSE, find_step
 from thermaxis.positioning.drift._correlated_noise import LEAST_GAIN_SAID, find_correlation
 from thermaxis.positioning.drift._drift_tests import (
     FEWEST_CYCLES_BOW,
@@ -108,8 +108,6 @@ _STARTED = 0.1
 """Share of the run in which a fast warming is no swing. [1]"""
 _OFTEN = 0.25
 """Share of the run that a swing may last for its period to be stated. [1]"""
-_PAUSE = 5.0
-"""An interval so many times the mean one is a pause. [1]"""
 
 
 class DriftModel(StrEnum):
@@ -502,7 +500,7 @@ def _mean_time(time: FloatArray) -> float:
     mean, ordered = float(np.mean(time)), np.sort(time)
     after = int(np.searchsorted(ordered, mean))
     left, right = float(ordered[after - 1]), float(ordered[after])
-    if (right - left) * time.size < _PAUSE:
+    if (right - left) * time.size < PAUSE:
         return mean
     return left if mean - left < right - mean else right
 
@@ -786,7 +784,7 @@ def _told_of_changes(changes: tuple[Change, ...], typical_s: float, unit: str) -
         when = Message("change-in_order", {"cycle": change.cycle})
         if change.time_s is not None and change.interval_s is not None:
             minutes = {"time_min": change.time_s / 60.0, "pause_min": change.interval_s / 60.0}
-            paused = change.interval_s > _PAUSE * typical_s
+            paused = change.interval_s > PAUSE * typical_s
             code = "change-in_pause" if paused else "change-at"
             when = Message(code, {**minutes, "cycle": change.cycle})
         size = {"size": change.size, "within": 2.0 * change.std, "unit": unit}
