@@ -18,7 +18,7 @@ _MANY_LEVELS = 600
 """From here on only one value: each takes a matrix of the size of all levels. [1]"""
 _HIDDEN = 0.05
 """Scatter of true levels, in units of their noise, that the noise hides altogether. [1]"""
-_NONE_AT_ALL = 0.5
+_NONE_AT_ALL = 3.0
 """How likely no scatter at all is, against any scatter, before the run is looked at. [1]"""
 _OUTSTANDING = 0.01
 """Level, for the whole axis, at which a target is not like the others. [1]"""
@@ -99,7 +99,7 @@ def scatter_of_levels(
 ) -> FloatArray:
     """Return equally likely standard deviations of true values about fixed columns, (points,).
 
-    Before the run is looked at, none is half as likely as any, and of those that the noise does
+    Before the run is looked at, none is three times as likely as any, and of those that the noise does
     not hide every order of magnitude is equally likely.
     """
     whole, _ = np.linalg.qr(line, mode="complete")

@@ -228,6 +228,19 @@ def _noise_of_levels(
     return independent + np.outer(std, std) * alike
 
 
+def _beyond(covariance: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return what a covariance of levels holds beyond the noise.
+
+    Both know the noise by their own estimate of its variance; as much of it is subtracted as
+    leaves no direction negative, so that what is left is as smooth as the drift.
+    """
+    if not np.all(np.diag(noise) > 0.0):
+        return covariance - noise
+    root = np.linalg.inv(np.linalg.cholesky(noise))
+    least = float(np.linalg.eigvalsh(root @ covariance @ root.T)[0])
+    return covariance - max(least, 0.0) * noise
+
+
 def _estimate_with_drift(
     test: PositioningTest, drift: "DriftResult", environment: float
 ) -> Estimate:
@@ -244,7 +257,7 @@ def _estimate_with_drift(
         position=test.target,
         approaches=approaches,
         level=_flat(drift.level, approaches),
-        drift_covariance=drift.level_covariance - noise,
+        drift_covariance=_beyond(drift.level_covariance, noise),
         drift=_flat(mean, approaches),
         spread=_flat(deviation, approaches) ** 2,
         s=s,
