@@ -19,7 +19,8 @@ _MANY_LEVELS = 600
 _HIDDEN = 0.05
 """Scatter of true levels, in units of their noise, that the noise hides altogether. [1]"""
 _NONE_AT_ALL = 3.0
-"""How likely no scatter at all is, against any scatter, before the run is looked at. [1]"""
+"""How likely no scatter at all is, against any scatter, before the run is looked at: with less, the
+largest of equal values is covered too seldom. [1]"""
 _OUTSTANDING = 0.01
 """Level, for the whole axis, at which a target is not like the others. [1]"""
 _MOST_OUTSTANDING = 8
@@ -99,8 +100,8 @@ def scatter_of_levels(
 ) -> FloatArray:
     """Return equally likely standard deviations of true values about fixed columns, (points,).
 
-    Before the run is looked at, none is three times as likely as any, and of those that the noise does
-    not hide every order of magnitude is equally likely.
+    Before the run is looked at, none is three times as likely as any, and of those that the noise
+    does not hide every order of magnitude is equally likely.
     """
     whole, _ = np.linalg.qr(line, mode="complete")
     rest = whole[:, line.shape[1] :]
