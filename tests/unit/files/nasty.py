@@ -265,8 +265,26 @@ def _heads() -> list[Nasty]:
         ),
         Nasty(
             "cycles over directions",
-            text([pairs, [target, *["vor", "rück"] * 3], *wide(PASSES)]).replace(
-                "vor;rück".encode(), "hin;zurück".encode()
+            text([pairs, [target, *["vor", "rück"] * 3], *wide(PASSES)]),
+        ),
+        *(
+            Nasty(
+                f"{' and '.join(words)} with numbers",
+                text([[target, *(f"{w} {k}" for k in (1, 2, 3) for w in words)], *wide(PASSES)]),
+            )
+            for words in (("Hin", "Her"), ("Go", "Return"), ("aller", "retour"), ("Tam", "Zpět"))
+        ),
+        Nasty(
+            "words for the way back that nobody knows",
+            text(
+                [
+                    [target, *(f"{w} {k}" for w in ("Hin", "Kulku") for k in (1, 2, 3))],
+                    *wide(BY_SIDE),
+                ]
+            ),
+            "column_like_runs",
+            RunMapping(
+                columns={f"Kulku {k}": RunColumn(cycle=k, direction="backward") for k in (1, 2, 3)}
             ),
         ),
         Nasty(
@@ -307,6 +325,11 @@ def _heads() -> list[Nasty]:
         Nasty("blocks in a workbook", book(numbers(blocks))),
         Nasty("a block for each pass", text(lists)),
         Nasty("a column for each direction", text(semi)),
+        Nasty(
+            "a column for each direction, one unknown",
+            text(semi).replace(b"Backward", b"Kulku"),
+            "column_like_runs",
+        ),
         Nasty(
             "transposed, wide",
             text(

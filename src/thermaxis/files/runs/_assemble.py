@@ -1,6 +1,7 @@
 """Columns of readings, one row per reading, become the arrays of a positioning test."""
 
 import itertools
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table import first_few
+from thermaxis.files.table import Role, Table, first_few, is_summary, numeric_cells, unit_named
 from thermaxis.positioning import (
     APPROACHES,
     FloatArray,
@@ -32,6 +33,12 @@ SMALL_TABLE = 20_000
 """Number of cells below which a sparse table does no harm. [1]"""
 MAX_TARGETS = 10_000
 """Largest number of targets of an axis: more is a continuous record, not a positioning run. [1]"""
+_NUMBER = re.compile(r"[0-9]+")
+_WORD = re.compile(r"°?[^\W_]+")
+_OTHER_SIZE = 10.0
+"""Factor in typical values by which a column differs that holds no readings of the run. [1]"""
+_MOSTLY = 0.5
+"""Part of the rows in which a column of readings has a number. [1]"""
 
 
 def _no_channels() -> dict[str, FloatArray]:
@@ -141,6 +148,43 @@ def doubts_about_readings(
     lacking = [stop for stop in stops if missing[stop]]
     names = (f"target {target[i]:.10g} cycle {j + 1} {APPROACHES[a]}" for i, j, a in lacking)
     return doubts + ([missing_remark(names, len(lacking), len(stops))] if lacking else [])
+
+
+def check_left_out(
+    table: Table, left: Sequence[int], used: Sequence[int], values: FloatArray
+) -> None:
+    """Refuse columns that may hold readings: as many, as numbered or as large as those of runs."""
+    found = {k: cells for k in left if (cells := _possible_readings(table, k)) is not None}
+    numbers = {number for k in used for number in _NUMBER.findall(table.headings[k].text)}
+    typical = np.median(np.abs(values[~np.isnan(values)])) if np.isfinite(values).any() else np.nan
+    for column, cells in found.items():
+        size = np.nanmedian(np.abs(cells))
+        name = table.headings[column].text or f"column {column + 1}"
+        alike = typical / _OTHER_SIZE <= size <= typical * _OTHER_SIZE
+        if alike or len(found) == len(used) or not numbers.isdisjoint(_NUMBER.findall(name)):
+            raise MeasurementFileError(
+                "column_like_runs", name=name, count=len(found), place=table.at(column=column)
+            )
+
+
+def _possible_readings(table: Table, column: int) -> FloatArray | None:
+    """Return the numbers of a column of which nothing says that they are something else."""
+    from thermaxis.thermal.log import unit_named as log_unit  # noqa: PLC0415  rarely needed
+
+    heading = table.headings[column]
+    words = _WORD.findall(heading.text)
+    other_unit = any(log_unit(word) and unit_named(word) is None for word in words[-1:])
+    stated = heading.text in table.source.mapping.columns
+    if stated or other_unit or is_summary(heading.text):
+        return None
+    if heading.role not in {None, Role.DEVIATION}:
+        return None
+    cells = numeric_cells(table.columns[column], table.decimal)
+    if cells is None:
+        cells = table.measured_numbers(column)
+    if cells is None or np.isfinite(cells).mean() <= _MOSTLY:
+        return None
+    return None if bool(np.all(np.diff(cells) == 1.0)) else cells  # they count the rows
 
 
 def check_last_number(words: Sequence[str], place: Place) -> None:

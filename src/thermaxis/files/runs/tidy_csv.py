@@ -16,6 +16,7 @@ from thermaxis.errors import DataError, MeasurementFileError
 from thermaxis.files.runs._assemble import (
     assemble_readings,
     check_enough_readings,
+    check_left_out,
     doubts_about_readings,
 )
 from thermaxis.files.runs._travel import (
@@ -440,6 +441,9 @@ def _channels(table: Table) -> tuple[dict[str, FloatArray], list[Message]]:
             kept[column] = values
         elif heading.text or any(table.columns[column]):
             ignored.append(heading.text or f"column {column + 1}")
+    deviation = table.column_of(Role.DEVIATION)
+    if deviation is not None and parse_heading(table.headings[deviation].text).is_pass:
+        check_left_out(table, list(kept), [deviation], table.numbers(deviation))
     names = unique_names(table.headings, list(kept))
     remarks: list[Message] = []
     if names:

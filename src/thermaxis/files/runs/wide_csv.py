@@ -11,12 +11,15 @@ from thermaxis.errors import MeasurementFileError
 from thermaxis.files.runs._assemble import (
     assemble_readings,
     check_enough_readings,
+    check_left_out,
     doubts_about_readings,
 )
 from thermaxis.files.runs._travel import targets_through_a_turn
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
+    Heading,
     Layout,
+    RunColumn,
     Table,
     Unit,
     check_start_and_end,
@@ -85,7 +88,10 @@ def wide_test(table: Table) -> PositioningTest:
     unit, remarks = _unit_of_runs(table, runs, target_unit)
     values = np.column_stack([table.numbers(column) for column in runs.values()])
     _check_not_positions(table, values, row_target, unit)
-    remarks += _left_out(table, {target_column, *runs.values()})
+    remarks += _left_out(table, target_column, runs, values)
+    headed = (table.headings[k] for k in runs.values())
+    stated = all(h.approach is not None or _is_mapped(table, h) for h in headed)
+    remarks.append(remark("order_from_passes" if stated else "order_from_runs"))
 
     rows = np.arange(row_target.size)
     row_target, turn_remarks = targets_through_a_turn(
@@ -127,7 +133,7 @@ def wide_test(table: Table) -> PositioningTest:
         environment=metadata.environment,
         header=metadata.header,
         remarks=(
-            *(*metadata.remarks, *remarks, remark("order_from_runs"), *assembled.remarks),
+            *(*metadata.remarks, *remarks, *assembled.remarks),
             *doubts_about_readings(target_unit.kind, target, assembled.deviation),
         ),
     )
@@ -138,9 +144,10 @@ def wide_test(table: Table) -> PositioningTest:
 def _run_columns(table: Table) -> dict[int, int]:
     """Return the index of the column of each run, odd forward, even backward, by rising number."""
     passes = {k: heading for k, heading in enumerate(table.headings) if heading.is_pass}
-    numbers = {a: {h.run or 1 for h in passes.values() if h.approach == a} for a in (0, 1)}
-    stated = all(heading.approach is not None for heading in passes.values())
-    alternate = all(h.run and h.approach in {None, _approach(h.run)} for h in passes.values())
+    headed = [heading for heading in passes.values() if not _is_mapped(table, heading)]
+    numbers = {a: {h.run or 1 for h in headed if h.approach == a} for a in (0, 1)}
+    stated = all(heading.approach is not None for heading in headed)
+    alternate = all(h.run and h.approach in {None, _approach(h.run)} for h in headed)
     # cycles are counted, not runs, where both directions have the same numbers
     counts_cycles = stated and (not alternate or numbers[FORWARD] == numbers[BACKWARD])
     shared = numbers[FORWARD] <= numbers[BACKWARD] or numbers[FORWARD] >= numbers[BACKWARD]
@@ -157,6 +164,11 @@ def _run_columns(table: Table) -> dict[int, int]:
             raise MeasurementFileError("run_twice", run=run, place=place)
         columns[run] = column
     return dict(sorted(columns.items()))
+
+
+def _is_mapped(table: Table, heading: Heading) -> bool:
+    """Say whether the user states the cycle and the direction of a column."""
+    return table.source.mapping.columns.get(heading.text, RunColumn()).cycle is not None
 
 
 def _approach(run: int) -> int:
@@ -211,12 +223,18 @@ def _check_not_positions(
         raise MeasurementFileError("positions_not_deviations", unit=unit.name, place=table.at())
 
 
-def _left_out(table: Table, used: set[int]) -> list[Message]:
-    names = [
-        heading.text or f"column {column + 1}"
+def _left_out(
+    table: Table, target_column: int, runs: dict[int, int], values: FloatArray
+) -> list[Message]:
+    """Name the columns that hold no run."""
+    left = [
+        column
         for column, heading in enumerate(table.headings)
-        if column not in used and (heading.text or any(table.columns[column]))
+        if column not in {target_column, *runs.values()}
+        and (heading.text or any(table.columns[column]))
     ]
+    check_left_out(table, left, list(runs.values()), values)
+    names = [table.headings[column].text or f"column {column + 1}" for column in left]
     return [remark("columns_of_no_run", names=listed(names))] if names else []
 
 

@@ -6,6 +6,7 @@ from ._columns import (
     deviation_unit as deviation_unit,
     direction_named as direction_named,
     is_date_name as is_date_name,
+    is_summary as is_summary,
     parse_heading as parse_heading,
     unit_named as unit_named,
 )

@@ -161,8 +161,8 @@ _SUMMARY_LIST = """
 _SUMMARY_WORDS = frozenset(_SUMMARY_LIST.split())
 
 _FORWARD_WORDS = """
-    forward forwards fwd up positive pos plus + ↑
-    hin hinlauf hinfahrt vorwarts vorwaerts aufwarts aufwaerts positiv
+    forward forwards fwd up go positive pos plus + ↑ aller
+    hin vor hinlauf hinfahrt vorwarts vorwaerts aufwarts aufwaerts positiv
     vpred dopredu tam nahoru kladny kladna kladne
 """
 _DASHES = "-\N{MINUS SIGN}\N{EN DASH}"
@@ -170,6 +170,7 @@ _LEADING_SIGNS = frozenset(f"+{_DASHES}")
 _BACKWARD_WORDS = """
     backward backwards back bwd reverse rev return down negative neg minus ↓
     - \N{MINUS SIGN} \N{EN DASH}
+    her ruck rueck retour
     zuruck zurueck rucklauf ruecklauf ruckfahrt rueckfahrt ruckwarts rueckwaerts abwarts abwaerts
     negativ
     vzad dozadu zpet dolu zaporny zaporna zaporne

@@ -105,6 +105,11 @@ error-no_run_headings = No column headings of a positioning run were found in th
     .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs; docs/files.md lists the words that are understood.
 error-run_headings_incomplete = No column headings of a positioning run were found in the first { $rows } rows; nearest to them is { $nearest }, which lacks { $missing }.
     .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs (docs/files.md lists the words that are understood), or say what each holds in a file for --map, beginning with: { $start }
+error-column_like_runs = The column { $name } holds numbers like those of the runs, but its heading names no run; { $count ->
+        [one] it is the only one
+       *[other] there are { $count } such columns
+    }.
+    .remedy = Give it a heading if it has none, and say what it holds in a file for --map, under [columns]: "{ $name }" = { "{" } cycle = 1, direction = "backward" { "}" }, or { "{" } leave_out = true { "}" }.
 error-runs_or_targets = The headings may be the numbers of { $runs } runs above { $targets } targets, or { $runs } targets beside the numbers of { $targets } runs.
     .remedy = Write Run before each number, or transposed = false or true in a file for --map.
 error-other_layout = This is a { $layout } table, not one of the other layout.

@@ -57,6 +57,7 @@ remark-directions_from_runs = directions come from the run numbers: odd runs are
 remark-runs_not_alternating = every run has one direction only and the directions do not alternate with the run numbers: each run is a cycle of its own, without readings in the other direction
 remark-runs_paired = runs { $run } and { $second } are cycle 1, runs { $third } and { $fourth } cycle 2, and so on
 remark-order_from_runs = odd runs were taken as forward and even runs as backward; the order of the readings was deduced from the run numbers
+remark-order_from_passes = the order of the readings was deduced from the numbers of the passes in the headings, as a standard test cycle takes them
 remark-one_direction = the file has { $direction } readings only
 remark-no_flags = the file has no Flags: the run was taken as bidirectional
 remark-wide_targets_falling = the file lists the targets in falling order: the runs called forward travel in the negative direction
