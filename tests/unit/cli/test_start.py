@@ -21,7 +21,7 @@ HEAVY = CHARTS | {"asyncua", "cryptography", "numpy", "polars", "pydantic", "sci
     ("words", "unwanted"),
     [
         (["--help"], HEAVY | {"thermaxis.cli.axis", "thermaxis.report"}),
-        (["evaluate", str(EXAMPLE), "--no-drift"], HEAVY - {"numpy"}),
+        (["evaluate", str(EXAMPLE), "--no-drift"], HEAVY - {"numpy", "scipy"}),
     ],
 )
 def test_nothing_is_imported_that_is_not_needed(words, unwanted):
