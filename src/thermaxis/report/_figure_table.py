@@ -3,21 +3,23 @@
 Terminal, PDF, HTML, JSON and DCC take these numbers and, where they print text, these cells.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 from thermaxis.codes import Message
 from thermaxis.messages import sentence_of
-from thermaxis.positioning import FIGURE_KEYS, BudgetRow, figures_by_key
+from thermaxis.positioning import FIGURE_KEYS, BudgetRow, FigureUncertainty, figures_by_key
 from thermaxis.report._names import FIGURE_NAMES, FIGURE_SYMBOLS, absence_reason
-from thermaxis.report._text import ABSENT, as_given, fixed, two_digits
+from thermaxis.report._text import ABSENT, as_given, decimals_of_u, fixed, two_digits, with_u
 
 if TYPE_CHECKING:
     from thermaxis.report._limits_check import Verdict
     from thermaxis.report._positioning_report import PositioningReport
 
 _NOT_EVALUATED = "not evaluated"
+_COUNTED = {"left_out-in_scatter", "left_out-drift_unknown"}
+"""Terms without a row of their own that the scatter of the readings contains."""
 _MAIN = ("B", "M", "E", "R", "A")
 _MAIN_OF_ONE_APPROACH = ("E", "R", "A")
 
@@ -83,8 +85,10 @@ class FigureTable:
     """Heads of the columns that this run has; the first two hold symbol and name."""
     cells: tuple[tuple[str, ...], ...]
     """The rows as text."""
+    legend: tuple[Message, ...]
+    """What must be read beside the numbers: what U covers, contains and lacks."""
     notes: tuple[Message, ...]
-    """What must be known of the numbers."""
+    """What else must be known of them."""
 
     @property
     def strong(self) -> tuple[int, ...]:
@@ -116,24 +120,23 @@ def figure_table(report: "PositioningReport") -> FigureTable:
         columns.append(("U", [_u(r.value, r.expanded_uncertainty) for r in rows]))
         columns.append(("k", [fixed(r.coverage_factor, 2, absent="") for r in rows]))
     if report.drift is not None:
-        columns.append(("drift-free", [fixed(r.drift_free, decimals, absent="") for r in rows]))
+        columns.append(("drift-free", [_free(r, r.drift_free, decimals) for r in rows]))
     if report.uncertainty is not None and report.uncertainty.drift_free is not None:
         free = [_u(r.drift_free, r.drift_free_expanded_uncertainty) for r in rows]
-        effect = [
-            _effect(r.drift_effect, r.drift_effect_expanded_uncertainty, decimals + 1) for r in rows
-        ]
+        effect = [_effect(r.drift_effect, r.drift_effect_expanded_uncertainty) for r in rows]
         columns += [("U", free), ("effect of drift", effect)]
     if any(row.drift_free_with_outliers is not None for row in rows):
-        of_all = [fixed(r.drift_free_with_outliers, decimals, absent="") for r in rows]
+        of_all = [_free(r, r.drift_free_with_outliers, decimals) for r in rows]
         columns.append(("with outliers", of_all))
     if report.limits is not None:
-        limits = ["" if r.limit is None else _limit(r.limit, decimals) for r in rows]
+        limits = ["" if r.limit is None else _limit(r, decimals) for r in rows]
         verdicts = ["" if r.verdict is None else str(r.verdict) for r in rows]
         columns += [("limit", limits), ("verdict", verdicts)]
     labels, texts = zip(*columns, strict=True)
     cells = tuple(zip(*texts, strict=True))
     unit = report.test.kind.units.deviation
-    return FigureTable(unit, rows, labels, cells, tuple(_notes(report, rows)))
+    legend, notes = tuple(_legend(report, labels)), tuple(_notes(report, rows))
+    return FigureTable(unit, rows, labels, cells, legend, notes)
 
 
 def _row(report: "PositioningReport", key: str) -> FigureRow:
@@ -199,6 +202,7 @@ def _value(row: FigureRow, decimals: int) -> str:
     """Return a figure with more digits where rounding would hide on which side of a limit it is."""
     if row.value is None:
         return ABSENT
+    decimals = _decimals(row.expanded_uncertainty, decimals)
     text = fixed(row.value, decimals)
     if row.limit is None:
         return text
@@ -209,10 +213,19 @@ def _value(row: FigureRow, decimals: int) -> str:
     return text
 
 
-def _limit(limit: float, decimals: int) -> str:
-    """Return a limit with all digits that were given, at least with those of the figures."""
-    given = as_given(limit)
-    return given if len(given.partition(".")[2]) > decimals else fixed(limit, decimals)
+def _decimals(u: float | None, without: int) -> int:
+    """Return with how many decimals a figure is printed: those of its U, else as without one."""
+    return decimals_of_u(u) if u else without
+
+
+def _free(row: FigureRow, value: float | None, decimals: int) -> str:
+    return fixed(value, _decimals(row.drift_free_expanded_uncertainty, decimals), absent="")
+
+
+def _limit(row: FigureRow, decimals: int) -> str:
+    """Return a limit with all digits that were given, at least with those of its figure."""
+    given, decimals = as_given(row.limit or 0.0), _decimals(row.expanded_uncertainty, decimals)
+    return given if len(given.partition(".")[2]) >= decimals else fixed(row.limit, decimals)
 
 
 def _u(value: float | None, u: float | None) -> str:
@@ -221,22 +234,40 @@ def _u(value: float | None, u: float | None) -> str:
     return _NOT_EVALUATED if u is None else two_digits(u)
 
 
-def _effect(effect: float | None, u: float | None, finest: int) -> str:
+def _effect(effect: float | None, u: float | None) -> str:
     if effect is None:
         return ""
-    if u is None:
-        return _NOT_EVALUATED
-    decimals = min(len(two_digits(u).partition(".")[2]), finest)
-    return f"{fixed(effect, decimals)} ± {fixed(u, decimals)}"
+    return _NOT_EVALUATED if u is None else with_u(effect, u)
+
+
+def terms_of_u(figures: FigureUncertainty) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
+    """Return what uncertainties contain, and what they lack."""
+    rows = dict.fromkeys(row.quantity for row in figures.budget if row.contribution > 0.0)
+    counted = [one for one in figures.left_out if one.code in _COUNTED]
+    lacking = tuple(one for one in figures.left_out if one not in counted)
+    return (*(Message(f"term-{quantity}") for quantity in rows), *counted), lacking
+
+
+def _legend(report: "PositioningReport", labels: Sequence[str]) -> Iterator[Message]:
+    if "U" in labels:
+        yield Message("note-u")
+    if stated := _stated(report):
+        symbols = ", ".join(FIGURE_SYMBOLS[key] for key in stated)
+        yield Message("note-u_stated", {"symbols": symbols})
+    if report.uncertainty is not None:
+        contained, lacking = terms_of_u(report.uncertainty.measured)
+        if contained:
+            yield Message("note-u_contains", {"terms": contained})
+        if lacking:
+            yield Message("note-u_without", {"terms": lacking})
+    if "drift-free" in labels:
+        yield Message("note-drift_free")
 
 
 def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Message]:
     result, notes = report.uncertainty, list[Message]()
-    if stated := _stated(report):
-        symbols = ", ".join(FIGURE_SYMBOLS[key] for key in stated)
-        notes.append(Message("note-u_stated", {"symbols": symbols}))
     if result is None:
-        return notes or [Message("note-u_none")]
+        return [] if _stated(report) else [Message("note-u_none")]
     notes.append(Message("note-u_measured", {"samples": result.samples, "seed": result.seed}))
     biased = [row for row in rows if row.bias and row.expanded_uncertainty]
     if biased:
@@ -247,8 +278,6 @@ def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Mes
         notes.append(Message("note-drift_effect"))
     if report.drift is not None and report.drift.outliers:
         notes.append(Message("note-with_outliers", {"count": len(report.drift.outliers)}))
-    if result.measured.left_out:
-        notes.append(Message("note-u_without", {"terms": result.measured.left_out}))
     return notes
 
 

@@ -4,11 +4,20 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, final
 
+from thermaxis.codes import Message
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import FigureUncertainty, Iso230_2Result, figures_by_key
+from thermaxis.report._names import FIGURE_SYMBOLS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+_ESSENTIAL = (
+    Message("left_out-one_reading"),
+    Message("left_out-no_budget"),
+    Message("left_out-not_stated", {"term": "device"}),
+)
+"""Without one of these an uncertainty is too small to decide by."""
 
 
 class Verdict(StrEnum):
@@ -34,7 +43,7 @@ class FigureCheck:
     """Its expanded uncertainty; None if nothing tells it. [µm or arcsec]"""
     guard_band: float | None
     """How far below the limit it must be to pass, and above it to fail: its expanded uncertainty,
-    or 0 for simple acceptance; None if that is not known. [µm or arcsec]"""
+    or 0 for simple acceptance; None if that is not known or lacks something. [µm or arcsec]"""
     verdict: Verdict
     """What the rule says."""
 
@@ -50,6 +59,9 @@ class LimitsCheck:
     """Every figure that has a limit, in the order of tables."""
     verdict: Verdict
     """Fail if any figure fails; else not decided if any is not decided or absent; else pass."""
+    reservation: Message | None
+    """What the uncertainty of limited figures lacks; None if nothing that matters. By ISO 14253-1
+    these figures are then not decided."""
 
     def of(self, key: str) -> FigureCheck | None:
         """Return the check of one figure; None if it has no limit."""
@@ -84,7 +96,7 @@ def check_limits(
     -------
     LimitsCheck
         A verdict per figure and one for the run. An absent figure is not decided, nor by ISO
-        14253-1 one without an uncertainty.
+        14253-1 one whose uncertainty is neither stated nor contains scatter and instrument.
 
     References
     ----------
@@ -94,14 +106,20 @@ def check_limits(
     checks: list[FigureCheck] = []
     figures = figures_by_key(iso230_2)
     evaluated: Mapping[str, float] = {}
+    lacking = (Message("left_out-everything"),)
     if uncertainty is not None:
         evaluated = uncertainty.expanded_uncertainty
+        lacking = tuple(one for one in uncertainty.left_out if one in _ESSENTIAL)
+    incomplete = [key for key in limits.limit if lacking and key not in limits.expanded_uncertainty]
     simple = limits.decision_rule is DecisionRule.SIMPLE
     for key, limit in limits.limit.items():
         u = limits.expanded_uncertainty.get(key, evaluated.get(key))
-        guard_band, value = 0.0 if simple else u, figures[key]
+        guard_band, value = 0.0 if simple else None if key in incomplete else u, figures[key]
         verdict = _verdict(value, limit, guard_band)
         checks.append(FigureCheck(key, value, limit, u, guard_band, verdict))
     verdicts = {check.verdict for check in checks}
     overall = next(v for v in (Verdict.FAIL, Verdict.NOT_DECIDED, Verdict.PASS) if v in verdicts)
-    return LimitsCheck(limits, tuple(checks), overall)
+    symbols = ", ".join(FIGURE_SYMBOLS[key] for key in incomplete if figures[key] is not None)
+    values = {"symbols": symbols, "terms": lacking}
+    reservation = Message("verdict-u_lacks", values) if symbols else None
+    return LimitsCheck(limits, tuple(checks), overall, reservation)

@@ -64,7 +64,7 @@ def fixed(value: float | None, decimals: int, *, absent: str = ABSENT) -> str:
     value : float or None
         The number; None, NaN and infinity print as `absent`. [any]
     decimals : int
-        Number of decimals. [1]
+        Number of decimals; -1: tens. [1]
     absent : str
         Word for a number that does not exist.
 
@@ -75,15 +75,23 @@ def fixed(value: float | None, decimals: int, *, absent: str = ABSENT) -> str:
     """
     if value is None or not np.isfinite(value):
         return absent
-    text = f"{value:.{decimals}f}"
+    text = f"{round(value, decimals):.{max(0, decimals)}f}"
     return text[1:] if text.startswith("-") and not text.strip("-0.") else text
 
 
 def two_digits(value: float) -> str:
     """Return an uncertainty with two significant digits, without an exponent."""
-    if value <= 0.0:
-        return "0"
-    return f"{value:.{max(0, 1 - int(np.floor(np.log10(value))))}f}"
+    return fixed(value, decimals_of_u(value)) if value > 0.0 else "0"
+
+
+def decimals_of_u(value: float) -> int:
+    """Return the last decimal of an uncertainty, and of its value (GUM 7.2.6); -1: tens."""
+    return 1 - int(f"{value:.1e}".partition("e")[2])
+
+
+def with_u(value: float, u: float) -> str:
+    """Return a value and its uncertainty with the same last digit."""
+    return f"{fixed(value, decimals_of_u(u) if u > 0.0 else 0)} ± {two_digits(u)}"
 
 
 def as_given(value: float) -> str:

@@ -89,14 +89,15 @@ def test_the_result_table_has_the_figures_in_the_order_of_the_standard(
         *("A↑", "A↓", "A"),
     ]
     assert [row[2] for row in rows] == [
-        f"{getattr(small.iso230_2, key):.2f}" for key in FIGURE_KEYS
+        f"{getattr(small.iso230_2, key):.{1 if key == 'R' else 2}f}"  # its U is 1.0
+        for key in FIGURE_KEYS
     ]
 
 
 def test_a_limited_figure_has_its_uncertainty_limit_and_verdict(small_document: Document) -> None:
     by_symbol = {row[0]: row[3:] for row in result_rows(small_document)}
     assert by_symbol["B"] == ("0.30", "2.00", "4.00", "pass")
-    assert by_symbol["R"] == ("1.0", "2.00", "30.00", "pass")
+    assert by_symbol["R"] == ("1.0", "2.00", "30.0", "pass")
     assert by_symbol["A"] == ("0.80", "2.00", "20.00", "pass")
     assert by_symbol["M"] == ("not evaluated", "", "", "")
     verdict = verdict_of(small_document)

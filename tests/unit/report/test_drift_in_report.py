@@ -42,7 +42,8 @@ from thermaxis.report.certificate._certificate import build_certificate
 from thermaxis.report.charts import charts_of, time_words
 from thermaxis.report.charts._drift_model import drift_at
 from thermaxis.report.charts._figures import Chart
-from thermaxis.report.tables import as_json, as_text, describe_evaluation
+from thermaxis.report.dcc import dcc_xml
+from thermaxis.report.tables import as_json, as_text, describe_evaluation, summary_of
 
 HEADING = "Drift eliminated (not results of ISO 230-2)"
 DIGITS = 2e-9
@@ -114,6 +115,10 @@ def words_of(section: Section) -> str:
 
 def notes_of(report: PositioningReport) -> str:
     return words_of(document_of(report).sections[0])
+
+
+def words_beside(report: PositioningReport) -> str:
+    return " ".join(map(sentence_of, figure_table(report).legend))
 
 
 def drift_chart(report: PositioningReport) -> Chart:
@@ -435,14 +440,15 @@ def test_one_table_has_the_measured_and_the_drift_free_figures_with_their_u(
     measured, free = uncertainty.measured, uncertainty.drift_free
     for key, row in zip(FIGURE_KEYS, table.rows, strict=True):
         figure = getattr(report.iso230_2, key)
-        assert (row[0], *row[2:7]) == (
+        assert (row[0], *row[3:5], row[6]) == (
             FIGURE_SYMBOLS[key],
-            f"{figure:.2f}",
             two_digits(measured.expanded_uncertainty[key]),
             f"{measured.coverage_factor[key]:.2f}",
-            f"{without[key]:.2f}",
             two_digits(free.expanded_uncertainty[key]),
         )
+        for value, text, u in ((figure, *row[2:4]), (without[key], *row[5:7])):
+            decimals = len(u.partition(".")[2])
+            assert text == f"{value:.{decimals}f}"
         effect, band = row[7].split(" ± ")
         assert float(effect) == pytest.approx(figure - without[key], abs=0.06)
         assert float(band) == pytest.approx(uncertainty.drift_effect[key], abs=0.05, rel=0.06)
@@ -450,7 +456,9 @@ def test_one_table_has_the_measured_and_the_drift_free_figures_with_their_u(
     b = f"B {report.iso230_2.B:.2f} µm as measured and {without['B']:.2f} µm without drift"
     assert b in words
     assert "expanded uncertainty by Monte Carlo (JCGM 101, 200 draws, seed 1)" in notes_of(report)
-    assert "U is without: instrument and environment: no budget was given" in notes_of(report)
+    assert "with a probability of 95.45 %. U contains: scatter of the readings" in table.caption
+    assert "U is without: instrument and environment: no budget was given." in table.caption
+    assert "Drift-free figures are no results of ISO 230-2." in table.caption
 
 
 def test_the_numbers_of_the_table_are_the_same_in_pdf_html_terminal_and_json(
@@ -523,12 +531,15 @@ def test_uncertainties_of_the_limits_file_come_first_and_decide(report: Position
     row = figure_table(limited).rows[0]
     assert (row.expanded_uncertainty, row.guard_band, row.coverage_factor) == (0.37, 0.37, 2.0)
     assert as_json(describe_evaluation(limited))["uncertainty"]["measured"]["stated"] == ["B"]
-    assert "U of B is stated in the limits file (k = 2)" in notes_of(limited)
+    assert "U of B is stated in the limits file (k = 2)" in words_beside(limited)
+    assert check.reservation is None
 
 
 def test_the_evaluated_uncertainty_decides_where_no_other_is_stated(
     report: PositioningReport,
 ) -> None:
+    lacking, limited = report.uncertainty.measured, report
+    report = with_budget(report, UncertaintyBudget(device=0.5))
     measured = report.uncertainty.measured
     u, b = measured.expanded_uncertainty["B"], float(report.iso230_2.B)
     for rule, limit, verdict, guard_band in (
@@ -543,10 +554,19 @@ def test_the_evaluated_uncertainty_decides_where_no_other_is_stated(
         check = check_limits(limits, report.iso230_2, measured)
         row = figure_table(replace(report, limits=check)).rows[0]
         assert (row.verdict, row.guard_band) == (verdict, guard_band)
-    unknown = check_limits(
-        FigureLimits({"B": 9.0}, DecisionRule.ISO14253_1, {}, "l"), report.iso230_2
-    )
-    assert unknown.verdict is Verdict.NOT_DECIDED
+        assert check.reservation is None
+        for uncertainty in (None, lacking):  # nothing is known of the instrument
+            bare = check_limits(limits, report.iso230_2, uncertainty)
+            simple = rule is DecisionRule.SIMPLE
+            assert bare.verdict is (verdict if simple else Verdict.NOT_DECIDED)
+            assert bare.reservation.code == "verdict-u_lacks"
+    for said in (
+        render_html(document_of(replace(limited, limits=bare))),
+        summary_of(replace(limited, limits=bare)),
+        as_json(describe_evaluation(replace(limited, limits=bare)))["limits"]["reservation"],
+        dcc_xml(replace(limited, limits=bare)).decode(),
+    ):
+        assert "U of B is without instrument and environment: no budget was given" in said
 
 
 def with_budget(report: PositioningReport, budget: UncertaintyBudget) -> PositioningReport:
@@ -570,7 +590,11 @@ def test_a_budget_is_a_table_of_quantities_that_adds_up(report: PositioningRepor
     )
     total = np.sqrt(sum(float(row[5]) ** 2 for row in rows[:-1]))
     assert float(rows[-1][5]) == pytest.approx(total, rel=0.1)  # two digits each, few draws
-    assert "misalignment of the beam: not stated in the budget" in notes_of(budgeted)
+    assert "misalignment of the beam: not stated in the budget" in words_beside(budgeted)
+    within = with_budget(report, UncertaintyBudget(device=0.5, environmental_variation=1e-3))
+    contained, _, lacking = words_beside(within).partition("U is without")
+    assert "environmental variation (the scatter" in contained
+    assert "environmental variation" not in lacking
     assert budget_table(replace(report, uncertainty=None)) is None
 
 

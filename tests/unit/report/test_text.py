@@ -11,6 +11,7 @@ from thermaxis.report._text import (
     plain_text,
     positions,
     two_digits,
+    with_u,
 )
 
 
@@ -73,8 +74,17 @@ def test_a_number_has_fixed_decimals_and_zero_has_no_sign() -> None:
 
 
 def test_an_uncertainty_has_two_significant_digits() -> None:
-    for value, text in [(0.8, "0.80"), (0.0123, "0.012"), (1.0, "1.0"), (12.34, "12"), (0.0, "0")]:
+    for value, text in [
+        *((0.8, "0.80"), (0.0123, "0.012"), (1.0, "1.0"), (12.34, "12"), (0.0, "0")),
+        *((0.0996, "0.10"), (109.0, "110")),
+    ]:
         assert two_digits(value) == text
+    for value, u, text in [
+        (12.077, 1.8, "12.1 ± 1.8"),
+        (20.769, 17.0, "21 ± 17"),
+        (204.76, 109.0, "200 ± 110"),
+    ]:
+        assert with_u(value, u) == text
 
 
 def test_a_stated_number_keeps_its_digits() -> None:

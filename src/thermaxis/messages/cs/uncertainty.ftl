@@ -1,8 +1,9 @@
 left_out-no_budget = přístroj a prostředí: nebyl zadán rozpočet nejistot
 left_out-not_stated = { CODE($term, "term") }: v rozpočtu nejistot neuvedeno
-left_out-in_scatter = vliv prostředí: rozptyl čtení je větší a obsahuje jej
-left_out-drift_unknown = drift: není znám a počítá se jako rozptyl
+left_out-in_scatter = vliv prostředí (rozptyl čtení je větší a obsahuje jej)
+left_out-drift_unknown = drift (není znám a počítá se jako rozptyl)
 left_out-drift_not_described = drift cílové polohy { $targets }, který model driftu nepopisuje
+left_out-everything = vše, z čeho by mohla sestávat: nic nebylo vyhodnoceno
 left_out-one_reading = rozptyl: jediné čtení jej neurčí
 
 term-device = přístroj

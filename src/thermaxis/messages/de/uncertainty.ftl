@@ -1,8 +1,9 @@
 left_out-no_budget = Messgerät und Umgebung: es wurde kein Unsicherheitsbudget angegeben
 left_out-not_stated = { CODE($term, "term") }: im Unsicherheitsbudget nicht angegeben
-left_out-in_scatter = Umgebungseinfluss: die Streuung der Ablesungen ist größer und enthält ihn
-left_out-drift_unknown = Drift: sie ist nicht bekannt und zählt als Streuung
+left_out-in_scatter = Umgebungseinfluss (die Streuung der Ablesungen ist größer und enthält ihn)
+left_out-drift_unknown = Drift (sie ist nicht bekannt und zählt als Streuung)
 left_out-drift_not_described = Drift der Zielposition { $targets }, die das Driftmodell nicht beschreibt
+left_out-everything = alles, woraus sie bestehen könnte: nichts wurde ausgewertet
 left_out-one_reading = Streuung: eine einzelne Ablesung sagt sie nicht
 
 term-device = Messgerät

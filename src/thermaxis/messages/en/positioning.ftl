@@ -107,13 +107,17 @@ warning-not_in_charts = { $count ->
 
 ## What stands below a table of figures
 
-note-u_measured = U = k u is the expanded uncertainty by Monte Carlo (JCGM 101, { $samples } draws, seed { $seed }), not by the annex of ISO 230-2: in 95 % of cases the true figure lies within figure ± U. The true figure as measured is that of this run without the noise of its readings, at its time and with its drift.
+note-u_measured = U = k u is the expanded uncertainty by Monte Carlo (JCGM 101, { $samples } draws, seed { $seed }), not by the annex of ISO 230-2. The true figure as measured is that of this run without the noise of its readings, at its time and with its drift.
 note-u_bias = The largest and the smallest of noisy values are too large on average. The figures are not corrected for it: U contains this bias (most of all for { $symbol }: { FIXED($bias, decimals: 2) } { $unit }).
 note-with_outliers = { $count ->
         [1] One reading lies out. It counts in the measured figures
        *[other] { $count } readings lie out. They count in the measured figures
     }, not in the drift-free ones; the column 'with outliers' has the drift-free figures of all readings, from which the effect of drift is taken.
-note-drift_effect = The drift-free figures are of the mean deviations in one thermal state, with their own U, and no results of ISO 230-2. The effect of drift is the figure less the drift-free one, with the U of this difference.
+note-drift_effect = The drift-free figures are of the mean deviations in one thermal state, with their own U. The effect of drift is the figure less the drift-free one, with the U of this difference.
 note-u_stated = U of { $symbols } is stated in the limits file (k = 2) in place of the evaluated one.
 note-u_none = The measurement uncertainty was not evaluated.
-note-u_without = U is without: { $terms }
+note-u = U is the expanded uncertainty: the true figure lies within figure ± U with a probability of 95.45 %.
+note-u_contains = U contains: { $terms }.
+note-u_without = U is without: { $terms }.
+note-drift_free = Drift-free figures are no results of ISO 230-2.
+verdict-u_lacks = U of { $symbols } is without { $terms }

@@ -30,8 +30,8 @@ summary-figure_B = reversal { $edition ->
         [E2014] error
        *[older] value
     }
-summary-u = ± U: coverage 95 %
-summary-u_without = ± U: coverage 95 %, without { $left_out }
+summary-u = ± U: coverage 95.45 %
+summary-u_without = ± U: coverage 95.45 %, without { $left_out }
 summary-other_standard = { $name } ({ $mark }): { $figures } { $unit }
 
 ## Drift

@@ -181,11 +181,15 @@ def _verdict(report: PositioningReport) -> list[Block]:
 
 def _reservation(report: PositioningReport) -> str:
     """Return what keeps a verdict from being one on the standard's test; empty if nothing."""
+    said: list[str] = []
     unusual = report.test.cycle is not Cycle.STANDARD
-    if not (report.conditions or unusual):
-        return ""
-    not_met = "Test conditions of the standard not met: see the notes."
-    return f"{not_met} Not for acceptance unless agreed." if unusual else not_met
+    if report.conditions or unusual:
+        said.append("Test conditions of the standard not met: see the notes.")
+    if unusual:
+        said.append("Not for acceptance unless agreed.")
+    if report.limits is not None and report.limits.reservation is not None:
+        said.append(f"{sentence_of(report.limits.reservation)}.")
+    return " ".join(said)
 
 
 def _notes(report: PositioningReport) -> list[str]:

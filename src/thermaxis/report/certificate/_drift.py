@@ -16,7 +16,7 @@ from thermaxis.report._document import (
 from thermaxis.report._names import FIGURE_SYMBOLS
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
-from thermaxis.report._text import fixed, plain_text, two_digits
+from thermaxis.report._text import fixed, plain_text, with_u
 from thermaxis.report.certificate._number_tables import number_table, numbered_positions
 from thermaxis.report.charts import (
     detail_decimals,
@@ -160,8 +160,7 @@ def _as_sentence(words: str) -> str:
 def _with_band(value: float, band: float) -> str:
     if not (math.isfinite(value) and math.isfinite(band) and band > 0.0):
         return fixed(value, 2)
-    text = two_digits(band)
-    return f"{fixed(value, len(text.partition('.')[2]))} ± {text}"
+    return with_u(value, band)
 
 
 def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import FloatArray
 from thermaxis.report._document import Column, Section, Table, columns_of
 from thermaxis.report._figure_table import budget_table, figure_table
@@ -45,7 +46,8 @@ def figures_block(report: PositioningReport) -> Table:
     )
     named = replace(columns[1], label=f"figure, values in {table.unit}")
     columns = (columns[0], named, *columns[2:])
-    return Table(columns, table.cells, strong_rows=table.strong)
+    legend = " ".join(map(sentence_of, table.legend))
+    return Table(columns, table.cells, legend, strong_rows=table.strong)
 
 
 def budget_section(report: PositioningReport) -> list[Section]:

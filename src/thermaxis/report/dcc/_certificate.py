@@ -8,6 +8,8 @@ from typing import cast
 from xml.etree.ElementTree import Element, indent, tostring
 
 from thermaxis.files.settings import HEADER_FIELDS, day_of
+from thermaxis.messages import sentence_of
+from thermaxis.report._figure_table import figure_table
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._text import plain_text
 from thermaxis.report.dcc._fields import influence_conditions, quantities, sensors
@@ -108,6 +110,7 @@ def _texts(report: PositioningReport, results: Content) -> dict[str, str]:
         "place": "" if place in _PLACES else place,
         "issued": report.issued.isoformat() if report.issued else "",
         "item": f"{head['machine']}{axis}" if head["machine"] else "",
+        "uncertainty": " ".join(map(sentence_of, figure_table(report).legend)),
         "missing": f"Not stated: {', '.join(missing)}" if missing else "",
         "equipment": "".join(head[key] for key in head if key.startswith("instrument")),
         "cycle": f"{test['cycle']} test cycle, {test['cycles']} cycles, {directions}",
@@ -121,7 +124,9 @@ def _metadata(report: PositioningReport, results: Content) -> Iterator[Element]:
     if report.limits is not None:
         rule = report.limits.limits.decision_rule.in_words
         if report.conditions:
-            rule += ". Test conditions of the standard are not met: see the remarks."
+            rule += ". Test conditions of the standard are not met: see the remarks"
+        if report.limits.reservation is not None:
+            rule += f". {sentence_of(report.limits.reservation)}"
         yield conformity(str(report.limits.verdict), rule)
     for text in results["warnings"]:
         yield _declared("dcc:metaData", "Remark", text, "thermaxis_remark")

@@ -24,7 +24,7 @@ from thermaxis.positioning import (
     Vdi3441Result,
     figures_by_key,
 )
-from thermaxis.report._figure_table import budget_table, figure_table
+from thermaxis.report._figure_table import budget_table, figure_table, terms_of_u
 from thermaxis.report._names import (
     OTHER_NAMES,
     edition_name,
@@ -176,7 +176,7 @@ def _figures(report: PositioningReport) -> Section:
     parts += [f"absent: {why}" for why in absent]
     if limits is not None:
         parts.append(limits.limits.decision_rule.in_words)
-    parts += map(sentence_of, table.notes)
+    parts += map(sentence_of, (*table.legend, *table.notes))
     title = f"Targets, {unit}"
     targets = _targets(report.test, result, report.figure_decimals)
     return Section("iso230_2", [*parts, Table(title, targets, key="targets")])
@@ -207,6 +207,8 @@ def _limits(report: PositioningReport) -> Part:
         [
             Value("verdict", str(check.verdict)),
             Value("decision_rule", str(check.limits.decision_rule)),
+            Value("reservation", check.reservation and sentence_of(check.reservation)),
+            Value("reservation_code", check.reservation and value_as_json(check.reservation)),
         ],
     )
 
@@ -319,12 +321,15 @@ def _uncertainty(report: PositioningReport) -> Part:
         if figures is None:
             parts.append(Value(key, None))
             continue
+        contained, lacking = terms_of_u(figures)
         numbers = [Value(name, _by_figure(getattr(figures, name))) for name in _UNCERTAINTIES]
         others = [
             Table("", [values_of(row, *_OF_BUDGET) for row in figures.budget], key="budget"),
             Value("stated", figures.stated),
-            Value("left_out", tuple(map(sentence_of, figures.left_out))),
-            Value("left_out_codes", tuple(map(value_as_json, figures.left_out))),
+            Value("contained", tuple(map(sentence_of, contained))),
+            Value("contained_codes", tuple(map(value_as_json, contained))),
+            Value("left_out", tuple(map(sentence_of, lacking))),
+            Value("left_out_codes", tuple(map(value_as_json, lacking))),
         ]
         parts.append(Section(key, [*numbers, *others]))
     return Section("uncertainty", parts)

@@ -8,13 +8,13 @@ from textwrap import wrap
 import numpy as np
 
 from thermaxis.codes import Message, printable
-from thermaxis.messages import keys, number_text, sentence_of
+from thermaxis.messages import keys, sentence_of
 from thermaxis.positioning import APPROACHES, Edition
 from thermaxis.report._figure_table import FigureRow, FigureTable, figure_table
 from thermaxis.report._limits_check import Verdict
 from thermaxis.report._names import OTHER_NAMES, edition_name, other_standard_name
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._text import as_given, fixed, two_digits
+from thermaxis.report._text import as_given, fixed, two_digits, with_u
 from thermaxis.report.tables._text_table import aligned_lines
 
 _LINES, _WIDTH = 20, 80
@@ -49,7 +49,7 @@ def summary_of(report: PositioningReport) -> str:
     others = [one for one in report.warnings if one.code != _NO_MODEL and one not in events]
     others.sort(key=lambda one: one not in of_drift)
     urgent = [one for one in others if one not in of_chart and one.code not in _LESS_URGENT]
-    head = _lines(_run(report), _verdict(report, table))
+    head = _lines(_run(report), *_verdict(report, table))
     figures = [*_figures(report, table)]
     drift = _lines(*_other_standard(report), *_drift(report))
     named, warnings, findings = _fitting(
@@ -112,19 +112,23 @@ def _run(report: PositioningReport) -> Message:
 # ---- verdict and figures ------------------------------------------------------------------------
 
 
-def _verdict(report: PositioningReport, table: FigureTable) -> Message:
+def _verdict(report: PositioningReport, table: FigureTable) -> Iterator[Message]:
     check = report.limits
     if check is None:
-        return Message("summary-no_limits")
+        yield Message("summary-no_limits")
+        return
     values = {"verdict": str(check.verdict), "rule": str(check.limits.decision_rule)}
     named = tuple(
         f"{row.symbol} {row.verdict}"
         for row in table.rows
         if row.verdict not in {None, Verdict.PASS}
     )
-    if not named:
-        return Message("summary-verdict", values)
-    return Message("summary-verdict_of", {**values, "figures": named})
+    if named:
+        yield Message("summary-verdict_of", {**values, "figures": named})
+    else:
+        yield Message("summary-verdict", values)
+    if check.reservation is not None:
+        yield check.reservation
 
 
 def _figures(report: PositioningReport, table: FigureTable) -> Iterator[str]:
@@ -144,12 +148,11 @@ def _figures(report: PositioningReport, table: FigureTable) -> Iterator[str]:
             columns.append((label, cells))
     heads, texts = zip(*columns, strict=True)
     yield from aligned_lines(heads, list(zip(*texts, strict=True)), words=1)
-    yield from _lines(*(one for one in table.notes if one.code == "note-u_stated"))
-    left_out = () if report.uncertainty is None else report.uncertainty.measured.left_out
-    if left_out:
-        yield from _lines(Message("summary-u_without", {"left_out": left_out}))
-    elif "U" in table.labels:
-        yield from _lines(Message("summary-u"))
+    yield from _lines(*(one for one in table.legend if one.code == "note-u_stated"))
+    if any(table.rows[i].expanded_uncertainty is not None for i in shown):
+        lacking = [one.values["terms"] for one in table.legend if one.code == "note-u_without"]
+        of_u = Message("summary-u_without", {"left_out": lacking[0]}) if lacking else None
+        yield from _lines(of_u or Message("summary-u"))
 
 
 def _name(row: FigureRow, edition: Edition) -> str:
@@ -209,6 +212,4 @@ def _amount(value: float, band: float) -> str:
     """Return an amount with its band, or what it is less than where its band contains zero."""
     if abs(value) <= band:
         return f"less than {two_digits(abs(value) + band)}"
-    text = two_digits(band)
-    decimals = len(text.partition(".")[2])
-    return f"{number_text(value, f'+.{decimals}f', 'en')} ± {text}"
+    return f"{'+' * (value > 0.0)}{with_u(value, band).replace('-', '−')}"
