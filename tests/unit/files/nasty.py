@@ -229,6 +229,7 @@ def _heads() -> list[Nasty]:
     sides = ["", "Vorwärts", "", "", "Rückwärts", "", ""]
     count = [1, 2, 3, 1, 2, 3]
     pairs = ["", "Zyklus 1", "", "Zyklus 2", "", "Zyklus 3", ""]
+    nm = [[r[0], *(number(round(1000 * float(c), 3)) for c in r[1:])] for r in wide(BY_SIDE)]
     blocks = [
         row
         for a, word in enumerate(("Vorwärts", "Rückwärts"))
@@ -263,6 +264,29 @@ def _heads() -> list[Nasty]:
         Nasty(
             "numbers below the words", text([[target, *sides[1:]], ["", *count], *wide(BY_SIDE)])
         ),
+        *(
+            Nasty(
+                f"merged heads with {unit} over numbers",
+                text(
+                    [[target, *(f"{c} {unit}" if c else c for c in sides[1:])], ["", *count], *nm]
+                ),
+            )
+            for unit in ("[nm]", "nm")
+        ),
+        Nasty(
+            "the unit of the targets beside the numbers",
+            text([[target, *sides[1:]], ["mm", *count], *wide(BY_SIDE)]),
+        ),
+        Nasty(
+            "cycles with unit over directions",
+            text(
+                [
+                    [f"{c} [µm]" if c else c for c in pairs],
+                    [target, *["vor", "zurück"] * 3],
+                    *wide(PASSES),
+                ]
+            ),
+        ),
         Nasty(
             "cycles over directions",
             text([pairs, [target, *["vor", "rück"] * 3], *wide(PASSES)]),
@@ -294,10 +318,7 @@ def _heads() -> list[Nasty]:
                     [target, *sides[1:]],
                     ["", *count],
                     ["mm", *["nm"] * 6],
-                    *[
-                        [r[0], *(number(round(1000 * float(c), 3)) for c in r[1:])]
-                        for r in wide(BY_SIDE)
-                    ],
+                    *nm,
                 ]
             ),
         ),

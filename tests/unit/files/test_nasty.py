@@ -19,6 +19,7 @@ from tests.unit.files.nasty import (
     changed,
     text,
     tidy,
+    timed,
     wide,
 )
 from thermaxis.files import RunMapping, format_tidy_csv, read_positioning, read_run_mapping
@@ -95,6 +96,18 @@ def test_a_reading_within_a_minute_stays_in_it(tmp_path: Path) -> None:
     read_s = np.array([test.time_s[stop] for stop in STOPS]) + first_s
     true_s = 20.0 + STEP_S * np.arange(len(STOPS))
     np.testing.assert_array_equal(read_s // 60, true_s // 60)
+
+
+def test_a_time_that_lies_apart_is_named(tmp_path: Path) -> None:
+    def said_of(rows: list[list[str]]) -> list[str]:
+        return [said for said in remarks_of(read(tmp_path, text(rows))) if "times rise" in said]
+
+    rows = timed(lambda moment: moment.isoformat())
+    for row in (1, 20, len(rows) - 1):  # the first is late, the others are early
+        (said,) = said_of(changed(rows, row, 4, f"2026-11-20T{13 if row == 1 else 10}:00:00"))
+        assert f":00:00 in line {row + 1} lies" in said
+    assert not said_of(rows)
+    assert not said_of([rows[0], *sorted(rows[1:], key=lambda row: float(row[2]))])
 
 
 def test_what_was_left_out_is_named(tmp_path: Path) -> None:

@@ -178,7 +178,7 @@ def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path: Path) -> None:
         table([f"{c},+,0,1" for c in (1, 2)]): "one_target",
         table([f"{c},+,{t},1" for t in range(10_001) for c in (1, 2)]): "too_many_targets",
         table(["1,+,0,1", "2,+,0,1", "1,-,9,1", "2,-,9,1"]): "too_few_readings_of_target",
-        table(["1,+,0,1", "1,+,2000,1"]): "too_few_readings_of_target",
+        table(["1,+,0,1", "1,+,2000,1"]): "one_cycle",
         table(["1,+,0,1", "1,+,2500,1", "1,-,0,1"]): "too_few_readings_of_target",
         table(["1,forward,0,"]): "line 1: no_readings_in_file",
         table([]): "line 1: no_readings_in_file",
@@ -197,7 +197,7 @@ def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path: Path) -> None:
     many = [f"{c},+,{t},1" + ",7" * 4000 for c in (1, 5000) for t in "01"]
     wrong[table(many, HEADING + ",t" * 4000)] = "too_many_channels"
     rotary = HEADING.replace("mm", "deg").replace("um", "arcsec")
-    wrong[table(["1,+,0,1", "1,+,2500,1"], rotary)] = "too_few_readings_of_target"
+    wrong[table(["1,+,0,1", "1,+,2500,1"], rotary)] = "one_cycle"
     check_refusals(read_tidy_csv, tmp_path / "run.csv", wrong)
 
 

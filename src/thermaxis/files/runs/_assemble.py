@@ -208,6 +208,8 @@ def check_enough_readings(test: PositioningTest, place: Place) -> None:
     too_few = (test.readings < needed) & np.array(test.measured_approaches)
     if not bool(too_few.any()):
         return
+    if needed == 2 and test.deviation.shape[1] == 1:
+        raise MeasurementFileError("one_cycle", needed=needed, place=place)
     i, a = (int(k) for k in np.argwhere(too_few)[0])
     raise MeasurementFileError(
         "too_few_readings_of_target",

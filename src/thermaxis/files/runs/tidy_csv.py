@@ -68,6 +68,8 @@ from thermaxis.quantities import AxisKind
 _IntArray: TypeAlias = NDArray[np.int64]
 
 _MOST_DECIMALS = 9
+_MOST_OUT_OF_LINE = 0.05
+"""Part of the times that may fall while the others rise, as with a typing error. [1]"""
 _AGREEMENT = 1e-6
 """Smallest disagreement of measured and deviation that is told. [µm or arcsec]"""
 
@@ -484,6 +486,8 @@ def _times(
                     "magnitude_too_large", most=NUMBER_LIMIT, place=table.at(column=time_column)
                 )
     remarks = () if stamps is None else stamps.remarks
+    if time_column is not None and time_s is not None and order is None:
+        remarks += _times_out_of_line(table, time_column, time_s)
     if stamps is not None and time_s is not None and stamps.interval_s:
         spread = spread_in_intervals(time_s, given, order, stamps.interval_s)
         if spread is not None:
@@ -497,6 +501,24 @@ def _times(
         end = start + timedelta(seconds=float(readings.time_s[given].max()))
     check_start_and_end(table, start, end)
     return readings, start, end
+
+
+def _times_out_of_line(table: Table, column: int, time_s: FloatArray) -> tuple[Message, ...]:
+    """Name the few times that lie outside those of the rows beside them, which else rise."""
+    rows = np.flatnonzero(~np.isnan(time_s))
+    before, time, after = (
+        np.concatenate(([-np.inf], time_s[rows], [np.inf]))[k : k + rows.size] for k in range(3)
+    )
+    wrong = np.flatnonzero((before < after) & ((time < before) | (time > after)))
+    falls = np.count_nonzero(np.diff(time) < 0)
+    if not falls <= wrong.size <= _MOST_OUT_OF_LINE * rows.size or not wrong.size:
+        return ()
+    k = int(wrong[0])
+    row = int(rows[k])
+    off = max(before[k] - time[k], time[k] - after[k])
+    where = f"{table.source.row_word} {table.row[row]}"
+    text = table.columns[column][row]
+    return (remark("times_out_of_line", where=where, text=text, off=off, more=wrong.size - 1),)
 
 
 def _dated(table: Table, column: int) -> Sequence[str]:

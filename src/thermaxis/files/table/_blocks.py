@@ -16,6 +16,7 @@ from thermaxis.files.table._columns import (
     Heading,
     Pass,
     Role,
+    Unit,
     direction_named,
     is_summary,
     label_named,
@@ -159,7 +160,9 @@ class _Rows:
         """Take what a second and a third row of headings say: numbers of passes, units."""
         block = self.blocks[-1]
         first = next(rows, None)
-        if first is not None and not any(first[1][block.target : block.target + 1]):
+        target = "".join(first[1][block.target : block.target + 1]) if first else ""
+        stated = block.headings[block.target].unit
+        if first is not None and (not target or (stated and _unit_in(target) is stated)):
             texts = [heading.text for heading in block.headings]
             found = recognise(merged_heads(texts, first[1]) or (), (), self.source.mapping)
             if found is not None:
@@ -171,7 +174,7 @@ class _Rows:
         cells = [*first[1], *[""] * block.width][: block.width]
         if not needy or any(map(is_number, cells)):
             return chain((first,), rows)
-        units = [unit_named(cell.strip("()[] ")) for cell in cells]
+        units = list(map(_unit_in, cells))
         needed = [k for k in needy if cells[k] or not block.headings[k].is_pass]
         if not any(units[k] for k in needed):
             return chain((first,), rows)
@@ -238,6 +241,10 @@ class _Rows:
         if len(cells) > width and _BESIDE_REMARK not in self.metadata.remarks:
             self.metadata.remarks.append(_BESIDE_REMARK)
         return [*cells[:width], *([""] * (width - len(cells)))]
+
+
+def _unit_in(cell: str) -> Unit | None:
+    return unit_named(cell.strip("()[] "))
 
 
 def _lacks_unit(heading: Heading) -> bool:

@@ -315,6 +315,12 @@ def unit_named(text: str) -> Unit | None:
     return _UNIT_WORDS.get(_folded(text))
 
 
+def without_unit(text: str) -> str:
+    """Return a heading without the unit of a length or of an angle at its end."""
+    written, word, _ = _split_unit(text)
+    return written.strip() if word in _UNIT_WORDS else text
+
+
 def deviation_unit(kind: AxisKind) -> Unit:
     """Return the unit of deviations of a kind of axis: µm or arcsec."""
     return _UNIT_WORDS[kind.units.deviation_suffix]

@@ -20,6 +20,7 @@ from thermaxis.files.table._columns import (
     label_named,
     parse_heading,
     pass_named,
+    without_unit,
 )
 from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._metadata import Metadata
@@ -231,7 +232,7 @@ def _recognised(
 
 def merged_heads(above: Sequence[str], below: Sequence[str]) -> list[str] | None:
     """Join two rows of headings, the upper one merged over columns; None if it names no pass."""
-    labels = [bool(cell) and label_named([cell]) is not None for cell in above]
+    labels = [bool(cell) and label_named([without_unit(cell)]) is not None for cell in above]
     if not any(labels) or (labels[0] and not any(above[1:])):
         return None
     joined: list[str] = []
@@ -243,7 +244,8 @@ def merged_heads(above: Sequence[str], below: Sequence[str]) -> list[str] | None
             spans += [0] if label else []
         if label and pass_named(lower.casefold()) is not None:
             spans[-1] += 1
-        joined.append(f"{label if lower else ''} {lower}".strip() if label else upper or lower)
+        both = (label, lower) if label == without_unit(label) else (lower, label)  # a unit is last
+        joined.append((" ".join(both) if lower else "") if label else upper or lower)
     return joined if len(set(spans)) == 1 else None  # else the rows are shifted
 
 

@@ -170,7 +170,12 @@ error-targets_not_apart = The tolerance makes one target of { FIXED($first, deci
     .remedy = Give a smaller --target-tolerance.
 error-one_target = The run has only one target position ({ $target }).
     .remedy = A positioning run needs at least two targets.
-error-too_few_readings_of_target = Target { $target } has { $readings } readings { $direction }, and { $others } more have too few; ISO 230-2 needs at least { $needed } per target and direction.
+error-one_cycle = The run has one cycle; ISO 230-2 needs at least { $needed } readings per target and direction, except on a linear axis longer than 2 m.
+    .remedy = Measure more cycles (ISO 230-2 asks for five), or add those of the other files to this one.
+error-too_few_readings_of_target = Target { $target } has { $readings ->
+        [one] { $readings } reading
+       *[other] { $readings } readings
+    } { $direction }, and { $others } more have too few; ISO 230-2 needs at least { $needed } per target and direction.
     .remedy = Measure the missing readings, or take the target out of the file.
 error-cycle_below_one = Cycle { $cycle } is none: cycles count from 1.
     .remedy = Number the cycles 1, 2, 3 and so on.

@@ -38,6 +38,11 @@ remark-order_incomplete = some readings have no order number: the column order i
 remark-times_incomplete = some readings have no time: the column of times is not used
 remark-order_counted_anew = the order numbers were counted anew from 1
 remark-times_against_order = the times do not rise with the order numbers: the run has no time axis
+remark-times_out_of_line = the times rise from row to row, but { $text } in { $where } lies { FIXED($off, decimals: 0) } s outside those of the rows beside it{ $more ->
+        [0] {""}
+        [one] , and one more does so
+       *[other] , and { $more } more do so
+    }: if it is a typing error, correct it
 remark-same_times = some readings have the same time: only their order in the file is used, and the run has no time axis
 remark-same_times_unordered = some readings have the same time and no order is stated: times are not used
 remark-order_of_cycle_unknown = the file does not state the order of visits of a { $cycle } cycle: readings have no time
