@@ -32,6 +32,7 @@ def test_what_is_no_measurement_gets_one_error_that_names_the_file(tmp_path: Pat
         b"Dear colleague,\nplease find attached the run.\n": "line 1: run_headings_incomplete",
         b"PK\x03\x04 not really": "file_damaged",
         b'{"targets": [1, 2], "cycles": 5}': "line 1: run_headings_incomplete",
+        b"CHANDATA(1)\n$AA_ENC_COMP[0,0,X1]=0.001\nM17\n": "run_is_table",
     }
     check_refusals(read_positioning, tmp_path / "run.csv", wrong)
 
@@ -46,14 +47,15 @@ def test_the_fallback_encoding_can_be_named(tmp_path: Path) -> None:
 
 @pytest.mark.real_data
 def test_other_real_files_are_refused(real_data: Path) -> None:
-    for name in (
-        "positioning/linuxcnc/screwcompX.dat",
-        "positioning/siemens/REN_raw_row_from_data.sqlite.csv",
-        "positioning/psi_ecmccfg/psi_fat_sat_2023/report.md",
-        "SOURCES.md",
-    ):
-        with pytest.raises(MeasurementFileError):
+    for name, code in {
+        "positioning/linuxcnc/screwcompX.dat": "run_is_table",
+        "positioning/siemens/REN_raw_row_from_data.sqlite.csv": "",
+        "positioning/psi_ecmccfg/psi_fat_sat_2023/report.md": "run_is_report",
+        "SOURCES.md": "",
+    }.items():
+        with pytest.raises(MeasurementFileError) as caught:
             read_positioning(real_data / name)
+        assert caught.value.code == (code or caught.value.code)
 
 
 def test_the_hash_is_that_of_the_bytes_that_were_read_once(

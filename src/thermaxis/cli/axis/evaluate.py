@@ -36,7 +36,7 @@ _LONGEST_WARNING = 1000
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     add = adder(parser)
-    add("file FILE", "measured run: .rtl, CSV, _ISO230.dat, .xlsx or .xls", Path)
+    add("file FILE", "measured run: .rtl, CSV, Markdown, _ISO230.dat, .xlsx or .xls", Path)
     add("--full-tables", "show every table below the summary", bool)
     add_json(parser)
     add_report(parser, "certificate", ".pdf, .html or .xml (Digital Calibration Certificate)")

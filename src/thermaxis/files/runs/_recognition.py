@@ -4,6 +4,8 @@ import re
 from hashlib import sha256
 from pathlib import Path
 
+from thermaxis.codes import Place
+from thermaxis.errors import MeasurementFileError
 from thermaxis.files import table as tables
 from thermaxis.files.runs.iso230_dat import dat_test
 from thermaxis.files.runs.rtl import rtl_test
@@ -22,6 +24,15 @@ _START_CHARACTERS = 65_536
 _WORKBOOK_STARTS = (b"PK\x03\x04", b"PK\x05\x06", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
 _RTL_SECTION = re.compile(r"^[ \t]*(?:HEADER|TARGET DATA|RUNS|DEVIATIONS) ?::", re.MULTILINE)
 _DAT_ENTRY = re.compile(r"^[ \t]*(?:TGT_DATA|REF_DATA_FWD|REF_DATA_BWD) ?\[", re.MULTILINE)
+_NUMBER = r"[-+]?[0-9.]+"
+_NO_RUNS = {
+    "run_is_table": re.compile(
+        rf"\$AA_ENC_COMP\w*\[|\A(?:\s*{_NUMBER}[ \t]+{_NUMBER}[ \t]+{_NUMBER}[ \t]*$)+\s*\Z",
+        re.MULTILINE,
+    ),
+    "run_is_report": re.compile(r"\A# ecmc motion system test report"),
+}
+"""Files that lie beside runs, by the code of the error."""
 
 
 def read_positioning(
@@ -110,4 +121,11 @@ def _test_of(
         return rtl_test(source)
     if _DAT_ENTRY.search(start):
         return dat_test(source)
-    return table_test(csv_table(source, mapping))
+    try:
+        return table_test(csv_table(source, mapping))
+    except MeasurementFileError as error:
+        code = next((code for code, form in _NO_RUNS.items() if form.search(start)), None)
+        if code is None:
+            raise
+        file = Path(name).name
+        raise MeasurementFileError(code, file=file, place=Place(name)) from error

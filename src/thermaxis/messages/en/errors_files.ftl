@@ -110,6 +110,10 @@ error-column_like_runs = The column { $name } holds numbers like those of the ru
        *[other] there are { $count } such columns
     }.
     .remedy = Give it a heading if it has none, and say what it holds in a file for --map, under [columns]: "{ $name }" = { "{" } cycle = 1, direction = "backward" { "}" }, or { "{" } leave_out = true { "}" }.
+error-run_is_table = This looks like the compensation table of a control: it has no column headings of a positioning run.
+    .remedy = Give the run that was measured; thermaxis check-table reads such a table. If these are readings, give their columns headings.
+error-run_is_report = This is the report of the ecmc tools about a run.
+    .remedy = Give the file with the readings that the tools write beside it: { $file }_ISO230.dat.
 error-runs_or_targets = The headings may be the numbers of { $runs } runs above { $targets } targets, or { $runs } targets beside the numbers of { $targets } runs.
     .remedy = Write Run before each number, or transposed = false or true in a file for --map.
 error-other_layout = This is a { $layout } table, not one of the other layout.
