@@ -368,15 +368,35 @@ def test_a_rotary_axis_is_told_in_arcseconds_and_without_temperatures() -> None:
         scatter=ReadingScatter(noise=0.4),
     )
     test = measured(axis, 4)
-    slope = 10.0 / 360.0
-    tilted = replace(test, deviation=test.deviation + slope * test.target[:, None, None])
+    eccentric = 5.0 * np.sin(np.deg2rad(test.target)) + 10.0 / 360.0 * test.target
+    tilted = replace(test, deviation=test.deviation + eccentric[:, None, None])
     found = with_drift_model(tilted)
-    assert set(keys(found)) == {"scale_error", "periodic_error", "backlash"}
+    named = {"scale_error", "once_per_turn_error", "periodic_error", "backlash"}
+    assert set(keys(found)) == named
     scale = only(found, "scale_error")
     assert scale.unit == "arcsec per turn"
     assert scale.value == pytest.approx(10.0, abs=2.0)
     assert "temperature" not in text(scale)
     assert "period of 4 °" in text(only(found, "periodic_error"))
+
+
+def test_an_error_that_repeats_with_the_turn_is_no_slope_of_an_axis_that_closes() -> None:
+    target, rng = np.arange(0.0, 361.0, 30.0), np.random.default_rng(3)
+    turn = np.deg2rad(target)
+    eccentric = 5.0 * np.sin(turn) + 2.0 * np.sin(2.0 * turn)
+    for slope, named in (
+        (0.0, ["once_per_turn_error"]),
+        (6.0, ["once_per_turn_error", "scale_error"]),
+    ):
+        levels = eccentric + slope * target / 360.0
+        noise = 0.4 * rng.standard_normal((13, 5, 2))
+        test = run(levels[:, None, None] + noise, target, kind=AxisKind.ROTARY)
+        found = [f for f in without_drift_model(test) if f.finding != "hidden_period"]
+        assert sorted(keys(found)) == named
+        if slope == 0.0:
+            assert found[0].value == pytest.approx(5.0, abs=0.3)
+        else:
+            assert only(found, "scale_error").value == pytest.approx(6.0, abs=1.0)
 
 
 def test_few_targets_are_asked_for_the_line_and_the_mean_backlash_only() -> None:
@@ -417,6 +437,8 @@ def test_readings_without_scatter_are_diagnosed_all_the_same() -> None:
     assert keys(found) == ["scale_error", "backlash"]  # the line of least squares, and the mean
     assert found[0].value == pytest.approx(30.0)
     assert found[1].value == pytest.approx(-4.0)
+    dust = run(1.7 * deviation, target)  # means of equal readings differ from them by rounding
+    assert keys(without_drift_model(dust)) == ["scale_error", "backlash"]
 
 
 # ---- drift and temperature ----------------------------------------------------------------------

@@ -148,17 +148,6 @@ def test_a_straight_drift_without_noise_is_returned_as_it_is() -> None:
     assert float(result.figures.R) == pytest.approx(reversal, abs=1e-5)
 
 
-def test_readings_that_never_vary_have_neither_drift_nor_noise() -> None:
-    level = np.random.default_rng(2).normal(0.0, 10.0, (5, 2))
-    deviation = np.repeat(level[:, None, :], 4, axis=1)
-    result = evaluate_drift(run(deviation, time_s=stop_times(5, 4)))
-    assert result.model is DriftModel.NONE
-    assert result.p_no_drift == 1.0
-    np.testing.assert_array_equal(result.level, level)
-    assert result.residual_std == 0.0
-    assert result.suspects == ()
-
-
 def test_a_run_without_drift_is_left_as_it_was() -> None:
     test, _ = made(3, size=0.0)
     result = evaluate_drift(test)
@@ -167,6 +156,7 @@ def test_a_run_without_drift_is_left_as_it_was() -> None:
     np.testing.assert_array_equal(result.deviation, test.deviation)
     assert not np.any(result.drift)
     assert result.total == 0.0
+    assert result.total_within == pytest.approx(3.0 * np.sum(result.common_std[[0, -1]]))
     assert figures_by_key(result.figures) == pytest.approx(figures_by_key(evaluate_iso230_2(test)))
     assert result.effective_parameters == 2 * TARGETS
     assert result.degrees_of_freedom == 2 * TARGETS * (CYCLES - 1)
@@ -259,7 +249,8 @@ def test_a_run_that_tells_no_drift_is_refused_with_its_reason() -> None:
         ("too_few_at_target", run(np.zeros((5, 1, 2)), time_s=stop_times(5, 1)), None),
         ("too_few_readings", run(np.zeros((1, 5, 2)), time_s=stop_times(1, 5)), None),
         ("too_few_readings", run(one_way, time_s=stop_times(3, 2)), None),
-        ("one_time", run(np.zeros((5, 5, 2)), time_s=np.zeros((5, 5, 2))), None),
+        ("readings_repeat_exactly", run(np.full((5, 5, 2), 0.1), time_s=stop_times(5, 5)), None),
+        ("one_time", replace(test, time_s=np.zeros_like(test.time_s)), None),
         ("reference_outside_run", test, -1.0),
         ("reference_outside_run", test, long_s),
         ("reference_outside_run", test, float("nan")),
@@ -344,6 +335,7 @@ def test_shift_and_growth_over_the_run_lie_within_their_bands_which_are_no_wider
         )
         share.append((result.total - shift) / result.total_within)
         share.append((result.total_per_m - 1000.0 * growth) / result.total_per_m_within)
+        assert result.coverage_factor == 2.0
     assert max(map(abs, share)) < 0.95
     assert np.sqrt(np.mean(np.square(share[::2]))) > 0.15
     assert np.sqrt(np.mean(np.square(share[1::2]))) > 0.15

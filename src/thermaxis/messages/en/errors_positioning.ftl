@@ -27,6 +27,8 @@ error-no_pair = No cycle has readings { $approach } at both positions { $positio
 
 error-too_few_readings = { $readings } readings at { $targets } targets are too few to tell drift from noise.
     .remedy = Measure more targets or more cycles.
+error-readings_repeat_exactly = The readings of every target repeat without any scatter: nothing tells their noise, so no U, spread or drift is evaluated.
+    .remedy = Check the resolution and the source of the file: no machine does that.
 error-no_order = The order in which the readings were taken is not known.
     .remedy = Give the file a column 'time_s', 'time' or 'order'.
 error-one_time = All readings have the same time.

@@ -6,7 +6,7 @@ left_out-in_scatter = environmental variation (the scatter of the readings is la
 left_out-drift_unknown = drift (it is not known and counts as scatter)
 left_out-drift_not_described = drift of target { $targets }, which the drift model does not describe
 left_out-everything = all that it could consist of: nothing was evaluated
-left_out-one_reading = scatter: one reading does not tell it
+left_out-one_reading = scatter: the readings do not tell it
 
 ## Terms of an uncertainty budget
 

@@ -37,7 +37,7 @@ from thermaxis.positioning.diagnosis._periods import (
 )
 from thermaxis.positioning.diagnosis._reversal import Shape, reversal_shape, without_step
 from thermaxis.positioning.diagnosis._spread import spreads_with_drift, spreads_without_drift
-from thermaxis.positioning.run import PositioningTest
+from thermaxis.positioning.run import FloatArray, PositioningTest
 from thermaxis.quantities import AxisKind
 
 if TYPE_CHECKING:
@@ -61,20 +61,20 @@ class Finding:
     """What the diagnosis found, with its number."""
 
     finding: str
-    """Key that stays: scale_error, periodic_error, backlash, backlash_step, backlash_variation,
-    spread, drift_reversal, temperature_channel or hidden_period."""
+    """Key that stays: scale_error, once_per_turn_error, periodic_error, backlash, backlash_step,
+    backlash_variation, spread, drift_reversal, temperature_channel or hidden_period."""
     value: float
-    """The number behind it: straight-line error, amplitude of the periodic error, mean reversal
-    value, step of the reversal value, its range along the axis, standard deviation at the target,
-    way back of the drift, drift per kelvin, or hidden period. [unit in `unit`]"""
+    """The number behind it: straight-line error, amplitude once per turn or of the periodic error,
+    mean reversal value, step of the reversal value, its range along the axis, standard deviation
+    at the target, way back of the drift, drift per kelvin, or hidden period. [unit in `unit`]"""
     unit: str
     """Unit of the number as printed."""
     message: Message
     """Its sentence as data."""
     p_value: float | None
     """Probability of so much or more by chance alone, all places that were searched counted;
-    for scale_error, backlash and drift_reversal if the true value were at its threshold. None
-    where nothing was tested. [1]"""
+    for scale_error, once_per_turn_error, backlash and drift_reversal if the true value were at its
+    threshold. None where nothing was tested. [1]"""
 
 
 @final
@@ -150,12 +150,38 @@ def _expansion(test: PositioningTest) -> tuple[float, Message]:
     return STEEL_PPM_PER_K, Message("diagnosis-coefficient_of_steel")
 
 
+def _weights(axis: Axis, found: Periodic | None) -> FloatArray:
+    """Return weights of the levels in the slope and, of a full turn, in its cosine and sine."""
+    periods = ([360.0, 180.0] if axis.full_turn else []) + ([found.period] if found else [])
+    waves = [waves_of(axis.target, period) for period in periods]
+    along = (axis.target - np.mean(axis.target)) * (not axis.closed)
+    columns = np.column_stack((along, np.ones_like(along), *waves))
+    weights = np.asarray(np.linalg.pinv(columns), dtype=np.float64)
+    if axis.closed:  # both ends are one place: only their difference is a slope
+        weights[0, [0, -1]] = -1.0 / axis.length, 1.0 / axis.length
+    return weights[[0, 2, 3]] if axis.full_turn else weights[:1]
+
+
+def _turn_findings(axis: Axis, found: Periodic | None) -> list[_Ranked]:
+    """Name the error that repeats with every turn of a rotary axis."""
+    if not axis.full_turn:
+        return []
+    weights = _weights(axis, found)[1:]
+    wave = weights @ axis.mean
+    amplitude = float(np.hypot(*wave))
+    unsure = float(np.linalg.norm(weights @ axis.mean_covariance @ weights.T, 2)) ** 0.5
+    p_value = upper_tail((amplitude - LEAST_EFFECT) / max(unsure, 1e-12), axis.free)
+    if p_value >= LEVEL:
+        return []
+    values = {"amplitude": amplitude, "unit": axis.unit}
+    message = Message("finding-once_per_turn_error", values)
+    finding = Finding("once_per_turn_error", amplitude, axis.unit, message, p_value)
+    return [_Ranked(finding, 0, 2.0 * amplitude)]
+
+
 def _line(axis: Axis, found: Periodic | None) -> tuple[float, float]:
     """Return slope and standard uncertainty of the least-squares line. [µm/mm or arcsec/deg]"""
-    columns = np.stack((axis.target - np.mean(axis.target), np.ones_like(axis.target)), axis=1)
-    if found is not None:
-        columns = np.column_stack((columns, waves_of(axis.target, found.period)))
-    weight = np.linalg.pinv(columns)[0]
+    weight = _weights(axis, found)[0]
     slope = float(weight @ axis.mean)
     variance = float(weight @ axis.mean_covariance @ weight)
     if axis.drift is None:
@@ -252,7 +278,9 @@ def _backlash_findings(axis: Axis, shape: Shape | None) -> list[_Ranked]:
     if p_value >= LEVEL or everywhere < LEAST_EFFECT:
         return findings
     cause = Message("diagnosis-lost_motion" if mean < 0.0 else "diagnosis-too_much_compensation")
-    message = Message("finding-backlash", {"unit": axis.unit, "mean": mean, "cause": cause})
+    state = Message("diagnosis-drift_included" if axis.drift is None else "diagnosis-without_drift")
+    values = {"unit": axis.unit, "mean": mean, "state": state, "cause": cause}
+    message = Message("finding-backlash", values)
     finding = Finding("backlash", mean, axis.unit, message, p_value)
     return [*findings, _Ranked(finding, 0, everywhere)]
 
@@ -260,7 +288,7 @@ def _backlash_findings(axis: Axis, shape: Shape | None) -> list[_Ranked]:
 def _spread_findings(axis: Axis) -> list[_Ranked]:
     """Name targets that scatter more than the others."""
     test, drift = axis.test, axis.drift
-    if test.target.size < FEWEST_TARGETS:
+    if test.target.size < FEWEST_TARGETS or test.repeats_exactly:
         return []
     named = spreads_with_drift(test) if drift is None else spreads_without_drift(drift)
     found: list[_Ranked] = []
@@ -411,6 +439,7 @@ def diagnose(test: PositioningTest, drift: "DriftResult | None") -> tuple[Findin
     return _ordered(
         [
             *_scale_findings(level, found),
+            *_turn_findings(level, found),
             *_periodic_findings(level, found),
             *_backlash_findings(axis, shape),
             *_spread_findings(axis),

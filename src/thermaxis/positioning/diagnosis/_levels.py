@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from thermaxis.positioning.run import BACKWARD, FORWARD, FloatArray, PositioningTest
 from thermaxis.positioning.standard import local_deviation_contrasts
+from thermaxis.quantities import AxisKind
 
 if TYPE_CHECKING:
     from thermaxis.positioning.drift import DriftResult
@@ -21,6 +22,9 @@ LEAST_EFFECT = 1.0
 own choice, what a good axis with a laser's set-up leaves. [µm or arcsec]"""
 FEWEST_TARGETS = 5
 """With fewer targets nothing is said of how an error runs along the axis. [1]"""
+
+FEWEST_TARGETS_OF_A_TURN = 8
+"""With fewer targets waves are not told from a line. [1]"""
 
 
 @final
@@ -46,6 +50,18 @@ class Axis:
     @property
     def length(self) -> float:
         return float(self.target[-1] - self.target[0])
+
+    @property
+    def full_turn(self) -> bool:
+        """Whether the targets go once around, whether or not the first is measured again."""
+        if self.test.kind is AxisKind.LINEAR or self.target.size < FEWEST_TARGETS_OF_A_TURN:
+            return False
+        return 360.0 - 1.5 * float(np.max(np.diff(self.target))) < self.length < 360.5
+
+    @property
+    def closed(self) -> bool:
+        """Whether the last target is the place of the first."""
+        return self.full_turn and self.length > 359.5
 
     @property
     def unit(self) -> str:

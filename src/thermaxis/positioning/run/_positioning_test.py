@@ -217,6 +217,13 @@ class PositioningTest:
         return np.asarray(np.sum(~np.isnan(self.deviation), axis=1), dtype=np.float64)
 
     @property
+    def repeats_exactly(self) -> bool:
+        """Whether readings repeat at every target without any scatter, which no machine does."""
+        first = np.nanmax(self.deviation, axis=1, initial=-np.inf)
+        last = np.nanmin(self.deviation, axis=1, initial=np.inf)
+        return bool(np.max(self.readings) > 1.0 and np.all(first <= last))
+
+    @property
     def measured_length(self) -> float:
         """Distance from the first to the last target. [mm or deg]"""
         return float(self.target[-1] - self.target[0])

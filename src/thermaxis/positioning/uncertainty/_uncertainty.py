@@ -267,11 +267,11 @@ def _estimate_with_drift(
 
 
 def _estimate_without_drift(test: PositioningTest, environment: float) -> Estimate:
-    """Return plain means and s, NaN where one reading tells nothing of the noise."""
+    """Return plain means and s, NaN where the readings tell nothing of the noise."""
     approaches, targets = test.approaches, test.target.size
     count = _flat(test.readings, approaches)
     mean, s = (_flat(values, approaches) for values in mean_and_s(test.deviation))
-    if float(np.min(count)) < 2.0:
+    if float(np.min(count)) < 2.0 or test.repeats_exactly:
         free, s, variance = np.ones(count.size), np.full(count.size, np.nan), np.zeros(count.size)
     else:
         free = count - 1.0

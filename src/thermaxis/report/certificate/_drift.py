@@ -169,6 +169,7 @@ def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
         "<Drift relative to t₀ | at the first reading | at the last reading | from first to last"
     )
     growth = "thermal growth" if unit == "µm" else "change of scale"
+    factor = drift.coverage_factor
     rows: list[tuple[str, ...]] = []
     for label, total, values, std in (
         (
@@ -184,15 +185,15 @@ def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
             1e3 * drift.slope_std,
         ),
     ):
-        ends = (_with_band(float(values[k]), 2.0 * float(std[k])) for k in (0, -1))
+        ends = (_with_band(float(values[k]), factor * float(std[k])) for k in (0, -1))
         rows.append((label, *ends, total))
     if drift.bow is not None:
         ends = [float(drift.bow[k]) for k in (0, -1)]
         cells = (fixed(end, 2) for end in (*ends, ends[1] - ends[0]))
         rows.append((f"bow, mid-axis against the ends [{unit}]", *cells))
     caption = (
-        "Drift over the run, ± two standard uncertainties (from first to last: the sum of those"
-        " at both ends, which is their upper bound)."
+        f"Drift over the run, ± {factor:g} standard uncertainties (from first to last: the sum of"
+        " those at both ends, which is their upper bound)."
         f"{' Those of the bow are not evaluated.' if drift.bow is not None else ''}"
     )
     return Table(columns, tuple(rows), caption)

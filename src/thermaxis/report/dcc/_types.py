@@ -10,7 +10,7 @@ from thermaxis.report._names import FIGURE_NAMES, FIGURE_SYMBOLS
 NORMAL = "normal"
 """Distribution that k = 2 and 95.45 % belong to."""
 _DRAWN = "empirical"
-"""Distribution of what is drawn: no formula."""
+"""Distribution of what is drawn, or tried out: no formula."""
 
 
 @final
@@ -85,16 +85,12 @@ LEVELS = tuple(
 DRIFT = (
     _Q("drift_p", "p_no_drift", "p value of no drift", "one"),
     _Q(
-        "drift_shift",
-        "total",
-        "shift of the whole axis over the run",
-        "deviation",
-        "total_within",
-        2.0,
+        *("drift_shift", "total", "shift of the whole axis over the run", "deviation"),
+        *("total_within", "coverage_factor", _DRAWN),
     ),
     _Q(
         *("drift_growth", "total_per_m", "thermal growth over the run", "growth"),
-        *("total_per_m_within", 2.0),
+        *("total_per_m_within", "coverage_factor", _DRAWN),
     ),
     _Q("reference_time", "reference_time_s", "time t0 of the thermal state", "time"),
     _Q("noise_forward", "noise_std_forward", "standard deviation of the noise ↑"),

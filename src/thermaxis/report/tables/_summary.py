@@ -21,9 +21,6 @@ _LINES, _WIDTH = 20, 80
 """What a small terminal shows at once. [1]"""
 _LONGEST_NAME = 40
 _NO_MODEL = "warning-no_drift_model"
-_LARGER = 1.5
-"""Bound of a drift that was not found, of its band: three standard uncertainties. Of runs with a
-drift that just escapes the test it holds for 92 % or more; two hold for 80 %. [1]"""
 _HEADS = {"value": "measured", "drift-free": "without drift"}
 _LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
 
@@ -190,16 +187,16 @@ def _drift(report: PositioningReport) -> Iterator[Message]:
         why = next((one for one in report.warnings if one.code == _NO_MODEL), None)
         yield why or Message("summary-drift_not_evaluated")
         return
-    p, widened = drift.p_no_drift, 1.0 if drift.significant else _LARGER
+    p = drift.p_no_drift
     length = round(float(np.ptp(report.test.target)), 1)
-    growth, within = drift.total_per_m, widened * drift.total_per_m_within
+    growth, within = drift.total_per_m, drift.total_per_m_within
     said = {
         "found": "yes" if drift.significant else "no",
         "p": "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}",
         "growth": _amount(growth, within),
         "grown": _amount(1e-3 * length * growth, 1e-3 * length * within),
         "length": as_given(length),
-        "shift": _amount(drift.total, widened * drift.total_within),
+        "shift": _amount(drift.total, drift.total_within),
     }
     yield Message(f"summary-drift_{kind}", said)
     swing = float(np.ptp(drift.common))
