@@ -25,7 +25,7 @@ def add_reading(to: AddsArguments, what: str = "a run") -> None:
     add(
         "--date-order",
         "what stands first in 03/04/2026 (default: as the dates show)",
-        choices=("day", "month"),
+        choices=("day", "month", "year"),
     )
     add(
         "--units POSITION,DEVIATION",

@@ -19,6 +19,7 @@ from thermaxis.files.table import (
     FALLBACK_ENCODING,
     Heading,
     Layout,
+    Role,
     RunColumn,
     Table,
     Unit,
@@ -28,6 +29,7 @@ from thermaxis.files.table import (
     listed,
     read_csv_table,
     target_column_of,
+    unit_elsewhere,
     unit_named,
     unit_of_kind,
 )
@@ -194,14 +196,17 @@ def _unit_of_runs(
         stated = unit
     if stated is not None:
         return stated, []
-    named = table.source.mapping.deviation_unit or table.metadata.unit
-    if named is not None:
+    named = unit_elsewhere(table, Role.DEVIATION)
+    if named:
         unit = unit_named(named)
         if unit is None or unit.kind is not target_unit.kind:
             raise MeasurementFileError(
                 "unit_of_deviations", unit=named, kind=target_unit.kind, place=table.at()
             )
         return unit, []
+    if table.metadata.unit is not None or table.metadata.unit_in_doubt:
+        place = table.at(column=next(iter(runs.values())))
+        raise MeasurementFileError("unit_not_stated", example="run_1_um", place=place)
     assumed = deviation_unit(target_unit.kind)
     word = assumed.kind.units.deviation_suffix
     said = remark("unit_assumed", unit=assumed.name, word=word)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from thermaxis.errors import MeasurementFileError
 from thermaxis.files import table as tables
 from thermaxis.files.runs.tidy_csv import tidy_test
 from thermaxis.files.runs.wide_csv import wide_test
@@ -37,4 +38,10 @@ def read_xlsx(path: Path | str) -> PositioningTest:
 
 def table_test(table: Table) -> PositioningTest:
     """Make a positioning test from a table of either layout."""
+    known = tuple(heading.text for heading in table.headings)
+    for name in table.source.mapping.columns:
+        if name not in known:
+            raise MeasurementFileError(
+                "no_such_column", name=name, known=known[:8], place=table.at()
+            )
     return tidy_test(table) if table.layout is Layout.TIDY else wide_test(table)

@@ -32,6 +32,7 @@ from ._quantities import (
     group_targets as group_targets,
     one_target_each as one_target_each,
     target_column_of as target_column_of,
+    unit_elsewhere as unit_elsewhere,
     unit_of_kind as unit_of_kind,
 )
 from ._quoting import (

@@ -444,12 +444,16 @@ def _is_numeric(heading: Heading, cells: Sequence[str]) -> bool:
 def _with_numbers(source: TableSource, block: _Block, metadata: Metadata, *, certain: str) -> Table:
     """Find how the numbers are written, and take the signs between thousands away."""
     row = np.array(block.numbers, dtype=np.int64)
+    for k, heading in enumerate(block.headings):
+        stated = source.mapping.columns.get(heading.text)
+        if stated is not None and stated.leave_out:
+            block.columns[k] = [""] * row.size
     numeric = [
         (k, block.columns[k])
         for k, heading in enumerate(block.headings)
         if _is_numeric(heading, block.columns[k])
     ]
-    form = number_form(numeric, source.mapping, certain=certain)
+    form = number_form(numeric, source.mapping, certain=certain, stored=source.sheet is not None)
     places = [
         (int(row[i]), source.at(int(row[i]), k, block.headings[k].text), block.columns[k][i])
         for i, k in form.first

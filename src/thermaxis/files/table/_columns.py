@@ -155,10 +155,12 @@ _DATE_WORDS = frozenset({"date", "datum", "day", "tag", "den"})
 _SUMMARY_LIST = """
     mean average avg median mittel mittelwert mittelwerte mw durchschnitt prumer stredni
     std stddev stdev stdabw standard standardabweichung stabw smerodatna s sigma
-    min max minimum maximum range span spannweite rozpeti sum total summe celkem count n anzahl
-    pocet reversal umkehrspanne necitlivost uncertainty b e m r a u
+    min max minimum maximum range span spannweite rozpeti sum total summe celkem count anzahl
+    pocet reversal umkehrspanne necitlivost uncertainty
 """
 _SUMMARY_WORDS = frozenset(_SUMMARY_LIST.split())
+_SIGMAS = re.compile(r"[+±-]?\s*[0-9]*\s*(?:s|σ|sigma)(?!\w)")
+_POSITION_NUMBER = re.compile(r"(?<![^\W_])(?:pos|neg)[\W_]*[0-9]")
 
 _FORWARD_WORDS = """
     forward forwards fwd up go positive pos plus + ↑ aller
@@ -274,6 +276,8 @@ NO_PASS = Pass()
 
 def pass_named(folded: str) -> Pass | None:
     """Return the pass that folded words name, None if they say anything else."""
+    if _POSITION_NUMBER.search(folded):
+        return None  # of a position, or of a pass in the positive direction
     number = approach = counted = None
     by_letter = False
     words = _PASS_TOKENS.findall(folded)
@@ -306,8 +310,9 @@ def label_named(cells: Sequence[str]) -> Pass | None:
 
 def is_summary(text: str) -> bool:
     """Say whether a word stands for what is computed from readings: Mean, 2s, Mittelwert."""
-    word = re.match(r"[+±-]?[0-9]*\s*([^\W\d_]+)(?!\d)", _folded(text))
-    return word is not None and word[1] in _SUMMARY_WORDS
+    folded = _folded(text)
+    word = re.match(r"[+±-]?\s*([^\W\d_]+)(?!\d)", folded)
+    return (word is not None and word[1] in _SUMMARY_WORDS) or _SIGMAS.match(folded) is not None
 
 
 def unit_named(text: str) -> Unit | None:

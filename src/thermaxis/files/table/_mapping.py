@@ -47,7 +47,7 @@ class RunMapping:
     """Meaning of words in the column of directions."""
     decimal: Literal["point", "comma"] | None = None
     """Decimal sign of the numbers; None: as they show it."""
-    date_order: Literal["day", "month"] | None = None
+    date_order: Literal["day", "month", "year"] | None = None
     """What stands first in dates such as 03/04/2026; None: as they show it."""
     time_format: str | None = None
     """Form of the times, as strptime understands it; None: as they show it."""

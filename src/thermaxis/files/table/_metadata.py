@@ -8,7 +8,7 @@ from typing import final
 
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table._columns import Role, role_named
+from thermaxis.files.table._columns import Role, role_named, unit_named
 from thermaxis.files.table._quoting import decoded, encoded, quoted
 from thermaxis.files.table._source import clean_text, parse_number
 from thermaxis.files.table._times import parse_moment
@@ -21,7 +21,8 @@ MAX_FIELDS = 500
 _NAMED = re.compile(r"(header|environment)\s+(\S.*)", re.DOTALL)
 _WORD = re.compile(r"[^\W\d]\w{0,79}")
 _NOT_WORD = re.compile(r"\W+")
-_UNIT_WORDS = frozenset({"unit", "units", "einheit", "einheiten", "jednotka", "jednotky", "of"})
+_UNIT_WORDS = frozenset({"unit", "units", "einheit", "einheiten", "jednotka", "jednotky"})
+_FILLERS = frozenset({"of", "the", "der", "measure", "measurement"})
 _KNOWN_FIELDS = {
     "serial_no": "serial_number",
     "serial": "serial_number",
@@ -56,6 +57,8 @@ class Metadata:
     """Whether the order of the file was deduced."""
     unit: str | None = None
     """Stated unit, of whatever states none."""
+    unit_in_doubt: bool = False
+    """Whether a unit is stated of something unknown, which may be the deviations."""
     units: dict[Role, str] = field(default_factory=dict[Role, str])
     """Stated units of targets and deviations."""
     kind: str | None = None
@@ -86,10 +89,12 @@ class Metadata:
             return
         words = name.split("_")
         if not _UNIT_WORDS.isdisjoint(words):
-            rest = (word.removesuffix("s") for word in words if word not in _UNIT_WORDS)
-            role = role_named(" ".join(rest))
+            rest = [w.removesuffix("s") for w in words if w not in _UNIT_WORDS | _FILLERS]
+            role = role_named(" ".join(rest)) if rest else None
             if role is not None:
                 self.units.setdefault(role, text)
+            elif rest:
+                self.unit_in_doubt |= unit_named(text) is not None
             elif self.unit is None:
                 self.unit = text
         self._keep(_KNOWN_FIELDS.get(name, name), text)

@@ -55,11 +55,15 @@ class NumberForm:
 
 
 def number_form(
-    columns: Sequence[tuple[int, Sequence[str]]], mapping: RunMapping, *, certain: str
+    columns: Sequence[tuple[int, Sequence[str]]], mapping: RunMapping, *, certain: str, stored: bool
 ) -> NumberForm:
-    """Find the decimal sign of columns of numbers; a certain one decides where both fit."""
+    """Find the decimal sign of columns of numbers.
+
+    A certain one decides where both fit, but not what a comma in a cell means; nor do other cells
+    where it is only that of numbers which are stored as such.
+    """
     votes: dict[str, tuple[int, int]] = {}
-    either: tuple[int, int] | None = None
+    either: dict[str, tuple[int, int]] = {}
     seen: set[str] = set()
     for column, cells in columns:
         text = "".join(cells)
@@ -71,15 +75,19 @@ def number_form(
                 break
             point, comma = (_FORMS[sign].fullmatch(cell) for sign in ".,")
             if point and comma:
-                either = either or ((row, column) if "." in cell or "," in cell else None)
+                sign = next((sign for sign in ",." if sign in cell), None)
+                if sign is not None:
+                    either.setdefault(sign, (row, column))
             elif point or comma:
                 votes.setdefault("." if point else ",", (row, column))
     stated = {"point": ".", "comma": ","}.get(mapping.decimal or "")
     if stated is None and len(votes) == 2:
         return NumberForm(".,", (votes["."], votes[","]))
+    if "," in either and stated is None and certain and (stored or not votes):
+        return NumberForm("", (either[","],))
     decimal = stated or next(iter(votes), certain)
-    if not decimal and either is not None:
-        return NumberForm("", (either,))
+    if not decimal and either:
+        return NumberForm("", (min(either.values()),))
     decimal = decimal or "."
     return NumberForm(decimal, (), grouped=bool(seen - {decimal}))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from thermaxis.codes import Message, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._columns import QUANTITIES, Role, Unit, unit_named
-from thermaxis.files.table._table import Table
+from thermaxis.files.table._table import Layout, Table
 from thermaxis.positioning import FloatArray
 from thermaxis.quantities import AxisKind
 
@@ -126,7 +126,7 @@ def _known_unit(table: Table, column: int, example: str) -> Unit:
     place = table.at(column=column)
     if heading.unit_text:
         raise MeasurementFileError("unknown_unit", unit=heading.unit_text, place=place)
-    named = _unit_elsewhere(table, heading.role)
+    named = unit_elsewhere(table, heading.role)
     unit = unit_named(named)
     if unit is None:
         code = "unknown_unit" if named else "unit_not_stated"
@@ -135,7 +135,7 @@ def _known_unit(table: Table, column: int, example: str) -> Unit:
     return unit
 
 
-def _unit_elsewhere(table: Table, role: Role | None) -> str:
+def unit_elsewhere(table: Table, role: Role | None) -> str:
     """Return the unit that an option or a line above the headings states of a column."""
     mapping, stated = table.source.mapping, table.metadata.units
     position = role is not Role.DEVIATION
@@ -147,7 +147,10 @@ def _unit_elsewhere(table: Table, role: Role | None) -> str:
     if len(both) == 2:
         return both[not position]
     # one unit may be that of the positions or of the deviations
+    wide = table.layout is Layout.WIDE
     needy = {
-        h.role is Role.DEVIATION for h in table.headings if h.role in QUANTITIES and not h.unit
+        h.role is Role.DEVIATION or h.is_pass
+        for h in table.headings
+        if (h.role in QUANTITIES or (wide and h.is_pass)) and not h.unit
     }
     return table.metadata.unit if len(needy) == 1 else ""

@@ -26,6 +26,8 @@ _STAMP = re.compile(
     re.ASCII | re.IGNORECASE,
 )
 _DAY_S = 86400.0
+_LONG_FALL_S = 10 * 3600.0
+_PARTS = {"day": (4, 3, 1), "month": (4, 1, 3), "year": (1, 3, 4)}
 _NO_YEAR = 1900  # what strptime says of a form without one
 _FEWEST_INTERVALS = 3
 
@@ -139,36 +141,43 @@ def _date_order(
         return "year"
     if mapping.date_order is not None or all(match[2] == "." for _, match in found):
         return mapping.date_order or "day"
-    if any(int(match[1]) > 12 for _, match in found):
-        return "day"
-    if any(int(match[3]) > 12 for _, match in found):
-        return "month"
+    possible = [
+        order for order in _PARTS if all(_date_of(match, order) is not None for _, match in found)
+    ]
+    if len(possible) == 1:
+        return possible[0]
+    if not possible:
+        return "day"  # the date that is none is told where it stands
     k, match = found[0]
-    a, b, year = match[1], match[3], match[4].zfill(4).replace("00", "20", 1)
+    dates = [_date_of(match, order) for order in possible]
     raise MeasurementFileError(
-        "date_order_unclear",
-        text=match[0],
-        day_first=f"{year}-{b:0>2}-{a:0>2}",
-        month_first=f"{year}-{a:0>2}-{b:0>2}",
-        place=at(k),
+        "date_order_unclear", text=match[0], first=dates[0], second=dates[1], place=at(k)
     )
+
+
+def _date_of(match: re.Match[str], order: str) -> str | None:
+    year, month, day = (match[k] for k in _PARTS[order])
+    if len(year) not in {2, 4} or not (1 <= int(month) <= 12 and 1 <= int(day) <= 31):
+        return None
+    return f"{int(year) + 2000 * (len(year) == 2)}-{month:0>2}-{day:0>2}"
 
 
 def _are_minutes(matches: Sequence[re.Match[str] | None], at: Callable[[int], Place]) -> bool:
     """Say whether two numbers are minutes and seconds; refuse where they may be hours too."""
     found = [(k, m) for k, m in enumerate(matches) if m is not None and not (m[7] or m[9])]
-    if not found or len(found) < sum(match is not None for match in matches):
+    if not found:
         return False
-    if any(int(match[5]) > 23 for _, match in found):
+    alike = len(found) == sum(match is not None for match in matches)
+    if alike and any(int(match[5]) > 23 for _, match in found):
         return True
-    if len({match[0] for _, match in found}) < len(found):
+    if alike and len({match[0] for _, match in found}) < len(found):
         return False  # several readings in a minute: none would be in a second
     k, match = found[0]
     raise MeasurementFileError("hours_or_minutes", text=match[0], place=at(k))
 
 
 def _moment_of(match: re.Match[str], order: str, *, minutes: bool) -> datetime | None:
-    a, _, b, c, hours, mins, seconds, fraction, half = match.groups(default="")
+    hours, mins, seconds, fraction, half = match.groups(default="")[4:]
     hour, minute, second = int(hours), int(mins), int(seconds or 0)
     if minutes:
         hour, minute, second = hour // 60, hour % 60, minute
@@ -176,13 +185,15 @@ def _moment_of(match: re.Match[str], order: str, *, minutes: bool) -> datetime |
         if not 1 <= hour <= 12:
             return None
         hour = hour % 12 + 12 * (half in "pP")
-    year, month, day = _NO_YEAR, "1", "1"
-    if a:
-        parts = {"year": (a, b, c), "day": (c, b, a), "month": (c, a, b)}[order]
-        year, month, day = int(parts[0]) + 2000 * (len(parts[0]) == 2), parts[1], parts[2]
+    year, month, day = str(_NO_YEAR), "1", "1"
+    if match[1]:
+        date = _date_of(match, order)
+        if date is None:
+            return None
+        year, month, day = date.split("-")
     micro = int(fraction.ljust(6, "0")[:6]) if fraction else 0
     try:
-        return datetime(year, int(month), int(day), hour, minute, second, micro)  # noqa: DTZ001
+        return datetime(int(year), int(month), int(day), hour, minute, second, micro)  # noqa: DTZ001
     except ValueError:
         return None
 
@@ -199,6 +210,9 @@ def _stamps(moments: Sequence[datetime | None], cells: Sequence[str]) -> Stamps:
         return Stamps(seconds_since(start, moments), start, end, interval_s)
     time_s = seconds_since(start.replace(hour=0, minute=0, second=0, microsecond=0), moments)
     given = time_s[~np.isnan(time_s)]
+    half_day = all(1 <= moment.hour <= 12 for moment in known)  # 1:00 may follow 12:59
+    if half_day and bool(np.any(np.diff(given) < -_LONG_FALL_S)):
+        return Stamps(np.full(len(cells), np.nan), remarks=(remark("clock_unclear"),))
     nights = np.cumsum(np.diff(given, prepend=given[:1]) < -_DAY_S / 2)
     if nights[-1] and bool(np.all(np.diff(given + _DAY_S * nights) >= 0)):
         time_s[~np.isnan(time_s)] += _DAY_S * nights
