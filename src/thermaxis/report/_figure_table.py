@@ -269,9 +269,9 @@ def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Mes
     if result is None:
         return [] if _stated(report) else [Message("note-u_none")]
     notes.append(Message("note-u_measured", {"samples": result.samples, "seed": result.seed}))
-    biased = [row for row in rows if row.bias and row.expanded_uncertainty]
+    biased = [row for row in rows if row.strong and row.bias]
     if biased:
-        most = max(biased, key=lambda row: abs(row.bias or 0.0) / (row.expanded_uncertainty or 1.0))
+        most = max(biased, key=lambda row: abs(row.bias or 0.0))
         values = {"symbol": most.symbol, "bias": most.bias or 0.0, "unit": _unit(report)}
         notes.append(Message("note-u_bias", values))
     if result.drift_free is not None:

@@ -13,3 +13,4 @@ term-expansion_coefficient = součinitel roztažnosti
 term-environmental_variation = vliv prostředí
 term-noise = rozptyl čtení
 term-extremes = vychýlení maxim a minim, nekorigované
+term-nonlinearity = nelinearita: všechny členy společně, nad odmocninu součtu čtverců

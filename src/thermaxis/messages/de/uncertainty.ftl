@@ -13,3 +13,4 @@ term-expansion_coefficient = Ausdehnungskoeffizient
 term-environmental_variation = Umgebungseinfluss
 term-noise = Streuung der Ablesungen
 term-extremes = Abweichung größter und kleinster Werte, nicht korrigiert
+term-nonlinearity = Nichtlinearität: alle Terme zusammen, über die Wurzel der Quadratsumme hinaus

@@ -108,7 +108,7 @@ warning-not_in_charts = { $count ->
 ## What stands below a table of figures
 
 note-u_measured = U = k u is the expanded uncertainty by Monte Carlo (JCGM 101, { $samples } draws, seed { $seed }), not by the annex of ISO 230-2. The true figure as measured is that of this run without the noise of its readings, at its time and with its drift.
-note-u_bias = The largest and the smallest of noisy values are too large on average. The figures are not corrected for it: U contains this bias (most of all for { $symbol }: { FIXED($bias, decimals: 2) } { $unit }).
+note-u_bias = The largest of noisy values is too large on average: the bias of a figure is the mean of figure minus true figure. The figures are not corrected for it; U contains it. Of the main figures it is largest for { $symbol }: { SIGNED($bias, decimals: 3) } { $unit }.
 note-with_outliers = { $count ->
         [1] One reading lies out. It counts in the measured figures
        *[other] { $count } readings lie out. They count in the measured figures

@@ -17,3 +17,4 @@ term-expansion_coefficient = expansion coefficient
 term-environmental_variation = environmental variation
 term-noise = scatter of the readings
 term-extremes = bias of maxima and minima, not corrected
+term-nonlinearity = non-linearity: terms together, beyond the root of squares

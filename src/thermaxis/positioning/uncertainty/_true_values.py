@@ -67,7 +67,7 @@ class Estimate:
         return np.diag(self.noise_covariance)
 
 
-def _root(matrix: FloatArray) -> FloatArray:
+def root_of(matrix: FloatArray) -> FloatArray:
     """Return a matrix whose product with its own transpose is the given covariance."""
     variance = np.diag(matrix)
     if np.array_equal(matrix, np.diag(variance)):
@@ -180,8 +180,8 @@ def draw_levels(
     size, targets = estimate.level.size, estimate.position.size
     free = float(np.sum(estimate.free))
     wider = np.sqrt(free / rng.chisquare(free, (samples, 1)))  # the noise is estimated too
-    noise = wider * (rng.standard_normal((samples, size)) @ _root(estimate.noise_covariance).T)
-    drift = wider * (rng.standard_normal((samples, size)) @ _root(estimate.drift_covariance).T)
+    noise = wider * (rng.standard_normal((samples, size)) @ root_of(estimate.noise_covariance).T)
+    drift = wider * (rng.standard_normal((samples, size)) @ root_of(estimate.drift_covariance).T)
     if targets < 2 + _FEWEST_SPARE or not (
         np.any(estimate.noise_covariance) or np.any(estimate.drift_covariance)
     ):

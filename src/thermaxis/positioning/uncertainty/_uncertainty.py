@@ -20,10 +20,13 @@ standard deviations
 
 The figures of each draw are where the true figures may lie. The expanded uncertainty U is half the
 shortest interval that is symmetric about the figure and holds 95.45 % of them, what a coverage
-factor k = 2 means for a normal distribution: it contains the bias of the figure.
+factor k = 2 means for a normal distribution: it contains the bias of the figure. The bias is what
+noise adds on average to the figures of the mean of the draws. U is at least that of the draws when
+they are moved to lie as far from the figure as this bias: of an axis whose values are all alike the
+draws alone hold too little.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, final
@@ -53,6 +56,7 @@ from thermaxis.positioning.uncertainty._true_values import (
     draw_spread,
     draw_std,
     expected_s,
+    root_of,
 )
 
 if TYPE_CHECKING:
@@ -66,6 +70,8 @@ PROBABILITY = 0.954499736
 _FEWEST_SAMPLES, _MOST_SAMPLES = 100, 1_000_000
 _NUMBERS_AT_A_TIME = 2_000_000
 """Levels that are drawn at a time, so that memory is bounded. [1]"""
+_NEGLIGIBLE = 0.1
+"""Share of u up to which what is beyond the straight line is left out. [1]"""
 
 
 @final
@@ -77,7 +83,8 @@ class BudgetRow:
     """Key of the figure."""
     quantity: str
     """`noise` (scatter of the readings, with the estimate of the drift where that is taken away),
-    `extremes` (bias of maxima and minima, not corrected), or a term of the budget."""
+    `extremes` (bias of maxima and minima, not corrected), a term of the budget, or `nonlinearity`
+    (what all terms drawn together give beyond the root of the sum of squares of the others)."""
     value: float
     """What is known of it: standard deviation of a reading; bias; expanded uncertainty (k = 2) of
     the instrument; half width of an interval. [unit]"""
@@ -88,7 +95,7 @@ class BudgetRow:
     standard_uncertainty: float
     """Its standard uncertainty. [unit]"""
     sensitivity: float
-    """Change of the figure for a unit of it. [µm or arcsec per unit]"""
+    """Change of the figure for a unit of it, mean over the draws. [µm or arcsec per unit]"""
     contribution: float
     """Their product: what it contributes to the combined standard uncertainty. [µm or arcsec]"""
     mark: str
@@ -106,14 +113,14 @@ class FigureUncertainty:
     coverage_factor: Mapping[str, float]
     """k = U / u, with u the combined standard uncertainty, bias included. [1]"""
     bias: Mapping[str, float]
-    """How much the figure is too large on average, which is contained in U: figure - bias is the
-    better estimate. [µm or arcsec]"""
+    """Figure minus true figure, the mean over many such runs: how much noise makes the figure too
+    large. It is contained in U. [µm or arcsec]"""
     standard_uncertainty: Mapping[str, float]
     """Standard uncertainty of figure - bias; its expanded uncertainty is twice this.
     [µm or arcsec]"""
     budget: tuple[BudgetRow, ...]
     """What U consists of, by figure and quantity. The root of the sum of squares of the
-    contributions is the combined standard uncertainty, but for the curvature of the figure."""
+    contributions is the combined standard uncertainty."""
     left_out: tuple[Message, ...]
     """What is not in it."""
     stated: tuple[str, ...] = ()
@@ -297,12 +304,13 @@ def _estimate_without_drift(test: PositioningTest, environment: float) -> Estima
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Draws:
-    """Where the true figures may lie, (S,) each, and the error from end to end of each draw."""
+    """Where the true figures may lie, (S,) each."""
 
-    measured: dict[str, FloatArray]
-    drift_free: dict[str, FloatArray]
-    effect: dict[str, FloatArray]
-    length_error: FloatArray
+    truth: dict[str, FloatArray]
+    exact: dict[str, FloatArray]
+    """The same, were the instrument and the temperatures without error."""
+    by_noise: dict[str, FloatArray]
+    """What noise adds to the figures of the most likely levels."""
 
 
 def _ramp(estimate: Estimate) -> FloatArray:
@@ -312,34 +320,69 @@ def _ramp(estimate: Estimate) -> FloatArray:
     return np.tile(position / length, len(estimate.approaches))
 
 
-def _draw_figures(estimate: Estimate, terms: Terms, samples: int, seed: int) -> _Draws:
-    level_rng, std_rng, term_rng = (
-        np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)
-    )
+def _draw_s(
+    std: FloatArray, spread: FloatArray, free: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Return the s of readings with this standard deviation and this variance of the drift."""
+    scale = std / np.sqrt(free)
+    along = np.sqrt(spread) + scale * rng.standard_normal(std.shape)
+    across = 2.0 * rng.standard_gamma(np.maximum(0.5 * (free - 1.0), 0.0), std.shape)
+    return np.sqrt(along**2 + scale**2 * across)
+
+
+def _draw_figures(
+    estimate: Estimate, length_error: FloatArray, seeds: list[np.random.SeedSequence]
+) -> tuple[_Draws, _Draws, dict[str, FloatArray]]:
+    """Return the measured and the drift-free figures, and the effect of drift on each figure."""
+    level_rng, std_rng, _, noise_rng = (np.random.default_rng(seed) for seed in seeds)
 
     def figures(level: FloatArray, std: FloatArray) -> dict[str, FloatArray]:
         places = estimate.approaches
+        level = np.broadcast_to(level, std.shape)
         return arrays_by_key(figures_of(placed(level, places), placed(std, places)))
 
+    def less(one: dict[str, FloatArray], other: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        return {key: one[key] - other[key] for key in FIGURE_KEYS}
+
+    def drawn(
+        level: FloatArray, std: FloatArray, ramp: FloatArray, noise: FloatArray, seen: FloatArray
+    ) -> tuple[dict[str, FloatArray], ...]:
+        likely = np.mean(level, axis=0)
+        by_noise = less(figures(likely + noise, seen), figures(likely, std))
+        return figures(level + ramp, std), figures(level, std), by_noise
+
     at_once = max(_FEWEST_SAMPLES, _NUMBERS_AT_A_TIME // estimate.level.size)
-    length_error = terms.length_error * term_rng.standard_normal(samples)
+    by_noise, by_estimate = root_of(estimate.noise_covariance), root_of(estimate.drift_covariance)
+    readings = estimate.readings
     parts: list[tuple[dict[str, FloatArray], ...]] = []
-    for start in range(0, samples, at_once):
-        error = length_error[start : start + at_once, None]
-        std = draw_std(estimate, error.size, std_rng)
-        level, by_drift = draw_levels(estimate, error.size, level_rng)
-        level = level + error * _ramp(estimate)
+    for start in range(0, length_error.size, at_once):
+        ramp = length_error[start : start + at_once, None] * _ramp(estimate)
+        std = draw_std(estimate, len(ramp), std_rng)
+        level, by_drift = draw_levels(estimate, len(ramp), level_rng)
         drifted = level + by_drift + estimate.drift
-        spread = draw_spread(estimate, error.size, std_rng)
-        measured = figures(drifted, expected_s(std, spread, estimate.readings))
-        still = figures(level, expected_s(std, np.zeros_like(spread), estimate.readings))
-        effect = {key: measured[key] - still[key] for key in FIGURE_KEYS}
-        parts.append((measured, figures(level, std), effect))
-    measured, drift_free, effect = (
+        spread = draw_spread(estimate, len(ramp), std_rng)
+        s, still_s = (expected_s(std, v, readings) for v in (spread, np.zeros_like(spread)))
+        half = noise_rng.standard_normal((2, (len(ramp) + 1) // 2, level.shape[1]))
+        whole = np.concatenate((half, -half), axis=1)[:, : len(ramp)]  # the mean of noise is zero
+        noise, error = whole[0] @ by_noise.T, whole[1] @ by_estimate.T
+        seen_s = _draw_s(std, spread, np.maximum(readings - 1.0, 1.0), noise_rng)
+        seen_std = _draw_s(std, np.zeros_like(std), estimate.free, noise_rng)
+        of_measured = drawn(drifted, s, ramp, noise, seen_s)
+        of_drift_free = drawn(level, std, ramp, noise + error, seen_std)
+        effect = less(of_measured[0], figures(level + ramp, still_s))
+        parts.append((*of_measured, *of_drift_free, effect))
+    found = [
         {key: np.concatenate([part[key] for part in kind]) for key in FIGURE_KEYS}
         for kind in zip(*parts, strict=True)
-    )
-    return _Draws(measured, drift_free, effect, length_error)
+    ]
+    return _Draws(*found[:3]), _Draws(*found[3:6]), found[6]
+
+
+_Shared = tuple[Estimate, Terms, FloatArray]
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _half_width(truth: FloatArray, figure: float) -> float:
@@ -347,22 +390,10 @@ def _half_width(truth: FloatArray, figure: float) -> float:
     return float(np.quantile(np.abs(truth - figure), PROBABILITY))
 
 
-def _sensitivities(estimate: Estimate, s: FloatArray, error: float) -> dict[str, float]:
-    """Return the change of each figure for an error of one from end to end."""
-    if error <= 0.0:
-        return dict.fromkeys(FIGURE_KEYS, 0.0)
-    steps = error * np.array([[1.0], [-1.0]]) * _ramp(estimate)
-    level = placed(estimate.level + estimate.drift + steps, estimate.approaches)
-    moved = arrays_by_key(figures_of(level, np.broadcast_to(s, level.shape)))
-    return {key: float(value[0] - value[1]) / (2.0 * error) for key, value in moved.items()}
-
-
 def _evaluated(
     figures: Iso230_2Figures,
-    truths: dict[str, FloatArray],
-    estimate: Estimate,
-    terms: Terms,
-    length_error: FloatArray,
+    draws: _Draws,
+    shared: _Shared,
     left_out: tuple[Message, ...],
 ) -> FigureUncertainty:
     """Return the uncertainties of every figure to which something contributes."""
@@ -371,20 +402,23 @@ def _evaluated(
     bias: dict[str, float] = {}
     standard: dict[str, float] = {}
     rows: list[BudgetRow] = []
-    slope = _sensitivities(estimate, figures.s, terms.length_error)
     for key, value in arrays_by_key(figures).items():
-        figure, truth = float(value), truths[key]
+        figure, truth = float(value), draws.truth[key]
         if np.isnan(figure) or np.isnan(truth[0]):
             continue
-        u = _half_width(truth, figure)
+        on_average = round(float(np.mean(draws.by_noise[key])), 9) + 0.0  # not "-0"
+        # the draws say by how much this run is off, the bias by how much such runs are
+        moved = truth - float(np.mean(draws.exact[key])) + figure - on_average
+        u = max(_half_width(truth, figure), _half_width(moved, figure))
         if u <= 1e-9 * (abs(figure) + 1e-9):  # nothing that is known moves this figure
             continue
         expanded[key] = u
-        bias[key] = figure - float(np.mean(truth))
-        standard[key] = float(np.std(truth, ddof=1))
-        factor[key] = u / float(np.hypot(bias[key], standard[key]))
-        by_noise = float(np.std(truth - slope[key] * length_error, ddof=1))
-        rows += _budget_rows(key, estimate, terms, (slope[key], by_noise, bias[key]))
+        bias[key] = on_average
+        own = _budget_rows(key, figure - bias[key], bias[key], draws, shared)
+        rows += own
+        combined = float(np.sqrt(sum(row.contribution**2 for row in own)))
+        standard[key] = float(np.sqrt(max(combined**2 - bias[key] ** 2, 0.0)))
+        factor[key] = u / combined
     return FigureUncertainty(
         expanded_uncertainty=MappingProxyType(expanded),
         coverage_factor=MappingProxyType(factor),
@@ -396,23 +430,39 @@ def _evaluated(
 
 
 def _budget_rows(
-    key: str, estimate: Estimate, terms: Terms, found: tuple[float, float, float]
-) -> Iterator[BudgetRow]:
-    """Yield what contributes to one figure, of which slope, noise and bias were found."""
-    slope, by_noise, bias = found
-    share = estimate.environment_share
+    key: str, corrected: float, bias: float, draws: _Draws, shared: _Shared
+) -> list[BudgetRow]:
+    """Return what contributes to one figure.
+
+    Notes
+    -----
+    The sensitivity to an error e from end to end is that of the straight line by least squares,
+    sum(e d) / sum(e^2), to what it does to the figure of each draw, d. The rest of d makes the
+    figure non-linear: GUM 5.1.2, note.
+    """
+    estimate, terms, length_error = shared
+    exact, by_terms = draws.exact[key], draws.truth[key] - draws.exact[key]
+    slope = float(by_terms @ length_error) / max(float(length_error @ length_error), 1e-300)
+    slope = round(slope, 9)  # a figure in which the terms cancel
+    by_noise, share = _rms(exact - corrected), estimate.environment_share
     reading = float(np.sqrt(np.mean(estimate.noise_variance * estimate.readings)))
+    rows: list[BudgetRow] = []
     if reading > 0.0:
         u, contribution = (number * np.sqrt(1.0 - share) for number in (reading, by_noise))
         ratio = by_noise / reading
-        yield BudgetRow(key, "noise", u, terms.unit, "t", u, ratio, contribution, OWN)
-    yield BudgetRow(key, "extremes", bias, terms.unit, "", abs(bias), 1.0, abs(bias), OWN)
+        rows.append(BudgetRow(key, "noise", u, terms.unit, "t", u, ratio, contribution, OWN))
+    rows.append(BudgetRow(key, "extremes", bias, terms.unit, "", abs(bias), 1.0, abs(bias), OWN))
     for term in (*terms.systematic, *([terms.environment] if terms.environment else [])):
         u, ratio = term.standard_uncertainty, slope * term.effect
         if term is terms.environment:
             ratio = by_noise * np.sqrt(share) / u if u > 0.0 else 0.0
         named = key, term.key, term.value, term.unit, term.distribution
-        yield BudgetRow(*named, u, ratio, abs(ratio) * u, term.mark)
+        rows.append(BudgetRow(*named, u, ratio, abs(ratio) * u, term.mark))
+    bent = _rms(draws.truth[key] - slope * length_error - corrected) ** 2 - by_noise**2
+    if bent > (_NEGLIGIBLE * _rms(draws.truth[key] - corrected)) ** 2:
+        rest = float(np.sqrt(bent))
+        rows.append(BudgetRow(key, "nonlinearity", rest, terms.unit, "", rest, 1.0, rest, OWN))
+    return rows
 
 
 def _left_out(
@@ -490,15 +540,17 @@ def evaluate_uncertainty(
         estimate = _estimate_without_drift(test, environment)
     else:
         estimate = _estimate_with_drift(test, drift, environment)
-    draws = _draw_figures(estimate, terms, samples, seed)
-    shared = estimate, terms, draws.length_error
+    seeds = np.random.SeedSequence(seed).spawn(4)
+    length_error = terms.length_error * np.random.default_rng(seeds[2]).standard_normal(samples)
+    of_measured, of_drift_free, of_effect = _draw_figures(estimate, length_error, seeds)
+    shared = estimate, terms, length_error
     left_out = _left_out(terms, estimate, drift, budget=budget is not None)
     as_measured = figures_of(*mean_and_s(test.deviation))
-    measured = _evaluated(as_measured, draws.measured, *shared, left_out)
+    measured = _evaluated(as_measured, of_measured, shared, left_out)
     if drift is None:
         nothing = MappingProxyType[str, float]({})
         return UncertaintyResult(measured, None, nothing, nothing, samples, seed)
-    drift_free = _evaluated(drift.figures, draws.drift_free, *shared, left_out)
+    drift_free = _evaluated(drift.figures, of_drift_free, shared, left_out)
     before, after = (
         arrays_by_key(figures) for figures in (as_measured, drift.figures_of_all or drift.figures)
     )
@@ -506,9 +558,9 @@ def evaluate_uncertainty(
     factor: dict[str, float] = {}
     for key in drift_free.expanded_uncertainty:
         estimated = float(before[key] - after[key])
-        effect[key] = _half_width(draws.effect[key], estimated)
-        u = float(np.sqrt(np.mean((draws.effect[key] - estimated) ** 2)))
+        effect[key] = _half_width(of_effect[key], estimated)
+        u = _rms(of_effect[key] - estimated)
         if u > 0.0:
             factor[key] = effect[key] / u
-    of_effect = MappingProxyType(effect), MappingProxyType(factor)
-    return UncertaintyResult(measured, drift_free, *of_effect, samples, seed)
+    effects = MappingProxyType(effect), MappingProxyType(factor)
+    return UncertaintyResult(measured, drift_free, *effects, samples, seed)
