@@ -204,7 +204,7 @@ def _value(row: FigureRow, decimals: int) -> str:
         return ABSENT
     decimals = _decimals(row.expanded_uncertainty, decimals)
     text = fixed(row.value, decimals)
-    if row.limit is None:
+    if row.limit is None or row.guard_band != 0.0:
         return text
     above = abs(row.value) > row.limit
     while decimals < 9 and (abs(float(text)) > row.limit) != above:

@@ -127,6 +127,14 @@ class PositioningReport:
         return (*missing, *([] if self.performed else ["time.date"]))
 
     @property
+    def missing_labels(self) -> str:
+        """The same as a certificate names them; empty if nothing is missing."""
+        from thermaxis.files.settings import HEADER_FIELDS  # noqa: PLC0415  a run alone needs none
+
+        labels = {field.place: field.label for field in HEADER_FIELDS.values()}
+        return ", ".join(labels[place] for place in self.missing_fields)
+
+    @property
     def figure_decimals(self) -> int:
         """Decimals with which all figures of the run are printed. [1]"""
         figures = figures_by_key(self.iso230_2).values()

@@ -81,7 +81,7 @@ def fixed(value: float | None, decimals: int, *, absent: str = ABSENT) -> str:
 
 def two_digits(value: float) -> str:
     """Return an uncertainty with two significant digits, without an exponent."""
-    return fixed(value, decimals_of_u(value)) if value > 0.0 else "0"
+    return fixed(value, decimals_of_u(value)) if value > _ROUND_OFF else "0"
 
 
 def decimals_of_u(value: float) -> int:
@@ -91,7 +91,7 @@ def decimals_of_u(value: float) -> int:
 
 def with_u(value: float, u: float) -> str:
     """Return a value and its uncertainty with the same last digit."""
-    return f"{fixed(value, decimals_of_u(u) if u > 0.0 else 0)} ± {two_digits(u)}"
+    return f"{fixed(value, decimals_of_u(u) if u > _ROUND_OFF else 0)} ± {two_digits(u)}"
 
 
 def as_given(value: float) -> str:

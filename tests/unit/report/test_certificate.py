@@ -466,7 +466,7 @@ def test_what_nobody_stated_is_left_out_and_makes_a_draft() -> None:
     assert "not stated" not in f"{document.opening} {section}"
     assert document.subtitle.endswith(", draft")
     assert document.footer.startswith("Draft · ")
-    assert all(place in str(document.opening) for place in ("certificate.number", "time.date"))
+    assert all(one in str(document.opening) for one in ("Certificate number", "Date of the run"))
 
 
 def test_the_settings_hash_follows_what_the_results_depend_on(small: PositioningReport) -> None:

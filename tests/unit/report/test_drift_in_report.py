@@ -348,6 +348,7 @@ def test_a_run_that_does_not_drift_is_left_as_it_was() -> None:
     words = words_of(section_of(report))
     assert "No drift is seen (p = " in words
     assert "the run is left as it was" in words
+    assert "the later visit" not in words
     assert "Model:" not in words
     figure = draw(report)
     assert "Drift: none is seen" in figure.get_suptitle()

@@ -12,7 +12,7 @@ from tests.unit.report.test_drift_in_report import drifting, still
 from thermaxis.codes import Message
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.messages import sentence_of
-from thermaxis.positioning import FIGURE_KEYS, Finding, figures_by_key
+from thermaxis.positioning import FIGURE_KEYS, Finding, evaluate_uncertainty, figures_by_key
 from thermaxis.quantities import AxisKind
 from thermaxis.report import check_limits
 from thermaxis.report.tables import summary_of
@@ -97,6 +97,14 @@ def test_one_approach_has_its_own_three_figures(approach: str) -> None:
     heads = [line.split()[0] for line in summary_of(report).splitlines() if line[:2] == "  "]
     first = heads.index("ISO") + 1
     assert heads[first : first + 3] == [f"E{arrow}", f"R{arrow}", f"A{arrow}"]
+
+
+def test_an_uncertainty_is_explained_only_where_one_stands() -> None:
+    for cycles, explained in ((1, False), (3, True)):
+        test = make_run(cycles=cycles, length=3000.0)
+        found = evaluate_uncertainty(test, None, samples=100)
+        said = summary_of(replace(make_report(test), uncertainty=found))
+        assert ("± U: coverage 95.45 %" in said) is explained
 
 
 def test_the_verdict_names_what_does_not_pass() -> None:

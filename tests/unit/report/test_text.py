@@ -83,6 +83,7 @@ def test_an_uncertainty_has_two_significant_digits() -> None:
         (12.077, 1.8, "12.1 ± 1.8"),
         (20.769, 17.0, "21 ± 17"),
         (204.76, 109.0, "200 ± 110"),
+        (4e-15, 4e-13, "0 ± 0"),
     ]:
         assert with_u(value, u) == text
 

@@ -3,7 +3,7 @@
 import math
 
 from thermaxis.messages import sentence_of
-from thermaxis.positioning import DriftResult, figures_by_key
+from thermaxis.positioning import DriftResult
 from thermaxis.report._document import (
     Block,
     ItemList,
@@ -13,7 +13,7 @@ from thermaxis.report._document import (
     Table,
     columns_of,
 )
-from thermaxis.report._names import FIGURE_SYMBOLS
+from thermaxis.report._figure_table import figure_table
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
 from thermaxis.report._text import fixed, plain_text, with_u
@@ -51,7 +51,7 @@ def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> li
         _model(drift),
         _state(report, drift),
         _noise(report, drift),
-        _reversal(report, drift),
+        *([_reversal(report)] if drift.significant else []),
         *(_as_sentence(plain_text(sentence_of(warning), 600)) for warning in drift.warnings),
     )
     blocks: tuple[Block, ...] = (
@@ -140,17 +140,18 @@ def _noise(report: PositioningReport, drift: DriftResult) -> str:
     )
 
 
-def _reversal(report: PositioningReport, drift: DriftResult) -> str:
+def _reversal(report: PositioningReport) -> str:
     if report.test.unidirectional:
         return "Measured in one direction: there are no reversal values."
-    decimals, unit = report.figure_decimals, report.test.kind.units.deviation
-    measured, without = figures_by_key(report.iso230_2), figures_by_key(drift.figures)
+    table = figure_table(report)
+    values, without = table.labels.index("value"), table.labels.index("drift-free")
     said = [
-        f"{FIGURE_SYMBOLS[key]} {fixed(measured[key], decimals)} {unit} as measured"
-        f" and {fixed(without[key], decimals)} {unit} without drift"
-        for key in ("B", "B_mean")
+        f"{cells[0]} {cells[values]} {table.unit} as measured and {cells[without]} {table.unit}"
+        " without drift"
+        for row, cells in zip(table.rows, table.cells, strict=True)
+        if row.key in {"B", "B_mean"}
     ]
-    return f"{said[0]}, {said[1]}: {_WHY_REVERSAL}."
+    return f"{', '.join(said)}: {_WHY_REVERSAL}."
 
 
 def _as_sentence(words: str) -> str:

@@ -282,7 +282,7 @@ def statements(report: PositioningReport) -> tuple[str, ...]:
     elif laboratory:
         said.append(f"It may be reproduced only in full, unless {laboratory} agrees in writing.")
     if report.missing_fields:
-        said.append(f"Draft: nobody stated {', '.join(report.missing_fields)}.")
+        said.append(f"Draft, without {report.missing_labels}.")
     return tuple(said)
 
 

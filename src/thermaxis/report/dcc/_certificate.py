@@ -111,7 +111,7 @@ def _texts(report: PositioningReport, results: Content) -> dict[str, str]:
         "issued": report.issued.isoformat() if report.issued else "",
         "item": f"{head['machine']}{axis}" if head["machine"] else "",
         "uncertainty": " ".join(map(sentence_of, figure_table(report).legend)),
-        "missing": f"Not stated: {', '.join(missing)}" if missing else "",
+        "missing": f"Not stated: {report.missing_labels}" if missing else "",
         "equipment": "".join(head[key] for key in head if key.startswith("instrument")),
         "cycle": f"{test['cycle']} test cycle, {test['cycles']} cycles, {directions}",
         "standard": f"ISO 230-2:{results['iso230_2']['edition']}",
