@@ -8,6 +8,9 @@ from typing import TypedDict
 from thermaxis.cli._arguments import AddsArguments, adder, number
 from thermaxis.files import RunMapping, read_run_mapping
 
+ABOUT_TABLES = ("--map", "--decimal", "--date-order", "--units", "--target-tolerance")
+"""Options that say something of the table of a run."""
+
 
 class Reading(TypedDict):
     """What `read_positioning` takes beside the file."""

@@ -164,6 +164,16 @@ def test_two_images_stand_beside_the_drift_and_have_no_correlation(examples, roo
     assert "Drift of x_axis_100_cycles.csv (model: smooth)" in capsys.readouterr().out
 
 
+def test_options_say_how_the_run_is_read(examples, tmp_path):
+    path = tmp_path / "run.csv"
+    rows = [f"{t};1,234;2,345;1,234;2,345" for t in (0, 100, 200)]
+    path.write_text("\n".join(["target;1;2;3;4", *rows, ""]), encoding="utf-8")
+    assert refusal("field", *examples, "--run", path, "--units", "mm,um").code == (
+        "decimal_sign_unclear"
+    )
+    assert refusal("field", *examples, "--decimal", "comma").code == "option_needs"
+
+
 def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     words = (*warming, "--run", path, "--times", "0", "1", "2.5", "4.5", "6.9")

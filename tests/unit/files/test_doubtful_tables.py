@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from tests.unit.files.builders import remarks_of, workbook
+from tests.unit.files.builders import dat, remarks_of, rtl, workbook
 from thermaxis.files import RunMapping, read_positioning
 from thermaxis.files.table import RunColumn
 from thermaxis.positioning import PositioningTest, TimeSource
@@ -137,3 +137,11 @@ def test_a_mapping_names_columns_that_are_there(tmp_path: Path) -> None:
     assert not test.channels
     assert any("'Temp'" in said for said in remarks_of(test))
     assert list(read(tmp_path, tidy("Temp", cells)).channels) == ["Temp"]
+
+
+def test_options_without_a_meaning_for_the_format_are_refused(tmp_path: Path) -> None:
+    for content in (rtl(), dat()):
+        with refused("reading_option_unused"):
+            read(tmp_path, content, RunMapping(decimal="comma"))
+    with refused("reading_option_unused"):
+        read(tmp_path, wide("", WITH_TARGET), RunMapping(target_tolerance=0.01))

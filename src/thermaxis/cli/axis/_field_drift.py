@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.cli._reading import Reading
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
@@ -43,9 +44,9 @@ class DriftAtImages:
     """What the reader must know."""
 
 
-def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
+def drift_at_images(path: Path, result: ThermalFieldsResult, reading: Reading) -> DriftAtImages:
     """Evaluate the drift of a run and set it beside thermal images."""
-    test = read_positioning(path)
+    test = read_positioning(path, **reading)
     drift = evaluate_drift(test)
     time_s, said = _times_in_run(drift, result)
     first, last = float(drift.time_s[0]), float(drift.time_s[-1])

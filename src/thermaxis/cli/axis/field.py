@@ -16,6 +16,7 @@ from thermaxis import __version__, report, thermal
 from thermaxis.cli._arguments import add_figures, add_json, adder, number, refuse_alone
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
+from thermaxis.cli._reading import ABOUT_TABLES, add_reading, reading_of
 from thermaxis.cli.axis._field_drift import DriftAtImages, drift_at_images
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError
@@ -66,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " within the run, correlations",
         Path,
     )
+    add_reading(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -77,7 +79,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.regions is not None:
         regions = read_regions(arguments.regions, mm_per_pixel=arguments.scale)
     result = thermal.evaluate_thermal_fields(fields, regions=regions, time_s=time_s)
-    drift = None if arguments.run is None else drift_at_images(arguments.run, result)
+    drift = None
+    if arguments.run is not None:
+        drift = drift_at_images(arguments.run, result, reading_of(arguments))
     warnings = [*_emissivity_warnings(arguments), *result.warnings]
     warnings += () if drift is None else drift.warnings
     if arguments.figures is not None:
@@ -98,6 +102,7 @@ def _check(arguments: argparse.Namespace) -> None:
         raise ConfigurationError(
             "too_few_images", place=Place(key="IMAGE"), images=len(arguments.images)
         )
+    refuse_alone(arguments, "--run", *ABOUT_TABLES)
     check_outputs([("--json", arguments.json)], arguments.images, charts=arguments.figures)
 
 

@@ -1,6 +1,7 @@
 """Tell the format of a measurement file from what is in it."""
 
 import re
+from dataclasses import fields
 from hashlib import sha256
 from pathlib import Path
 
@@ -118,8 +119,10 @@ def _test_of(
     source = decode_text(name, content, fallback_encoding=fallback_encoding)
     start = source.text[:_START_CHARACTERS]
     if _RTL_SECTION.search(start):
+        _check_not_mapped(name, mapping, ".rtl")
         return rtl_test(source)
     if _DAT_ENTRY.search(start):
+        _check_not_mapped(name, mapping, "_ISO230.dat")
         return dat_test(source)
     try:
         return table_test(csv_table(source, mapping))
@@ -129,3 +132,12 @@ def _test_of(
             raise
         file = Path(name).name
         raise MeasurementFileError(code, file=file, place=Place(name)) from error
+
+
+def _check_not_mapped(name: str, mapping: RunMapping, kind: str) -> None:
+    """Refuse what a user says about columns where the format says it itself."""
+    for field in fields(mapping):
+        if getattr(mapping, field.name) != getattr(NO_MAPPING, field.name):
+            raise MeasurementFileError(
+                "reading_option_unused", name=field.name, what=kind, place=Place(name)
+            )

@@ -84,6 +84,10 @@ def read_wide_csv(
 
 def wide_test(table: Table) -> PositioningTest:
     """Make a positioning test from a table with one target per row and one run per column."""
+    if table.source.mapping.target_tolerance is not None:
+        raise MeasurementFileError(
+            "reading_option_unused", name="target_tolerance", what=table.layout, place=table.at()
+        )
     target_column, target_unit = target_column_of(table)
     row_target = target_unit.positions(table.numbers(target_column, required=True))
     runs = _run_columns(table)

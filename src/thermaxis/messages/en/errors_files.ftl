@@ -248,6 +248,11 @@ error-no_rows = There is no row below the headings.
     .remedy = Export the log again.
 error-no_such_column = The mapping names a column '{ $name }' that is not there.
     .remedy = Columns are { $known }.
+error-reading_option_unused = { $name } is stated, by an option or a file for --map, and has no meaning for { $what ->
+        [wide] a table of one target per row
+       *[other] a { $what } file
+    }.
+    .remedy = Leave it out.
 error-columns_of_same_name = Columns { $first } and { $second } have the same name { $name }.
     .remedy = Rename one of them in the file.
 error-times_not_apart = The times are too large to be told apart.

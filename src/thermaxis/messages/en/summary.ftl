@@ -2,7 +2,7 @@
 
 summary-run = { $name }: { $kind } axis{ $axis }, { $targets } targets from { $first } to { $last } { $unit }, { $cycles } cycles { $approaches }, { $times ->
         [file] { DURATION($lasting_s) }
-        [interpolated] { DURATION($lasting_s) } (times spread between start and end)
+        [interpolated] { DURATION($lasting_s) } (times spread evenly: see the remark)
         [order] no times, order known
        *[none] no times
     }

@@ -29,7 +29,8 @@ class TimeSource(StrEnum):
     FILE = "file"
     """The file states a time for every reading."""
     INTERPOLATED = "interpolated"
-    """Start, end and the acquisition order are known; times are spread evenly between them."""
+    """Start, end and the acquisition order are known; times are spread evenly, between
+    them or within the minutes that the file states."""
     ORDER = "order"
     """Only the acquisition order is known."""
     NONE = "none"

@@ -170,7 +170,7 @@ def _known_by_the_run(report: PositioningReport, group: str) -> list[tuple[str, 
 def _time_source(test: PositioningTest) -> str:
     return {
         "file": "a time for every reading",
-        "interpolated": "spread evenly between start and end",
+        "interpolated": "spread evenly within stated times; see the remarks",
         "order": "none; the order of readings is known",
         "none": "none",
     }[str(test.time_source)]
