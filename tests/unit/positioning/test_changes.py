@@ -130,6 +130,16 @@ def test_two_steps_and_an_outlier_are_told_apart() -> None:
     assert second.size == pytest.approx(-4.0, abs=3.0 * second.std)
 
 
+def test_growth_that_steps_from_a_fixed_point_off_mid_axis_is_named_in_both_its_parts() -> None:
+    noise = NOISE * np.random.default_rng(1).normal(size=TIME_S.shape)
+    grown = 3.0 * (X - X[0]) * after(95)  # seen alone, either part seems gradual here
+    common, growth = evaluate_drift(run(grown + noise, time_s=TIME_S)).changes
+    assert (common.kind, growth.kind) == (ChangeKind.COMMON, ChangeKind.STRETCH)
+    assert common.time_s == growth.time_s
+    assert common.size == pytest.approx(3.0, abs=0.6)
+    assert growth.size == pytest.approx(6.0, abs=1.2)
+
+
 def test_without_times_a_step_is_told_by_its_cycle() -> None:
     test = warm(7, 3.0 * after(100))
     result = evaluate_drift(replace(test, time_s=None, time_source=TimeSource.ORDER))

@@ -165,9 +165,19 @@ def find_step(
     if step != likeliest:
         after = averaged(replace(readings, steps=(*readings.steps, step)))
     gain = average.evidence - after.evidence
-    if gain < least or _gradual(readings, [*fits, without], time, step):
+    if gain < least:
         return None
-    return step, gain
+    if not _gradual(readings, [*fits, without], time, step):
+        return step, gain
+    other = Step(step.time, 1 - step.shape)
+    if other in readings.steps:
+        return None
+    beside = replace(readings, steps=(*readings.steps, other))
+    both = averaged(replace(beside, steps=(*beside.steps, step)))
+    # what steps in both functions seems gradual in each alone
+    explained = after.evidence - both.evidence >= least
+    fits = [*_fits_of_scan(averaged(beside))] if explained else []
+    return (step, gain) if explained and not _gradual(beside, fits, time, step) else None
 
 
 def _scan(
