@@ -387,6 +387,38 @@ def test_an_outlier_is_named_and_its_level_is_that_of_the_other_readings() -> No
     np.testing.assert_allclose(result.level, sound.level, atol=3.0 * NOISE / CYCLES)
 
 
+def test_no_level_loses_so_many_readings_that_no_scatter_is_left() -> None:
+    rng = np.random.default_rng(4)
+    deviation = NOISE * rng.normal(size=(10, 3, 2))
+    deviation[3, :2, 0] += 20.0, -20.0
+    result = evaluate_drift(run(deviation, time_s=stop_times(10, 3)))
+    assert [(o.target, o.approach) for o in result.outliers] == [(4, 0)]
+
+
+@pytest.mark.parametrize(("targets", "cycles"), [(5, 2), (16, 2), (2, 4), (2, 8), (5, 3)])
+def test_a_short_run_of_one_approach_that_drifts_far_is_evaluated(
+    targets: int, cycles: int
+) -> None:
+    time = np.full((targets, cycles, 2), np.nan)
+    time[:, :, 0] = np.arange(targets)[:, None] + targets * np.arange(cycles)
+    for seed in range(4):
+        noise = NOISE * np.random.default_rng(seed).normal(size=time.shape)
+        drift = 20.0 * time / np.nanmax(time)
+        deviation = np.where(np.isnan(time), np.nan, drift + noise)
+        result = evaluate_drift(run(deviation, time_s=time))
+        assert result.p_no_drift < 0.01
+        assert np.nanmax(np.abs(result.level[:, 0])) > 5.0
+
+
+def test_a_swing_that_a_long_run_resolves_is_found_in_it() -> None:
+    time = stop_times(5, 300)
+    swing = 2.5 * NOISE * np.sin(2.0 * np.pi * time / 25.0)
+    noise = NOISE * np.random.default_rng(2).normal(size=time.shape)
+    result = evaluate_drift(run(swing + noise, time_s=time))
+    assert result.significant
+    assert float(np.mean(result.noise_std)) == pytest.approx(NOISE, rel=0.1)
+
+
 def test_figures_with_outliers_are_of_all_readings_less_the_same_drift() -> None:
     test, _ = made(15)
     deviation = test.deviation.copy()

@@ -53,7 +53,7 @@ _SLACK = 8.0
 """What averaging over the smoothness may add to a gain."""
 _SHAPES = 2
 """Functions that may jump: the common drift and the growth. [1]"""
-_CONFOUNDED = 1e-6
+_CONFOUNDED = 1e-2
 """Share of a step that the other terms must leave. [1]"""
 
 

@@ -72,8 +72,8 @@ FEWEST_INTERVALS, MOST_INTERVALS = 6, 500
 """Intervals of the splines, unless the longest interval asks for more. [1]"""
 INTERVALS_PER_CYCLE = 2.0
 """Intervals per cycle as far as these allow. [1]"""
-MOST_TESTED_INTERVALS = 240
-"""Intervals up to which drift is tested for. [1]"""
+FEWEST_CYCLES_STEP = 3.0
+"""With fewer cycles a step between two of them cannot be told from a line. [1]"""
 LONGEST_WARMING_S = 30.0 * 3600.0
 """A longer run is resolved well enough in plain time alone. [s]"""
 LONG_RUN = 50.0
@@ -440,9 +440,7 @@ def _drift_test(run: _Run, all_sums: Sequence[Sums], *, seconds: bool) -> DriftT
     if run.readings.steps:
         run = replace(run, readings=replace(run.readings, steps=()))
         all_sums = _all_sums(run, run.readings, seconds=seconds)
-    intervals = min(all_sums[0].intervals, MOST_TESTED_INTERVALS)
-    if intervals < all_sums[0].intervals:
-        all_sums = [sums_of(run.readings, intervals, *PLAIN_TIME[0])]
+    intervals = all_sums[0].intervals
     if run.may_bow and not run.bow:
         bow = replace(run.readings, shape=run.bow_of_level[None, run.readings.level])
         all_sums = [*all_sums, sums_of(bow, intervals, *PLAIN_TIME[0])]
@@ -659,8 +657,11 @@ def _left_out(
     deviation = test.deviation.copy()
     outliers: list[Outlier] = []
     clear = max(1.0, _CLEAR * float(np.max(outlying.excess)))
+    level, levels = fitted.run.readings.level, fitted.run.readings.levels
+    count = sums_per(level, np.ones(level.size), levels)
     for k in np.argsort(-outlying.excess)[:most].tolist():
-        if outlying.excess[k] > clear:
+        if outlying.excess[k] > clear and count[level[k]] > 2.0:
+            count[level[k]] -= 1.0
             i, j, a = (int(index[k]) for index in fitted.run.index)
             outliers.append(Outlier(i + 1, j + 1, a, float(outlying.residual[k])))
             deviation[i, j, a] = np.nan
@@ -671,7 +672,7 @@ def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
     """Return one step more, by the time of the run, and its gain; none where no drift is seen."""
     run, estimate = fitted.run, fitted.estimate
     most = MOST_CHANGES if run.readings.correlation is None else 0
-    if estimate.model is DriftModel.NONE or len(run.readings.steps) >= most:
+    if estimate.model is DriftModel.NONE or run.cycles < FEWEST_CYCLES_STEP or len(run.readings.steps) >= most:
         return None
     found = find_step(
         run.readings,
@@ -914,7 +915,8 @@ def _figures_of_all(
     place = tuple(np.array([(o.target - 1, o.cycle - 1, o.approach) for o in outliers]).T)
     at = test.time_s if test.time_s is not None else test.order
     assert at is not None  # noqa: S101 - a run without order was refused
-    shape, then = run.shape_of_level[:, place[0]], (at[place] - run.start) / run.duration
+    shape = run.shape_of_level[:, place[0]]
+    then = np.clip((at[place] - run.start) / run.duration, 0.0, 1.0)
     function = estimate.reported.functions(shape.shape[0], then, fraction)
     without = test.deviation.copy()
     without[run.index] -= from_reference

@@ -144,6 +144,7 @@ def exceeded(form: FloatArray, number: FloatArray) -> FloatArray:
     minus the third derivative over 6 K''^(3/2).
     """
     counts = number > 0.0
+    form = np.where(counts, form, 0.0)
     low = 0.5 / np.min(form, axis=1, initial=0.0, where=counts)
     high = 0.5 / np.max(form, axis=1, initial=0.0, where=counts)
     t = 0.5 * (low + high)
