@@ -671,8 +671,9 @@ def _left_out(
 def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
     """Return one step more, by the time of the run, and its gain; none where no drift is seen."""
     run, estimate = fitted.run, fitted.estimate
-    most = MOST_CHANGES if run.readings.correlation is None else 0
-    if estimate.model is DriftModel.NONE or run.cycles < FEWEST_CYCLES_STEP or len(run.readings.steps) >= most:
+    possible = run.cycles >= FEWEST_CYCLES_STEP and run.readings.correlation is None
+    most = MOST_CHANGES if possible else 0
+    if estimate.model is DriftModel.NONE or len(run.readings.steps) >= most:
         return None
     found = find_step(
         run.readings,
