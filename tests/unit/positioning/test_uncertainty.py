@@ -580,3 +580,15 @@ def test_many_targets_and_many_draws_are_drawn_in_parts() -> None:
     result = evaluate_uncertainty(test, None, samples=4000)
     check_sound(result)
     assert result.measured.standard_uncertainty["B_mean"] < 0.06
+
+
+def test_a_target_that_scatters_alone_has_the_uncertainty_of_its_own_few_readings() -> None:
+    rng = np.random.default_rng(5)
+    deviation = rng.normal(size=(8, 5, 2))
+    deviation[2, :, 0] = 40.0 * np.array([-0.9, 0.3, 1.1, -0.4, -0.1])
+    test = run(deviation, time_s=stop_times(8, 5))
+    stated = evaluate_uncertainty(test, None).measured.expanded_uncertainty["R_forward"]
+    s = float(np.std(deviation[2, :, 0], ddof=1))
+    expected_s = 0.93999 * s * np.sqrt(4.0 / rng.chisquare(4, 100_000))
+    alone = float(np.quantile(np.abs(4.0 * (expected_s - s)), 0.9545))
+    assert stated == pytest.approx(alone, rel=0.2)

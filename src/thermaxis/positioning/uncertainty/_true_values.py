@@ -5,10 +5,12 @@ from target to target is told by the run: what the noise does not explain. Both 
 averaged over, so that the draws hold what the run does not tell about them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.positioning.run import FloatArray
 
@@ -249,13 +251,34 @@ def log_likelihood(
     )
 
 
+def _scatters_alone(variance: FloatArray, free: FloatArray) -> NDArray[np.bool_]:
+    """Return which levels scatter more than the others, at the 1 % level of the run, (L,).
+
+    The F test of the largest variance against the mean of the others, again without it.
+    """
+    alone = np.zeros(variance.size, dtype=bool)
+    while np.sum(~alone) > _FEWEST_SPARE:
+        largest = int(np.argmax(np.where(alone, -np.inf, variance)))
+        others = ~alone
+        others[largest] = False
+        rest = float(np.sum(free[others]))
+        ratio = variance[largest] * rest / float(np.sum((free * variance)[others]))
+        if float(_special().fdtrc(free[largest], rest, ratio)) * variance.size > _OUTSTANDING:
+            break
+        alone[largest] = True
+    return alone
+
+
 def _draw_variances(
-    variance: FloatArray, free: FloatArray, approaches: int, samples: int, rng: np.random.Generator
+    variance: FloatArray,
+    free: FloatArray,
+    groups: Sequence[NDArray[np.intp]],
+    samples: int,
+    rng: np.random.Generator,
 ) -> FloatArray:
-    """Return where the true variances may lie, (S, L)."""
+    """Return where the true variances of groups of levels may lie, (S, L)."""
     steps = np.linspace(-4.5, 4.5, 46)
-    groups = np.split(np.arange(variance.size), approaches)
-    grids = np.empty((_PRIOR_FREEDOM.size, approaches, steps.size))
+    grids = np.empty((_PRIOR_FREEDOM.size, len(groups), steps.size))
     weights = np.empty_like(grids)
     widths = np.empty(grids.shape[:2])
     for k, prior in enumerate(_PRIOR_FREEDOM.tolist()):
@@ -294,8 +317,14 @@ def draw_std(estimate: Estimate, samples: int, rng: np.random.Generator) -> Floa
     if mean == 0.0 or np.isnan(mean):  # no scatter at all, or one reading that tells nothing of it
         return np.full((samples, variance.size), mean)
     floored = np.maximum(variance, 1e-3 * mean)  # equal readings are rounded ones
-    approaches = len(estimate.approaches)
-    return np.sqrt(_draw_variances(floored, estimate.free, approaches, samples, rng))
+    alone = _scatters_alone(floored, estimate.free)
+    groups = np.split(np.arange(alone.size), len(estimate.approaches))
+    alike = [own[~alone[own]] for own in groups if not np.all(alone[own])]
+    drawn = _draw_variances(floored, estimate.free, alike, samples, rng)
+    if np.any(alone):  # the others tell nothing of these
+        free = estimate.free[alone]
+        drawn[:, alone] = free * floored[alone] / rng.chisquare(free, (samples, free.size))
+    return np.sqrt(drawn)
 
 
 def draw_spread(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
