@@ -254,9 +254,12 @@ def log_likelihood(
 def _scatters_alone(variance: FloatArray, free: FloatArray) -> NDArray[np.bool_]:
     """Return which levels scatter more than the others, at the 1 % level of the run, (L,).
 
-    The F test of the largest variance against the mean of the others, again without it.
+    The F test of the largest variance against the mean of the others, again without it. With two
+    degrees of freedom or less a variance of its own would have no mean square.
     """
     alone = np.zeros(variance.size, dtype=bool)
+    if np.min(free) <= 2.0:
+        return alone
     while np.sum(~alone) > _FEWEST_SPARE:
         largest = int(np.argmax(np.where(alone, -np.inf, variance)))
         others = ~alone

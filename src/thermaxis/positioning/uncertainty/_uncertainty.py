@@ -418,7 +418,8 @@ def _evaluated(
         rows += own
         combined = float(np.sqrt(sum(row.contribution**2 for row in own)))
         standard[key] = float(np.sqrt(max(combined**2 - bias[key] ** 2, 0.0)))
-        factor[key] = u / combined
+        expanded[key] = max(u, combined)  # where bias is nearly all of u, k would be below one
+        factor[key] = expanded[key] / combined
     return FigureUncertainty(
         expanded_uncertainty=MappingProxyType(expanded),
         coverage_factor=MappingProxyType(factor),
