@@ -46,7 +46,7 @@ _HALVINGS = 50
 _NEAR_MEAN = 1e-3
 
 
-def _special() -> Any:
+def special() -> Any:
     """Return the module without its annotations, which are incomplete."""
     from scipy import special  # noqa: PLC0415 - it takes longer to import than most runs take
 
@@ -163,7 +163,7 @@ def exceeded(form: FloatArray, number: FloatArray) -> FloatArray:
         beside = np.asarray(1.0 / (t * np.sqrt(second)) - 1.0 / w)
     beside[middle] = -(third / (6.0 * second**1.5))[middle]
     density = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi)
-    normal = np.asarray(_special().ndtr(-w), dtype=np.float64)
+    normal = np.asarray(special().ndtr(-w), dtype=np.float64)
     return np.clip(normal + density * beside, 0.0, 1.0)
 
 
@@ -190,5 +190,5 @@ def apart(fitted: Fit, readings: Readings, part: IntArray, shape: FloatArray) ->
     free = readings.value.size - fitted.level.size - readings.shape.shape[0]
     left = np.maximum(fitted.variance * free - gain, _LEAST_LEFT * fitted.sums.square)
     ratio = gain / np.maximum(number, 1) / (left / np.maximum(free - number, 1))
-    p = _special().fdtrc(np.maximum(number, 1), np.maximum(free - number, 1), ratio)
+    p = special().fdtrc(np.maximum(number, 1), np.maximum(free - number, 1), ratio)
     return np.asarray(np.where((number > 0) & (free > number) & (left > 0.0), p, 1.0))

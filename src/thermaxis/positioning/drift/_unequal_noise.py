@@ -1,10 +1,8 @@
 """Weigh the levels of a run where some scatter more than others."""
 
-from typing import Any
-
 import numpy as np
 
-from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE
+from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE, special
 from thermaxis.positioning.drift._smooth_terms import IntArray, sums_per
 from thermaxis.positioning.run import FloatArray
 
@@ -19,16 +17,9 @@ _ROUNDED = 1.0 / 6.0
 all may be alike. [1]"""
 
 
-def _special() -> Any:
-    """Return the module without its annotations, which are incomplete."""
-    from scipy import special  # noqa: PLC0415 - it takes longer to import than most runs take
-
-    return special
-
-
 def _inverse_trigamma(value: float) -> float:
     """Return x with trigamma(x) = value, by Newton's method on its reciprocal."""
-    polygamma = _special().polygamma
+    polygamma = special().polygamma
     x = 0.5 + 1.0 / value
     for _ in range(50):
         trigamma = float(polygamma(1, x))
@@ -44,7 +35,7 @@ def _scatter_alike(variance: FloatArray, free: FloatArray) -> bool:
     pooled = float(np.sum(variance * free) / np.sum(free))
     statistic = float(np.sum(free * np.log(pooled / variance)))
     correction = float(np.sum(1.0 / free) - 1.0 / np.sum(free)) / (3.0 * (free.size - 1.0))
-    probability = float(_special().chdtrc(free.size - 1, statistic / (1.0 + correction)))
+    probability = float(special().chdtrc(free.size - 1, statistic / (1.0 + correction)))
     return probability > SIGNIFICANCE
 
 
@@ -55,7 +46,7 @@ def moderated_variances(variance: FloatArray, free: FloatArray) -> FloatArray:
     ----------
     G. K. Smyth 2004, section 6.2 (fit of a scaled F distribution by its logarithm), from memory.
     """
-    digamma, polygamma = _special().digamma, _special().polygamma
+    digamma, polygamma = special().digamma, special().polygamma
     half = free / 2.0
     z = np.log(variance) - np.asarray(digamma(half), dtype=np.float64) + np.log(half)
     chance = np.asarray(polygamma(1, half), dtype=np.float64)

@@ -412,7 +412,6 @@ def _evaluated(
         u = max(_half_width(truth, figure), _half_width(moved, figure))
         if u <= 1e-9 * (abs(figure) + 1e-9):  # nothing that is known moves this figure
             continue
-        expanded[key] = u
         bias[key] = on_average
         own = _budget_rows(key, figure - bias[key], bias[key], draws, shared)
         rows += own
