@@ -1,11 +1,24 @@
 """Verification simulates with the cycle, and its figures are those of the paper."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.refusals import refused
 from thermaxis.codes import Place
-from thermaxis.compensation import CompensationModel, GainPoint, Limits, Output, Part, Section
+from thermaxis.compensation import (
+    CompensationModel,
+    GainPoint,
+    Limits,
+    Outcome,
+    Output,
+    Part,
+    Reading,
+    Section,
+    initial_state,
+    model_step,
+)
 from thermaxis.thermal import (
     MeasuredOutput,
     ModalPart,
@@ -58,6 +71,42 @@ def test_the_free_run_equals_the_vectorised_simulation() -> None:
     expected = vectorised(u - u[:2].mean(axis=0), 60.0, gain=2.2)
     assert np.max(np.abs(run.outputs["Z_um"].displacement_um - expected)) < 1e-9
     assert np.allclose(run.outputs["Z_um"].contribution_um.sum(axis=1), expected)
+
+
+@pytest.mark.parametrize("case", ["even", "uneven", "delay", "part of a row", "gap", "lost"])
+def test_the_free_run_is_the_step_of_the_cycle_on_every_row(case: str) -> None:
+    """The laws of held inputs hold in both: no row, no outcome and no start differs."""
+    random = np.random.default_rng(11)
+    record, delay_s = log(seed=3, rows=300), {"delay": 180.0, "part of a row": 90.0}.get(case, 0.0)
+    time_s = 60.0 * np.arange(300)
+    if case == "uneven":
+        time_s = np.cumsum(random.uniform(1.0, 120.0, 300))
+    if case == "gap":
+        time_s[150:] += 2e4
+    columns = {name: np.array(values) for name, values in record.columns.items()}
+    if case == "lost":
+        columns["T_spindle_C"][120:130] = np.nan
+    record = ThermalLog.from_columns(columns, time_s=time_s, name=case)
+    parts = tuple(replace(p, delay_s=delay_s, lowest_k=-1.0, highest_k=2.0) for p in PARTS)
+    outputs = (Output("Z_um", parts, 5.0), Output("Y_um", parts[:1]))
+    model = CompensationModel(outputs=outputs, input_filter_s=45.0, longest_hold_s=120.0)
+    first_s = time_s <= 60.0 + time_s[0]
+    reference = {c: float(np.mean(columns[c][first_s])) for c in model.channels}
+    state, said = initial_state(model, reference), []
+    outcomes: dict[Outcome, int] = {}
+    for k, now_s in enumerate(record.time_s):
+        values = {c: float(columns[c][k]) for c in model.channels}
+        state, output = model_step(model, state, Reading(float(now_s), values, 4000.0))
+        said.append((*output.model_um, *output.contribution_um[0]))
+        for outcome in output.outcomes:
+            outcomes[outcome] = outcomes.get(outcome, 0) + 1
+    run = simulate_log(model, record, diameter_mm=4000.0)
+    z, y = run.outputs["Z_um"], run.outputs["Y_um"]
+    found = np.column_stack([z.displacement_um, y.displacement_um, z.contribution_um])
+    np.testing.assert_allclose(found, said, atol=1e-10)
+    assert run.outcomes == outcomes
+    assert outcomes[Outcome.OUTSIDE_VALIDITY] > 10
+    assert outcomes[Outcome.DIAMETER_HELD] == 300
 
 
 def test_figures_are_those_of_equation_4_and_of_the_definitions() -> None:

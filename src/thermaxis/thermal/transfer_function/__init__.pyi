@@ -67,6 +67,7 @@ from ._superposition import (
 from ._thermal_model import (
     ModalPart as ModalPart,
     ThermalModel as ThermalModel,
+    delayed as delayed,
     section_response as section_response,
     simulate_modal as simulate_modal,
     step_response as step_response,

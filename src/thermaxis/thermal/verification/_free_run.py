@@ -1,11 +1,14 @@
-"""A model in free run along a log: row by row through `model_step`, as `cycle` does."""
+"""A model in free run along a log, as `cycle` runs it."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dtbsv  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType]
 
 from thermaxis.compensation import (
     STATED,
@@ -13,14 +16,20 @@ from thermaxis.compensation import (
     Outcome,
     Quality,
     Reading,
+    ThermalState,
+    gain_of,
     initial_state,
     model_step,
 )
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import ThermalLog
+from thermaxis.thermal.transfer_function import delayed
 
 REFERENCE_S = 60.0
 """Relative coordinates refer to the mean of this first time of a log. [s]"""
+_SAME_STEP_S = 1e-6
+_ORDINARY = 1e5
+_OF_DIAMETER = (Outcome.DIAMETER_HELD, Outcome.DIAMETER_UNKNOWN)
 
 
 @final
@@ -82,7 +91,7 @@ def simulate_log(
     diameter_mm: float | None = None,
     reference_s: float = REFERENCE_S,
 ) -> SimulatedLog:
-    """Run a model along a log, row by row through `model_step`, as `cycle` does.
+    """Run a model along a log as `cycle` does, its `model_step` on every row.
 
     Parameters
     ----------
@@ -106,35 +115,23 @@ def simulate_log(
     DataError
         If the log lacks a channel of the model.
 
+    Notes
+    -----
+    A log in which nothing fails and no row is missing is solved section by section, a thousand
+    times faster: the same sums in another order.
+
     References
     ----------
     Mareš and Horejš 2021, equations (3) and (8).
     """
     columns = model_columns(model, log)
-    names = model.channels
     state = initial_state(model, references_of(model, log, reference_s))
-    said: list[tuple[float, ...]] = []
-    shares: list[tuple[tuple[float, ...], ...]] = []
-    waiting: list[bool] = []
-    bad: list[bool] = []
-    outcomes: dict[Outcome, int] = {}
-    table = np.stack(columns, axis=1).tolist()
-    for time_s, row in zip(log.time_s.tolist(), table, strict=True):
-        reading = Reading(time_s, dict(zip(names, row, strict=True)), diameter_mm)
-        state, output = model_step(model, state, reading)
-        said.append(output.model_um)
-        shares.append(output.contribution_um)
-        waiting.append(state.time_s is None)
-        if output.outcomes:
-            for outcome in output.outcomes:
-                outcomes[outcome] = outcomes.get(outcome, 0) + 1
-        bad.append(output.quality is Quality.BAD)
-    displacement = np.array(said)
-    displacement[np.array(waiting)] = np.nan
+    free_run = _plain if _is_plain(model, log, columns, state) else _row_by_row
+    shares, displacement, bad, outcomes = free_run(model, log, columns, state, diameter_mm)
     outputs = {
         output.name: SimulatedOutput(
             displacement[:, o],
-            np.array([row[o] for row in shares]),
+            shares[:, slice(*model.layout.spans[o][:2])],
             tuple(part.name for part in output.parts),
         )
         for o, output in enumerate(model.outputs)
@@ -143,8 +140,100 @@ def simulate_log(
         time_s=log.time_s,
         outputs=outputs,
         outside=_outside(model, log, reference_s),
-        bad=np.array(bad, dtype=np.bool_),
+        bad=bad,
         outcomes=outcomes,
+    )
+
+
+_Run = tuple[FloatArray, FloatArray, NDArray[np.bool_], dict[Outcome, int]]
+"""Contributions by part and displacement by output, a row each; bad rows; outcomes."""
+
+
+def _row_by_row(
+    model: CompensationModel,
+    log: ThermalLog,
+    columns: Sequence[FloatArray],
+    state: ThermalState,
+    diameter_mm: float | None,
+) -> _Run:
+    said: list[tuple[float, ...]] = []
+    shares: list[tuple[float, ...]] = []
+    waiting: list[bool] = []
+    bad: list[bool] = []
+    outcomes: Counter[Outcome] = Counter()
+    table = np.stack(columns, axis=1).tolist()
+    for time_s, row in zip(log.time_s.tolist(), table, strict=True):
+        reading = Reading(time_s, dict(zip(model.channels, row, strict=True)), diameter_mm)
+        state, output = model_step(model, state, reading)
+        said.append(output.model_um)
+        shares.append(tuple(chain.from_iterable(output.contribution_um)))
+        waiting.append(state.time_s is None)
+        outcomes.update(output.outcomes)
+        bad.append(output.quality is Quality.BAD)
+    displacement = np.array(said)
+    displacement[np.array(waiting)] = np.nan
+    return np.array(shares), displacement, np.array(bad), dict(outcomes)
+
+
+def _is_plain(
+    model: CompensationModel, log: ThermalLog, columns: Sequence[FloatArray], state: ThermalState
+) -> bool:
+    """Whether nothing fails, stands still or is missing, and every delay is whole rows."""
+    steps_s = np.diff(log.time_s)
+    delays_s = np.array([part.delay_s for part in model.layout.parts])
+    even = steps_s.size > 0 and float(np.ptp(steps_s)) <= _SAME_STEP_S
+    rows = delays_s / steps_s[0] if even else delays_s
+    return (
+        all(bool(np.all(np.abs(column) < _ORDINARY)) for column in columns)
+        and bool(np.all(np.isfinite(state.reference)))
+        and bool(np.all((steps_s > 0.0) & (steps_s <= model.longest_gap_s)))
+        and (even or not model.layout.delayed)
+        and bool(np.all(np.abs(rows - np.round(rows)) <= _SAME_STEP_S))
+    )
+
+
+def _plain(
+    model: CompensationModel,
+    log: ThermalLog,
+    columns: Sequence[FloatArray],
+    state: ThermalState,
+    diameter_mm: float | None,
+) -> _Run:
+    """Return what `_row_by_row` returns, section by section."""
+    layout, steps_s = model.layout, np.diff(log.time_s)
+    first = dict(zip(model.channels, (float(column[0]) for column in columns), strict=True))
+    state, output = model_step(model, state, Reading(float(log.time_s[0]), first, diameter_mm))
+    rise = [column - r for column, r in zip(columns, state.reference, strict=True)]
+    raw = [rise[plus] - rise[minus] if minus >= 0 else rise[plus] for plus, minus in layout.wires]
+    filtered = raw
+    if model.input_filter_s > 0.0:
+        filtered = [_lag(u, steps_s, model.input_filter_s, float(u[0])) for u in raw]
+    sections = iter(state.sections)
+    shares = np.empty((log.rows, len(layout.parts)))
+    for k, (part, wire) in enumerate(zip(layout.parts, layout.driven, strict=True)):
+        u = delayed(filtered[wire], part.delay_s, float(steps_s[0]) if steps_s.size else 1.0)
+        y = part.direct_gain_um_per_k * u
+        for section in part.sections:
+            y += section.gain_um_per_k * _lag(u, steps_s, section.time_constant_s, next(sections))
+        shares[:, k] = y * gain_of(part, diameter_mm)
+    displacement = np.stack(
+        [offset_um + np.sum(shares[:, a:b], axis=1) for a, b, offset_um in layout.spans], axis=1
+    )
+    outcomes = {o: log.rows for o in output.outcomes if o in _OF_DIAMETER} | {Outcome.STARTED: 1}
+    pairs = zip(raw, layout.ranges, strict=True)
+    outside = np.any([(u < low) | (u > high) for u, (low, high) in pairs], axis=0)
+    if bool(np.any(outside)):
+        outcomes[Outcome.OUTSIDE_VALIDITY] = int(np.count_nonzero(outside))
+    return shares, displacement, np.zeros(log.rows, dtype=np.bool_), outcomes
+
+
+def _lag(u: FloatArray, steps_s: FloatArray, tau_s: float, start: float) -> FloatArray:
+    """Return the state of a lag: x(0) = start, x(k+1) - (1 - alpha) x(k) = alpha u(k)."""
+    alpha = -np.expm1(-steps_s / tau_s)
+    band = np.ones((2, u.size), order="F")
+    band[1, :-1] = alpha - 1.0
+    return np.asarray(
+        dtbsv(1, band, np.append(start, alpha * u[:-1]), lower=1, diag=1), dtype=np.float64
     )
 
 
