@@ -1,0 +1,252 @@
+"""Identification on four machines of tests/thermal_machines.py: the fit, rivals, intervals, time.
+
+Figures are free runs from rest on another cold test of the same length, judged by its measured
+displacement: fit = 100 (1 - |z - simulated| / |z - mean z|) in percent. Rows:
+
+truth         the displacement without drift and noise; for machines that are no sum of lags the
+              answer to the heat alone, which a model that follows the hall can pass
+true lags     gains fitted under the estimator's own noise, the true time constants given
+modal         the default estimator, default settings
+averages      least squares on six exponential averages of each input
+ridge         ridge on direct inputs and four lags (300, 1200, 3600, 10800 s)
+ARX           order 2 and 2 on means over 60, 300 or 600 s, the one that runs best over its own log
+static        least squares on the inputs
+
+All count from the start of the log: none has an offset. Sections:
+
+bench       the machine `direct`: 8 h with 40 tests, 72 h with 20, 1 Hz
+rivals      every machine: error of `modal` over that of the best of ridge, ARX and static
+intervals   every machine, and a probe that drifts by 1 um/h: share of DC gains with an interval,
+            share of intervals that hold the truth, width beside that with true lags given
+time        seconds of one fit and memory of a program of its own
+
+    python benchmarks/thermal_machines.py [--sections bench,rivals] [--tests 40]
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.thermal_machines import KINDS, TRUE_TAU_S, Log, log
+from thermaxis.thermal import Experiment, ModalResult, modal, simulate_modal
+from thermaxis.thermal.modal import Refinement, response_evidence
+
+Array = NDArray[np.float64]
+NAMES = ("spindle", "table")
+OTHER = 50_000
+"""Seeds of the tests that are simulated, from here."""
+NORMAL_95 = 1.959964
+SIX_S = (300.0, 900.0, 2700.0, 7200.0, 14400.0, 28800.0)
+FOUR_S = (300.0, 1200.0, 3600.0, 10800.0)
+
+
+def fit_percent(reference: Array, simulated: Array) -> float:
+    spread = np.linalg.norm(reference - np.mean(reference))
+    return float(100.0 * (1.0 - np.linalg.norm(reference - simulated) / spread))
+
+
+def experiment(test: Log) -> Experiment:
+    return Experiment(test.step_s, test.u_k, test.z_um)
+
+
+def free_run(result: ModalResult, test: Log) -> Array:
+    rest = [np.zeros(part.gains.size) for part in result.model.parts]
+    return simulate_modal(result.model, test.step_s, test.u_k, rest)
+
+
+def lagged(u: Array, taus_s: tuple[float, ...], step_s: float) -> Array:
+    keeps = np.exp(-step_s / np.array(taus_s))
+    return np.column_stack([lfilter([0.0, 1.0 - k], [1.0, -k], c) for c in u.T for k in keeps])
+
+
+def regression(test: Log, other: Log, taus_s: tuple[float, ...], ridge: float | None) -> Array:
+    """Free run of a regression on lags; with a ridge on the direct inputs too."""
+
+    def columns(one: Log) -> Array:
+        lags = lagged(one.u_k, taus_s, one.step_s) if taus_s else one.u_k[:, :0]
+        return lags if taus_s and ridge is None else np.column_stack([one.u_k, lags])
+
+    f = columns(test)
+    gram = f.T @ f
+    gram += (ridge or 0.0) * np.diag(np.diag(gram))
+    return columns(other) @ np.linalg.solve(gram, f.T @ test.z_um)
+
+
+def arx(test: Log, other: Log) -> Array:
+    """Free run of ARX(2, 2) with direct inputs, at the best of three sample times."""
+    found: list[tuple[float, Array]] = []
+    for mean_s in (60.0, 300.0, 600.0):
+        rows = max(1, round(mean_s / test.step_s))
+
+        def means(values: Array, rows: int = rows) -> Array:
+            return values[: len(values) // rows * rows].reshape(-1, rows, *values.shape[1:]).mean(1)
+
+        u, y = means(test.u_k), means(test.z_um)
+        past = [y[1:-1], y[:-2], *u[2:].T, *u[1:-1].T, *u[:-2].T]
+        a = np.linalg.lstsq(np.column_stack(past), y[2:], rcond=None)[0]
+        poles = np.roots([1.0, -a[0], -a[1]])
+
+        def run(v: Array, a: Array = a) -> Array:
+            padded = np.vstack([np.zeros((2, v.shape[1])), v])
+            k = v.shape[1]
+            driven = padded[2:] @ a[2 : 2 + k] + padded[1:-1] @ a[2 + k : 2 + 2 * k]
+            driven += padded[:-2] @ a[2 + 2 * k :]
+            return lfilter([1.0], [1.0, -a[0], -a[1]], driven)
+
+        if np.any(np.abs(poles) >= 1.0):
+            continue
+        at = (np.arange(len(means(other.z_um))) + 0.5) * rows
+        simulated = np.interp(np.arange(len(other.z_um)), at, run(means(other.u_k)))
+        found.append((fit_percent(y, run(u)), simulated))
+    return max(found, key=lambda pair: pair[0])[1] if found else np.zeros(len(other.z_um))
+
+
+RIVALS: dict[str, Callable[[Log, Log], Array]] = {
+    "ridge": lambda test, other: regression(test, other, FOUR_S, 1e-3),
+    "ARX": arx,
+    "static": lambda test, other: regression(test, other, (), None),
+}
+
+
+def true_lags(test: Log, other: Log) -> tuple[Array, Array]:
+    """Free run with the true time constants given, and standard deviations of its DC gains."""
+    evidence = response_evidence([experiment(test)])
+    taus_s = np.array(TRUE_TAU_S)
+    problem = Refinement(
+        segments=evidence.segments, scales=evidence.scales, sizes=evidence.sizes.enlarged(2.0),
+        free_start=True, experiments=1, bounds_s=(float(taus_s[0]), float(taus_s[-1])),
+    )  # fmt: skip
+    refined = problem.refined(taus_s, steps=0)
+    unit = evidence.scales.y / evidence.scales.u
+    wide = 1 + taus_s.size
+    gains = unit[:, None] * refined.gains
+    run = other.u_k @ gains[:, 0]
+    run += lagged(other.u_k, TRUE_TAU_S, other.step_s) @ gains[:, 1:].ravel()
+    # Time constants known: what is left of the covariance when their moves are given.
+    cov, n = refined.covariance, 2 * wide
+    known = cov[:n, :n] - cov[:n, n:] @ np.linalg.solve(cov[n:, n:], cov[n:, :n])
+    parts = [slice(k * wide, (k + 1) * wide) for k in range(2)]
+    return run, unit * np.sqrt([known[p, p].sum() for p in parts])
+
+
+def pair(kind: str, hours: float, seed: int, **more: float) -> tuple[Log, Log]:
+    return log(kind, hours, seed, **more), log(kind, hours, OTHER + seed, **more)
+
+
+def bench(tests: int) -> None:
+    for hours, count in ((8.0, tests), (72.0, max(tests // 2, 1))):
+        found: dict[str, list[float]] = {}
+        for seed in range(count):
+            test, other = pair("direct", hours, seed)
+            runs = {
+                "truth": other.clean_um,
+                "true lags": true_lags(test, other)[0],
+                "modal": free_run(modal([experiment(test)], input_names=NAMES), other),
+                "averages": regression(test, other, SIX_S, None),
+                **{name: rival(test, other) for name, rival in RIVALS.items()},
+            }
+            for name, run in runs.items():
+                found.setdefault(name, []).append(fit_percent(other.z_um, run))
+        print(f"\n{hours:g} h, 1 Hz, {count} tests: fit, %   median     p10   worst")
+        for name, fits in found.items():
+            values = (np.median(fits), np.quantile(fits, 0.1), min(fits))
+            print(f"  {name:27s}" + "".join(f"{v:8.1f}" for v in values), flush=True)
+
+
+def rivals(tests: int) -> None:
+    print("\nmean absolute error of modal over that of the best of ridge, ARX and static")
+    print("  machine   hours  median   p90    fits (median): truth modal ridge ARX static")
+    for kind in KINDS:
+        for hours in (8.0, 72.0):
+            ratios, fits = [], []
+            for seed in range(tests):
+                test, other = pair(kind, hours, seed, step_s=10.0)
+                runs = [free_run(modal([experiment(test)], input_names=NAMES), other)]
+                runs += [rival(test, other) for rival in RIVALS.values()]
+                errors = [np.mean(np.abs(other.z_um - run)) for run in runs]
+                ratios.append(errors[0] / min(errors[1:]))
+                fits.append([fit_percent(other.z_um, run) for run in (other.clean_um, *runs)])
+            middle = " ".join(f"{v:6.1f}" for v in np.median(fits, axis=0))
+            print(
+                f"  {kind:9s} {hours:4g}  {np.median(ratios):6.2f} {np.quantile(ratios, 0.9):6.2f}"
+                f"          {middle}",
+                flush=True,
+            )
+
+
+def intervals(tests: int) -> None:
+    print("\n95 % intervals of DC gains; sigma: largest error over its standard deviation")
+    print("  machine          hours  have, %  hold the truth, %  sigma  width / with true lags")
+    cases = [(kind, 0.0) for kind in KINDS] + [("direct", 1.0)]
+    for hours in (72.0, 8.0):
+        for kind, probe in cases:
+            have, errors, widths = [], [], []
+            for seed in range(tests):
+                test = log(kind, hours, seed, step_s=10.0, probe_um_per_h=probe)
+                result = modal([experiment(test)], input_names=NAMES)
+                known = true_lags(test, test)[1] if kind == "direct" else np.full(2, np.nan)
+                for k, (part, std) in enumerate(zip(result.model.parts, result.std, strict=True)):
+                    have.append(std.dc_gain is not None)
+                    if std.dc_gain is not None:
+                        errors.append((part.dc_gain - test.dc_gain[k]) / std.dc_gain)
+                        widths.append(std.dc_gain / known[k])
+            inside = np.abs(errors) <= NORMAL_95
+            label = kind + (", probe 1 um/h" if probe else "")
+            width = f"{np.median(widths):.2f}" if kind == "direct" else ""
+            print(
+                f"  {label:20s} {hours:3g} {100 * np.mean(have):7.0f} {100 * np.mean(inside):14.1f}"
+                f" of {len(errors):3d} {np.max(np.abs(errors)):8.1f} {width:>8s}",
+                flush=True,
+            )
+
+
+MEMORY = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from thermaxis.thermal.log._experiment import Experiment
+from thermaxis.thermal.modal._modal import modal
+case = np.load(sys.argv[1])
+experiment = Experiment(1.0, case["u"], case["y"])
+times = []
+for _ in range(5):
+    began = time.perf_counter()
+    modal([experiment], input_names=("spindle", "table"))
+    times.append(time.perf_counter() - began)
+status = Path("/proc/self/status").read_text().splitlines()
+peak = next(float(line.split()[1]) for line in status if line.startswith("VmHWM")) / 1024.0
+print(f"{min(times):.2f} s, {peak:.0f} MB")
+"""
+
+
+def time_taken(_tests: int) -> None:
+    for hours in (8.0, 72.0):
+        test = log("direct", hours, 0)
+        with tempfile.NamedTemporaryFile(suffix=".npz") as case:
+            np.savez(case, u=test.u_k, y=test.z_um)
+            case.flush()
+            command = [sys.executable, "-c", MEMORY, case.name]
+            done = subprocess.run(command, capture_output=True, text=True, check=True)
+        print(f"{hours:g} h, 1 Hz: {done.stdout.strip()}", flush=True)
+
+
+def main() -> None:
+    sections = {"bench": bench, "rivals": rivals, "intervals": intervals, "time": time_taken}
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--tests", type=int, default=40)
+    parser.add_argument("--sections", default=",".join(sections))
+    options = parser.parse_args()
+    for name in options.sections.split(","):
+        sections[name](options.tests)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,49 @@
+"""The machines that estimators are tried on are what they say."""
+
+import numpy as np
+import pytest
+
+from tests.thermal_machines import KINDS, TRUE_TAU_S, log, machine
+
+
+def test_the_direct_machine_is_a_sum_of_its_three_lags() -> None:
+    for s in (1e-5j, 1e-4j, 1e-3j):
+        shares = 1.0 / (1.0 + s * np.array(TRUE_TAU_S))
+        wanted = [np.dot((10.0, 30.0, -16.0), shares), np.dot((6.0, 9.0, 17.0), shares)]
+        assert machine("direct").response(s) == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_lasting_heat_ends_at_the_ratio_at_rest(kind: str) -> None:
+    found = machine(kind)
+    assert np.all(np.linalg.eigvals(found.a).real < 0)
+    # Implicit Euler steps of an hour, an independent way to where the machine settles.
+    x = np.zeros(len(found.a))
+    step = np.linalg.inv(np.eye(len(x)) - 3600.0 * found.a)
+    for _ in range(500):
+        x = step @ (x + 3600.0 * found.b @ np.array([0.3, 0.9]))
+    spindle, table, column, z = found.c @ x
+    wanted = found.dc_gain @ np.array([spindle - column, table - column])
+    assert z == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_ratio_of_the_responses_is_stable(kind: str) -> None:
+    assert np.all(machine(kind).ratio_poles.real < 0)
+
+
+def test_sensors_away_from_the_heat_give_complex_poles_and_a_wrong_start() -> None:
+    remote = machine("remote")
+    assert np.max(np.abs(remote.ratio_poles.imag)) > 1e-4
+    early = remote.response(1.0).real
+    assert np.all(early[1] * remote.dc_gain[1] < 0)
+    assert np.max(np.abs(machine("coolant").ratio_poles.imag)) > 1e-4
+    assert np.max(np.abs(machine("coupled").ratio_poles.imag)) < 1e-12
+
+
+def test_a_log_shows_the_heat_the_hall_and_the_probe() -> None:
+    still = log("coolant", 2.0, 3, step_s=10.0)
+    moved = log("coolant", 2.0, 3, step_s=10.0, probe_um_per_h=1.0)
+    hours = 10.0 * np.arange(len(still.z_um)) / 3600.0
+    assert moved.z_um - still.z_um == pytest.approx(hours, abs=1e-9)
+    assert still.temperatures_c == pytest.approx(np.round(still.temperatures_c, 1), abs=1e-9)
