@@ -43,7 +43,7 @@ PROMISED = {
     "verify.outputs.NAME.peak_to_peak_um": "uncompensated residual reduction",
 }
 FREE = (
-    *("test.header", "test.environment", "plan.plan", "plan.search.tried"),
+    *("options", "test.header", "test.environment", "plan.plan", "plan.search.tried"),
     *(f"identify.outputs.NAME.{key}" for key in ("numerator", "denominator")),
     *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
     *("model.reference_c", "model.provenance.figures"),

@@ -1,11 +1,9 @@
 """Everything that was evaluated from one run, as charts and certificates show it."""
 
 import datetime as dt
-import hashlib
-import json
 import re
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, final
 
@@ -74,6 +72,8 @@ class PositioningReport:
     """What is wrong with the axis, ranked; empty also where nothing was diagnosed."""
     plan_differences: "tuple[Message, ...] | None" = None
     """How the run departs from its plan; None if it was not compared with one."""
+    options: Mapping[str, object] = field(default_factory=dict[str, object])
+    """How the file was read and the run evaluated, where not as by default; as JSON."""
 
     def __post_init__(self) -> None:
         """Check the date and freeze the header."""
@@ -140,42 +140,3 @@ class PositioningReport:
         figures = figures_by_key(self.iso230_2).values()
         largest = max((abs(f) for f in figures if f is not None), default=0.0)
         return decimals_of_figures(self.test.deviation, largest)
-
-    @property
-    def settings_sha256(self) -> str:
-        """SHA-256 of everything besides the measured file that the certificate depends on."""
-        adjacent, limits = self.adjacent_difference, self.limits
-        settings = {
-            "version": self.version,
-            "edition": str(self.iso230_2.edition),
-            "single_run_rule": self.iso230_2.single_run_rule,
-            "cycle": str(self.test.cycle),
-            "reference_cycle": None if adjacent is None else adjacent.reference_cycle,
-            "reference_position": None if adjacent is None else adjacent.reference_position,
-            "other_standard": type(self.other_standard).__name__ if self.other_standard else None,
-            "drift": self._drift_settings(),
-            "header": dict(self.header),
-            "date": self.date,
-            "limits": None
-            if limits is None
-            else {
-                "limit": dict(limits.limits.limit),
-                "expanded_uncertainty": dict(limits.limits.expanded_uncertainty),
-                "decision_rule": str(limits.limits.decision_rule),
-            },
-        }
-        text = json.dumps(settings, sort_keys=True, ensure_ascii=True)
-        return hashlib.sha256(text.encode()).hexdigest()
-
-    def _drift_settings(self) -> dict[str, object]:
-        """Return what drift and uncertainty were evaluated with."""
-        drift, uncertainty = self.drift, self.uncertainty
-        rows = () if uncertainty is None else uncertainty.measured.budget
-        return {
-            "reference_time_s": None if drift is None else drift.reference_time_s,
-            "left_out": None if drift is None else [astuple(o)[:3] for o in drift.outliers],
-            "draws": None if uncertainty is None else [uncertainty.samples, uncertainty.seed],
-            "budget": sorted(
-                {(r.quantity, r.value) for r in rows if r.distribution in {"normal", "rectangular"}}
-            ),
-        }

@@ -44,6 +44,25 @@ def evaluated(capsys: pytest.CaptureFixture[str], path: Path, *options: str) -> 
     return json.loads(capsys.readouterr().out)
 
 
+def test_options_in_effect_are_stated_with_the_results(run_file, capsys, tmp_path):
+    assert evaluated(capsys, run_file)["options"] == {"no_drift": True}
+    mapping = tmp_path / "map.toml"
+    columns = '[columns]\n"deviation_um" = { role = "deviation", unit = "um" }\n'
+    mapping.write_text(f'{columns}[directions]\n"li" = "forward"\n', encoding="utf-8")
+    options = ("--full", "--reference-cycle", "2", "--decimal", "point", "--units", "mm,um")
+    results = evaluated(capsys, run_file, *options, "--map", str(mapping))
+    assert results["options"] == {
+        "reference_cycle": 2,
+        "full": True,
+        "no_drift": True,
+        "columns": {"deviation_um": {"role": "deviation", "unit": "um"}},
+        "directions": {"li": "forward"},
+        "decimal": "point",
+        "position_unit": "mm",
+        "deviation_unit": "um",
+    }
+
+
 def test_closed_form_figures_through_the_command(run_file, capsys):
     results = evaluated(capsys, run_file)
     figures = results["iso230_2"]

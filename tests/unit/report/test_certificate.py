@@ -460,7 +460,7 @@ def test_what_nobody_stated_is_left_out_and_makes_a_draft() -> None:
     assert stated == {
         *("Targets", "Runs per direction", "Kind of cycle", "Directions", "Source of the times"),
         *("Measurement file", "SHA-256 of the measurement file", "Software"),
-        *("SHA-256 of the settings in effect", "SHA-256 of the results (results.json)"),
+        *("Options of reading and evaluation", "SHA-256 of the results (results.json)"),
     }
     assert document.date is None
     assert "not stated" not in f"{document.opening} {section}"
@@ -469,14 +469,15 @@ def test_what_nobody_stated_is_left_out_and_makes_a_draft() -> None:
     assert all(one in str(document.opening) for one in ("Certificate number", "Date of the run"))
 
 
-def test_the_settings_hash_follows_what_the_results_depend_on(small: PositioningReport) -> None:
-    other_header = replace(small, header={**small.header, "dwell_s": "3"})
-    no_limits = replace(small, limits=None)
-    other_date = replace(small, date="2026-11-20")
-    newer = replace(small, version="1.2.4")
-    hashes = {r.settings_sha256 for r in (small, other_header, no_limits, other_date, newer)}
-    assert len(hashes) == 5
-    assert small.settings_sha256 == make_report(small.test, limits=LIMITS).settings_sha256
+def test_options_are_stated_and_part_of_the_results(small: PositioningReport) -> None:
+    column = {"Hin <2>": {"cycle": 2, "direction": "forward"}}
+    read = replace(small, options={"decimal": "comma", "reference_time_h": 0.0, "columns": column})
+    stated = section_of(document_of(read), "Conditions")
+    assert "decimal comma; reference time h 0.0; columns" in stated
+    assert "Hin <2>" in stated
+    assert "'defaults'" in section_of(document_of(small), "Conditions")
+    assert json.loads(results_json(read))["options"] == read.options
+    assert results_sha256(read) != results_sha256(small)
 
 
 def test_days_of_test_and_issue_stand_on_the_first_page(

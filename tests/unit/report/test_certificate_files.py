@@ -144,7 +144,6 @@ def test_the_pdf_holds_every_label_every_figure_and_the_hash(
     for symbol, name, value in printed_figures(small):
         assert squeezed(symbol + name + value.replace("-", "−")) in text
     assert small.source_sha256 in text
-    assert small.settings_sha256 in text
     assert "notstated" not in text.replace("zonenotstated", "")
     assert results_sha256(small) in text
     assert "PASS" in text

@@ -105,6 +105,7 @@ CASES: dict[str, Callable[[], PositioningReport]] = {
         UncertaintyBudget(device=0.2, device_um_per_m=0.5),
         limits=LIMITS,
         header=FULL_HEAD,
+        options={"decimal": "comma", "reference_time_h": 0.5},
     ),
     "rotary": lambda: report_of(make_run(8, kind=AxisKind.ROTARY, length=360.0, seed=3)),
     "outlier": lambda: report_of(with_outlier(make_run(cycles=6))),
@@ -443,6 +444,7 @@ def test_the_head_stands_where_programs_look_for_it() -> None:
         ),
         "//dcc:dccSoftware/dcc:software/dcc:release": "v1.2.3",
         "//dcc:usedMethod/dcc:norm": "ISO 230-2:2014",
+        "//dcc:usedSoftware//dcc:description/dcc:content": "decimal comma; reference time h 0.5",
     }.items():
         assert found(root, path)[0].text == text, path
 

@@ -632,15 +632,3 @@ def test_hostile_names_of_channels_and_findings_are_shown_and_not_obeyed() -> No
     labels = legend_of(figure)
     assert not any(c in label for label in labels for c in "\x1b\x00\u202e")
     assert max(map(len, labels)) < 50
-
-
-def test_the_settings_hash_follows_what_drift_and_uncertainty_depend_on(
-    report: PositioningReport,
-) -> None:
-    others = (
-        replace(report, drift=None, uncertainty=None),
-        replace(report, drift=replace(report.drift, reference_time_s=60.0)),
-        with_budget(report, UncertaintyBudget(device=0.5)),
-    )
-    hashes = {report.settings_sha256, *(other.settings_sha256 for other in others)}
-    assert len(hashes) == 4

@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -21,9 +21,10 @@ from thermaxis.cli._arguments import (
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import REPORT_SUFFIXES, check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli._reading import add_reading, reading_of
+from thermaxis.cli._reading import Reading, add_reading, reading_of
 from thermaxis.codes import NOWHERE, Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.files import RunColumn, RunMapping
 from thermaxis.messages import remedy_of, sentence_of
 from thermaxis.positioning import Cycle, Edition, PositioningTest
 from thermaxis.report import PositioningReport
@@ -152,10 +153,37 @@ def _adjacent_difference(
     return result
 
 
+def _options(arguments: argparse.Namespace, reading: Reading) -> dict[str, object]:
+    """Return how the file was read and the run evaluated, where not as by default."""
+    stated = {
+        "edition": arguments.edition,
+        "encoding": reading["fallback_encoding"],
+        "cycle": arguments.cycle,
+        "reference_cycle": arguments.reference_cycle,
+        "reference_time_h": arguments.reference_time,
+        "full": arguments.full or None,
+        "no_drift": arguments.no_drift or None,
+        **_stated(reading["mapping"]),
+    }
+    return {key: value for key, value in stated.items() if value not in (None, "2014", "cp1250")}
+
+
+def _stated(mapping: RunMapping | RunColumn) -> dict[str, object]:
+    """Return the fields that a user stated."""
+    nothing = type(mapping)()
+    values = {field.name: getattr(mapping, field.name) for field in fields(mapping)}
+    stated = {key: value for key, value in values.items() if value != getattr(nothing, key)}
+    if isinstance(mapping, RunMapping):
+        stated["columns"] = {name: _stated(one) for name, one in mapping.columns.items()}
+        stated["directions"] = dict(mapping.directions)
+    return {key: value for key, value in stated.items() if value != {}}
+
+
 def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     """Read and evaluate the run that the arguments name."""
     path: Path = arguments.file
-    test, sha256 = files.read_positioning_with_sha256(path, **reading_of(arguments))
+    reading = reading_of(arguments)
+    test, sha256 = files.read_positioning_with_sha256(path, **reading)
     warnings = [*test.remarks]
     if arguments.cycle is not None:
         stated, test = test.cycle, test.with_cycle(Cycle(arguments.cycle))
@@ -214,6 +242,7 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
         source_sha256=sha256,
         version=__version__,
         date=arguments.date,
+        options=_options(arguments, reading),
     )
     if not wants_charts:
         return evaluated

@@ -26,7 +26,7 @@ from thermaxis.report._names import CYCLE_NAMES
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._text import as_given, plain_text
 from thermaxis.report.charts import runs_of_targets
-from thermaxis.report.tables import results_sha256
+from thermaxis.report.tables import options_in_words, results_sha256
 
 _MOST_OTHER_LINES = 40
 _ON_THE_FIRST_PAGE = ("certificate", "laboratory")
@@ -203,7 +203,7 @@ def _traceability(report: PositioningReport) -> Fields:
             ("SHA-256 of the measurement file", report.source_sha256),
             ("SHA-256 of the results (results.json)", results_sha256(report)),
             ("Software", f"thermaxis {report.version}"),
-            ("SHA-256 of the settings in effect", report.settings_sha256),
+            ("Options of reading and evaluation", options_in_words(report) or "defaults"),
         ),
         code=True,
     )

@@ -15,7 +15,7 @@ from thermaxis.report._text import plain_text
 from thermaxis.report.dcc._fields import influence_conditions, quantities, sensors
 from thermaxis.report.dcc._results import Content, conformity, results_of
 from thermaxis.report.dcc._xml import LONGEST, element, filled_form, proper, words
-from thermaxis.report.tables import results_json, results_sha256
+from thermaxis.report.tables import options_in_words, results_json, results_sha256
 
 _NO_COUNTRY = "AQ"
 """Country of a draft that states none: Antarctica, as every code is that of a place."""
@@ -102,6 +102,7 @@ def _texts(report: PositioningReport, results: Content) -> dict[str, str]:
         "laboratory_country": country,
         "country": country or _NO_COUNTRY,
         "results_sha256": results_sha256(report),
+        "options": options_in_words(report),
         "source_sha256": report.source_sha256,
         "received": received.isoformat() if received else "",
         "begin": first,

@@ -12,6 +12,7 @@ from ._described import (
 )
 from ._evaluation import (
     describe_evaluation as describe_evaluation,
+    options_in_words as options_in_words,
     results_json as results_json,
     results_sha256 as results_sha256,
 )

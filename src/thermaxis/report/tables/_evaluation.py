@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from thermaxis.codes import value_as_json
+from thermaxis.files.settings import LONGEST_TEXT
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     APPROACHES,
@@ -31,6 +32,7 @@ from thermaxis.report._names import (
     other_standard_name,
 )
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._text import plain_text
 from thermaxis.report.tables._described import (
     Part,
     Section,
@@ -126,6 +128,13 @@ def results_sha256(report: PositioningReport) -> str:
     return hashlib.sha256(results_json(report)).hexdigest()
 
 
+def options_in_words(report: PositioningReport) -> str:
+    """Return how the file was read and the run evaluated, as a certificate states it."""
+    stated = ((k, json.dumps(v, ensure_ascii=False)) for k, v in report.options.items())
+    words = "; ".join(f"{k.replace('_', ' ')} {text.strip(chr(34))}" for k, text in stated)
+    return plain_text(words, LONGEST_TEXT)
+
+
 def _diagnosis(findings: Sequence[Finding]) -> list[str]:
     said = [f"{k}. {sentence_of(one.message)}" for k, one in enumerate(findings, start=1)]
     return ["Diagnosis", "", *said] if said else []
@@ -143,6 +152,7 @@ def _run(report: PositioningReport) -> Iterator[Part]:
     test = report.test
     yield Value("input.name", report.source_name)
     yield Value("input.sha256", report.source_sha256)
+    yield Value("options", report.options)
     yield Section(
         "test",
         [
