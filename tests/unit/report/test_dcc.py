@@ -290,7 +290,8 @@ def test_everything_that_the_run_has_is_in_it(case: str) -> None:
     for ref_type, key in lists.items():
         present = content["iso230_2"]["targets"][0][key] is not None
         assert types.count(ref_type) == present
-    assert ("thermaxis_drift_shift" in types) == (content["drift"] is not None)
+    for name in ("shift", "shift_bound", "growth_bound", "bound_factor"):
+        assert (f"thermaxis_drift_{name}" in types) == (content["drift"] is not None)
     text = b"".join(dcc_xml(report(case)).split()).lower()
     assert b">nan" not in text
     assert b">none<" not in text
@@ -350,6 +351,11 @@ def test_the_page_publishes_the_types_that_are_written(
     published: dict[str, tuple[str, str, str]], root: Path
 ) -> None:
     page = (root / "docs" / "dcc-types.md").read_text(encoding="utf-8")
+    definitions = found(tree("full"), "//dcc:refTypeDefinition")
+    names = [found(one, "dcc:link")[0].text for one in definitions]
+    assert names[0].startswith("urn:uuid:")
+    assert f"`{names[0]}`" in page
+    assert b"docs/" not in dcc_xml(report("full"))
     written = {
         ref_type
         for case in CASES

@@ -72,7 +72,7 @@ def _quantity(
     """Return a quantity of rows that have it, with its uncertainty where all of them have one."""
     unit, shift = unit_of(axis, kind.unit)
     uncertainties: list[Any] = [row.get(kind.uncertainty) for row in rows]
-    factor = rows[0].get(kind.factor) if isinstance(kind.factor, str) else kind.factor
+    factor = rows[0].get(kind.factor)
     uncertainty = None
     if None not in uncertainties and (not kind.factor or (factor or 0.0) >= 1.0):
         uncertainty = Uncertainty(uncertainties, kind.distribution, factor)

@@ -10,7 +10,7 @@ from thermaxis.report._names import FIGURE_NAMES, FIGURE_SYMBOLS
 NORMAL = "normal"
 """Distribution that k = 2 and 95.45 % belong to."""
 _DRAWN = "empirical"
-"""Distribution of what is drawn, or tried out: no formula."""
+"""Distribution of what is drawn: no formula."""
 
 
 @final
@@ -28,8 +28,8 @@ class QuantityType:
     """`deviation`, `position`, `growth`, `time` or `one`."""
     uncertainty: str = ""
     """Key of its uncertainty; empty without one."""
-    factor: str | float | None = None
-    """Coverage factor or its key; None: the uncertainty is a standard uncertainty."""
+    factor: str = ""
+    """Key of the coverage factor; empty: the uncertainty is a standard uncertainty."""
     distribution: str = NORMAL
     """Distribution of what the value may be."""
 
@@ -84,14 +84,11 @@ LEVELS = tuple(
 """Lists over the targets, in `drift`."""
 DRIFT = (
     _Q("drift_p", "p_no_drift", "p value of no drift", "one"),
-    _Q(
-        *("drift_shift", "total", "shift of the whole axis over the run", "deviation"),
-        *("total_within", "coverage_factor", _DRAWN),
-    ),
-    _Q(
-        *("drift_growth", "total_per_m", "thermal growth over the run", "growth"),
-        *("total_per_m_within", "coverage_factor", _DRAWN),
-    ),
+    _Q("drift_shift", "total", "shift of the whole axis over the run"),
+    _Q("drift_shift_bound", "total_within", "bound of the error of this shift"),
+    _Q("drift_growth", "total_per_m", "thermal growth over the run", "growth"),
+    _Q("drift_growth_bound", "total_per_m_within", "bound of the error of this growth", "growth"),
+    _Q("drift_bound_factor", "coverage_factor", "standard uncertainties in these bounds", "one"),
     _Q("reference_time", "reference_time_s", "time t0 of the thermal state", "time"),
     _Q("noise_forward", "noise_std_forward", "standard deviation of the noise ↑"),
     _Q("noise_backward", "noise_std_backward", "standard deviation of the noise ↓"),
