@@ -12,6 +12,7 @@ from thermaxis.positioning.drift import Readings, fit, penalty_of, sums_of
 from thermaxis.positioning.drift._drift_tests import apart, drift_test, exceeded
 from thermaxis.positioning.drift._smooth_terms import (
     Correlation,
+    Step,
     curvature_energy,
     warped,
 )
@@ -93,28 +94,36 @@ def test_without_drift_a_small_probability_is_as_rare_as_it_says() -> None:
 CORRELATION = Correlation(length=0.07, ratio=1.5)
 
 
-def of_noise(readings: Readings) -> FloatArray:
+def of_noise(readings: Readings, correlation: Correlation = CORRELATION) -> FloatArray:
     """Return the covariance of the correlated part of the noise."""
     apart_by = np.abs(np.subtract.outer(readings.time, readings.time))
-    return CORRELATION.ratio * np.exp(-apart_by / CORRELATION.length)
+    return correlation.ratio * np.exp(-apart_by / correlation.length)
 
 
-def test_sums_with_correlated_noise_are_those_of_dense_algebra() -> None:
+@pytest.mark.parametrize("long", [False, True])
+def test_sums_with_correlated_noise_are_those_of_dense_algebra(long: bool) -> None:
     readings = made_readings(12, 2, weighted=True)
-    white = sums_of(readings, INTERVALS, 20.0)
-    sums = sums_of(replace(readings, correlation=CORRELATION), INTERVALS, 20.0)
-    rows = dense_rows(warped(readings.time, 20.0), INTERVALS)
+    intervals, correlation = INTERVALS, CORRELATION
+    if long:  # so long that few splines reach into every part of it
+        intervals, correlation = 60, Correlation(length=0.004, ratio=4.0)
+        readings = replace(silent(5, 6, 95), steps=(Step(0.3, 1),))
+        weight = np.linspace(0.5, 2.0, readings.levels)[readings.level]
+        time = readings.time + 0.2 * (readings.time > 0.4)  # a pause
+        readings = replace(readings, time=time / np.max(time), weight=weight)
+    white = sums_of(readings, intervals, 20.0)
+    sums = sums_of(replace(readings, correlation=correlation), intervals, 20.0)
+    rows = dense_rows(warped(readings.time, 20.0), intervals)
     spline = np.stack([rows * s[:, None] for s in readings.shape], axis=2).reshape(len(rows), -1)
     spline[:, white.pinned] = 0.0
-    level = np.eye(readings.levels)[readings.level]
-    noise = np.diag(1.0 / readings.weight) + of_noise(readings)
+    level = np.column_stack((np.eye(readings.levels)[readings.level], *readings.columns))
+    noise = np.diag(1.0 / readings.weight) + of_noise(readings, correlation)
     inverse = np.linalg.inv(noise)
-    np.testing.assert_allclose(sums.normal, level.T @ inverse @ level, atol=1e-12)
-    np.testing.assert_allclose(sums.cross, level.T @ inverse @ spline, atol=1e-12)
-    np.testing.assert_allclose(sums.right, spline.T @ inverse @ readings.value, atol=1e-11)
+    np.testing.assert_allclose(sums.normal, level.T @ inverse @ level, atol=1e-9)
+    np.testing.assert_allclose(sums.cross, level.T @ inverse @ spline, atol=1e-9)
+    np.testing.assert_allclose(sums.right, spline.T @ inverse @ readings.value, atol=1e-9)
     gram = spline.T @ inverse @ spline
     gram[white.pinned, white.pinned] = 1.0
-    np.testing.assert_allclose(full(sums.gram), gram, atol=1e-12)
+    np.testing.assert_allclose(full(sums.gram), gram, atol=1e-9)
     constant = float(np.sum(np.log(readings.weight)))
     assert sums.log_noise == pytest.approx(np.linalg.slogdet(noise)[1] + constant)
 

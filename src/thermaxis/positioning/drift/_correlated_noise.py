@@ -29,8 +29,6 @@ _RATIOS = (0.25, 0.5, 2.0, 4.0)
 """Variances of the correlated part over that of the rest that are tried, beside one. [1]"""
 _STEP = 4.0
 """Ratio of neighbouring departures that are tried. [1]"""
-_MOST_PRODUCTS = 20_000_000
-"""Readings times coefficients up to which correlated noise is looked for. [1]"""
 
 
 @final
@@ -47,8 +45,6 @@ def find_correlation(readings: Readings, average: Average) -> Correlation | None
     with the likeliest departure of a(t).
     """
     sums, size = average.best.sums, readings.value.size
-    if size * sums.right.size > _MOST_PRODUCTS:
-        return None
     order = np.argsort(readings.time, kind="stable")
     residual = residual_of(average.best, readings)[order]
     step = float(np.median(np.diff(readings.time[order])))

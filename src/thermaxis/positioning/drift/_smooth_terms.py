@@ -10,7 +10,7 @@ penalty is stated as the prior root mean square departure of f_c from its straig
 of the noise.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeAlias, final
@@ -39,6 +39,10 @@ _SAME_TIME = 1e-9
 """Times that differ by less, as a share of the run, are one. [1]"""
 _LEAST_GAP = 1e-3
 """Readings at one time are taken to be this share of the mean gap apart. [1]"""
+_BLOCK = 512
+"""Readings that are made white together. [1]"""
+_TAIL = 1e-17
+"""Share of a column below which what it leaves to later readings is rounding. [1]"""
 _AT_ONCE = 2000
 """Readings whose leverages are worked out together. [1]"""
 
@@ -303,12 +307,9 @@ def _add_moments(
 
 
 def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0.5) -> Sums:
-    """Return the sums of the normal equations.
-
-    The cost is proportional to the readings, unless the noise is correlated.
-    """
+    """Return the sums of the normal equations; the cost is proportional to the readings."""
     if readings.correlation is not None:
-        return _correlated_sums(readings, intervals, warm_up, plain, readings.correlation)
+        return _correlated_sums(readings, intervals, warm_up, plain)
     shape = np.zeros((readings.shape.shape[0], readings.levels))
     shape[:, readings.level] = readings.shape
     c_all, size = shape.shape[0], shape.shape[0] * (intervals + 3)
@@ -373,58 +374,77 @@ def against_splines(
 
 
 def _products(
-    readings: Readings, columns: FloatArray, correlation: Correlation
+    readings: Readings, intervals: int, time: FloatArray, own: Callable[[IntArray], FloatArray]
 ) -> tuple[FloatArray, float]:
-    """Return the products of columns (N, k) with correlated noise, and its log|R|.
+    """Return the products of all columns with correlated noise, and its log|R|.
+
+    The columns are those of `_columns`, then what `own` returns for some of the readings.
 
     Notes
     -----
-    With the weights W, the ratio q and K = exp(-|t_i - t_j| / length), whose inverse T has three
-    diagonals, the noise has the covariance R = W^-1 + q K, and
+    With the weights W, the ratio q and K = exp(-|t_i - t_j| / length) the noise has the covariance
+    R = W^-1 + q K. With A x = x_i - exp(-(t_i - t_(i-1)) / length) x_(i-1) and A K A' = D,
 
-        R^-1 = W - W (W + T / q)^-1 W,    |R| = |W|^-1 |q K| |W + T / q|.
+        M = A W^-1 A' + q D = L E L',    R^-1 = A' M^-1 A,    |R| = |M| = |E|,
 
-    The constant |W| is left out.
+    where M has three diagonals and L two. So E^-1/2 L^-1 A x follows reading by reading from x, and
+    forgets what lies far back: in a block of readings few splines differ from zero. The constant
+    |W| is left out.
     """
+    correlation = readings.correlation or Correlation(1.0, 1.0)
     order = np.argsort(readings.time, kind="stable")
-    w, columns = readings.weight[order], columns[order]
-    gap = np.maximum(np.diff(readings.time[order]), _LEAST_GAP / w.size) / correlation.length
-    decay, left = np.exp(-gap), -np.expm1(-2.0 * gap)
-    inverse = np.append(1.0, 1.0 / left) + np.append(decay**2 / left, 0.0)
-    q = correlation.ratio
-    diagonal, beside, status = _lapack().dpttrf(w + inverse / q, -decay / left / q)
-    weighted = w[:, None] * columns
-    smooth, _ = _lapack().dpttrs(_found(diagonal, status), beside, weighted)
-    log_noise = w.size * np.log(q) + np.sum(np.log(left)) + np.sum(np.log(diagonal))
-    return columns.T @ (weighted - w[:, None] * smooth), float(log_noise)
+    w, at = readings.weight[order], readings.time[order]
+    gap = np.maximum(np.diff(at), _LEAST_GAP / w.size) / correlation.length
+    decay, left = np.append(0.0, np.exp(-gap)), np.append(1.0, -np.expm1(-2.0 * gap))
+    three = 1.0 / w + decay**2 / np.roll(w, 1) + correlation.ratio * left
+    diagonal, below, status = _lapack().dpttrf(three, -decay[1:] / w[:-1])
+    scale, below = np.sqrt(_found(diagonal, status)), np.append(below, 0.0)
+    product = carried = np.zeros((0, 0))
+    for start in range(0, w.size, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        rows = order[part]
+        columns = np.column_stack((_columns(readings, intervals, time, rows), own(rows)))
+        if start == 0:
+            product, carried = np.zeros((columns.shape[1],) * 2), np.zeros((2, columns.shape[1]))
+        active = np.flatnonzero(np.any(columns, axis=0) | np.any(np.abs(carried) > _TAIL, axis=0))
+        before, last = carried[:, active]
+        own_columns = columns[:, active]
+        carried = np.zeros_like(carried)
+        carried[0, active] = own_columns[-1]
+        own_columns[1:] -= decay[part][1:, None] * columns[:-1, active]
+        own_columns[0] -= decay[start] * before + below[start - 1] * last
+        lower = np.stack((np.ones(rows.size), below[part]))
+        white = _found(*_lapack().dtbtrs(lower, own_columns, uplo="L", diag="U"))
+        carried[1, active] = white[-1]
+        white /= scale[part, None]
+        product[np.ix_(active, active)] += white.T @ white
+    return product, float(np.sum(np.log(diagonal)) + np.sum(np.log(w)))
 
 
 def _pinned(shapes: int, intervals: int) -> IntArray:
     return shapes * ((intervals + 3) // 2) + np.arange(shapes, dtype=np.intp)
 
 
-def _columns(readings: Readings, intervals: int, time: FloatArray) -> FloatArray:
-    """Return levels, steps, splines and values of all readings as columns."""
-    c_all, size = readings.shape.shape[0], readings.value.size
-    rows = _spline_rows(time, intervals)
+def _columns(readings: Readings, intervals: int, time: FloatArray, chosen: IntArray) -> FloatArray:
+    """Return levels, steps, splines and values of chosen readings as columns."""
+    c_all, shape = readings.shape.shape[0], readings.shape[:, chosen]
+    rows = _spline_rows(time[chosen], intervals)
     fixed = readings.levels + len(readings.steps)
-    columns = np.zeros((size, fixed + c_all * rows.shape[1] + 1))
-    columns[np.arange(size), readings.level] = 1.0
-    for e, step in enumerate(readings.columns, start=readings.levels):
-        columns[:, e] = step
+    columns = np.zeros((chosen.size, fixed + c_all * rows.shape[1] + 1))
+    columns[np.arange(chosen.size), readings.level[chosen]] = 1.0
+    for e, step in enumerate(readings.steps, start=readings.levels):
+        columns[:, e] = shape[step.shape] * step.at(readings.time[chosen])
     for c in range(c_all):
-        columns[:, fixed + c : -1 : c_all] = rows * readings.shape[c][:, None]
+        columns[:, fixed + c : -1 : c_all] = rows * shape[c][:, None]
     columns[:, fixed + _pinned(c_all, intervals)] = 0.0
-    columns[:, -1] = readings.value
+    columns[:, -1] = readings.value[chosen]
     return columns
 
 
-def _correlated_sums(
-    readings: Readings, intervals: int, warm_up: float, plain: float, correlation: Correlation
-) -> Sums:
+def _correlated_sums(readings: Readings, intervals: int, warm_up: float, plain: float) -> Sums:
     c_all, fixed = readings.shape.shape[0], readings.levels + len(readings.steps)
-    columns = _columns(readings, intervals, warped(readings.time, warm_up, plain))
-    product, log_noise = _products(readings, columns, correlation)
+    time = warped(readings.time, warm_up, plain)
+    product, log_noise = _products(readings, intervals, time, lambda _: np.zeros((_.size, 0)))
     gram = product[fixed:-1, fixed:-1]
     pinned = _pinned(c_all, intervals)
     gram[pinned, pinned] = 1.0
@@ -732,13 +752,14 @@ def _of_correlated_parts(
     sums: Sums, readings: Readings, part: IntArray, rows: Sequence[FloatArray]
 ) -> _Parts:
     parts, k_all = int(np.max(part)) + 1, len(rows)
-    own = np.zeros((part.size, parts, k_all))
-    own[np.arange(part.size), part] = np.stack(rows, axis=1)
-    time = warped(readings.time, sums.warm_up, sums.plain)
-    columns = _columns(readings, sums.intervals, time)
-    every = np.column_stack((columns, own.reshape(part.size, -1)))
-    product, _ = _products(readings, every, readings.correlation or Correlation(1.0, 1.0))
-    end = columns.shape[1]
+
+    def own(chosen: IntArray) -> FloatArray:
+        alone = np.zeros((chosen.size, parts, k_all))
+        alone[np.arange(chosen.size), part[chosen]] = np.stack([row[chosen] for row in rows], 1)
+        return alone.reshape(chosen.size, -1)
+
+    product = with_correlated_noise(sums, readings, own)
+    end = product.shape[0] - parts * k_all
     of_own = product[end:, end:].reshape(parts, k_all, parts, k_all)
     number = np.arange(parts)
     through = product[:end, end:].reshape(end, parts, k_all)
@@ -746,6 +767,14 @@ def _of_correlated_parts(
     levels = [through[:fixed, :, k] for k in range(k_all)]
     splines = [through[fixed:-1, :, k] for k in range(k_all)]
     return of_own[number, :, number], through[-1], levels, splines
+
+
+def with_correlated_noise(
+    sums: Sums, readings: Readings, own: Callable[[IntArray], FloatArray]
+) -> FloatArray:
+    """Return the products of levels, steps, splines, values and the columns of `own`."""
+    time = warped(readings.time, sums.warm_up, sums.plain)
+    return _products(readings, sums.intervals, time, own)[0]
 
 
 def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:
