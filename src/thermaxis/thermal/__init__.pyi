@@ -39,9 +39,10 @@ from .log import (
     evaluate_input as evaluate_input,
     find_shift as find_shift,
     join_rates as join_rates,
+    mask_rows as mask_rows,
     merge_logs as merge_logs,
     parse_input as parse_input,
-    without_sentinels as without_sentinels,
+    without_faults as without_faults,
 )
 from .modal import (
     BlockedValidation as BlockedValidation,

@@ -11,12 +11,20 @@ from typing import NamedTuple, final
 import numpy as np
 
 from thermaxis.cli._arguments import TIME, UNITS_S, add_mapping, adder, diameter, positive_seconds
-from thermaxis.codes import Place
+from thermaxis.codes import Place, message_as_json
 from thermaxis.compensation import TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
 from thermaxis.messages import remedy_of, sentence_of
-from thermaxis.thermal import LogFinding, MeasuredOutput, ThermalLog, check_log, without_sentinels
+from thermaxis.report.tables import Value
+from thermaxis.thermal import (
+    LogFinding,
+    MeasuredOutput,
+    ThermalLog,
+    check_log,
+    mask_rows,
+    without_faults,
+)
 
 
 class Span(NamedTuple):
@@ -64,6 +72,26 @@ def span(text: str) -> Span:
     return Span(scaled[0], scaled[1], in_seconds=True, text=text)
 
 
+class Mask(NamedTuple):
+    """Rows that count as missing."""
+
+    channel: str
+    """Its column; empty for all."""
+    rows: Span
+    """The rows, or times."""
+
+
+def mask(text: str) -> Mask:
+    """Return a mask as it is written on the command line."""
+    channel, _, rows = text.rpartition("=")
+    if rows.count("..") != 1 or ":" in rows:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' masks nothing; write T_oil_c=1200..1500 in rows, or 2h..150min in time of"
+            " all channels"
+        )
+    return Mask(channel.strip(), span(rows.replace("..", ":")))
+
+
 def add_log_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of reading logs."""
     add_mapping(parser)
@@ -73,6 +101,18 @@ def add_log_options(parser: argparse.ArgumentParser) -> None:
         " log (default: 60 s)",
         positive_seconds,
         default=60.0,
+    )
+    adder(parser)(
+        "--mask [CHANNEL=]A..B",
+        "rows (1200..1500) or times (2h..150min) of each log, of one channel or of all, that count"
+        " as missing; may be given more than once",
+        mask,
+        many=True,
+    )
+    adder(parser)(
+        "--as-logged",
+        "mask only what is no measurement, join and delay nothing: faults are named all the same",
+        bool,
     )
 
 
@@ -93,13 +133,18 @@ def read_logs(
     mapping: Path | None,
     part: Span | None = None,
     sample_time_s: float | None = None,
+    masks: Sequence[Mask] = (),
+    as_logged: bool = False,
 ) -> list[ReadLog]:
-    """Read logs, or the same part of each."""
+    """Read logs, or the same part of each, without their faults."""
     found: list[ReadLog] = []
-    reduce_s = None if part is not None and not part.in_seconds else sample_time_s
+    spans = [*(one.rows for one in masks), *([part] if part is not None else [])]
+    reduce_s = sample_time_s if all(one.in_seconds for one in spans) else None
     for path in paths:
         log = read_thermal_log(path, mapping=mapping, sample_time_s=reduce_s)
-        log = without_sentinels(log)
+        for one in masks:
+            log = mask_rows(log, *one.rows.rows_of(log), one.channel)
+        log = without_faults(log, as_logged=as_logged)
         first = 0
         if part is not None:
             first, last = part.rows_of(log)
@@ -113,6 +158,12 @@ def read_logs(
 def remarks_of(logs: Sequence[ThermalLog]) -> list[str]:
     """Return what was noticed while logs were read, each sentence with its log."""
     return [f"{log.where}: {sentence_of(one)}" for log in logs for one in log.remarks]
+
+
+def reading_codes(logs: Sequence[ThermalLog]) -> Value:
+    """Return what was noticed and done while logs were read, as JSON has it."""
+    codes = [{"log": log.where} | message_as_json(one) for log in logs for one in log.remarks]
+    return Value("reading_codes", codes)
 
 
 def measured_output(text: str) -> MeasuredOutput:

@@ -13,6 +13,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     measured_output,
     read_logs,
+    reading_codes,
     remarks_of,
 )
 from thermaxis.cli.thermal.verify import figures_of
@@ -45,7 +46,12 @@ def run(arguments: argparse.Namespace) -> int:
     )
     with Progress() as progress:
         progress("reading", 0, 0)
-        log = read_logs([arguments.log], mapping=arguments.mapping)[0].log
+        log = read_logs(
+            [arguments.log],
+            mapping=arguments.mapping,
+            masks=arguments.mask,
+            as_logged=arguments.as_logged,
+        )[0].log
         models = [(path, read_model(path)) for path in arguments.files]
         results: list[tuple[Path, str, Verification]] = []
         for k, (path, model) in enumerate(models):
@@ -75,6 +81,7 @@ def _described(log: ThermalLog, results: Sequence[tuple[Path, str, Verification]
         *(Section("", list(_table(name, log, results))) for name in names),
         Value("models", models),
         Value("warnings", remarks, "reading"),
+        reading_codes([log]),
         Value("", warnings, "warning"),
     ]
 

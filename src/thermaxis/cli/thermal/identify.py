@@ -17,6 +17,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     findings_in,
     read_logs,
+    reading_codes,
     remarks_of,
     span,
 )
@@ -139,6 +140,8 @@ def run(arguments: argparse.Namespace) -> int:
             mapping=arguments.mapping,
             part=arguments.span,
             sample_time_s=arguments.sample_time,
+            masks=arguments.mask,
+            as_logged=arguments.as_logged,
         )
         _check_twice(entries)
         logs = [entry.log for entry in entries]
@@ -176,7 +179,8 @@ def run(arguments: argparse.Namespace) -> int:
                     result, records, logs, provenance, path, reference_s=arguments.reference
                 )
     written = [path for path in (arguments.model, *arguments.report) if path is not None]
-    show(described(result, records, findings, remarks), arguments.json, written)
+    shown = [*described(result, records, findings, remarks), reading_codes(logs)]
+    show(shown, arguments.json, written)
     return 0
 
 

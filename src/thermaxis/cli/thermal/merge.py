@@ -51,7 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     check_outputs([("--output", output)], [arguments.first, arguments.second, arguments.mapping])
     with Progress() as progress:
         progress("reading", 0, 0)
-        a, b = read_logs([arguments.first, arguments.second], mapping=arguments.mapping)
+        a, b = read_logs(
+            [arguments.first, arguments.second], mapping=arguments.mapping, as_logged=True
+        )
         progress("joining", 0, 0)
         joined = merge_logs(a.log, b.log, shift_s=arguments.shift, common=arguments.common)
         write_thermal_log(joined, output)

@@ -36,7 +36,12 @@ def run(arguments: argparse.Namespace) -> int:
     with Progress() as progress:
         progress("reading", 0, 0)
         model = read_model(arguments.model)
-        log = read_logs([arguments.log], mapping=arguments.mapping)[0].log
+        log = read_logs(
+            [arguments.log],
+            mapping=arguments.mapping,
+            masks=arguments.mask,
+            as_logged=arguments.as_logged,
+        )[0].log
         progress("simulating", 0, 0)
         run_along = simulate_log(
             model, log, diameter_mm=arguments.diameter, reference_s=arguments.reference

@@ -13,6 +13,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     measured_output,
     read_logs,
+    reading_codes,
     remarks_of,
     rows_of_span,
     sensor_warnings,
@@ -75,7 +76,13 @@ def run(arguments: argparse.Namespace) -> int:
         model = read_model(arguments.model)
         limits = _limits(arguments.limits, [output.name for output in model.outputs])
         logs: list[thermal.ThermalLog] = [
-            entry.log for entry in read_logs(arguments.logs, mapping=arguments.mapping)
+            entry.log
+            for entry in read_logs(
+                arguments.logs,
+                mapping=arguments.mapping,
+                masks=arguments.mask,
+                as_logged=arguments.as_logged,
+            )
         ]
         progress("simulating", 0, 0)
         rows = None if arguments.span is None else rows_of_span(logs, arguments.span)
@@ -95,7 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
     counted = "" if arguments.span is None else f", {arguments.span.text}"
     title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
     shown = described(result, title, model_sha256(model), remarks)
-    show(shown, arguments.json, arguments.report)
+    show([*shown, reading_codes(logs)], arguments.json, arguments.report)
     return 0
 
 

@@ -8,7 +8,11 @@ remark-word_in_cells = '{ $word }' stands in { $count ->
     } as missing
 remark-line_cut_short = the last line of the file is cut short and was left out
 remark-variables_left_out = variables that are not as long as the times were left out: { $names }
-remark-values_no_measurement = { $count } values of { $name } are no measurement, such as { $example }: they count as missing
+remark-values_no_measurement = { $count } values of { $name } are no measurement, such as { $example }: they count as missing (rows { $row } to { $last })
+remark-rows_masked = masked as asked for: { $rows } rows of { $name }, from { $row } to { $last }, count as missing
+remark-all_rows_masked = masked as asked for: { $rows } rows of all channels, from { $row } to { $last }, count as missing
+remark-rows_stuck = { $name } stays at { $value } { $unit } for { $lasts_s } s while it should have moved: { $rows } rows, from { $row } to { $last }, count as missing
+remark-displacement_joined = { $name } leaps by { $size } ± { $within } { $unit } at row { $row }, { $at_s } s after the start, which heat cannot do (a probe set to zero, a machine moved): the rows from there on were carried on from the zero before
 
 ## Order and times
 

@@ -7,6 +7,10 @@ from ._experiment import (
     Experiment as Experiment,
     common_shape as common_shape,
 )
+from ._faults import (
+    mask_rows as mask_rows,
+    without_faults as without_faults,
+)
 from ._input import (
     InputDefinition as InputDefinition,
     check_inputs as check_inputs,
@@ -23,7 +27,6 @@ from ._quality import (
     FindingKind as FindingKind,
     LogFinding as LogFinding,
     check_log as check_log,
-    without_sentinels as without_sentinels,
 )
 from ._resample import (
     block_means as block_means,

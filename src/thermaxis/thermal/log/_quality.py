@@ -13,7 +13,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place, Value, remark
+from thermaxis.codes import Message, Place, Value
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log._thermal_log import ThermalLog, common_names
 
@@ -45,8 +45,8 @@ _PEER_STEPS = 3.0
 _ONE_WAY = 0.8
 _NORMAL_MEDIAN = 1.4826
 _MOST_PAIRED = 64
-_TEMPERATURES = ("degC", "K", "degF")
-_LENGTHS = ("um", "mm", "nm", "m")
+TEMPERATURES = ("degC", "K", "degF")
+LENGTHS = ("um", "mm", "nm", "m")
 
 
 class FindingKind(StrEnum):
@@ -101,6 +101,8 @@ class LogFinding:
     """Times of the first and the last of these rows, from the first row of the log. [s]"""
     extent: float = 0.0
     """Share of the rows that it concerns: orders findings of one kind. [1]"""
+    certain: bool = False
+    """Whether the rows are masked where a log is mended: a sensor that is stuck."""
 
     @property
     def channel(self) -> str:
@@ -155,11 +157,11 @@ class _Channel:
 
     @property
     def is_temperature(self) -> bool:
-        return self.unit in _TEMPERATURES
+        return self.unit in TEMPERATURES
 
     @property
     def is_length(self) -> bool:
-        return self.unit in _LENGTHS
+        return self.unit in LENGTHS
 
 
 def check_log(log: ThermalLog, *, reference: ThermalLog | None = None) -> tuple[LogFinding, ...]:
@@ -204,7 +206,7 @@ def _channel(log: ThermalLog, name: str) -> _Channel | None:
     if rows.size == 0:
         return None
     values, time_s = column[rows], log.time_s[rows]
-    suspect = _out_of_range(values, unit)
+    suspect = out_of_range(values, unit)
     good = values[~suspect] if not bool(suspect.all()) else values
     steps = np.diff(time_s)
     change = np.abs(np.diff(good))
@@ -229,14 +231,14 @@ def _in_celsius(values: FloatArray, unit: str) -> FloatArray:
     return values - 273.15 if unit == "K" and float(np.median(values)) > 200.0 else values
 
 
-def _out_of_range(values: FloatArray, unit: str) -> Flags:
+def out_of_range(values: FloatArray, unit: str) -> Flags:
     """Return which values no sensor measures, and which are a sentinel far from the others."""
-    if unit in _TEMPERATURES:
+    if unit in TEMPERATURES:
         celsius = _in_celsius(values, unit)
         low, high = TEMPERATURE_RANGE_C
         beyond = (celsius < low) | (celsius > high)
         least = LEAST_JUMP_K
-    elif unit in _LENGTHS:
+    elif unit in LENGTHS:
         factor = {"um": 1.0, "mm": 1e3, "nm": 1e-3, "m": 1e6}[unit]
         beyond = np.abs(values) * factor > DISPLACEMENT_LIMIT_UM
         if unit != "um" and bool(np.mean(beyond) > 0.5):  # a position of an axis, or a diameter
@@ -376,7 +378,8 @@ def _find_stuck(channel: _Channel, peers: Sequence[_Channel]) -> list[LogFinding
         values = {"value": float(channel.values[begin]), "unit": channel.unit, "row": at[0][0]}
         values |= {"lasts_s": at[1][1] - at[1][0]}
         extent = length / channel.values.size
-        findings.append(_finding(FindingKind.STUCK, channel.name, values, at, extent))
+        stuck = _finding(FindingKind.STUCK, channel.name, values, at, extent)
+        findings.append(replace(stuck, certain=_never_rests(run)))
     return findings
 
 
@@ -440,6 +443,17 @@ def _should_have_moved(run: _Run) -> bool:
         return False
     expected = float(np.median(moved)) * channel.spread
     return expected > max(5.0 * channel.resolution, 8.0 * channel.noise, 0.3 * channel.spread)
+
+
+def _never_rests(run: _Run) -> bool:
+    """Say whether a channel, outside a run, leaves its step in every quarter of the run's time."""
+    if run.rest.size and 4 * int(np.max(run.rest)) > run.length:
+        return False
+    channel, length = run.channel, max(run.length // 4, 2)
+    outside = (channel.values[: run.begin], channel.values[run.end + 1 :])
+    parts = [v[: v.size // length * length].reshape(-1, length) for v in outside]
+    went = np.ptp(np.concatenate(parts), axis=1)
+    return went.size > 1 and bool(np.all(went > 1.01 * channel.resolution))
 
 
 def _is_coarse(run: _Run) -> bool:
@@ -671,7 +685,7 @@ def _compare_names(log: ThermalLog, reference: ThermalLog) -> list[LogFinding]:
     names = [
         name
         for name in common_names((log, reference))
-        if log.units[name] in _TEMPERATURES and _varies(log, name) and _varies(reference, name)
+        if log.units[name] in TEMPERATURES and _varies(log, name) and _varies(reference, name)
     ][:_MOST_PAIRED]
     if len(names) < 3:
         return []
@@ -718,38 +732,3 @@ def _distance(
     rows = np.array(pair)
     correlations = a[0][np.ix_(order[rows], order)] - b[0][rows]
     return float(np.sum(correlations**2) + np.sum((a[1][order[rows]] - b[1][rows]) ** 2))
-
-
-def without_sentinels(log: ThermalLog) -> ThermalLog:
-    """Return the log without values that are no measurement: they count as missing.
-
-    Parameters
-    ----------
-    log : ThermalLog
-        The log.
-
-    Returns
-    -------
-    ThermalLog
-        The same rows; temperatures and displacements that no sensor measures, or that stand for
-        a fault (-999, 850, ...), are NaN, and a remark says how many. A channel of which they
-        are half or more stays as it is: there the unit is wrong, or the sensor.
-    """
-    columns: dict[str, FloatArray] = {}
-    remarks: list[Message] = []
-    for name, values in log.columns.items():
-        present = ~np.isnan(values)
-        columns[name] = values
-        if not bool(present.any()):
-            continue
-        wrong = _out_of_range(values[present], log.units[name])
-        count = int(np.count_nonzero(wrong))
-        if 0 < count < 0.5 * wrong.size:
-            mended = np.array(values)
-            mended[np.flatnonzero(present)[wrong]] = np.nan
-            columns[name] = mended
-            example = float(values[present][wrong][0])
-            remarks.append(remark("values_no_measurement", count=count, name=name, example=example))
-    if not remarks:
-        return log
-    return replace(log, columns=columns, remarks=(*log.remarks, *remarks))

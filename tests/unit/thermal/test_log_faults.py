@@ -1,0 +1,105 @@
+"""Faults that a log shows by itself are acted upon, said with their rows, and nothing else is."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from thermaxis.errors import DataError
+from thermaxis.thermal import ThermalLog, mask_rows, without_faults
+from thermaxis.virtual import Heating, ThermalTestPlan, generate_thermal_test
+
+PLANS = (
+    ThermalTestPlan(sample_time_s=10.0),
+    ThermalTestPlan(sample_time_s=60.0, hours=24.0),
+    ThermalTestPlan(sample_time_s=10.0, heating=Heating.RODS, missing_share=0.05),
+    ThermalTestPlan(sample_time_s=10.0, warm_up_h=3.0, resolution_k=0.0),
+)
+
+
+@cache
+def made(plan: int, seed: int) -> ThermalLog:
+    return ThermalLog.from_columns(generate_thermal_test(PLANS[plan], seed).columns())
+
+
+def changed(name: str, rows: slice, values: object, seed: int = 0) -> ThermalLog:
+    log = made(0, seed)
+    columns = {n: np.array(v) for n, v in log.columns.items()}
+    columns[name][rows] = values
+    return ThermalLog.from_columns(columns, time_s=log.time_s)
+
+
+def codes(log: ThermalLog) -> list[tuple[str, str]]:
+    return [(one.code, one.place.channel) for one in log.remarks]
+
+
+@pytest.mark.parametrize("plan", range(len(PLANS)))
+def test_a_healthy_log_stays_as_it_is(plan: int) -> None:
+    for seed in range(2):
+        log = made(plan, seed)
+        assert without_faults(log) is log
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_sensor_that_is_stuck_from_mid_test_is_masked_but_for_its_last_reading(seed: int) -> None:
+    held = made(0, seed).columns["T_spindle_c"][1440]
+    log = without_faults(changed("T_spindle_c", slice(1440, None), held, seed))
+    assert codes(log) == [("remark-rows_stuck", "T_spindle_c")]
+    missing = np.flatnonzero(np.isnan(log.columns["T_spindle_c"]))
+    assert missing[-1] == log.rows - 1
+    assert missing[0] == log.remarks[0].values["row"]
+    assert 1380 < missing[0] <= 1441  # equal readings before cannot be told from it
+    assert missing.size == log.remarks[0].values["rows"]
+
+
+def test_850_degrees_for_half_the_log_are_masked_and_hardly_any_other_value_is_a_wrong_unit() -> (
+    None
+):
+    log = without_faults(changed("T_spindle_c", slice(1440, None), 850.0))
+    assert codes(log) == [("remark-values_no_measurement", "T_spindle_c")]
+    assert np.isnan(log.columns["T_spindle_c"][1440:]).all()
+    assert (log.columns["T_spindle_c"][:1440] == made(0, 0).columns["T_spindle_c"][:1440]).all()
+    kept = without_faults(changed("T_spindle_c", slice(60, None), 850.0))
+    assert np.isfinite(kept.columns["T_spindle_c"]).all()
+
+
+@pytest.mark.parametrize("size_um", [37.0, 5.0, -5.0])
+@pytest.mark.parametrize("row", [700, 1440, 2200])
+def test_a_probe_that_was_set_to_zero_is_carried_on(size_um: float, row: int) -> None:
+    z = made(0, 1).columns["Z_um"]
+    log = without_faults(changed("Z_um", slice(row, None), z[row:] + size_um, seed=1))
+    assert codes(log) == [("remark-displacement_joined", "Z_um")]
+    said = log.remarks[0].values
+    assert said["row"] == row
+    assert said["size"] == pytest.approx(size_um, abs=1.5 * float(said["within"]))
+    left = log.columns["Z_um"] - z
+    assert (left[:row] == 0.0).all()
+    assert np.abs(left[row:]).max() < 1.0
+
+
+def test_a_leap_that_comes_with_a_switch_or_comes_back_is_no_new_zero() -> None:
+    log = made(0, 2)
+    columns = {n: np.array(v) for n, v in log.columns.items()}
+    switches = np.flatnonzero(np.abs(np.diff(columns["spindle_rpm"])) > 1000.0)
+    row = int(switches[switches > 500][0]) + 1
+    columns["Z_um"][row:] += 8.0
+    columns["Z_um"][2000] += 60.0
+    assert without_faults(ThermalLog.from_columns(columns, time_s=log.time_s)).remarks == ()
+
+
+def test_as_logged_masks_what_is_no_measurement_only() -> None:
+    z = made(0, 1).columns["Z_um"]
+    log = changed("Z_um", slice(900, None), z[900:] + 37.0, seed=1)
+    assert without_faults(log, as_logged=True) is log
+
+
+def test_rows_are_masked_by_hand_of_one_channel_or_of_all() -> None:
+    log = mask_rows(made(0, 0), 10, 20, "t_table_C")
+    assert np.isnan(log.columns["T_table_c"][10:20]).all()
+    assert np.isfinite(log.columns["Z_um"]).all()
+    assert codes(log) == [("remark-rows_masked", "T_table_c")]
+    everything = mask_rows(log, 2870, 9999)
+    assert all(np.isnan(values[2870:]).all() for values in everything.columns.values())
+    assert everything.remarks[1].values == {"rows": 10, "row": 2870, "last": 2879}
+    with pytest.raises(DataError):
+        mask_rows(log, 20, 20)
