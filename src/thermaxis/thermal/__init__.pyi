@@ -2,6 +2,7 @@ from ._arrays import (
     FloatArray as FloatArray,
 )
 from .identification import (
+    HeldOut as HeldOut,
     Identification as Identification,
     IdentifiedOutput as IdentifiedOutput,
     JointGains as JointGains,
@@ -107,6 +108,7 @@ from .transfer_function import (
     polynomial_model_of as polynomial_model_of,
     rounding_loss as rounding_loss,
     simulate_from_fitted_start as simulate_from_fitted_start,
+    simulate_from_rest as simulate_from_rest,
     simulate_modal as simulate_modal,
     simulate_polynomial as simulate_polynomial,
     simulate_transfer_function as simulate_transfer_function,

@@ -139,3 +139,12 @@ def test_what_makes_no_sense_is_refused() -> None:
         simulate_baseline(model, np.zeros((5, 3)), 60.0)
     with refused("not_positive", Place(key="sample_time_s")):
         simulate_baseline(model, np.zeros((5, 2)), 0.0)
+
+
+def test_a_rule_without_offset_is_least_squares_through_zero() -> None:
+    u = walk(5, 300) + 3.0
+    y = u @ [2.0, -1.0] + 7.0
+    own = fit_baseline(Baseline.STATIC, [Experiment(60.0, u, y)], offset=False)
+    wanted = np.linalg.lstsq(u, y, rcond=None)[0]
+    np.testing.assert_allclose(own.gains_um_per_k[:, 0], wanted, rtol=1e-9)
+    assert own.offset_um == 0.0

@@ -396,8 +396,9 @@ def test_channels_that_move_together_and_act_against_each_other_are_flagged() ->
 def test_temperatures_that_explain_nothing_are_said_to() -> None:
     walk = np.cumsum(np.random.default_rng(33).normal(size=ROWS)) * 0.5
     result = select([Experiment(STEP_S, temperatures(33, 0.01), walk)], candidate_names=NAMES)
-    said = {w.code for w in (*result.warnings, *result.outputs["displacement"].flags)}
-    assert said & {"warning-gains_held_small", "warning-hold_better"}
+    own = result.outputs["displacement"]
+    small = "warning-gains_held_small" in {w.code for w in result.warnings}
+    assert small or own.baseline_mae_um["hold"] < own.validation_mae_um
 
 
 def test_a_short_record_says_that_slow_things_were_not_judged() -> None:

@@ -10,6 +10,7 @@ from thermaxis.report.tables import Part, Section, Table, Value, as_json, messag
 _T = 1.96
 _MOST_NAMED = 6
 _MOST_PARTS = 6
+_RULES = {"model": "model", "static": "static", "averages": "fixed averages"}
 
 
 def _with_interval(value: float, std: float | None) -> str:
@@ -72,6 +73,7 @@ def described(
         ),
         _joint(result),
         _beside(result),
+        _held_out(result),
         Value("findings", list(_findings(findings))),
         Value("", [*map(text_of, result.warnings)], "warning"),
         *messages_of("warnings", result.warnings, before=[*remarks, *sensors]),
@@ -113,38 +115,40 @@ def _joint(result: thermal.Identification) -> Part:
 
 def _beside(result: thermal.Identification) -> Table:
     """Return the errors on the training rows, model and baselines side by side."""
-    heads = {
-        "model": "model",
-        "static": "static",
-        "averages": "fixed averages",
-        "one_step": "nothing changes (one step)",
-    }
+    heads = {**_RULES, "one_step": "nothing changes (one step)"}
     rows = [
         [
             Value("", output.name, "output"),
-            *(Value("", output.training_rmse_um[k], head, ".2f") for k, head in heads.items()),
+            *(Value("", rmse[k], head, ".2f") for k, head in heads.items() if k in rmse),
         ]
         for output in result.outputs
+        if (rmse := output.training_rmse_um)
     ]
-    title = "RMSE on the training rows, um: free run, and what simple rules leave"
+    title = "RMSE on the training rows, um: free run of the model as written, and simple rules"
     return Table(title, rows, words=1)
+
+
+def _held_out(result: thermal.Identification) -> Section:
+    """Return what the method is worth on rows that it did not see, beside simple rules."""
+    heads = {**_RULES, "hold": "nothing changes"}
+    by_rows: dict[str, list[list[Value]]] = {}
+    for output in result.outputs:
+        held = output.held_out
+        if held is None:
+            continue
+        row = [
+            Value("", output.name, "output"),
+            Value("", held.fit_percent, "fit %", ".1f"),
+            *(Value("", held.rmse_um.get(k), head, ".2f") for k, head in heads.items()),
+        ]
+        by_rows.setdefault(text_of(held.what), []).append(row)
+    return Section("", [Table(what, rows, words=1) for what, rows in by_rows.items()])
 
 
 def _selection(result: thermal.Identification) -> Part:
     selection = result.selection
     if selection is None:
         return Value("selection", None)
-    heads = {"hold": "nothing changes", "static": "static", "averages": "fixed averages"}
-    rows = [
-        [
-            Value("", output.name, "output"),
-            Value("", output.fit_percent, "fit %", ".1f"),
-            Value("", output.validation_mae_um, "held out", ".2f"),
-            *(Value("", output.baseline_mae_um.get(k), h, ".2f") for k, h in heads.items()),
-        ]
-        for output in result.outputs
-    ]
-    title = "Free run: fit on the training rows; mean absolute error on parts held out, um"
     curve = [
         as_json(values_of(entry, "channels", "score", "excess", "excess_se"))
         for entry in selection.curve
@@ -152,7 +156,6 @@ def _selection(result: thermal.Identification) -> Part:
     return Section(
         "selection",
         [
-            Table(title, rows, words=1),
             *values_of(selection, "channels", "time_constants_s", "sensor_uncertainty_k"),
             Value("curve", curve),
         ],
@@ -185,9 +188,8 @@ def _output_text(output: thermal.IdentifiedOutput) -> Iterator[Part]:
 
 
 def _title(output: thermal.IdentifiedOutput) -> str:
-    title = f"{output.name[:30]}: fit {output.fit_percent:.1f} % on the training rows"
-    if abs(output.fit_percent - output.fit_from_rest_percent) >= 0.1:
-        title += f" ({output.fit_from_rest_percent:.1f} % from rest)"
+    fit = "constant" if output.fit_percent is None else f"fit {output.fit_percent:.1f} %"
+    title = f"{output.name[:30]}: {fit} on the training rows"
     if output.noise_std_um is not None:
         title += f", noise {output.noise_std_um:.2g} um"
     if output.slow_noise_std_um is not None:
@@ -206,15 +208,24 @@ def _polynomials_in_words(result: thermal.PolynomialResult) -> Iterator[str]:
 
 
 def _output(output: thermal.IdentifiedOutput, sample_time_s: float) -> list[Value]:
-    keys = ("fit_percent", "fit_from_rest_percent", "noise_std_um", "slow_noise_std_um")
-    keys += ("validation_mae_um", "baseline_mae_um", "training_rmse_um")
+    held = output.held_out
     return [
-        *values_of(output, *keys),
+        *values_of(output, "fit_percent", "noise_std_um", "slow_noise_std_um", "training_rmse_um"),
+        Value("held_out", None if held is None else _held_out_json(held)),
         *messages_of("warnings", output.warnings),
         Value("parts", [as_json(part) for part in _parts(output)]),
         Value("offset_um", None if output.model is None else output.model.offset_um),
         *_polynomials(output.polynomials, sample_time_s),
     ]
+
+
+def _held_out_json(held: thermal.HeldOut) -> dict[str, object]:
+    return {
+        "what": text_of(held.what),
+        "what_code": message_as_json(held.what),
+        "fit_percent": held.fit_percent,
+        "rmse_um": dict(held.rmse_um),
+    }
 
 
 def _parts(output: thermal.IdentifiedOutput) -> Iterator[list[Value]]:

@@ -167,7 +167,11 @@ def run(arguments: argparse.Namespace) -> int:
             program=f"thermaxis {__version__}",
             date=arguments.date or "",
             logs=tuple(entry.training for entry in entries),
-            figures={f"{o.name}.fit_percent": o.fit_percent for o in result.outputs},
+            figures={
+                f"{o.name}.fit_percent": fit
+                for o in result.outputs
+                if (fit := o.fit_percent) is not None
+            },
         )
         if arguments.model is not None:
             model = result.to_compensation_model(records, provenance, sentence=text_of)

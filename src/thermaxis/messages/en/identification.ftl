@@ -16,13 +16,15 @@ warning-largest_lag_chosen = the largest time constant tried, { $time_constant_s
 warning-parts_short = the parts held out are { FIXED($duration_min, decimals: 0) } min long: what is slower was not judged
 warning-gains_held_small = the gains were held as small as was allowed: the temperatures hardly explain the displacement
 warning-inputs_opposed = { $first } and { $second } move together (correlation { FIXED($correlation, decimals: 3) }) and act against each other ({ SIGNED($first_um_per_k, decimals: 2) } and { SIGNED($second_um_per_k, decimals: 2) } µm/K): only their sum is known well
-warning-hold_better = repeating the last displacement is better on the parts held out ({ FIXED($rule_um, decimals: 2) } against { FIXED($model_um, decimals: 2) } µm)
-warning-static_better = a static model is better on the parts held out ({ FIXED($rule_um, decimals: 2) } against { FIXED($model_um, decimals: 2) } µm)
-warning-no_better_than_static = the model is no better than a static regression on its own training rows ({ $model_um } against { $static_um } um): do not use it; check sensors, inputs and rows first
-warning-worse_from_rest = run from rest the model leaves { $model_um } um of its own training rows, a static regression { $static_um } um: either the test began warm, or the model is not to be used; verify it on a test that began cold
-warning-averages_better = fixed exponential averages leave far less of the training rows ({ $averages_um } against { $model_um } um): the model misses something that these inputs show
+warning-no_better_than_static = on rows held out the model leaves { $model_um } um, a static regression { $static_um } um: do not use it; check sensors, inputs and rows first, or give another test
+warning-averages_better = on rows held out fixed exponential averages leave far less ({ $averages_um } against { $model_um } um): the model misses something that these inputs show
 warning-not_stable = a pole lies outside the unit circle: the model is not stable
 warning-no_lags = the model has no form of gains and time constants: { $cause }
+
+## Rows that an identification held out
+
+held_out-later_part = Held out: the last { $percent } % of each run (no promise for another run), RMSE in free run, um
+held_out-other_runs = Held out: each of { $runs } runs, by a model of the others, RMSE in free run, um
 
 ## What the record does not support of a part
 

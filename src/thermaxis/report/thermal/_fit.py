@@ -17,7 +17,7 @@ from thermaxis.thermal import (
     ThermalModel,
     analyse_residuals,
     check_linearity,
-    simulate_modal,
+    simulate_from_rest,
 )
 from thermaxis.thermal.log import block_means
 from thermaxis.thermal.transfer_function import held
@@ -65,25 +65,19 @@ def fitted_experiments(output: IdentifiedOutput, records: Records) -> tuple[Fitt
     names = [definition.name for definition in records.inputs]
     columns = [names.index(name) for name in model.input_names]
     found: list[FittedExperiment] = []
-    for number, experiment in enumerate(records.experiments[output.name]):
+    for experiment in records.experiments[output.name]:
         u, _ = held(experiment.u[:, columns])
         step_s = experiment.sample_time_s
         parts = {
-            part.input_name: simulate_modal(ThermalModel((part,)), step_s, u[:, [k]])
+            part.input_name: simulate_from_rest(ThermalModel((part,)), step_s, u[:, [k]])
             for k, part in enumerate(model.parts)
         }
-        # the polynomials' own free run begins where the estimator began it
-        simulated = (
-            np.sum(list(parts.values()), axis=0) + model.offset_um
-            if output.polynomials is None
-            else output.polynomials.simulated_um[number]
-        )
         found.append(
             FittedExperiment(
                 name=experiment.name,
                 time_s=np.arange(experiment.y.size) * np.float64(step_s),
                 measured_um=experiment.y,
-                simulated_um=simulated,
+                simulated_um=np.sum(list(parts.values()), axis=0) + model.offset_um,
                 contributions_um=parts,
                 inputs=u,
             )
@@ -100,19 +94,6 @@ class Leftover:
     """Correlations and their bands."""
     step_s: float
     """Means over so much time were analysed. [s]"""
-
-
-def loss_of_parts_um(output: IdentifiedOutput, experiments: Sequence[FittedExperiment]) -> float:
-    """Return by how much gains and lags differ from the identified polynomials."""
-    if output.polynomials is None or output.model is None:
-        return 0.0
-    return max(
-        float(np.max(np.abs(total - experiment.simulated_um)))
-        for experiment in experiments
-        for total in [
-            np.sum(list(experiment.contributions_um.values()), axis=0) + output.model.offset_um
-        ]
-    )
 
 
 def leftover_of(experiments: Sequence[FittedExperiment]) -> Leftover | str:

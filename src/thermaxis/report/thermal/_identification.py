@@ -24,7 +24,6 @@ from thermaxis.report.thermal._fit import (
     input_names_of,
     leftover_of,
     linearity_of,
-    loss_of_parts_um,
 )
 from thermaxis.report.thermal._identification_charts import (
     MOST_LOGS,
@@ -32,7 +31,6 @@ from thermaxis.report.thermal._identification_charts import (
     identification_charts,
     record_length_s,
 )
-from thermaxis.report.thermal._lines import span_of
 from thermaxis.report.thermal._poles import pole_maps
 from thermaxis.report.thermal._steps import INTERVAL
 from thermaxis.report.thermal._verification import pictures_of
@@ -52,14 +50,12 @@ from thermaxis.thermal import Identification, IdentifiedOutput, Records, Thermal
 _MOST_CURVE = 40
 _MOST_FINDINGS = 40
 _MOST_POLES = 60
-_LOSS = 0.002
-"""A smaller difference of two free runs, as a share of their range, is not told. [1]"""
 _NOTES = (
     (
         "Fit = 100 (1 - |measured - simulated| / |measured - mean of measured|) percent over the"
         " training rows, equation (4) of the paper with the mean of the measured output, in free"
-        " run. A fit on training rows flatters: only the verification on another test says what"
-        " the model is worth."
+        " run of the model as its file holds it. A fit on training rows flatters: only the"
+        " verification on another test says what the model is worth."
     ),
     (
         "One step: 'nothing changes from row to row' knows the displacement of the row before,"
@@ -105,7 +101,7 @@ def identification_document(
         *_selection_section(result, pictures),
         Section(
             "The model",
-            (*_model_blocks(result, fitted), *_with(pictures, "figure_04_step", "poles")),
+            (*_model_blocks(result), *_with(pictures, "figure_04_step", "poles")),
         ),
         _residual_section(result, records, fitted, pictures),
         _records_section(records, logs, reference_s, pictures),
@@ -176,37 +172,30 @@ def _result_tables(result: Identification) -> list[Block]:
         Paragraph(f"How it was chosen: {plain_text(text_of(result.rule), 900).rstrip('.')}."),
         Table(columns, rows, words),
     ]
-    held_out = [o for o in result.outputs if o.validation_mae_um is not None]
-    if held_out:
-        blocks.append(_held_out_table(held_out))
-    beaten = [
-        name_text(o.name)
-        for o in result.outputs
-        if o.training_rmse_um.get("model", 0.0) >= o.training_rmse_um.get("static", float("inf"))
-    ]
-    if beaten:
-        blocks.append(
-            Paragraph(f"No better than a static regression: {', '.join(beaten[:12])}.", strong=True)
-        )
+    by_rows: dict[str, list[IdentifiedOutput]] = {}
+    for output in result.outputs:
+        if output.held_out is not None:
+            by_rows.setdefault(text_of(output.held_out.what), []).append(output)
+    blocks += [_held_out_table(what, outputs) for what, outputs in by_rows.items()]
     if len(result.outputs) > MOST_OUTPUTS:
         words = f"The first {MOST_OUTPUTS} of {len(result.outputs)} outputs have charts."
         blocks.append(Paragraph(words))
     return blocks
 
 
-def _held_out_table(outputs: Sequence[IdentifiedOutput]) -> Table:
-    keys = ("hold", "static", "averages")
+def _held_out_table(what: str, outputs: Sequence[IdentifiedOutput]) -> Table:
+    keys = ("model", "static", "averages", "hold")
     rows = tuple(
         (
             name_text(o.name),
-            micrometres(o.validation_mae_um),
-            *(micrometres(o.baseline_mae_um.get(key)) for key in keys),
+            percent(held.fit_percent),
+            *(micrometres(held.rmse_um.get(key)) for key in keys),
         )
         for o in outputs
+        if (held := o.held_out) is not None
     )
-    columns = columns_of("*Output | Model | Last value held | Static | Fixed averages")
-    words = "Mean absolute error in free run on parts of the record that were held out, in µm."
-    return Table(columns, rows, words)
+    columns = columns_of("*Output | Fit [%] | Model | Static | Fixed averages | Last value held")
+    return Table(columns, rows, f"{what[:1].upper()}{what[1:]}.")
 
 
 def _selection_section(result: Identification, pictures: Mapping[str, Picture]) -> list[Section]:
@@ -245,9 +234,7 @@ def _selection_section(result: Identification, pictures: Mapping[str, Picture]) 
     return [Section("Choice among the candidates", blocks)]
 
 
-def _model_blocks(
-    result: Identification, fitted: Mapping[str, Sequence[FittedExperiment]]
-) -> list[Block]:
+def _model_blocks(result: Identification) -> list[Block]:
     blocks: list[Block] = []
     for output in result.outputs[:20]:
         if output.model is not None:
@@ -255,22 +242,7 @@ def _model_blocks(
             blocks += _flags(output)
         if output.polynomials is not None:
             blocks += _polynomial_tables(output)
-            blocks += _loss_words(output, fitted[output.name])
     return blocks
-
-
-def _loss_words(output: IdentifiedOutput, experiments: Sequence[FittedExperiment]) -> list[Block]:
-    """Say where gains and lags, which run on the machine, are not the polynomials."""
-    loss = loss_of_parts_um(output, experiments)
-    spread = max((span_of(e.simulated_um) for e in experiments), default=0.0)
-    if loss <= _LOSS * spread:
-        return []
-    words = (
-        f"The model of {name_text(output.name)} that runs has gains and lags only: its modes that"
-        f" are no lags go into the direct gains, and along the records it differs from the"
-        f" polynomials by up to {micrometres(loss)} µm. The charts show the polynomials."
-    )
-    return [Paragraph(words, strong=True)]
 
 
 def _parts_table(output: IdentifiedOutput) -> Table:

@@ -1,7 +1,4 @@
 from ._identification import (
-    Identification as Identification,
-    IdentifiedOutput as IdentifiedOutput,
-    Method as Method,
     identify as identify,
     identify_joint as identify_joint,
 )
@@ -14,4 +11,10 @@ from ._records import (
     compensation_model as compensation_model,
     records_of as records_of,
     usual_step_of as usual_step_of,
+)
+from ._result import (
+    HeldOut as HeldOut,
+    Identification as Identification,
+    IdentifiedOutput as IdentifiedOutput,
+    Method as Method,
 )

@@ -9,11 +9,15 @@ import numpy as np
 from thermaxis.codes import Place
 from thermaxis.compensation import GainPoint
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._records import Records
 from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.modal import ModalOptions, ModalResult, modal
-from thermaxis.thermal.transfer_function import DiameterGain, ThermalModel, held, simulate_modal
+from thermaxis.thermal.transfer_function import (
+    DiameterGain,
+    ThermalModel,
+    held,
+    simulate_from_rest,
+)
 
 MOST_ROUNDS = 12
 """Rounds of parts and gains in turn; three or four suffice. [1]"""
@@ -35,6 +39,8 @@ class JointGains:
     """Channel at which the gain is 1."""
     gain_by_channel: Mapping[str, float]
     """Gain of every channel. [1]"""
+    diameters_mm: Mapping[str, float | None]
+    """Diameter of every channel; None for the tool centre point. [mm]"""
 
 
 def joint_gains(
@@ -110,7 +116,9 @@ def joint_gains(
             break
     points = tuple(GainPoint(known[c], gains[c]) for c in sorted(known, key=lambda c: known[c]))
     tool_gain = gains[tool[0]] if tool else 1.0
-    return JointGains(result, part, DiameterGain(points, tool_gain), reference, gains)
+    return JointGains(
+        result, part, DiameterGain(points, tool_gain), reference, gains, dict(diameters_mm)
+    )
 
 
 def _parts(
@@ -151,9 +159,3 @@ def _gain(experiments: tuple[Experiment, ...], model: ThermalModel, column: int)
         product += float(x @ y)
         square += float(x @ x)
     return product / square if square > 0 else 0.0
-
-
-def simulate_from_rest(model: ThermalModel, sample_time_s: float, u: FloatArray) -> FloatArray:
-    """Return the displacement in free run from rest at the first row."""
-    at_rest = [np.zeros_like(part.gains) for part in model.parts]
-    return simulate_modal(model, sample_time_s, u, at_rest)

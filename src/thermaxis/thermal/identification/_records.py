@@ -50,6 +50,10 @@ class Records:
     """Lowest value of every input over all logs, (k,). [K]"""
     highest_k: FloatArray
     """Highest value, (k,). [K]"""
+    logs: tuple[ThermalLog, ...]
+    """The logs themselves: figures are those of the written model's free run along them."""
+    reference_s: float
+    """Everything is relative to the mean over this first time of a log. [s]"""
 
 
 def records_of(
@@ -104,7 +108,7 @@ def records_of(
         u = np.stack([v - log.start_of(v, reference_s) for v in measured], axis=1)
         lowest = np.fmin(lowest, np.nanmin(u, axis=0))
         highest = np.fmax(highest, np.nanmax(u, axis=0))
-        names = [output for output in found if _has(log, output)]
+        names = [output for output in found if has_output(log, output)]
         if not names:
             left_out.append(log.where)
             continue
@@ -133,10 +137,13 @@ def records_of(
         reference_c=_references(logs[0], inputs, reference_s),
         lowest_k=lowest,
         highest_k=highest,
+        logs=tuple(logs),
+        reference_s=reference_s,
     )
 
 
-def _has(log: ThermalLog, output: str) -> bool:
+def has_output(log: ThermalLog, output: str) -> bool:
+    """Whether a log has a channel that was measured at least once."""
     names = [name for name in log.columns if name.casefold() == output.casefold()]
     return any(not bool(np.all(np.isnan(log.columns[name]))) for name in names)
 

@@ -579,16 +579,6 @@ def _warnings(
     return tuple(found)
 
 
-def _output_flags(
-    model: ThermalModel, correlation: FloatArray, own_um: float, baselines: Mapping[str, float]
-) -> tuple[Message, ...]:
-    flags = _opposed(model, correlation)
-    for name, code in (("hold", "warning-hold_better"), ("static", "warning-static_better")):
-        if baselines[name] < own_um:
-            flags.append(Message(code, {"rule_um": baselines[name], "model_um": own_um}))
-    return tuple(flags)
-
-
 def _result(
     search: _Search,
     output_names: Sequence[str],
@@ -621,7 +611,7 @@ def _result(
             validation_mae_um=float(errors[i]),
             training_mae_um=float(training[i]),
             baseline_mae_um=MappingProxyType(own),
-            flags=_output_flags(model, correlation, float(errors[i]), own),
+            flags=tuple(_opposed(model, correlation)),
         )
     return SelectionResult(
         outputs=MappingProxyType({name: found[name] for name in output_names}),

@@ -69,6 +69,7 @@ from ._thermal_model import (
     ThermalModel as ThermalModel,
     delayed as delayed,
     section_response as section_response,
+    simulate_from_rest as simulate_from_rest,
     simulate_modal as simulate_modal,
     step_response as step_response,
 )

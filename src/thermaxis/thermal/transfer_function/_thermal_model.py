@@ -171,6 +171,12 @@ def simulate_modal(
     return y
 
 
+def simulate_from_rest(model: ThermalModel, sample_time_s: float, u: FloatArray) -> FloatArray:
+    """Return the displacement in free run from rest at the first row."""
+    at_rest = [np.zeros_like(part.gains) for part in model.parts]
+    return simulate_modal(model, sample_time_s, u, at_rest)
+
+
 def step_response(model: ThermalModel, times_s: FloatArray) -> FloatArray:
     """Return what a lasting step of one kelvin does, input by input, (n, k). [µm/K]
 

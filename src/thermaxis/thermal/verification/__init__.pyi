@@ -19,5 +19,6 @@ from ._verification import (
     VerificationFigures as VerificationFigures,
     VerifiedLog as VerifiedLog,
     VerifiedOutput as VerifiedOutput,
+    pooled_figures as pooled_figures,
     verify as verify,
 )

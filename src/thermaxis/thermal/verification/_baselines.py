@@ -63,6 +63,7 @@ def fit_baseline(
     *,
     ridge: float = DEFAULT_RIDGE,
     lags_s: Sequence[float] = AVERAGE_LAGS_S,
+    offset: bool = True,
 ) -> BaselineModel:
     """Fit a simple model.
 
@@ -78,6 +79,9 @@ def fit_baseline(
         0.001. [1]
     lags_s : sequence of float
         Time constants of the averages; for these only. Default: 300, 1200, 3600 and 10,800 s. [s]
+    offset : bool
+        Whether the displacement at the reference is free; else it is zero, as for a model that is
+        run from the start of a log. Default: free.
 
     Returns
     -------
@@ -111,9 +115,9 @@ def fit_baseline(
         columns = _columns(experiment.u, experiment.sample_time_s, lags)
         table = np.column_stack([np.ones(experiment.y.size), columns, experiment.y])
         factor = triangle([factor, table[~np.isnan(experiment.y)]])
-    offset, gains = _solved(factor, penalty, rows)
+    offset_um, gains = _solved(factor, penalty, rows, offset=offset)
     return BaselineModel(
-        baseline, offset, frozen_array(gains.reshape(inputs, 1 + len(lags))), lags, rows
+        baseline, offset_um, frozen_array(gains.reshape(inputs, 1 + len(lags))), lags, rows
     )
 
 
@@ -132,10 +136,12 @@ def _columns(u: FloatArray, sample_time_s: float, lags_s: Sequence[float]) -> Fl
     return np.stack(columns, axis=1)
 
 
-def _solved(factor: FloatArray, penalty: float, rows: int) -> tuple[float, FloatArray]:
+def _solved(
+    factor: FloatArray, penalty: float, rows: int, *, offset: bool
+) -> tuple[float, FloatArray]:
     """Return offset and gains; the offset is not penalised."""
     # the first row of the factor is the mean, the rest is about it
-    about_mean = factor[1:, 1:]
+    about_mean = factor[1:, 1:] if offset else triangle([factor[:, 1:]])
     spread = np.linalg.norm(about_mean[:, :-1], axis=0) / np.sqrt(rows)
     if penalty > 0.0:
         root = np.sqrt(penalty * rows) * spread
@@ -144,8 +150,9 @@ def _solved(factor: FloatArray, penalty: float, rows: int) -> tuple[float, Float
     elif rows < factor.shape[1]:
         raise DataError("rows_not_enough", rows=rows, parameters=factor.shape[1] - 1)
     gains = solve_triangle(about_mean).parameters
-    offset = float(factor[0, -1] - factor[0, 1:-1] @ gains) / float(factor[0, 0])
-    return offset, gains
+    if not offset:
+        return 0.0, gains
+    return float(factor[0, -1] - factor[0, 1:-1] @ gains) / float(factor[0, 0]), gains
 
 
 def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float) -> FloatArray:

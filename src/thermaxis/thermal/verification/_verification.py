@@ -221,7 +221,9 @@ def verify(
     )
     names = dict.fromkeys(output.measured.name for log in verified for output in log.outputs)
     pooled = {
-        name: _pooled([o for log in verified for o in log.outputs if o.measured.name == name])
+        name: pooled_figures(
+            [o for log in verified for o in log.outputs if o.measured.name == name]
+        )
         for name in names
     }
     warnings = [
@@ -460,8 +462,11 @@ def _own_static_rmse(measured: FloatArray, inputs: FloatArray) -> float | None:
     return _rmse(left)
 
 
-def _pooled(outputs: Sequence[VerifiedOutput]) -> VerificationFigures:
-    """Return figures over several logs; those that only one log has are of the last one."""
+def pooled_figures(outputs: Sequence[VerifiedOutput]) -> VerificationFigures:
+    """Return figures over several runs, each about its own mean.
+
+    Values at the end are those of the last run; values after 60 minutes only one run has.
+    """
     if len(outputs) == 1:
         return outputs[0].figures
     present = [o.counted for o in outputs]

@@ -1,0 +1,242 @@
+"""Figures of an identified model: its free run as it is written, simple rules run alike beside it.
+
+There is one way to a figure: the model that the file would hold goes through `verify` on the logs.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from thermaxis.codes import Message
+from thermaxis.compensation import CompensationModel
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray, significant
+from thermaxis.thermal.identification._records import Records, has_output, records_of
+from thermaxis.thermal.identification._result import HeldOut, Identification, IdentifiedOutput
+from thermaxis.thermal.log import ThermalLog
+from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
+from thermaxis.thermal.verification import (
+    Baseline,
+    MeasuredOutput,
+    VerificationFigures,
+    VerifiedOutput,
+    fit_baseline,
+    pooled_figures,
+    verify,
+)
+
+LEARNT_SHARE = 0.7
+"""Share of the measured rows of a single log that is learnt from where the rest is held out. [1]"""
+FEWEST_HELD_OUT = 20
+"""Fewer measured rows judge nothing. [1]"""
+MOST_FOLDS = 4
+"""Several logs are held out one after the other, in as many groups at most. [1]"""
+SEEN_SHARE = 0.5
+"""A run judges others' models where these saw so much of the range of every input. [1]"""
+MUCH_WORSE = 3.0
+"""More than so many times what fixed averages leave of rows held out is told. [1]"""
+
+
+def averages_model(records: Records, name: str) -> ThermalModel:
+    """Return the fixed exponential averages of an output as a model that runs like any other."""
+    fitted = fit_baseline(Baseline.AVERAGES_RIDGE, records.experiments[name], offset=False)
+    taus_s = np.array(fitted.lags_s)
+    return ThermalModel(
+        tuple(
+            ModalPart(definition.name, float(gains[0]), gains[1:], taus_s)
+            for definition, gains in zip(records.inputs, fitted.gains_um_per_k, strict=True)
+        )
+    )
+
+
+def static_gains(records: Records, name: str) -> FloatArray:
+    """Return the gains of the static regression of an output, one per input. [µm/K]"""
+    fitted = fit_baseline(Baseline.RIDGE, records.experiments[name], offset=False)
+    return fitted.gains_um_per_k[:, 0]
+
+
+_Runs = dict[str, list[VerifiedOutput]]
+_Judge = tuple[ThermalLog, tuple[int, int] | None]
+"""A log along which a model runs, and the rows that count, None for all."""
+
+
+def _runs(
+    model: CompensationModel,
+    measured: Sequence[MeasuredOutput],
+    judges: Sequence[_Judge],
+    reference_s: float,
+) -> _Runs:
+    """Return the free run along every log that has an output, by output of the model."""
+    found: _Runs = {}
+    for log, rows in judges:
+        there = [m for m in measured if has_output(log, m.channel)]
+        if there:
+            one = verify(model, [log], there, reference_s=reference_s, rows=rows)
+            for run in one.logs[0].outputs:
+                found.setdefault(run.measured.output, []).append(run)
+    return found
+
+
+def _both_runs(
+    found: Identification, records: Records, judges: Sequence[_Judge]
+) -> tuple[_Runs, _Runs]:
+    """Return the free runs of the models as written, and of the averages in their place."""
+    able = [output for output in found.outputs if output.model is not None]
+    if not able:
+        return {}, {}
+    measured = [m for output in able for m in found.measured_of(output.name)]
+    averages = [replace(o, model=averages_model(records, found.reference_of(o.name))) for o in able]
+    own, beside = (
+        _runs(
+            replace(found, outputs=tuple(outputs)).to_compensation_model(records),
+            measured,
+            judges,
+            records.reference_s,
+        )
+        for outputs in (able, averages)
+    )
+    return own, beside
+
+
+def with_figures(
+    found: Identification, records: Records, again: Callable[[Records], Identification]
+) -> Identification:
+    """Return an identification with its figures: on the training rows, and on rows held out.
+
+    `again` identifies from other records as the first time.
+    """
+    own, beside = _both_runs(found, records, [(log, None) for log in records.logs])
+    judged = _held_out(found, records, again)
+    outputs: list[IdentifiedOutput] = []
+    for output in found.outputs:
+        runs, held_out = own.get(output.name), judged.get(output.name)
+        if runs:
+            trained = pooled_figures(runs)
+            averages = pooled_figures(beside[output.name]).rmse_um
+            output = replace(  # noqa: PLW2901 - the same output, with its figures
+                output,
+                trained=trained,
+                training_rmse_um=_rmse(trained, averages, one_step=trained.persistence_rmse_um),
+                held_out=held_out,
+                warnings=(*output.warnings, *_verdict(held_out)),
+            )
+        outputs.append(output)
+    return replace(found, outputs=tuple(outputs))
+
+
+def _rmse(
+    model: VerificationFigures, averages_um: float, **others: float | None
+) -> dict[str, float]:
+    static = model.static_rmse_um
+    every = {"model": model.rmse_um, "static": static, "averages": averages_um, **others}
+    return {name: value for name, value in every.items() if value is not None}
+
+
+def _held_out(
+    found: Identification, records: Records, again: Callable[[Records], Identification]
+) -> dict[str, HeldOut]:
+    """Fit anew without part of the rows, and judge there; outputs of the same logs together."""
+    groups: dict[tuple[int, ...], list[str]] = {}
+    for output in found.outputs:
+        channels = [m.channel for m in found.measured_of(output.name)]
+        have = [any(has_output(log, c) for c in channels) for log in records.logs]
+        groups.setdefault(tuple(np.flatnonzero(have).tolist()), []).extend(channels)
+    judged: dict[str, HeldOut] = {}
+    for numbers, channels in groups.items():
+        logs = [records.logs[k] for k in numbers]
+        try:
+            judged |= _group(channels, logs, records, again)
+        except (DataError, ConfigurationError):
+            continue  # what is left of the rows allows no model: nothing is promised
+    return judged
+
+
+_Fold = tuple[list[ThermalLog], list[_Judge]]
+"""Logs to learn from, and what is judged."""
+
+
+def _other_runs(logs: Sequence[ThermalLog]) -> list[_Fold]:
+    groups = np.array_split(np.arange(len(logs)), min(len(logs), MOST_FOLDS))
+    return [
+        ([log for k, log in enumerate(logs) if k not in group], [(logs[k], None) for k in group])
+        for group in groups
+    ]
+
+
+def _later_part(channels: Sequence[str], logs: Sequence[ThermalLog]) -> list[_Fold]:
+    learnt: list[ThermalLog] = []
+    judges: list[_Judge] = []
+    for log in logs:
+        measured = [~np.isnan(log.column(c, unit="um")) for c in channels if has_output(log, c)]
+        rows = np.flatnonzero(np.any(measured, axis=0))
+        first = int(LEARNT_SHARE * rows.size)
+        if min(first, rows.size - first) >= FEWEST_HELD_OUT:
+            cut = int(rows[first])
+            learnt.append(log.span(0, cut))
+            judges.append((log, (cut, log.rows)))
+    return [(learnt, judges)] if learnt else []
+
+
+def _group(
+    channels: Sequence[str],
+    logs: Sequence[ThermalLog],
+    records: Records,
+    again: Callable[[Records], Identification],
+) -> dict[str, HeldOut]:
+    """Judge by other runs where each shows most of what an input does, else by later parts."""
+
+    def part_of(learnt: Sequence[ThermalLog]) -> Records:
+        return records_of(
+            learnt,
+            records.inputs,
+            channels,
+            sample_time_s=records.sample_time_s,
+            reference_s=records.reference_s,
+        )
+
+    what = Message("held_out-other_runs", {"runs": len(logs)})
+    alike = len(logs) > 1 and all(has_output(log, c) for log in logs for c in channels)
+    folds = [(part_of(learnt), judges) for learnt, judges in (_other_runs(logs) if alike else [])]
+    range_k = records.highest_k - records.lowest_k
+    seen = [np.all(p.highest_k - p.lowest_k >= SEEN_SHARE * range_k) for p, _ in folds]
+    if not (seen and all(seen)):
+        what = Message("held_out-later_part", {"percent": round(100 * (1 - LEARNT_SHARE))})
+        folds = [(part_of(learnt), judges) for learnt, judges in _later_part(channels, logs)]
+    own: _Runs = {}
+    beside: _Runs = {}
+    for part, judges in folds:
+        for total, new in zip((own, beside), _both_runs(again(part), part, judges), strict=True):
+            for name, found in new.items():
+                total.setdefault(name, []).extend(found)
+    judged: dict[str, HeldOut] = {}
+    for name, runs in own.items():
+        figures = pooled_figures(runs)
+        rmse = _rmse(figures, pooled_figures(beside[name]).rmse_um, hold=_hold(runs))
+        judged[name] = HeldOut(what, figures.fit_percent, rmse)
+    return judged
+
+
+def _hold(runs: Sequence[VerifiedOutput]) -> float:
+    """Return what is left where the last displacement before the rows that count stays. [µm]"""
+    left: list[FloatArray] = []
+    for run in runs:
+        before = run.measured_um[: int(np.argmax(run.counted))]
+        known = before[~np.isnan(before)]
+        left.append(run.measured_um[run.counted] - (known[-1] if known.size else 0.0))
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+
+
+def _verdict(held_out: HeldOut | None) -> tuple[Message, ...]:
+    """Return a warning where simple rules leave less of the rows held out than the model."""
+    if held_out is None:
+        return ()
+    rmse = held_out.rmse_um
+    for rule, code, factor in (
+        ("static", "warning-no_better_than_static", 1.0),
+        ("averages", "warning-averages_better", MUCH_WORSE),
+    ):
+        if rule in rmse and rmse["model"] > factor * rmse[rule]:
+            values = {f"{k}_um": significant(rmse[k], 3) for k in ("model", rule)}
+            return (Message(code, values),)
+    return ()

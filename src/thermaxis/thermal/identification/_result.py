@@ -1,0 +1,165 @@
+"""What an identification is: models by output, their figures, and the model that may run."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import final
+
+from thermaxis.codes import Message, Place
+from thermaxis.compensation import CompensationModel, Provenance
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.identification._joint_gains import JointGains
+from thermaxis.thermal.identification._records import Records, compensation_model
+from thermaxis.thermal.modal import PartStd
+from thermaxis.thermal.selection import SelectionResult
+from thermaxis.thermal.transfer_function import PolynomialResult, ThermalModel, combine_models
+from thermaxis.thermal.verification import MeasuredOutput, VerificationFigures
+
+
+class Method(StrEnum):
+    """Estimators."""
+
+    MODAL = "modal"
+    """Direct gain and first-order lags; always stable."""
+    OE = "oe"
+    """Output error of the paper."""
+    ARX = "arx"
+    """ARX of the paper."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldOut:
+    """What the method is worth on rows that it did not see: all of it, fitted anew without them."""
+
+    what: Message
+    """Which rows: ``held_out-later_part`` of the same runs, or ``held_out-other_runs``."""
+    fit_percent: float | None
+    """Fit of the free run; None where the displacement is constant there. [%]"""
+    rmse_um: Mapping[str, float]
+    """Root mean square error in free run of the ``model``, of a ``static`` regression and of fixed
+    exponential ``averages``, each fitted to the same rows and relative to the start of the log;
+    of ``hold``, the last displacement before them, or none where another run is judged. [µm]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class IdentifiedOutput:
+    """The model of one displacement and how sure its numbers are."""
+
+    name: str
+    """Channel of the displacement."""
+    model: ThermalModel | None
+    """Gains and time constants; None where the polynomials are no sum of stable lags."""
+    std: tuple[PartStd, ...]
+    """Standard deviations, one per part; None within where the record does not support one."""
+    noise_std_um: float | None = None
+    """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
+    slow_noise_std_um: float | None = None
+    """Slow drift that no input explains; None where it was not estimated. [µm]"""
+    trained: VerificationFigures | None = None
+    """Figures of the free run along the training logs, of the model as it is written: those that
+    `verify` finds there. None where there is no model."""
+    training_rmse_um: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Root mean square error along the training logs: of the ``model`` in free run, of a ``static``
+    regression and of fixed exponential ``averages`` (both with a ridge) run alike, and of
+    ``one_step`` persistence, which knows the displacement of the row before. [µm]"""
+    held_out: HeldOut | None = None
+    """The same on rows that were held out; None where too few were measured."""
+    static_gains_um_per_k: FloatArray
+    """Gains of the static regression, one per input of the records. [µm/K]"""
+    polynomials: PolynomialResult | None = None
+    """Numerators and denominators of ARX and output error."""
+    warnings: tuple[Message, ...]
+    """What the user must know of this output."""
+
+    @property
+    def fit_percent(self) -> float | None:
+        """Fit of the written model's free run to the training logs; None without a model. [%]"""
+        return None if self.trained is None else self.trained.fit_percent
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """What was identified."""
+
+    method: Method
+    """The estimator."""
+    rule: Message
+    """How inputs and orders were chosen."""
+    outputs: tuple[IdentifiedOutput, ...]
+    """Every displacement."""
+    stable: bool
+    """Whether every model is stable."""
+    selection: SelectionResult | None
+    """Choice among candidates; None where the inputs were named."""
+    warnings: tuple[Message, ...]
+    """What the user must know of all outputs."""
+    joint: JointGains | None = None
+    """Gains by workpiece diameter that were estimated with the parts; None where none were."""
+
+    def measured_of(self, output: str) -> tuple[MeasuredOutput, ...]:
+        """Return the channels with which an output of the model is compared."""
+        if self.joint is None:
+            return (MeasuredOutput(output, output),)
+        at = self.joint.diameters_mm.items()
+        return tuple(MeasuredOutput(channel, output, d_mm) for channel, d_mm in at)
+
+    def reference_of(self, output: str) -> str:
+        """Return the channel to which an output of the model belongs as it is."""
+        return output if self.joint is None else self.joint.reference
+
+    @property
+    def messages(self) -> tuple[Message, ...]:
+        """What the user must know of all outputs and of each, its name as the place."""
+        own = [replace(w, place=Place(channel=o.name)) for o in self.outputs for w in o.warnings]
+        return (*self.warnings, *own)
+
+    def to_compensation_model(
+        self,
+        records: Records,
+        provenance: Provenance | None = None,
+        *,
+        sentence: Callable[[Message], str] = str,
+    ) -> CompensationModel:
+        """Return the model that may run on the machine once its limits are set.
+
+        Parameters
+        ----------
+        records : Records
+            What it was identified from.
+        provenance : Provenance, optional
+            Where it comes from.
+        sentence : callable
+            Makes the warnings that the model carries, such as `thermaxis.messages.text_of`.
+            Default: code, values and place as they are.
+
+        Returns
+        -------
+        CompensationModel
+            Gains and time constants of every output.
+
+        Raises
+        ------
+        DataError
+            If a model is not stable: it must not run anywhere.
+        """
+        models: dict[str, ThermalModel] = {}
+        statics = {output.name: output.static_gains_um_per_k for output in self.outputs}
+        for output in self.outputs:
+            if output.model is None:
+                raise DataError("model_not_stable_lags", output=output.name)
+            models[output.name] = output.model
+        model = compensation_model(
+            models,
+            records,
+            static_gains_um_per_k=statics,
+            provenance=provenance,
+            warnings=[*map(sentence, self.messages)],
+        )
+        if self.joint is None:
+            return model
+        name = next(iter(models))
+        return combine_models([(name, model)], {self.joint.part: self.joint.gain})
