@@ -67,8 +67,9 @@ def test_no_public_name_says_nothing(root):
     for path in sorted((root / "src").rglob("*.py")):
         if words_of(path.stem) & FORBIDDEN:
             wrong.append(path.name)
-        names = forbidden_names(ast.parse(path.read_text(encoding="utf-8")))
-        wrong += [f"{path.name}: {name}" for name in names]
+        text = path.read_text(encoding="utf-8")
+        if any(word in text.lower() for word in FORBIDDEN):
+            wrong += [f"{path.name}: {name}" for name in forbidden_names(ast.parse(text))]
     assert wrong == []
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from functools import cache
 from importlib import resources
 
 import pytest
@@ -47,6 +48,7 @@ CODES: dict[str, set[str]] = {
 }
 
 
+@cache
 def files(language: str) -> dict[str, FluentResource]:
     """Read the files of a language."""
     folder = FOLDER / language
@@ -79,6 +81,7 @@ class Gaps(Visitor):
         self.generic_visit(node)
 
 
+@cache
 def gaps(language: str) -> dict[str, Gaps]:
     found: dict[str, Gaps] = {}
     for name, resource in files(language).items():
@@ -93,9 +96,6 @@ def gaps(language: str) -> dict[str, Gaps]:
                         found[message.id.name + part] = Gaps()
                         found[message.id.name + part].visit(pattern)
     return found
-
-
-GAPS = {language: gaps(language) for language in LANGUAGES}
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -114,11 +114,11 @@ def test_every_file_can_be_read_and_no_key_stands_twice(language: str) -> None:
 def test_every_language_says_the_same_with_the_same_values(language: str) -> None:
     assert FILES[language] == TRANSLATED
     assert {name for name in FILES["en"] if name.startswith("page")} <= TRANSLATED <= FILES["en"]
-    assert GAPS[language].keys() == GAPS["en"].keys()
+    assert gaps(language).keys() == gaps("en").keys()
     other = {
         key: (one.variables, one.calls)
-        for key, one in GAPS[language].items()
-        if (one.variables, one.calls) != (GAPS["en"][key].variables, GAPS["en"][key].calls)
+        for key, one in gaps(language).items()
+        if (one.variables, one.calls) != (gaps("en")[key].variables, gaps("en")[key].calls)
     }
     assert other == {}
 
@@ -128,7 +128,7 @@ PLURALS = {"en": {"one", "other"}, "de": {"one", "other"}, "cs": {"one", "few", 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_what_is_counted_has_every_form_of_the_language(language: str) -> None:
-    for key, one in GAPS[language].items():
+    for key, one in gaps(language).items():
         for variable, forms in one.selections:
             assert forms == PLURALS[language], (key, variable)
 
@@ -169,19 +169,20 @@ ALIKE = {
 """Words that are written alike."""
 SAME = {f"common-language_{language}" for language in LANGUAGES}
 """Each language names itself."""
-TEXTS = {
-    language: {key: template(key, language=language) for key in keys(language)}
-    for language in LANGUAGES
-}
 BARE = re.compile(r"\{\w+\}")
+
+
+@cache
+def texts_of(language: str) -> dict[str, str]:
+    return {key: template(key, language=language) for key in keys(language)}
 
 
 @pytest.mark.parametrize("language", LANGUAGES[1:])
 def test_no_english_is_left_over_by_accident(language: str) -> None:
     odd: set[str] = set()
-    for key, text in TEXTS[language].items():
+    for key, text in texts_of(language).items():
         bare = BARE.sub("", text)
-        if text == TEXTS["en"][key] and re.search(r"[a-z]{3}", bare) and key not in SAME:
+        if text == texts_of("en")[key] and re.search(r"[a-z]{3}", bare) and key not in SAME:
             odd |= {key} if bare.strip(" .:,()+-0123456789").lower() not in ALIKE else set()
     assert odd == set()
 
@@ -189,8 +190,8 @@ def test_no_english_is_left_over_by_accident(language: str) -> None:
 @pytest.mark.parametrize("language", LANGUAGES[1:])
 def test_sentences_end_as_the_english_ones_do(language: str) -> None:
     ends = (".", ":", "?")
-    english = TEXTS["en"]
-    texts = TEXTS[language].items()
+    english = texts_of("en")
+    texts = texts_of(language).items()
     odd = {key for key, text in texts if english[key].endswith(ends) != text.endswith(ends)}
     assert odd == set()
 
@@ -198,7 +199,7 @@ def test_sentences_end_as_the_english_ones_do(language: str) -> None:
 def test_no_text_has_spaces_at_its_ends_or_letters_of_another_language() -> None:
     german, czech = set("äöüßÄÖÜ"), set("áčďéěíňóřšťúůýžÁČĎÉĚÍŇÓŘŠŤÚŮÝŽ")
     foreign = {"en": german | czech, "de": czech, "cs": german - czech}
-    for language, texts in TEXTS.items():
-        own = {key: text for key, text in texts.items() if key not in SAME}
+    for language in LANGUAGES:
+        own = {key: text for key, text in texts_of(language).items() if key not in SAME}
         assert [key for key, text in own.items() if text != text.strip()] == []
         assert [key for key, text in own.items() if foreign[language] & set(text)] == []

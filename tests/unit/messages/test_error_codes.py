@@ -31,6 +31,7 @@ class Variables(Visitor):
         self.names.add(node.id.name)
 
 
+@cache
 def variables(kind: str, files: str) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     for file in sorted((ROOT / "messages" / "en").glob(files)):
@@ -45,15 +46,22 @@ def variables(kind: str, files: str) -> dict[str, set[str]]:
     return found
 
 
-SENTENCES = variables("error", "errors_*.ftl")
+def sentences_of_errors() -> dict[str, set[str]]:
+    return variables("error", "errors_*.ftl")
 
 
 @cache
-def trees() -> tuple[tuple[str, ast.Module], ...]:
-    return tuple(
-        (str(file.relative_to(ROOT)), ast.parse(file.read_text("utf-8")))
-        for file in sorted(ROOT.rglob("*.py"))
-    )
+def code() -> tuple[Counter[str], tuple[tuple[str, str, ast.Call], ...]]:
+    """Return how often each text stands in the code, and file, name and node of every call."""
+    texts: Counter[str] = Counter()
+    calls: list[tuple[str, str, ast.Call]] = []
+    for file in sorted(ROOT.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                texts[node.value] += 1
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.args:
+                calls.append((str(file.relative_to(ROOT)), node.func.id, node))
+    return texts, tuple(calls)
 
 
 def codes_of(node: ast.expr) -> Iterator[str]:
@@ -67,35 +75,29 @@ def codes_of(node: ast.expr) -> Iterator[str]:
 
 def raised() -> Iterator[tuple[str, str, set[str] | None]]:
     """Yield place, code and names of values of every call of an error's class with a code."""
-    for file, tree in trees():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and node.args:
-                name = node.func.id if isinstance(node.func, ast.Name) else ""
-                if name.endswith("Error") and name not in OTHERS:
-                    given = {one.arg for one in node.keywords}
-                    known = None if None in given else {one for one in given if one} - {"place"}
-                    for code in codes_of(node.args[0]):
-                        if code.isidentifier():
-                            yield f"{file}:{node.lineno}", code, known
+    for file, name, node in code()[1]:
+        if name.endswith("Error") and name not in OTHERS:
+            given = {one.arg for one in node.keywords}
+            known = None if None in given else {one for one in given if one} - {"place"}
+            for said in codes_of(node.args[0]):
+                if said.isidentifier():
+                    yield f"{file}:{node.lineno}", said, known
 
 
 def test_every_error_that_is_raised_has_a_sentence_for_all_its_values() -> None:
+    sentences = sentences_of_errors()
     wrong = [
-        (place, code, "no sentence" if code not in SENTENCES else values ^ SENTENCES[code])
-        for place, code, values in raised()
-        if code not in SENTENCES or (values is not None and values != SENTENCES[code])
+        (place, said, "no sentence" if said not in sentences else values ^ sentences[said])
+        for place, said, values in raised()
+        if said not in sentences or (values is not None and values != sentences[said])
     ]
+    assert len(list(raised())) > 500
     assert wrong == []
 
 
 def test_every_sentence_is_that_of_an_error_or_of_what_is_said_of_a_run() -> None:
-    constants = Counter(
-        node.value
-        for _, tree in trees()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Constant) and isinstance(node.value, str)
-    )
-    assert [code for code in SENTENCES if not constants[code] + constants[f"error-{code}"]] == []
+    constants, sentences = code()[0], sentences_of_errors()
+    assert [one for one in sentences if not constants[one] + constants[f"error-{one}"]] == []
     assert set(variables("", "positioning.ftl")) - set(constants) == set()
 
 
@@ -113,22 +115,16 @@ MADE = ("warning-", "flag-", "rule-", "candidate-")
 
 
 def test_every_message_that_is_made_has_a_sentence_and_every_sentence_is_made() -> None:
-    constants: set[str] = set()
-    made: set[str] = set()
-    for _, tree in trees():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                constants.add(node.value)
-            if isinstance(node, ast.Call) and ast.unparse(node.func) == "Message" and node.args:
-                made |= set(codes_of(node.args[0]))
+    constants, calls = code()
+    made = {one for _, name, node in calls if name == "Message" for one in codes_of(node.args[0])}
     assert made - keys("en") == set()
     carried = {key for key in keys("en") if key.startswith(MADE) and "." not in key}
-    assert {k for k in carried if not {k, k.partition("-")[2]} & constants} == set()
+    assert {k for k in carried if not {k, k.partition("-")[2]} & constants.keys()} == set()
 
 
 def test_errors_have_sentences_in_english() -> None:
     assert {key for key in keys("en") if key.startswith("error-") and "." not in key} == {
-        f"error-{code}" for code in SENTENCES
+        f"error-{one}" for one in sentences_of_errors()
     }
 
 
@@ -144,19 +140,12 @@ def test_errors_have_sentences_in_english() -> None:
 def test_every_finding_has_a_sentence_for_all_its_values_and_every_sentence_a_finding(
     kind: str, files: str, function: str
 ) -> None:
-    sentences = variables(kind, files)
-    constants: set[str] = set()
-    wrong: list[object] = []
-    for file, tree in trees():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                constants.add(node.value)
-            if isinstance(node, ast.Call) and ast.unparse(node.func) == function:
-                given = {one.arg for one in node.keywords if one.arg}
-                wrong += [
-                    (file, node.lineno, code)
-                    for code in codes_of(node.args[0])
-                    if sentences.get(code) != given
-                ]
+    sentences, (constants, calls) = variables(kind, files), code()
+    wrong = [
+        (file, node.lineno, said)
+        for file, name, node in calls
+        for said in (codes_of(node.args[0]) if name == function else ())
+        if sentences.get(said) != {one.arg for one in node.keywords if one.arg}
+    ]
     assert wrong == []
-    assert set(sentences) - constants == set()
+    assert set(sentences) - constants.keys() == set()
