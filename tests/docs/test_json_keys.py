@@ -3,6 +3,8 @@
 import asyncio
 import json
 import re
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from shutil import copytree
 
@@ -181,7 +183,10 @@ def write_run(path: Path, seed: int) -> None:
 
 
 @pytest.fixture(scope="module")
-def evaluated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, object]]:
+def evaluated(
+    tmp_path_factory: pytest.TempPathFactory,
+    fitted_once: Callable[[], AbstractContextManager[None]],
+) -> Iterator[tuple[Path, dict[str, object]]]:
     """Evaluate a run with an anomaly, a drift and an outlier, and return file and JSON."""
     folder = tmp_path_factory.mktemp("json")
     run = folder / "run.csv"
@@ -189,7 +194,8 @@ def evaluated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str,
     limits = folder / "limits.toml"
     limits.write_text("[limits]\nA_um = 12.0\nM_um = 4.0\n", encoding="utf-8")
     words = ["evaluate", str(run), "--limits", str(limits)]
-    return run, keys_written([*words, "--json", str(folder / "r.json")], "", {})
+    with fitted_once():
+        yield run, keys_written([*words, "--json", str(folder / "r.json")], "", {})
 
 
 @pytest.fixture(scope="module")

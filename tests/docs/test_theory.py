@@ -47,11 +47,14 @@ def check(expected: str, printed: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "code", "text"), BLOCKS)
-def test_a_theory_page_prints_what_it_says(kind, code, text, root, monkeypatch, capsys):
+def test_a_theory_page_prints_what_it_says(
+    kind, code, text, root, monkeypatch, capsys, fitted_once
+):
     monkeypatch.chdir(root)
     if kind == "python":
         assert text is not None, "a block of code without its output"
-        check(text, printed_by_python(code))
+        with fitted_once():
+            check(text, printed_by_python(code))
         return
     command, _, expected = code.partition("\n")
     check(expected, printed_by_command(command, capsys))

@@ -17,6 +17,12 @@ from thermaxis.quantities import AxisKind
 EXAMPLES = ("x_axis_100_cycles.csv", "y_axis_50_cycles.rtl")
 
 
+@pytest.fixture(autouse=True)
+def fits(fitted_once):
+    with fitted_once():
+        yield
+
+
 def json_of(capsys: pytest.CaptureFixture[str], *words: str) -> dict:
     capsys.readouterr()
     assert main([*words, "--json", "-"]) == 0
