@@ -236,7 +236,7 @@ def test_hostile_text_in_a_file_cannot_drive_the_terminal(tmp_path, capsys):
 
 def test_the_measured_file_may_be_shown_under_another_name(run_file, capsys, tmp_path, monkeypatch):
     picture = b'<?xml version="1.0"?><svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(_figures.Chart, "svg", lambda *_: picture)  # the text is the subject
+    monkeypatch.setattr(_figures.Chart, "svg", lambda *_, **__: picture)  # the text is the subject
     page = tmp_path / "certificate.html"
     name = "axis <X>\n.csv"
     found = evaluated(capsys, run_file, "--source-name", name, "--report", str(page))

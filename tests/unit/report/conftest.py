@@ -30,10 +30,14 @@ def remembered_charts() -> Iterator[None]:
             drawn: dict[str, bytes] = {}
 
             def svg(
-                chart: Any, *of: Any, draw: Any = kind.svg, drawn: dict[str, bytes] = drawn
+                chart: Any,
+                *of: Any,
+                draw: Any = kind.svg,
+                drawn: dict[str, bytes] = drawn,
+                **size: float,
             ) -> bytes:
                 if chart.name not in drawn:
-                    drawn[chart.name] = draw(chart, *of)
+                    drawn[chart.name] = draw(chart, *of, **size)
                 return drawn[chart.name]
 
             patch.setattr(kind, "svg", svg)
@@ -54,7 +58,7 @@ def not_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def no_charts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no chart be drawn: a certificate has its place alone."""
-    monkeypatch.setattr(Chart, "svg", lambda *_: _PICTURE)
+    monkeypatch.setattr(Chart, "svg", lambda *_, **__: _PICTURE)
 
 
 @pytest.fixture(scope="session")

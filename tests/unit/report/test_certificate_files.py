@@ -23,9 +23,11 @@ from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS
 from thermaxis.positioning import FIGURE_KEYS, StartEnd, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, PositioningReport, write_report
+from thermaxis.report._document import Document, ItemList, Picture, Section, Table, columns_of
 from thermaxis.report.certificate import render_html
 from thermaxis.report.certificate._certificate import build_certificate
 from thermaxis.report.certificate._files import certificate_html, certificate_pdf
+from thermaxis.report.certificate._pdf import document_pdf
 from thermaxis.report.tables import results_sha256
 
 DrawnOnce = Callable[[], AbstractContextManager[None]]
@@ -245,6 +247,27 @@ def test_a_hundred_cycles_fill_a_reasonable_number_of_pages(
     last = hundred_cycles.test.deviation[:, -1, 1]
     row = "".join(f"{value:.2f}".replace("-", "−") for value in last)
     assert f"100↓{row}" in text
+
+
+@pytest.mark.parametrize("lines", range(0, 60, 9))
+def test_charts_follow_their_heading_in_order_and_rows_of_a_group_share_a_page(lines: int) -> None:
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" width="490" height="210"></svg>'
+    groups = [[f"group{g}row{r}" for r in range(6)] for g in range(12)]
+    rows = [(group[0][:-4], name) for group in groups for name in group]
+    table = Table(columns_of("<group | name"), tuple(rows), "", tuple(range(5, 72, 6)), dense=True)
+    charts = tuple(Picture(svg, f"Caption{k}.") for k in range(3))
+    sections = (
+        Section("Before", (ItemList(("a line",) * lines),)),
+        Section("Charts", charts),
+        Section("Budget", (table,)),
+    )
+    document = Document("title", "subtitle", None, "footer", "author", (), sections)
+    pages = pdf_pages(document_pdf(document, None))
+    text = " ".join(pages)
+    places = [text.index(word) for word in ("Charts", "Caption0.", "Caption1.", "Caption2.")]
+    assert places == sorted(places)
+    for group in groups:
+        assert sum(all(name in page for name in group) for page in pages) == 1
 
 
 @pytest.mark.usefixtures("no_charts")

@@ -1,6 +1,7 @@
 """The certificate of a positioning run: what it says, in which order."""
 
 from dataclasses import replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -90,14 +91,22 @@ def draw_pictures(report: PositioningReport, progress: Progress) -> dict[str, Pi
     pictures: dict[str, Picture] = {}
     for done, name in enumerate(wanted):
         progress(f"chart {name}", done, len(wanted) + 1)
-        svg = charts[name].svg(report).decode("utf-8")
-        caption = _CAPTIONS[name]
-        if name == "iso230_2" and not bool(np.any(np.isfinite(report.iso230_2.s))):
+        caption, fills = _CAPTIONS[name], name == "iso230_2"
+        if fills and not bool(np.any(np.isfinite(report.iso230_2.s))):
             caption = "Means of each direction, and the extents of the figures."
-        fills = name == "iso230_2"
+        size = {"height_in": _height_left(report)} if fills else {}
+        svg = charts[name].svg(report, **size).decode("utf-8")
         pictures[name] = Picture(svg, f"Figure {done + 1}. {caption}", fills=fills)
     progress("pages", len(wanted), len(wanted) + 1)
     return pictures
+
+
+def _height_left(report: PositioningReport) -> float:
+    """Return what head, verdict and figures leave of the first page, nearly. [inch]"""
+    texts = [len(text) for _, text in identification(report).fields]
+    lines = sum(1 + max(pair) // 36 for pair in zip_longest(texts[::2], texts[1::2], fillvalue=0))
+    head = 0.15 * lines + 0.2 * len(issuer(report)) + (0.75 if report.limits else 0.0)
+    return max(5.8 - head, 3.0)
 
 
 def _is_shown(name: str, report: PositioningReport) -> bool:

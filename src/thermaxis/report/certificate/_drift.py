@@ -13,7 +13,6 @@ from thermaxis.report._document import (
     Table,
     columns_of,
 )
-from thermaxis.report._figure_table import figure_table
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import ARROWS
 from thermaxis.report._text import fixed, plain_text, with_u
@@ -32,9 +31,6 @@ _WHAT_IT_IS = (
     " distance from the mean position, plus noise; a and b are smooth functions of time whose"
     " smoothness the run itself tells (restricted maximum likelihood)."
 )
-_WHY_REVERSAL = (
-    "while the axis drifts, the later visit of a target biases each of its reversal values"
-)
 _PROMPTS = (
     "Prompts to look, not verdicts: found in mean deviations, reversal values and residuals, the"
     " largest effect on the accuracy of the axis first."
@@ -51,7 +47,6 @@ def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> li
         _model(drift),
         _state(report, drift),
         _noise(report, drift),
-        *([_reversal(report)] if drift.significant else []),
         *(_as_sentence(plain_text(sentence_of(warning), 600)) for warning in drift.warnings),
     )
     blocks: tuple[Block, ...] = (
@@ -134,24 +129,10 @@ def _noise(report: PositioningReport, drift: DriftResult) -> str:
     )
     return (
         f"Standard deviation of the noise per approach: {noise} {unit}; of all residuals:"
-        f" {fixed(drift.residual_std, decimals)} {unit}, with {drift.degrees_of_freedom:.1f}"
-        f" degrees of freedom (readings less {drift.effective_parameters:.1f} effective"
+        f" {fixed(drift.residual_std, decimals)} {unit}, with {drift.degrees_of_freedom:.0f}"
+        f" degrees of freedom (readings less {drift.effective_parameters:.0f} effective"
         " parameters)."
     )
-
-
-def _reversal(report: PositioningReport) -> str:
-    if report.test.unidirectional:
-        return "Measured in one direction: there are no reversal values."
-    table = figure_table(report)
-    values, without = table.labels.index("value"), table.labels.index("drift-free")
-    said = [
-        f"{cells[0]} {cells[values]} {table.unit} as measured and {cells[without]} {table.unit}"
-        " without drift"
-        for row, cells in zip(table.rows, table.cells, strict=True)
-        if row.key in {"B", "B_mean"}
-    ]
-    return f"{', '.join(said)}: {_WHY_REVERSAL}."
 
 
 def _as_sentence(words: str) -> str:

@@ -40,7 +40,7 @@ class Chart:
 
     name: str
     """Name of its files, without suffix."""
-    draw: Callable[[PositioningReport], Figure]
+    draw: Callable[..., Figure]
     """Draws it."""
     numbers: Callable[[PositioningReport], NumberTable]
     """The numbers behind it."""
@@ -49,10 +49,10 @@ class Chart:
     )
     """Further tables of numbers, by the ending of their name."""
 
-    def svg(self, report: PositioningReport) -> bytes:
+    def svg(self, report: PositioningReport, **size: float) -> bytes:
         """Return the chart as SVG."""
         with drawing(self.name):
-            return svg_bytes(self.draw(report))
+            return svg_bytes(self.draw(report, **size))
 
 
 _ISO230_2 = Chart("iso230_2", draw_iso230_2, numbers.iso230_2_numbers)

@@ -31,10 +31,10 @@ from thermaxis.report.charts._parts import (
 )
 
 
-def draw_iso230_2(report: PositioningReport) -> Figure:
+def draw_iso230_2(report: PositioningReport, height_in: float = 4.1) -> Figure:
     """Draw means, bands, runs, and the extents of M, E, A, R and B."""
     result = report.iso230_2
-    figure = new_figure(4.1)
+    figure = new_figure(height_in)
     axes, margin = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 0.17))
     _draw_means(axes, report)
     _draw_bands(axes, report)
@@ -148,11 +148,10 @@ def _draw_extremes(axes: Axes, report: PositioningReport) -> None:
         (one,) = report.test.approaches
         spreads.append((f"R_{APPROACHES[one]}", result.R_i_unidirectional[:, one]))
     for key, spread in spreads:
-        value = figures[key]
-        if value is not None:
+        if figures[key] is not None:
             i = int(np.nanargmax(spread))
             extent = result.mean[i] if key == "B" else np.concatenate((low[i], high[i]))
-            marks.append((i, f"{FIGURE_SYMBOLS[key]} {value_label(report, value)}", extent))
+            marks.append((i, value_label(report, key), extent))
     words: dict[int, list[str]] = {}
     for i, text, _ in marks:
         words.setdefault(i, []).append(text)
@@ -243,7 +242,7 @@ def _draw_brackets(margin: Axes, report: PositioningReport) -> None:
     low, high = _bounds(report)
     margin.axis("off")
     margin.set_xlim(0.0, 1.0)
-    extents: list[tuple[str, float, FloatArray, FloatArray]] = []
+    extents: list[tuple[str, FloatArray, FloatArray]] = []
     index = ""
     if report.test.unidirectional:
         index = "_" + APPROACHES[report.test.approaches[0]]
@@ -253,10 +252,9 @@ def _draw_brackets(margin: Axes, report: PositioningReport) -> None:
         (f"E{index}", result.mean, result.mean),
         (f"A{index}", low, high),
     ):
-        value = figures[key]
-        if value is not None:
-            extents.append((FIGURE_SYMBOLS[key], value, lower, upper))
-    for number, (symbol, value, lower, upper) in enumerate(extents):
+        if figures[key] is not None:
+            extents.append((value_label(report, key), lower, upper))
+    for number, (label, lower, upper) in enumerate(extents):
         x = 0.10 + 0.34 * number
         bottom, top = float(np.nanmin(lower)), float(np.nanmax(upper))
         margin.plot(
@@ -269,7 +267,7 @@ def _draw_brackets(margin: Axes, report: PositioningReport) -> None:
         margin.text(
             x + 0.05,
             (bottom + top) / 2.0,
-            f"{symbol} {value_label(report, value)}",
+            label,
             rotation=90,
             ha="left",
             va="center",

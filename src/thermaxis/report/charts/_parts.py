@@ -8,10 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from thermaxis.positioning import AdjacentDifferenceResult, FloatArray
+from thermaxis.positioning import FIGURE_KEYS, AdjacentDifferenceResult, FloatArray
+from thermaxis.report._figure_table import figure_table
+from thermaxis.report._names import FIGURE_SYMBOLS
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import drawable, set_heading
-from thermaxis.report._text import FINEST_DECIMALS, fixed, plain_text
+from thermaxis.report._text import FINEST_DECIMALS, plain_text
 
 _MOST_DRAWN = 200
 """More runs than these are one grey area, and a file of many megabytes. [1]"""
@@ -30,9 +32,11 @@ def detail_decimals(report: PositioningReport) -> int:
     return min(report.figure_decimals + 1, FINEST_DECIMALS)
 
 
-def value_label(report: PositioningReport, value: float) -> str:
-    """Return a figure as charts print it, with its unit."""
-    return f"{fixed(value, report.figure_decimals)} {report.test.kind.units.deviation}"
+def value_label(report: PositioningReport, key: str) -> str:
+    """Return a figure as the table of figures prints it, with its unit."""
+    table = figure_table(report)
+    text = table.cells[FIGURE_KEYS.index(key)][table.labels.index("value")]
+    return f"{FIGURE_SYMBOLS[key]} {text} {table.unit}"
 
 
 def position_label(report: PositioningReport) -> str:
