@@ -5,14 +5,17 @@ several sizes, also quantised to the noise, and drifts that are no step: `warm-u
 time constants of 10 to 60 minutes), `hall` (1 µm, periods of 20 to 40 minutes), `pump` (4 µm with
 a time constant of 3 minutes, from the middle of the run on), `pause` (20 minutes in a warm-up),
 `tails` (t with 3 degrees of freedom), `outlier` (5 µm, one reading), `coarse` (quantised to the
-noise). With a step at a random place: `step` (3 µm, all targets, in a warm-up), `datum` (2 µm
-between two cycles), `stretch` (4 µm at the ends against each other), `first` and `last` (3 µm in
-the first or the last cycle), `in pause` (3 µm in a pause of 20 minutes).
+noise), `turbulence` (half of the variance is air with a correlation of 60 s; in a warm-up). With a
+step at a random place: `step` (3 µm, all targets, in a warm-up), `datum` (2 µm between two cycles),
+`stretch` (4 µm at the ends against each other), `first` and `last` (3 µm in the first or the last
+cycle), `in pause` (3 µm in a pause of 20 minutes), `in turbulence` (3 µm in turbulence), `stairs`
+(four of 2 µm in one direction, at least ten readings apart).
 
     python benchmarks/drift_changes.py [--runs 100] [--drift step pump ...] [--size 16x10 ...]
 
-`any` is the share of runs with a change, `right` of those with the step alone in its interval or
-a neighbouring one, `size` of those (right) whose size is within two standard uncertainties,
+`any` is the share of runs with a change, `right` of those with the steps alone, each in its
+interval or a neighbouring one, `size` of those (right) whose size is within two standard
+uncertainties,
 `covered` the share of levels at t0 within their 95 % bands, `error` the root mean square error
 of the levels, `floor` that of the plain means less their true drift, `out` the share of runs in
 which an outlier is named that is none.
@@ -30,8 +33,8 @@ from thermaxis.quantities import AxisKind
 STOP_S = 252.0 / 32.0
 NOISE_UM = 0.4
 SILENT = ("silent", "coarse", "tails", "outlier")
-SMOOTH = ("warm-up", "hall", "pump", "pause")
-STEPS = ("step", "datum", "stretch", "first", "last", "in pause")
+SMOOTH = ("warm-up", "hall", "pump", "pause", "turbulence")
+STEPS = ("step", "datum", "stretch", "first", "last", "in pause", "in turbulence", "stairs")
 
 
 @dataclass(frozen=True)
@@ -39,11 +42,12 @@ class Run:
     """A generated run with its truth."""
 
     test: PositioningTest
+    t0_s: float
     levels_at_t0: FloatArray
     """(m, 2). [µm]"""
     drift: FloatArray
     """Relative to t0, (m, n, 2). [µm]"""
-    step_s: float | None
+    steps_s: list[float]
     size_um: float
     spoilt: tuple[int, ...]
     """Target, cycle and approach of the outlier, from 0; empty without."""
@@ -60,6 +64,14 @@ def smooth_drift(kind: str, rng: np.random.Generator, t: FloatArray, x: FloatArr
     sizes, tau_s = rng.uniform(1.0, 6.0, 2), 60.0 * rng.uniform(10.0, 60.0, 2)
     growth = rng.uniform(-3.0, 3.0) * x * -np.expm1(-t / (60.0 * rng.uniform(15.0, 120.0)))
     return growth - sizes[0] * np.expm1(-t / tau_s[0]) + sizes[1] * np.expm1(-t / tau_s[1])
+
+
+def turbulent(independent: FloatArray, number: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Return noise of which half of the variance has a correlation of 60 s."""
+    air, keep = rng.normal(size=number.size), np.exp(-STOP_S / 60.0)
+    for k in range(1, air.size):
+        air[k] = keep * air[k - 1] + np.sqrt(1.0 - keep**2) * air[k]
+    return np.sqrt(0.5) * (independent + air[number.astype(int)])
 
 
 def mean_time(time_s: FloatArray) -> float:
@@ -87,8 +99,12 @@ def generated(kind: str, targets: int, cycles: int, seed: int) -> Run:
     step_s = 0.5 * float(ordered[after - 1] + ordered[after])
     if kind == "in pause":
         step_s = float(ordered[np.argmax(np.diff(ordered))]) + 600.0
+    steps_s = [step_s] if kind in STEPS else []
+    if kind == "stairs":
+        places = 10 * (1 + rng.choice(total // 10 - 1, 4, replace=False))
+        steps_s = [STOP_S * (float(at) - 0.5) for at in np.sort(places)]
     x = np.linspace(-1.0, 1.0, targets)
-    size = {"datum": 2.0, "stretch": 4.0}.get(kind, 3.0) * rng.choice([-1.0, 1.0])
+    size = {"datum": 2.0, "stretch": 4.0, "stairs": 2.0}.get(kind, 3.0) * rng.choice([-1.0, 1.0])
     shape = 0.5 * x if kind == "stretch" else np.ones(targets)
 
     t0 = mean_time(time_s)
@@ -96,13 +112,15 @@ def generated(kind: str, targets: int, cycles: int, seed: int) -> Run:
     drift = np.zeros_like(both)
     if kind not in SILENT:
         drift += smooth_drift(kind, rng, both, x[:, None])
-    if kind in STEPS:
-        drift += size * shape[:, None] * (both > step_s + 1e-3)
+    for at_s in steps_s:
+        drift += size * shape[:, None] * (both > at_s + 1e-3)
     level = rng.normal(0.0, 3.0, (targets, 2)) + drift[:, -1:]
     drift = (drift[:, :-1] - drift[:, -1:]).reshape(time_s.shape)
     noise = rng.normal(size=time_s.shape)
     if kind == "tails":
         noise = rng.standard_t(3.0, time_s.shape)
+    if "turbulence" in kind:
+        noise = turbulent(noise, number, rng)
     deviation = level[:, None, :] + drift + NOISE_UM * noise
     spoilt: tuple[int, ...] = ()
     if kind == "outlier":
@@ -118,22 +136,22 @@ def generated(kind: str, targets: int, cycles: int, seed: int) -> Run:
         time_s=time_s,
         order=number + 1.0,
     )
-    return Run(test, level, drift, step_s if kind in STEPS else None, size, spoilt)
+    return Run(test, t0, level, drift, steps_s, size, spoilt)
 
 
 def judged(run: Run) -> tuple[float, ...]:
     """Return any, right, size, covered, squared error, squared floor, wrong outlier, missed."""
-    result = evaluate_drift(run.test)
+    result = evaluate_drift(run.test, reference_time_s=run.t0_s)
     right = within = np.nan
-    if run.step_s is not None:
+    if run.steps_s:
         ordered = np.sort(run.test.time_s.ravel())
         found = [c for c in result.changes if c.time_s is not None]
-        near = [
-            c for c in found if abs(np.sum(ordered < c.time_s) - np.sum(ordered < run.step_s)) <= 1
-        ]
-        right = float(len(near) == 1 and len(found) == 1)
+        true, named = (
+            np.searchsorted(ordered, times) for times in (run.steps_s, [c.time_s for c in found])
+        )
+        right = float(len(found) == len(true) and bool(np.all(np.abs(named - true) <= 1)))
         if right:
-            within = float(abs(near[0].size - run.size_um) < 2.0 * near[0].std)
+            within = float(np.mean([abs(c.size - run.size_um) < 2.0 * c.std for c in found]))
     error = result.level - run.levels_at_t0
     floor = np.mean(run.test.deviation - run.drift, axis=1) - run.levels_at_t0
     named = {(o.target - 1, o.cycle - 1, o.approach) for o in result.outliers}

@@ -15,7 +15,7 @@ from thermaxis.positioning import (
 )
 from thermaxis.positioning.drift import Readings, fit, penalty_of, sums_of
 from thermaxis.positioning.drift._changes import FEWEST_BESIDE, _Columns, _instants
-from thermaxis.positioning.drift._smooth_terms import Step
+from thermaxis.positioning.drift._smooth_terms import Correlation, Step
 
 from .builders import codes_of, run, stop_times, values_said
 
@@ -24,13 +24,13 @@ TIME_S = stop_times(TARGETS, CYCLES, STOP_S)
 X = np.linspace(-1.0, 1.0, TARGETS)[:, None, None]
 
 
-def warm(seed: int, jump: FloatArray | float = 0.0) -> PositioningTest:
+def warm(seed: int, jump: FloatArray | float = 0.0, time_s: FloatArray = TIME_S) -> PositioningTest:
     """Return a run that warms by 3 µm with a time constant of ten minutes, and jumps."""
     rng = np.random.default_rng(seed)
-    drift = -3.0 * np.expm1(-TIME_S / 600.0) + 0.5 * X * TIME_S / np.max(TIME_S)
+    drift = -3.0 * np.expm1(-time_s / 600.0) + 0.5 * X * time_s / np.max(time_s)
     level = rng.normal(0.0, 3.0, (TARGETS, 1, 2))
     noise = NOISE * rng.normal(size=TIME_S.shape)
-    return run(level + drift + noise + jump, time_s=TIME_S)
+    return run(level + drift + noise + jump, time_s=time_s)
 
 
 def after(reading: int) -> FloatArray:
@@ -47,10 +47,13 @@ def readings_of(test: PositioningTest) -> Readings:
     return Readings(value, i + TARGETS * a, at / np.max(at), shape, ones, 2 * TARGETS)
 
 
+@pytest.mark.parametrize("correlation", [None, Correlation(length=0.03, ratio=2.0)])
 @pytest.mark.parametrize("shape", [0, 1])
-def test_the_scan_gives_the_criterion_of_a_fit_with_the_step(shape: int) -> None:
+def test_the_scan_gives_the_criterion_of_a_fit_with_the_step(
+    shape: int, correlation: Correlation | None
+) -> None:
     readings = readings_of(warm(1, 1.0 * after(90)))
-    readings = replace(readings, steps=(Step(0.301, 0),))
+    readings = replace(readings, steps=(Step(0.301, 0),), correlation=correlation)
     penalty, departure = penalty_of(9), np.array([2.0, 0.3])
     sums = sums_of(readings, 9, 20.0)
     time = np.array([0.12, 0.46, 0.87])
@@ -155,6 +158,45 @@ def test_a_step_in_a_pause_is_said_to_be_at_once_or_slow() -> None:
     assert change.interval_s == pytest.approx(600.0 + STOP_S)
     when = values_said(evaluate_drift(paused).warnings, "change_common")["when"]
     assert when.code == "change-in_pause"
+
+
+def test_four_steps_in_one_direction_are_no_correlated_noise() -> None:
+    places = (35, 70, 115, 160)
+    result = evaluate_drift(warm(4, sum(3.0 * after(place) for place in places)))
+    assert result.noise_time is None
+    named = [change.time_s for change in result.changes]
+    assert named == pytest.approx([STOP_S * (place - 0.5) for place in places], abs=1.1 * STOP_S)
+    for change in result.changes:
+        assert change.size == pytest.approx(3.0, abs=3.0 * change.std)
+
+
+def test_a_step_in_turbulent_air_is_named_beside_the_turbulence() -> None:
+    air, keep = np.random.default_rng(12).normal(size=TIME_S.size), np.exp(-STOP_S / 60.0)
+    for k in range(1, air.size):
+        air[k] = keep * air[k - 1] + np.sqrt(1.0 - keep**2) * air[k]
+    turbulent = NOISE * air[np.rint(TIME_S / STOP_S).astype(int)]
+    assert evaluate_drift(warm(12, turbulent)).changes == ()
+    result = evaluate_drift(warm(12, turbulent + 3.0 * after(100)))
+    assert result.noise_time is not None
+    (change,) = result.changes
+    assert change.time_s == pytest.approx(99.5 * STOP_S, abs=1.1 * STOP_S)
+    assert change.size == pytest.approx(3.0, abs=3.0 * change.std)
+
+
+@pytest.mark.parametrize(("size", "named"), [(0.0, 0), (3.0, 1)])
+def test_a_jump_in_a_pause_of_twenty_minutes_is_named(size: float, named: int) -> None:
+    paused = warm(13, size * after(100), TIME_S + 1200.0 * after(100))
+    changes = evaluate_drift(paused).changes
+    assert len(changes) == named
+    assert all(c.size == pytest.approx(size, abs=3.0 * c.std) for c in changes)
+
+
+def test_what_moved_over_a_pause_at_once_or_slowly_is_said_and_is_no_change() -> None:
+    result = evaluate_drift(warm(14, 1.5 * after(100), TIME_S + 1200.0 * after(100)))
+    assert result.changes == ()
+    said = values_said(result.warnings, "change_unsure")
+    assert said["size"] == pytest.approx(1.5, abs=1.5 * said["within"])
+    assert said["when"].values["pause_min"] == pytest.approx(20.15)
 
 
 # A few runs; benchmarks/drift_changes.py has hundreds.

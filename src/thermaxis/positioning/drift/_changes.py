@@ -9,6 +9,7 @@ best candidate, and a step with smooth functions is weighed against rough functi
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,12 +22,12 @@ from thermaxis.positioning.drift._smooth_terms import (
     against_splines,
     fit,
     penalty_of,
-    residual_of,
     solved,
     spline_values,
     sums_of,
     sums_per,
     warped,
+    with_correlated_noise,
 )
 from thermaxis.positioning.drift._smoothness import Average
 from thermaxis.positioning.run import FloatArray
@@ -34,6 +35,8 @@ from thermaxis.positioning.run import FloatArray
 LEAST_GAIN = 9.0
 """Least gain in minus twice the logarithm of the restricted likelihood, averaged over the
 smoothness, beyond twice the logarithm of the number of candidates."""
+LEAST_GAIN_PAUSE = 2.0
+"""The same from which a step in a pause belongs to the model, though it may be a drift. [1]"""
 FEWEST_BESIDE = 5
 """Readings that must lie before and after a step. [1]"""
 RAMPS = ((0.75, 1.5), (1.5,))
@@ -45,6 +48,12 @@ CLEAR = (6.0, 0.0)
 """How far the criterion of a ramp must lie above that of the step, of both functions."""
 _MOST_INSTANTS = 500
 """Instants that are looked at together. [1]"""
+_MOST_CORRELATED = 1_000_000
+"""The same, times readings, where the noise is correlated. [1]"""
+_SAME = 1e-9
+"""Difference of times below which they are one, as fractions of the run. [1]"""
+_PATIENCE = 5
+"""Steps beside which one more must explain the run together with them. [1]"""
 _REACH = 4
 """Cycles about the best of them that are looked at. [1]"""
 _DEPARTURES = (0.02, 0.2, 2.0, 20.0)
@@ -70,8 +79,16 @@ def _later(value: FloatArray) -> FloatArray:
     return np.cumsum(value[..., :0:-1], axis=-1)[..., ::-1]
 
 
-def _thinned(time: FloatArray) -> FloatArray:
-    return time[:: -(-time.size // _MOST_INSTANTS)]
+def _thinned(time: FloatArray, readings: Readings) -> FloatArray:
+    most = _MOST_INSTANTS
+    if readings.correlation:
+        most = int(np.clip(_MOST_CORRELATED / readings.value.size, 100, most))
+    return time[:: -(-time.size // most)]
+
+
+Averaging: TypeAlias = Callable[[Readings], Average]
+_Products: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+"""Products of columns with levels and steps, with splines, with the values, and with themselves."""
 
 
 class _Columns:
@@ -81,40 +98,66 @@ class _Columns:
         self.sums, self.time = sums, time
         self._readings, self._shape = readings, shape
         self._before: IntArray = np.searchsorted(time, readings.time)
+        self._powers = [] if readings.correlation else list(self._sums_after())
+        self._known: dict[int, _Products] = {}
+
+    def _sums_after(self) -> Iterator[_Products]:
+        """Yield products of the steps times powers of time: a ramp is a difference of two kinks."""
+        readings, sums = self._readings, self.sums
         within = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
-        self._fixed: list[FloatArray] = []
-        self._spline: list[FloatArray] = []
-        self._square: list[FloatArray] = []
-        n, column = time.size + 1, readings.weight * readings.shape[shape]
-        for _ in range(3):  # powers of time: a ramp is a difference of two kinks
-            self._square.append(self._after(column * readings.shape[shape]))
+        n, column = self.time.size + 1, readings.weight * readings.shape[self._shape]
+        for _ in range(3):
             level = sums_per(readings.level * n + self._before, column, sums.levels * n)
             steps = [self._after(column * step) for step in readings.columns]
-            self._fixed.append(np.vstack((_later(level.reshape(-1, n)), *steps)))
             spline = _later(against_splines(readings, within, column, self._before, n))
             spline[sums.pinned] = 0.0
-            self._spline.append(spline)
+            yield (
+                np.vstack((_later(level.reshape(-1, n)), *steps)),
+                spline,
+                self._after(column * readings.value),
+                self._after(column * readings.shape[self._shape]),
+            )
             column = column * readings.time
 
     def _after(self, value: FloatArray) -> FloatArray:
         """Return the sums of the values after each instant, (J,)."""
         return _later(sums_per(self._before, value, self.time.size + 1))
 
-    def _ramp(self, products: list[FloatArray], ramp: int) -> FloatArray:
-        """Return products of ramps from sums after each instant of powers 0 and 1 of time."""
-        if not ramp:
-            return products[0]
-        time = self.time
-        kink = products[1] - time * products[0]
-        return (kink[..., :-ramp] - kink[..., ramp:]) / (time[ramp:] - time[:-ramp])
+    def _of(self, ramp: int) -> _Products:
+        """Return the products of all ramps over so many instants, of steps for none."""
+        if ramp not in self._known:
+            start, end = self.time[: self.time.size - ramp], self.time[ramp:]
+            if self._readings.correlation:
+                self._known[ramp] = self._in_correlated_noise(start, end)
+            else:
+                self._known[ramp] = self._ramps(start, end) if ramp else self._powers[0]
+        return self._known[ramp]
 
-    def _ramp_square(self, ramp: int) -> FloatArray:
-        if not ramp:
-            return self._square[0]
-        start, end = self.time[:-ramp], self.time[ramp:]
-        zero, one, two = (s[:-ramp] - s[ramp:] for s in self._square)
-        rising = (two - 2.0 * start * one + start**2 * zero) / (end - start) ** 2
-        return rising + self._square[0][ramp:]
+    def _ramps(self, start: FloatArray, end: FloatArray) -> _Products:
+        zero, one, two = self._powers
+        ramp = self.time.size - start.size
+
+        def difference(k: int) -> FloatArray:
+            kink = one[k] - self.time * zero[k]
+            return (kink[..., :-ramp] - kink[..., ramp:]) / (end - start)
+
+        of_power = [s[3][:-ramp] - s[3][ramp:] for s in (zero, one, two)]
+        rising = of_power[2] - 2.0 * start * of_power[1] + start**2 * of_power[0]
+        square = rising / (end - start) ** 2 + zero[3][ramp:]
+        return difference(0), difference(1), difference(2), square
+
+    def _in_correlated_noise(self, start: FloatArray, end: FloatArray) -> _Products:
+        readings, fixed = self._readings, self.sums.level_sum.size
+
+        def own(chosen: IntArray) -> FloatArray:
+            since = readings.time[chosen, None] - start
+            risen = np.clip(since / np.maximum(end - start, 1e-300), 0.0, 1.0)
+            return risen * readings.shape[self._shape, chosen, None]
+
+        product = with_correlated_noise(self.sums, readings, own)
+        through = product[: -start.size, -start.size :]
+        square = np.diag(product)[-start.size :]
+        return through[:fixed], through[fixed:-1], through[-1], square
 
     def criteria(self, fitted: Fit, ramp: int = 0) -> FloatArray:
         """Return the criterion of a fit with the step at each instant added, (J - ramp,).
@@ -125,12 +168,11 @@ class _Columns:
         squares, with q = z'z less what levels, steps and splines take of it; log q joins the
         log-determinant.
         """
-        readings, sums = self._readings, self.sums
-        column = readings.weight * readings.shape[self._shape] * residual_of(fitted, readings)
-        product = self._ramp([self._after(column), self._after(column * readings.time)], ramp)
-        own, spline = self._ramp(self._fixed, ramp), self._ramp(self._spline, ramp)
+        if ramp >= self.time.size:
+            return np.empty(0)
+        sums, (own, spline, right, square) = self.sums, self._of(ramp)
+        product = right - fitted.level @ own - fitted.spline @ spline
         through_splines, through, back = solved(fitted, own, spline)
-        square = self._ramp_square(ramp)
         q = square - np.sum(spline * through_splines, axis=0) - np.sum(through * back, axis=0)
         free = sums.readings - sums.levels - sums.shapes
         steps = len(sums.steps)
@@ -143,31 +185,54 @@ class _Columns:
 
 
 def find_step(
-    readings: Readings, average: Average, averaged: Callable[[Readings], Average]
+    readings: Readings, average: Average, averaged: Averaging
 ) -> tuple[Step, float] | None:
     """Return the likeliest step of a run beside those it has, and its gain; None without one."""
+    return _step_anywhere(readings, average, averaged) or _step_in_pause(
+        readings, average, averaged
+    )
+
+
+def _pauses(time: FloatArray) -> FloatArray:
+    """Return the middle of every pause."""
+    order = np.sort(time)
+    long = np.flatnonzero(np.diff(order) * order.size > PAUSE)
+    return 0.5 * (order[long] + order[long + 1])
+
+
+def _step_in_pause(
+    readings: Readings, average: Average, averaged: Averaging
+) -> tuple[Step, float] | None:
+    """Return a step of the common drift in a pause, where few places compete."""
+    pauses = _pauses(readings.time)
+    if pauses.size == 0:
+        return None
+    rivals = 2.0 * float(np.log(pauses.size))
+    step, criterion = _likeliest(readings, list(_fits_of_scan(average)), pauses, 1)
+    if np.isinf(criterion):  # each has one
+        return None
+    gain = average.evidence - averaged(replace(readings, steps=(*readings.steps, step))).evidence
+    if gain < LEAST_GAIN_PAUSE + rivals:
+        return None
+    return replace(step, sure=gain >= LEAST_GAIN + rivals), gain
+
+
+def _step_anywhere(
+    readings: Readings, average: Average, averaged: Averaging
+) -> tuple[Step, float] | None:
     every = _instants(readings.time)
     if every.size == 0:
         return None
-    time, fits = _thinned(every), list(_fits_of_scan(average))
-    likeliest, criterion = _likeliest(readings, fits, time)
-    least = LEAST_GAIN + 2.0 * float(np.log(_SHAPES * every.size))
+    fits = list(_fits_of_scan(average))
+    likeliest, criterion = _likeliest(readings, fits, _thinned(every, readings))
+    least = _least_gain(every)
     if average.best.criterion - criterion < least - _SLACK:
         return None
-    near, reach = int(np.searchsorted(every, likeliest.time)), 1 + every.size // _MOST_INSTANTS
-    reach = max(reach, _REACH * readings.levels)
-    time = _thinned(every[max(near - reach, 0) : near + reach])
-    after = averaged(replace(readings, steps=(*readings.steps, likeliest)))
-    best = after.best.sums  # the smoothness that the run has with the step
-    sums = sums_of(readings, best.intervals, best.warm_up, best.plain)
-    without = fit(sums, penalty_of(best.intervals), after.best_departure)
-    step, _ = _likeliest(readings, [without], time)
-    if step != likeliest:
-        after = averaged(replace(readings, steps=(*readings.steps, step)))
+    step, after, time = _placed(readings, likeliest, every, averaged)
     gain = average.evidence - after.evidence
     if gain < least:
         return None
-    if not _gradual(readings, [*fits, without], time, step):
+    if not _gradual(readings, [*fits, _without(readings, after)], time, step):
         return step, gain
     other = Step(step.time, 1 - step.shape)
     if other in readings.steps:
@@ -180,6 +245,69 @@ def find_step(
     return (step, gain) if explained and not _gradual(beside, fits, time, step) else None
 
 
+def find_steps(
+    readings: Readings, average: Average, averaged: Averaging, most: int
+) -> tuple[tuple[Step, ...], float]:
+    """Return all steps of a run with those that explain it together, and what these gain.
+
+    Beside one step of several the smooth functions must follow the others, so that it gains little.
+    What they gain is beyond what each must.
+    """
+    every, given = _instants(readings.time), readings
+    best, gain, first, found = readings, 0.0, average.evidence, 0
+    for k in range(1, most + 1 if every.size else 0):
+        fits = list(_fits_of_scan(average))
+        likeliest, _ = _likeliest(given, fits, _thinned(every, given))
+        step, average, _ = _placed(given, likeliest, every, averaged)
+        given = replace(given, steps=(*given.steps, step))
+        together = first - average.evidence - k * _least_gain(every)
+        if together > gain:
+            best, gain, found = given, together, k
+        elif k - found == _PATIENCE:
+            break
+    return steps_that_hold(best, averaged) if found else (), gain
+
+
+def steps_that_hold(readings: Readings, averaged: Averaging) -> tuple[Step, ...]:
+    """Return the steps of a run less those that it explains as well without, the worst first."""
+    pauses, least = _pauses(readings.time), _least_gain(_instants(readings.time))
+    while readings.steps:
+        steps = readings.steps
+        fewer = [replace(readings, steps=(*steps[:e], *steps[e + 1 :])) for e in range(len(steps))]
+        gains = [averaged(one).evidence for one in fewer]
+        worst = int(np.argmin(gains))
+        near = np.any(np.abs(pauses - steps[worst].time) < _SAME)
+        if gains[worst] - averaged(readings).evidence >= (LEAST_GAIN_PAUSE if near else least):
+            break
+        readings = fewer[worst]
+    return readings.steps
+
+
+def _least_gain(every: FloatArray) -> float:
+    return LEAST_GAIN + 2.0 * float(np.log(_SHAPES * every.size))
+
+
+def _without(readings: Readings, after: Average) -> Fit:
+    """Return the fit without a step, at the smoothness that the run has with it."""
+    best = after.best.sums
+    sums = sums_of(readings, best.intervals, best.warm_up, best.plain)
+    return fit(sums, penalty_of(best.intervals), after.best_departure)
+
+
+def _placed(
+    readings: Readings, likeliest: Step, every: FloatArray, averaged: Averaging
+) -> tuple[Step, Average, FloatArray]:
+    """Return a step at its likeliest instant, the run with it, and the instants looked at."""
+    near, reach = int(np.searchsorted(every, likeliest.time)), 1 + every.size // _MOST_INSTANTS
+    reach = max(reach, _REACH * readings.levels)
+    time = _thinned(every[max(near - reach, 0) : near + reach], readings)
+    after = averaged(replace(readings, steps=(*readings.steps, likeliest)))
+    step, _ = _likeliest(readings, [_without(readings, after)], time)
+    if step != likeliest:
+        after = averaged(replace(readings, steps=(*readings.steps, step)))
+    return step, after, time
+
+
 def _scan(
     readings: Readings, fits: list[Fit], time: FloatArray, shape: int
 ) -> list[tuple[_Columns, Fit]]:
@@ -189,12 +317,14 @@ def _scan(
     return [(columns[id(fitted.sums)], fitted) for fitted in fits]
 
 
-def _likeliest(readings: Readings, fits: list[Fit], time: FloatArray) -> tuple[Step, float]:
+def _likeliest(
+    readings: Readings, fits: list[Fit], time: FloatArray, shapes: int = _SHAPES
+) -> tuple[Step, float]:
     """Return the step whose criterion is lowest with one of the fits, and its criterion."""
     criterion = np.stack(
         [
             np.min([own.criteria(f) for own, f in _scan(readings, fits, time, c)], axis=0)
-            for c in range(_SHAPES)
+            for c in range(shapes)
         ]
     )
     shape, at = np.unravel_index(np.argmin(criterion), criterion.shape)

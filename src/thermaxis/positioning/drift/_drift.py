@@ -19,7 +19,13 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
-from thermaxis.positioning.drift._changes import PAUSE, find_step
+from thermaxis.positioning.drift._changes import (
+    PAUSE,
+    Averaging,
+    find_step,
+    find_steps,
+    steps_that_hold,
+)
 from thermaxis.positioning.drift._correlated_noise import LEAST_GAIN_SAID, find_correlation
 from thermaxis.positioning.drift._drift_tests import (
     FEWEST_CYCLES_BOW,
@@ -84,6 +90,8 @@ MOST_OUTLIERS = 0.05
 """Share of the readings that are left out at most. [1]"""
 MOST_CHANGES = 10
 """Steps that are looked for. [1]"""
+MOST_TURNS = 2 * MOST_CHANGES
+"""Steps after which correlated noise is judged anew. [1]"""
 FAR = 2.5
 """In robust standard deviations; 1.2 % of normal noise lie beyond. [1]"""
 _NORMAL_MEDIAN = 1.4826
@@ -366,7 +374,7 @@ def _flatten(
         shape=shape[:, i],
         weight=np.ones(i.size),
         levels=levels,
-        steps=tuple(Step((step.time - start) / duration, step.shape) for step in steps),
+        steps=tuple(replace(step, time=(step.time - start) / duration) for step in steps),
         correlation=correlation and replace(correlation, length=correlation.length / duration),
     )
     return _Run(
@@ -668,22 +676,45 @@ def _left_out(
     return replace(test, deviation=deviation), outliers
 
 
+def _steps_left(fitted: _Fitted) -> int:
+    """Return how many steps more may be looked for; none where no drift is seen."""
+    run = fitted.run
+    possible = run.cycles >= FEWEST_CYCLES_STEP and fitted.estimate.model is not DriftModel.NONE
+    return MOST_CHANGES - len(run.readings.steps) if possible else 0
+
+
 def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
-    """Return one step more, by the time of the run, and its gain; none where no drift is seen."""
-    run, estimate = fitted.run, fitted.estimate
-    possible = run.cycles >= FEWEST_CYCLES_STEP and run.readings.correlation is None
-    most = MOST_CHANGES if possible else 0
-    if estimate.model is DriftModel.NONE or len(run.readings.steps) >= most:
+    """Return one step more, by the time of the run, and its gain."""
+    run = fitted.run
+    if not _steps_left(fitted):
         return None
-    found = find_step(
-        run.readings,
-        estimate.average,
-        lambda readings: average_over_smoothness(_all_sums(run, readings, seconds=seconds)),
-    )
-    if found is None:
-        return None
-    step, gain = found
-    return Step(run.start + step.time * run.duration, step.shape), gain
+    found = find_step(run.readings, fitted.estimate.average, _averaging(run, seconds=seconds))
+    return found and (_by_time_of(run, found[0]), found[1])
+
+
+def _by_time_of(run: _Run, step: Step) -> Step:
+    return replace(step, time=run.start + step.time * run.duration)
+
+
+def _averaging(run: _Run, *, seconds: bool) -> Averaging:
+    return lambda readings: average_over_smoothness(_all_sums(run, readings, seconds=seconds))
+
+
+def _in_place_of(correlation: Correlation, fitted: _Fitted, *, seconds: bool) -> list[Step]:
+    """Return all steps, by the time of the run, where more explain it better than this noise."""
+    run, average = fitted.run, fitted.estimate.average
+    averaging = _averaging(run, seconds=seconds)
+    steps, gain = find_steps(run.readings, average, averaging, _steps_left(fitted))
+    return [_by_time_of(run, step) for step in steps] if gain > correlation.gain else []
+
+
+def _held(fitted: _Fitted, correlation: Correlation, *, seconds: bool) -> list[Step]:
+    """Return the steps, by the time of the run, that correlated noise does not explain."""
+    run = fitted.run
+    alike = replace(correlation, length=correlation.length / run.duration)
+    readings = replace(run.readings, correlation=alike)
+    steps = steps_that_hold(readings, _averaging(run, seconds=seconds))
+    return [_by_time_of(run, step) for step in steps]
 
 
 def _next_correlation(fitted: _Fitted) -> Correlation | None:
@@ -741,7 +772,7 @@ def evaluate_drift_at(
     run, seconds = _flatten(test), test.time_s is not None
     references = [_reference(run, t, seconds=seconds) for t in reference_times_s]
     most = int(MOST_OUTLIERS * run.readings.value.size)
-    kept, outliers, steps = test, list[Outlier](), list[Step]()
+    kept, outliers, steps, turns = test, list[Outlier](), list[Step](), 0
     correlation: Correlation | None = None
     while True:
         fitted = _fit(kept, steps, correlation)
@@ -749,10 +780,15 @@ def evaluate_drift_at(
         found, room = _next_step(fitted, seconds=seconds), most - len(outliers)
         alike = _next_correlation(fitted)
         if alike is not None and alike.gain > max(outlying.gain, found[1] if found else 0.0):
-            correlation = alike
+            together = _in_place_of(alike, fitted, seconds=seconds)
+            steps = together or _held(fitted, alike, seconds=seconds)
+            correlation = None if together else alike
             kept, outliers = test, []  # what lay out in independent noise may lie well now
         elif found is not None and found[1] > outlying.gain:
             steps.append(found[0])
+            turns += 1
+            if turns < MOST_TURNS:
+                correlation = None  # it may be for this step alone that noise seemed correlated
             kept, outliers = test, []  # what lay out beside the step may lie well now
         elif outlying.gain > 0.0 and room > 0:
             kept, more = _left_out(kept, fitted, outlying, room)
@@ -792,8 +828,10 @@ def _told_of_outliers(outliers: tuple[Outlier, ...], unit: str) -> Iterator[Mess
         yield Message("warning-more_outliers", {"count": len(outliers) - _MOST_NAMED})
 
 
-def _told_of_changes(changes: tuple[Change, ...], typical_s: float, unit: str) -> Iterator[Message]:
-    for change in changes:
+def _told_of_changes(
+    changes: list[tuple[Change, bool]], typical_s: float, unit: str
+) -> Iterator[Message]:
+    for change, sure in changes:
         when = Message("change-in_order", {"cycle": change.cycle})
         if change.time_s is not None and change.interval_s is not None:
             minutes = {"time_min": change.time_s / 60.0, "pause_min": change.interval_s / 60.0}
@@ -803,7 +841,7 @@ def _told_of_changes(changes: tuple[Change, ...], typical_s: float, unit: str) -
         size = {"size": change.size, "within": 2.0 * change.std, "unit": unit}
         stretch = change.kind is ChangeKind.STRETCH
         code = "warning-change_stretch" if stretch else "warning-change_common"
-        yield Message(code, {"when": when, **size})
+        yield Message(code if sure else "warning-change_unsure", {"when": when, **size})
 
 
 def _period(fitted: _Fitted) -> float:
@@ -856,7 +894,7 @@ def _warnings(
     test: PositioningTest,
     fitted: _Fitted,
     suspects: tuple[int, ...],
-    changes: tuple[Change, ...],
+    changes: list[tuple[Change, bool]],
     outliers: tuple[Outlier, ...],
     outlying: _Outlying,
 ) -> tuple[Message, ...]:
@@ -878,29 +916,29 @@ def _warnings(
     )
 
 
-def _changes(test: PositioningTest, fitted: _Fitted) -> tuple[Change, ...]:
+def _changes(test: PositioningTest, fitted: _Fitted) -> list[tuple[Change, bool]]:
+    """Return all steps by their time, and whether each is sure."""
     run, estimate, steps = fitted.run, fitted.estimate, fitted.run.readings.steps
     if not steps:
-        return ()
+        return []
     size, std = step_sizes(estimate.average, estimate.reported)
     units = (1.0, float(test.target[-1] - test.target[0]) / run.scale)
     order, timed = np.argsort(run.readings.time), test.time_s is not None
     time = run.readings.time[order]
-    changes: list[Change] = []
+    changes: list[tuple[Change, bool]] = []
     for e in sorted(range(len(steps)), key=lambda e: steps[e].time):
         after, unit = int(np.searchsorted(time, steps[e].time)), units[steps[e].shape]
         interval = run.duration * float(time[after] - time[after - 1])
-        changes.append(
-            Change(
-                time_s=run.start + steps[e].time * run.duration if timed else None,
-                cycle=int(run.index[1][order[after]]) + 1,
-                size=unit * float(size[e]),
-                std=unit * float(std[e]),
-                kind=tuple(ChangeKind)[steps[e].shape],
-                interval_s=interval if timed else None,
-            )
+        change = Change(
+            time_s=run.start + steps[e].time * run.duration if timed else None,
+            cycle=int(run.index[1][order[after]]) + 1,
+            size=unit * float(size[e]),
+            std=unit * float(std[e]),
+            kind=tuple(ChangeKind)[steps[e].shape],
+            interval_s=interval if timed else None,
         )
-    return tuple(changes)
+        changes.append((change, steps[e].sure))
+    return changes
 
 
 def _figures_of_all(
@@ -985,7 +1023,7 @@ def _result(
         figures=figures_of(mean, s),
         figures_of_all=of_all,
         outliers=outliers,
-        changes=changes,
+        changes=tuple(change for change, sure in changes if sure),
         noise_time=correlation and correlation.length * run.duration,
         noise_share=correlation.ratio / (1.0 + correlation.ratio) if correlation else 0.0,
         suspects=suspects,

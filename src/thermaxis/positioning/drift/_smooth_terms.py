@@ -106,6 +106,8 @@ class Step:
     """When, as a fraction of the run. [1]"""
     shape: int
     """Index of the function that jumps. [1]"""
+    sure: bool = True
+    """Whether the run tells it from a drift over a pause."""
 
     def at(self, time: FloatArray) -> FloatArray:
         """Return one after the step and zero before; a time that is the step's lies before it."""
