@@ -16,12 +16,7 @@ from tests.unit.files.builders import MADE
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import (
     format_tidy_csv,
-    read_iso230_dat,
     read_positioning,
-    read_rtl,
-    read_tidy_csv,
-    read_wide_csv,
-    read_xlsx,
 )
 from thermaxis.positioning import PositioningTest
 
@@ -260,20 +255,20 @@ def check_that_it_can_be_written(test: PositioningTest, path: Path) -> None:
         path.write_text(format_tidy_csv(test), encoding="utf-8", newline="")
     except ThermaxisError:
         return
-    again = read_tidy_csv(path)
+    again = read_positioning(path)
     np.testing.assert_array_equal(again.deviation, test.deviation)
     assert again.header == test.header
 
 
 READERS: dict[str, Reader] = {
-    "tidy": read_tidy_csv,
-    "foreign tidy": read_tidy_csv,
-    "wide": read_wide_csv,
-    "dat": read_iso230_dat,
-    "rtl": read_rtl,
-    "tidy workbook": read_xlsx,
-    "wide workbook": read_xlsx,
-    "old workbook": read_xlsx,
+    "tidy": read_positioning,
+    "foreign tidy": read_positioning,
+    "wide": read_positioning,
+    "dat": read_positioning,
+    "rtl": read_positioning,
+    "tidy workbook": read_positioning,
+    "wide workbook": read_positioning,
+    "old workbook": read_positioning,
 }
 
 

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from thermaxis.codes import remark
 from thermaxis.errors import DataError
-from thermaxis.files import format_tidy_csv, read_positioning, read_tidy_csv, write_tidy_csv
+from thermaxis.files import format_tidy_csv, read_positioning, write_tidy_csv
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
@@ -157,7 +157,7 @@ def assert_same_run(again: PositioningTest, test: PositioningTest) -> None:
 def test_what_is_written_is_read_again_as_it_was(tmp_path: Path, test: PositioningTest) -> None:
     path = tmp_path / "run.csv"
     write_tidy_csv(test, path)
-    assert_same_run(read_tidy_csv(path), test)
+    assert_same_run(read_positioning(path), test)
 
 
 @given(test=runs())
@@ -187,7 +187,7 @@ def test_the_order_of_rows_and_columns_does_not_matter(
     heading = ",".join(cells[0][k] for k in columns)
     path = tmp_path / "run.csv"
     path.write_text("\n".join([*comments, heading, *rows, ""]), encoding="utf-8")
-    assert_same_run(read_tidy_csv(path), test)
+    assert_same_run(read_positioning(path), test)
 
 
 @given(test=runs())

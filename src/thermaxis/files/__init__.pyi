@@ -11,13 +11,8 @@ from .logs import (
 )
 from .runs import (
     format_tidy_csv as format_tidy_csv,
-    read_iso230_dat as read_iso230_dat,
     read_positioning as read_positioning,
     read_positioning_with_sha256 as read_positioning_with_sha256,
-    read_rtl as read_rtl,
-    read_tidy_csv as read_tidy_csv,
-    read_wide_csv as read_wide_csv,
-    read_xlsx as read_xlsx,
     write_rtl as write_rtl,
     write_tidy_csv as write_tidy_csv,
 )

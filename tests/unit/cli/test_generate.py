@@ -7,7 +7,7 @@ import pytest
 
 from thermaxis.cli import execute
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import read_rtl, read_tidy_csv
+from thermaxis.files import read_positioning
 from thermaxis.positioning import TimeSource
 from thermaxis.virtual import paper_x_axis, paper_y_axis
 
@@ -30,7 +30,7 @@ def test_a_csv_keeps_every_reading_with_its_time(tmp_path, capsys):
     file = tmp_path / "run.CSV"
     assert run("x-axis", "--seed", "7", "--cycles", "4", "-o", file) == 0
     assert capsys.readouterr().out == f"{file}: 16 targets, 4 cycles, generated with seed 7\n"
-    made, read = paper_x_axis(7, cycles=4).test, read_tidy_csv(file)
+    made, read = paper_x_axis(7, cycles=4).test, read_positioning(file)
     assert read.time_source is TimeSource.FILE
     for name in ("target", "deviation", "time_s", "order"):
         assert np.allclose(getattr(read, name), getattr(made, name), rtol=0, atol=1e-9), name
@@ -41,7 +41,7 @@ def test_a_csv_keeps_every_reading_with_its_time(tmp_path, capsys):
 def test_an_rtl_keeps_every_reading_to_the_recorded_digit(tmp_path):
     file = tmp_path / "run.rtl"
     run("y-axis", "--cycles", "6", "--noise-um", "0.5", "-o", file)
-    made, read = paper_y_axis(cycles=6, noise_um=0.5).test, read_rtl(file)
+    made, read = paper_y_axis(cycles=6, noise_um=0.5).test, read_positioning(file)
     assert np.array_equal(read.target, made.target)
     assert np.array_equal(read.deviation, made.deviation)
     assert read.time_source is TimeSource.INTERPOLATED
@@ -52,7 +52,7 @@ def test_the_noise_can_be_taken_away(tmp_path):
     run("y-axis", "--noise-um", "0", "--cycles", "3", "-o", tmp_path / "still.csv")
     still = paper_y_axis(cycles=3, noise_um=0.0)
     assert not still.noise.any()
-    assert np.array_equal(read_tidy_csv(tmp_path / "still.csv").deviation, still.test.deviation)
+    assert np.array_equal(read_positioning(tmp_path / "still.csv").deviation, still.test.deviation)
 
 
 def test_what_cannot_be_is_one_error_and_leaves_no_file(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ import pytest
 from tests.refusals import check_refusals
 from tests.unit.files.builders import remarks_of
 from thermaxis.errors import ThermaxisError
-from thermaxis.files import read_iso230_dat
+from thermaxis.files import read_positioning
 from thermaxis.positioning import PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
 
@@ -67,7 +67,7 @@ def saved(folder: Path, text: str) -> Path:
 
 
 def read(folder: Path, text: str) -> PositioningTest:
-    return read_iso230_dat(saved(folder, text))
+    return read_positioning(saved(folder, text))
 
 
 def remark(test: PositioningTest, part: str) -> str:
@@ -195,10 +195,10 @@ def test_what_is_no_whole_run_is_refused(tmp_path: Path):
             "too_few_readings_of_target"
         ),
         dat(readings=all_readings()[:-3]): "line 34: readings_cut_short",
-        "# only a comment\n": "no_readings_in_file",
+        "# only a comment\n": "no_run_headings",
         "UNIT=mm\nTGT_DATA[1]=2\n": "no_readings_in_file",
     }
-    check_refusals(read_iso230_dat, tmp_path / "run_ISO230.dat", wrong)
+    check_refusals(read_positioning, tmp_path / "run_ISO230.dat", wrong)
 
 
 def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
@@ -210,7 +210,7 @@ def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
     for length in {*ends[0], *ends[1], *range(end_of_forward - 30, end_of_forward + 30)}:
         path = saved(tmp_path, text[:length])
         try:
-            test = read_iso230_dat(path)
+            test = read_positioning(path)
         except ThermaxisError:
             continue
         # what is left is a unidirectional run, and says so
@@ -258,4 +258,4 @@ def test_a_contradiction_is_refused_with_its_place(tmp_path: Path):
     )
     assert all(old in text for old, _, _ in changes)
     wrong = {text.replace(old, new, 1): said for old, new, said in changes}
-    check_refusals(read_iso230_dat, tmp_path / "run_ISO230.dat", wrong)
+    check_refusals(read_positioning, tmp_path / "run_ISO230.dat", wrong)

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tests.refusals import answer_of, check_refusals, refusal_of
 from tests.unit.files.builders import remarks_of
-from thermaxis.files import read_rtl, write_rtl
+from thermaxis.files import read_positioning, write_rtl
 from thermaxis.files.runs._environment_factor import environment_factor_um
 from thermaxis.files.table import clean_text
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
@@ -95,11 +95,11 @@ def saved(folder: Path, text: str, *, encoding: str = "utf-8", end: str = "\r\n"
 
 
 def read(folder: Path, text: str) -> PositioningTest:
-    return read_rtl(saved(folder, text))
+    return read_positioning(saved(folder, text))
 
 
 def refusal(folder: Path, text: str) -> str:
-    return refusal_of(read_rtl, saved(folder, text))
+    return refusal_of(read_positioning, saved(folder, text))
 
 
 def remark(test: PositioningTest, part: str) -> str:
@@ -149,7 +149,7 @@ def test_user_text_may_hold_what_looks_like_a_section_or_a_decimal_comma(tmp_pat
 
 def test_czech_text_and_plain_line_ends_are_read_as_well(tmp_path: Path):
     text = rtl(user_text="Machine:Soustruh č. 5\nBy:Dvořák\n")
-    test = read_rtl(saved(tmp_path, text, encoding="cp1250", end="\n"))
+    test = read_positioning(saved(tmp_path, text, encoding="cp1250", end="\n"))
     assert test.header["machine"] == "Soustruh č. 5"
     assert test.header["inspector"] == "Dvořák"
     assert any("cp1250" in text for text in remarks_of(test))
@@ -368,7 +368,7 @@ def test_a_contradiction_is_refused_with_its_place(tmp_path: Path):
     )
     assert all(old in text for old, _, _ in changes)
     wrong = {text.replace(old, new, 1).replace("\n", "\r\n"): said for old, new, said in changes}
-    check_refusals(read_rtl, tmp_path / "run.rtl", wrong)
+    check_refusals(read_positioning, tmp_path / "run.rtl", wrong)
 
 
 def test_blanks_before_colons_and_small_letters_do_not_matter(tmp_path: Path):
@@ -443,7 +443,7 @@ def test_what_is_no_whole_linear_run_is_refused(tmp_path: Path):
         ({"head": "Version no : V20.02.02\n"}, "not_linear_rtl"),
     )
     wrong = {rtl(**change): said for change, said in changes}
-    check_refusals(read_rtl, tmp_path / "run.rtl", wrong)
+    check_refusals(read_positioning, tmp_path / "run.rtl", wrong)
 
 
 def made_test(targets: Sequence[float], deviation: np.ndarray, **fields: object) -> PositioningTest:
@@ -472,7 +472,7 @@ def test_a_file_written_and_read_again_is_the_same_run(tmp_path: Path):
     original = read(tmp_path, rtl(runs=6))
     path = tmp_path / "written.rtl"
     write_rtl(original, path)
-    again = read_rtl(path)
+    again = read_positioning(path)
     assert np.array_equal(again.target, original.target)
     assert np.array_equal(again.deviation, original.deviation)
     assert np.array_equal(again.time_s, original.time_s)
@@ -518,7 +518,7 @@ def test_every_reading_survives_writing_and_reading(
     original, decimals = case
     path = tmp_path / "written.rtl"
     write_rtl(original, path, deviation_decimals=decimals)
-    again = read_rtl(path)
+    again = read_positioning(path)
     assert np.allclose(again.target, original.target, rtol=0.0, atol=5e-7)
     assert np.array_equal(np.isnan(again.deviation), np.isnan(original.deviation))
     assert np.allclose(again.deviation, original.deviation, rtol=0.0, atol=1e-9, equal_nan=True)
@@ -535,7 +535,7 @@ def test_no_header_text_can_break_the_file(tmp_path: Path, text: str, key: str):
     path = tmp_path / "written.rtl"
     original = made_test([0.0, 1.0], np.ones((2, 2, 2)), header={key: text, "axis": "X"})
     write_rtl(original, path)
-    again = read_rtl(path)
+    again = read_positioning(path)
     assert again.header["axis"] == "X"
     assert again.header.get(key, "") == clean_text(text)
     assert np.array_equal(again.deviation, original.deviation)

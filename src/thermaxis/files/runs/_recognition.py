@@ -10,11 +10,14 @@ from thermaxis.errors import MeasurementFileError
 from thermaxis.files import table as tables
 from thermaxis.files.runs.iso230_dat import dat_test
 from thermaxis.files.runs.rtl import rtl_test
-from thermaxis.files.runs.xlsx import table_test
+from thermaxis.files.runs.tidy_csv import tidy_test
+from thermaxis.files.runs.wide_csv import wide_test
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
     NO_MAPPING,
+    Layout,
     RunMapping,
+    Table,
     csv_table,
     decode_text,
     read_content,
@@ -115,7 +118,7 @@ def _test_of(
     name: str, content: bytes, fallback_encoding: str, mapping: RunMapping
 ) -> PositioningTest:
     if content.startswith(_WORKBOOK_STARTS):
-        return table_test(tables.workbook_table(name, content, mapping))  # imported when it is met
+        return _table_test(tables.workbook_table(name, content, mapping))  # imported when it is met
     source = decode_text(name, content, fallback_encoding=fallback_encoding)
     start = source.text[:_START_CHARACTERS]
     if _RTL_SECTION.search(start):
@@ -125,13 +128,24 @@ def _test_of(
         _check_not_mapped(name, mapping, "_ISO230.dat")
         return dat_test(source)
     try:
-        return table_test(csv_table(source, mapping))
+        return _table_test(csv_table(source, mapping))
     except MeasurementFileError as error:
         code = next((code for code, form in _NO_RUNS.items() if form.search(start)), None)
         if code is None:
             raise
         file = Path(name).name
         raise MeasurementFileError(code, file=file, place=Place(name)) from error
+
+
+def _table_test(table: Table) -> PositioningTest:
+    """Make a positioning test from a table of either layout."""
+    known = tuple(heading.text for heading in table.headings)
+    for name in table.source.mapping.columns:
+        if name not in known:
+            raise MeasurementFileError(
+                "no_such_column", name=name, known=known[:8], place=table.at()
+            )
+    return tidy_test(table) if table.layout is Layout.TIDY else wide_test(table)
 
 
 def _check_not_mapped(name: str, mapping: RunMapping, kind: str) -> None:

@@ -4,7 +4,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
-from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -20,14 +19,12 @@ from thermaxis.files.runs._assemble import (
     rising_targets,
 )
 from thermaxis.files.table import (
-    FALLBACK_ENCODING,
     SourceText,
     Unit,
     clean_text,
     first_few,
     parse_number,
     parse_whole_number,
-    read_text,
     unit_named,
 )
 from thermaxis.positioning import (
@@ -68,44 +65,6 @@ class _Content:
     position: list[float] = field(default_factory=list[float])
     words: list[str] = field(default_factory=list[str])
     unknown: list[str] = field(default_factory=list[str])
-
-
-def read_iso230_dat(
-    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
-) -> PositioningTest:
-    """Read an ``_ISO230.dat`` file of the ecmc tool chain.
-
-    The file holds measured positions by target and cycle, and neither times nor the acquisition
-    order. Deviations are measured minus target, in double precision.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: cp1250, as for every text file.
-
-    Returns
-    -------
-    PositioningTest
-        Targets and deviations (mm and µm, or deg and arcsec); missing readings are NaN.
-
-    Raises
-    ------
-    MeasurementFileError
-        If a line states nothing known, the unit is not known, a number is not a number, targets
-        are missing or neither rise nor fall, a reading is given twice or lies outside CYCLES and
-        POSITIONS, CYCLES is more than twice the number of cycles with readings, the file is cut
-        short, or a target has too few readings.
-    ConfigurationError
-        If there is no such fallback encoding.
-
-    Notes
-    -----
-    The tool fits the reference to the targets with a gain and an offset before it writes the
-    file: the straight-line part of the error is not in it.
-    """
-    return dat_test(read_text(path, fallback_encoding=fallback_encoding))
 
 
 def dat_test(source: SourceText) -> PositioningTest:

@@ -23,13 +23,11 @@ from thermaxis.files.runs._assemble import (
 )
 from thermaxis.files.runs._environment_factor import environment_factor_remarks, reduction_to_20_c
 from thermaxis.files.table import (
-    FALLBACK_ENCODING,
     SourceText,
     clean_text,
     first_few,
     parse_number,
     parse_whole_number,
-    read_text,
     unwritable,
 )
 from thermaxis.positioning import (
@@ -120,43 +118,6 @@ class _Environment:
     end: datetime | None
     header: Mapping[str, str]
     remarks: tuple[Message, ...]
-
-
-def read_rtl(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> PositioningTest:
-    """Read a Renishaw ``.rtl`` file of a linear axis.
-
-    Odd runs are forward, even runs are backward. The file states no time per reading: each gets
-    its time from its place in the standard cycle, stops without a reading included, spread evenly
-    between the start and the end that the section ENVIRONMENT states.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: cp1250, met in files of Czech Windows.
-
-    Returns
-    -------
-    PositioningTest
-        Targets in mm, deviations in µm, environment and header; missing readings are NaN.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is not a linear ``.rtl``, is cut short, contradicts itself (number of targets,
-        run or target out of range, a reading given twice, readings in the return runs of a
-        unidirectional test), a number is not a number, or a target has too few readings.
-    ConfigurationError
-        If there is no such fallback encoding.
-
-    Notes
-    -----
-    Deviations are taken as they are. Where the environment factor of the file holds the expansion
-    of the material, they are already reduced to 20 °C: the header field `normalised_to_20_c` and
-    a remark say so.
-    """
-    return rtl_test(read_text(path, fallback_encoding=fallback_encoding))
 
 
 def rtl_test(source: SourceText) -> PositioningTest:

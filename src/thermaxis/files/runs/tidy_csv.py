@@ -27,11 +27,9 @@ from thermaxis.files.runs._travel import (
 )
 from thermaxis.files.table import (
     CHANNEL_PREFIX,
-    FALLBACK_ENCODING,
     NUMBER_LIMIT,
     TARGET_RESOLUTION,
     Heading,
-    Layout,
     ReadingTimes,
     Role,
     Table,
@@ -46,7 +44,6 @@ from thermaxis.files.table import (
     one_target_each,
     parse_heading,
     protected,
-    read_csv_table,
     read_stamps,
     reading_times,
     spread_in_intervals,
@@ -72,42 +69,6 @@ _MOST_OUT_OF_LINE = 0.05
 """Part of the times that may fall while the others rise, as with a typing error. [1]"""
 _AGREEMENT = 1e-6
 """Smallest disagreement of measured and deviation that is told. [µm or arcsec]"""
-
-
-def read_tidy_csv(
-    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
-) -> PositioningTest:
-    """Read a tidy CSV file: one reading per row.
-
-    Columns may come in any order. Required are the target (`target_mm`, `target_deg` or another
-    name with a unit in brackets), the deviation or the measured position, and cycle and direction
-    (or the number of the run: odd forward, even backward). `order`, `time` (ISO 8601) and `time_s`
-    are used if they are there; other columns of numbers are kept as channels without unit.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file: comma, semicolon or tab between cells; decimal comma only with the latter two.
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: that of all text files here.
-
-    Returns
-    -------
-    PositioningTest
-        Targets and deviations (mm and µm, or deg and arcsec); missing readings are NaN.
-
-    Raises
-    ------
-    MeasurementFileError
-        If a column or its unit is missing, a cell does not hold what its column promises, a
-        reading is given twice, or a target has too few readings.
-    ConfigurationError
-        If there is no such fallback encoding.
-    """
-    table = read_csv_table(path, fallback_encoding=fallback_encoding)
-    if table.layout is not Layout.TIDY:
-        raise MeasurementFileError("other_layout", layout=table.layout, place=table.at())
-    return tidy_test(table)
 
 
 def tidy_test(table: Table) -> PositioningTest:

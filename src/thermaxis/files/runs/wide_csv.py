@@ -1,6 +1,5 @@
 """Wide CSV: one target per row, one run per column, headed by run numbers."""
 
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -16,9 +15,7 @@ from thermaxis.files.runs._assemble import (
 )
 from thermaxis.files.runs._travel import targets_through_a_turn
 from thermaxis.files.table import (
-    FALLBACK_ENCODING,
     Heading,
-    Layout,
     Role,
     RunColumn,
     Table,
@@ -27,7 +24,6 @@ from thermaxis.files.table import (
     deviation_unit,
     group_targets,
     listed,
-    read_csv_table,
     target_column_of,
     unit_elsewhere,
     unit_named,
@@ -43,43 +39,6 @@ from thermaxis.positioning import (
 )
 
 _IntArray: TypeAlias = NDArray[np.int64]
-
-
-def read_wide_csv(
-    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
-) -> PositioningTest:
-    """Read a wide CSV file: one row per target, one column per run.
-
-    Run columns are headed by their numbers (`1`, `Run 1`, `run_1_um`); odd runs are forward, even
-    runs are backward. Cells are deviations. Their unit stands in the headings, or in a line
-    `# unit: um` above them; without one it is µm for targets in mm and arcsec for targets in deg,
-    and a remark says so.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file: comma, semicolon or tab between cells; decimal comma only with the latter two.
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: that of all text files here.
-
-    Returns
-    -------
-    PositioningTest
-        Targets and deviations (mm and µm, or deg and arcsec); missing readings are NaN. The order
-        of the readings is deduced for standard cycles.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the target's unit is missing, a cell is no number, a run or a target is there twice, or
-        a target has too few readings.
-    ConfigurationError
-        If there is no such fallback encoding.
-    """
-    table = read_csv_table(path, fallback_encoding=fallback_encoding)
-    if table.layout is not Layout.WIDE:
-        raise MeasurementFileError("other_layout", layout=table.layout, place=table.at())
-    return wide_test(table)
 
 
 def wide_test(table: Table) -> PositioningTest:

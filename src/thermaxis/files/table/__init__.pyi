@@ -15,10 +15,8 @@ from ._csv_rows import (
     csv_table as csv_table,
     is_comment_line as is_comment_line,
     is_separator_line as is_separator_line,
-    read_csv_table as read_csv_table,
     split_cells as split_cells,
 )
-from ._damage import DAMAGE as DAMAGE, damage_named as damage_named
 from ._mapping import NO_MAPPING as NO_MAPPING, RunColumn as RunColumn, RunMapping as RunMapping
 from ._metadata import metadata_lines as metadata_lines
 from ._numbers import (
@@ -35,13 +33,6 @@ from ._quantities import (
     unit_elsewhere as unit_elsewhere,
     unit_of_kind as unit_of_kind,
 )
-from ._quoting import (
-    decoded as decoded,
-    encoded as encoded,
-    protected as protected,
-    quoted as quoted,
-    unprotected as unprotected,
-)
 from ._source import (
     FALLBACK_ENCODING as FALLBACK_ENCODING,
     NUMBER_LIMIT as NUMBER_LIMIT,
@@ -49,15 +40,20 @@ from ._source import (
     check_is_text as check_is_text,
     clean_text as clean_text,
     decode_text as decode_text,
+    decoded as decoded,
+    encoded as encoded,
     first_few as first_few,
     is_number as is_number,
     kind_of_content as kind_of_content,
     opened as opened,
     parse_number as parse_number,
     parse_whole_number as parse_whole_number,
+    protected as protected,
+    quoted as quoted,
     read_content as read_content,
     read_start as read_start,
     read_text as read_text,
+    unprotected as unprotected,
     unwritable as unwritable,
     write_content as write_content,
 )
@@ -85,3 +81,4 @@ from ._workbook import (
     opened_sheets as opened_sheets,
     workbook_table as workbook_table,
 )
+from ._workbook_parts import DAMAGE as DAMAGE, damage_named as damage_named

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from thermaxis.files.table._mapping import NO_MAPPING, RunColumn, RunMapping
-from thermaxis.files.table._quoting import decoded, unprotected
+from thermaxis.files.table._source import decoded, unprotected
 from thermaxis.positioning import BACKWARD, FORWARD, FloatArray
 from thermaxis.quantities import AxisKind
 

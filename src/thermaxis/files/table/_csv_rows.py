@@ -4,7 +4,6 @@ import csv
 import re
 from collections.abc import Callable, Iterator
 from itertools import islice
-from pathlib import Path
 from typing import TypeAlias, TypeVar
 
 from thermaxis.codes import remark
@@ -14,7 +13,7 @@ from thermaxis.files.table._columns import Heading
 from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._metadata import Metadata
 from thermaxis.files.table._numbers import numeric_cells
-from thermaxis.files.table._source import FALLBACK_ENCODING, SourceText, read_text
+from thermaxis.files.table._source import SourceText
 from thermaxis.files.table._table import (
     CELL_ERRORS,
     HEADER_ROWS,
@@ -41,16 +40,6 @@ _OPENING_QUOTE = re.compile(r'(?:^|[,;\t])[ ]*"')
 
 _T = TypeVar("_T")
 _Line: TypeAlias = tuple[int, str]
-
-
-def read_csv_table(
-    path: Path | str,
-    *,
-    fallback_encoding: str = FALLBACK_ENCODING,
-    mapping: RunMapping = NO_MAPPING,
-) -> Table:
-    """Read a CSV file as text cells, tidy or wide."""
-    return csv_table(read_text(path, fallback_encoding=fallback_encoding), mapping)
 
 
 def csv_table(text: SourceText, mapping: RunMapping = NO_MAPPING) -> Table:

@@ -9,8 +9,7 @@ from typing import final
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._columns import Role, role_named, unit_named
-from thermaxis.files.table._quoting import decoded, encoded, quoted
-from thermaxis.files.table._source import clean_text, parse_number
+from thermaxis.files.table._source import clean_text, decoded, encoded, parse_number, quoted
 from thermaxis.files.table._times import parse_moment
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource

@@ -25,13 +25,13 @@ from thermaxis.files.table._columns import (
 from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._metadata import Metadata
 from thermaxis.files.table._numbers import numeric_cells, without_missing
-from thermaxis.files.table._quoting import unprotected
 from thermaxis.files.table._source import (
     NUMBER_LIMIT,
     clean_text,
     first_few,
     is_number,
     parse_number,
+    unprotected,
 )
 from thermaxis.positioning import FloatArray
 

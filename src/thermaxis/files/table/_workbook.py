@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, cast
 from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.table._blocks import grid_table
-from thermaxis.files.table._damage import DAMAGE, damage_named
 from thermaxis.files.table._mapping import NO_MAPPING, RunMapping
 from thermaxis.files.table._source import kind_of_content
 from thermaxis.files.table._table import (
@@ -24,7 +23,12 @@ from thermaxis.files.table._table import (
     is_comment,
     no_table,
 )
-from thermaxis.files.table._workbook_parts import CELL_LIMIT, check_parts
+from thermaxis.files.table._workbook_parts import (
+    CELL_LIMIT,
+    DAMAGE,
+    check_parts,
+    damage_named,
+)
 
 if TYPE_CHECKING:
     from openpyxl import Workbook

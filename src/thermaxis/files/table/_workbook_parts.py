@@ -4,14 +4,15 @@ import io
 import re
 import struct
 import zipfile
+import zlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table._damage import damage_named
 
 UNPACKED_LIMIT_BYTES = 80_000_000
 """Largest sum of the unpacked parts: a million cells of about 55 bytes, and texts. [byte]"""
@@ -229,3 +230,27 @@ def _column_number(letters: bytes) -> int:
     for letter in letters.upper():
         number = 26 * number + letter - ord("A") + 1
     return number
+
+
+# ---- what libraries raise that read binary files -----------------------------------------------
+
+# Readers of binary files have no error of their own for damaged ones: whatever a missing part, a
+# wrong length, index or type raises inside comes out.
+DAMAGE: Final = (
+    *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError),
+    *(OSError, RuntimeError, SyntaxError, TypeError, ValueError),
+    *(struct.error, zipfile.BadZipFile, zlib.error),
+)
+"""What they raise; RuntimeError stands also for a password, and for a newer form of the file."""
+
+
+@contextmanager
+def damage_named(
+    place: Place, *, damage: tuple[type[BaseException], ...] = DAMAGE
+) -> Generator[None]:
+    """Turn what the reader of a damaged file raises into an error that names the file."""
+    try:
+        yield
+    except damage as error:
+        cause = (str(error).partition("\n")[0] or type(error).__name__)[:150]
+        raise MeasurementFileError("file_damaged", cause=cause, place=place) from error
