@@ -19,6 +19,13 @@ from thermaxis.thermal.modal._slow_noise import SlowNoise, weighted_products
 
 ROUND_OFF = (0.0, 1e-12, 1e-9, 1e-6)
 """Shares by which the diagonal of a precision is raised until round-off leaves it positive. [1]"""
+AT_REST = -12.0
+"""Logarithm of the size of transients of an experiment that began at rest: none. [1]"""
+REST_ODDS = 15.0
+"""Logarithm of how much less likely a record must be from rest than from a free start before it is
+taken to have begun otherwise: tests begin at rest, and noise of another kind than assumed is worth
+some of it. Default: cold tests of the virtual machine show up to 4, warm ones mostly 24 and more.
+[1]"""
 FAR_START = 4.0
 """Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
 experiment began far from any steady state. Default: cold tests of the virtual machine show up to
@@ -97,8 +104,15 @@ class Design:
     """Number of time constants j. [1]"""
     transients: int
     """Number of segments whose start is free. [1]"""
-    offsets: int
-    """Number of experiments, each with an offset. [1]"""
+    zeros: FloatArray
+    """What the rows of each experiment are relative to, (e, p + 1): their values at its zero."""
+    zero_variance: FloatArray
+    """Variance of the white noise of its zero relative to a full block's, (e,). [1]"""
+
+    @property
+    def offsets(self) -> int:
+        """Number of experiments, each with an offset. [1]"""
+        return int(self.zero_variance.size)
 
     @property
     def gains(self) -> int:
@@ -162,6 +176,9 @@ def design_of(
     white: list[FloatArray] = []
     times: list[FloatArray] = []
     free = len(segments) if free_start else 0
+    gains = scales.u.size * (1 + count)
+    zeros = np.zeros((experiments, gains + free * count + experiments + 1))
+    zero_variance = np.zeros(experiments)
     for number, segment in enumerate(segments):
         use = segment.count > 0
         columns: list[FloatArray] = []
@@ -170,23 +187,34 @@ def design_of(
             columns += [direct[:, i : i + 1] / spread]
             columns += [segment.lag_means(i, time_constants_s) / spread]
         fading = np.zeros((segment.blocks, free * count))
+        own = slice(number * count, (number + 1) * count)
         if free:
-            own = slice(number * count, (number + 1) * count)
             fading[:, own] = segment.fading_means(time_constants_s)
+        if segment.zero.size:
+            zero = zeros[segment.experiment]
+            for i, spread in enumerate(scales.u.tolist()):
+                place = i * (1 + count)
+                zero[place : place + 1 + count] = segment.lag_zero(i, time_constants_s) / spread
+            if free:
+                zero[gains:][own] = segment.fading_zero(time_constants_s)
+            zero[-1] = segment.zero_um / scales.y
+            zero_variance[segment.experiment] = segment.rows / segment.zero.size
         offset = np.zeros((segment.blocks, experiments))
         offset[:, segment.experiment] = 1.0
         y = segment.y[:, None] / scales.y
         rows.append(np.hstack([*columns, fading, offset, y])[use])
         white.append(segment.rows / segment.count[use])
         times.append(segment.times_s[use])
+    relative = [r - zeros[s.experiment] for r, s in zip(rows, segments, strict=True)]
     return Design(
-        rows=tuple(rows),
+        rows=tuple(relative),
         white_variance=tuple(white),
         times_s=tuple(times),
         inputs=scales.u.size,
         lags=count,
         transients=free,
-        offsets=experiments,
+        zeros=zeros,
+        zero_variance=zero_variance,
     )
 
 
@@ -207,8 +235,24 @@ class Hyperprior:
             + ((sizes.log_ratio - 5.0) / 4.0) ** 2
             + ((sizes.log_gain - 3.0) / 4.0) ** 2
             + ((sizes.log_fast_ratio - 1.0) / 3.0) ** 2
-            + sum((one / 4.0) ** 2 for one in sizes.log_transients)
+            + sum((one / 4.0) ** 2 for one in sizes.log_transients if one > AT_REST)
         )
+
+
+def log_prior_variance(design: Design, sizes: Sizes, lags: int) -> FloatArray:
+    """Return the logarithms of the prior variances of gains, transients, offsets, (q,). [1]
+
+    Rows are relative to the record's zero, where the model says zero too. What is left of an offset
+    are the slow noise and the white noise at the zero, so these are its size.
+    """
+    noise = np.exp(sizes.log_ratio) + np.exp(sizes.log_fast_ratio) + design.zero_variance
+    return np.concatenate(
+        [
+            np.full(design.inputs * (1 + lags), 2.0 * sizes.log_gain),
+            np.repeat(2.0 * np.array(sizes.log_transients), lags),
+            np.log(noise),
+        ]
+    )
 
 
 def log_evidence_of(design: Design, products: tuple[FloatArray, float], sizes: Sizes) -> float:
@@ -216,41 +260,34 @@ def log_evidence_of(design: Design, products: tuple[FloatArray, float], sizes: S
 
     Notes
     -----
-    With the displacements y = F beta + noise, noise ~ N(0, v K) and beta ~ N(0, v L^-1), where L
-    is exp(-2 log size) on the diagonal and zero for offsets, let
+    With the displacements y = F beta + noise, noise ~ N(0, v K) and beta ~ N(0, v L^-1), L being
+    diagonal (`log_prior_variance`), let
 
-        A = F' K^-1 F + L,    b = F' K^-1 y,    S = y' K^-1 y - b' A^-1 b,    f = n - offsets.
+        A = F' K^-1 F + L,    b = F' K^-1 y,    S = y' K^-1 y - b' A^-1 b.
 
-    With beta integrated out and v at its most likely value S / f, the density of the record is, but
+    With beta integrated out and v at its most likely value S / n, the density of the record is, but
     for a constant,
 
-        log p(y) = -1/2 (f log(S / f) + log|K| + log|A| - log|L+|),
+        log p(y) = -1/2 (n log(S / n) + log|K| + log|A| - log|L|).
 
-    L+ being the part of L that is not zero. `gram` holds F' K^-1 F, b and y' K^-1 y.
+    `gram` holds F' K^-1 F, b and y' K^-1 y.
 
     References
     ----------
-    Rasmussen and Williams 2006, section 2.7 (explicit basis functions) and 5.4; MacKay 1992.
+    Rasmussen and Williams 2006, section 5.4; MacKay 1992.
     """
     gram, log_determinant = products
-    free = design.offsets
-    prior = np.concatenate(
-        [
-            np.full(design.gains, 2.0 * sizes.log_gain),
-            np.repeat(2.0 * np.array(sizes.log_transients), design.lags),
-        ]
-    )
+    prior = log_prior_variance(design, sizes, design.lags)
     precision = gram[:-1, :-1].copy()
-    diagonal = np.arange(design.penalised)
+    diagonal = np.arange(prior.size)
     precision[diagonal, diagonal] += np.exp(-prior)
     factor = factored(precision)
     half = np.asarray(
         solve_triangular(factor, gram[:-1, -1], lower=True, check_finite=False), dtype=np.float64
     )
     left = max(float(gram[-1, -1] - half @ half), 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
-    freedom = design.readings - free
     return -0.5 * float(
-        freedom * np.log(left / freedom)
+        design.readings * np.log(left / design.readings)
         + log_determinant
         + 2.0 * float(np.sum(np.log(np.diag(factor))))
         + float(np.sum(prior))
@@ -262,13 +299,18 @@ MOST_LOG_CHANGE = 2.4
 _SMALLEST_STEP = 0.15
 
 
-def most_likely_sizes(design: Design, hyperprior: Hyperprior) -> Sizes:
-    """Return the sizes under which the record is most likely: a search along every size in turn."""
+def most_likely_sizes(
+    design: Design, hyperprior: Hyperprior, may_rest: Sequence[bool] = ()
+) -> Sizes:
+    """Return the sizes under which the record is most likely: a search along every size in turn.
+
+    A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely.
+    """
     middle, free = float(np.log(hyperprior.correlation_s)), design.transients
     # gain, ratio, correlation time and fast ratio, then the transients: all of them logarithms
-    best = np.array([4.0, 5.0, middle, 1.0, *[0.0] * free])
+    start = np.array([4.0, 5.0, middle, 1.0, *[0.0] * free])
     steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * free])
-    low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-12.0] * free])
+    low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[AT_REST] * free])
     high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[12.0] * free])
     seen: dict[SlowNoise, tuple[FloatArray, float]] = {}
 
@@ -284,17 +326,28 @@ def most_likely_sizes(design: Design, hyperprior: Hyperprior) -> Sizes:
             seen[noise] = design.products(noise)
         return log_evidence_of(design, seen[noise], sizes) + hyperprior.log_density(sizes)
 
-    found, share = evidence_at(best), 1.0
-    while share > _SMALLEST_STEP:
-        moved = False
-        for place in range(best.size):
-            for move in (share * steps[place], -share * steps[place]):
-                other = best.copy()
-                other[place] = np.clip(best[place] + move, low[place], high[place])
-                there = evidence_at(other)
-                if there > found + 1e-9:
-                    best, found, moved = other, there, True
-                    break
-        if not moved:
-            share /= 2.0
+    def climbed(best: FloatArray) -> tuple[FloatArray, float]:
+        found, share = evidence_at(best), 1.0
+        while share > _SMALLEST_STEP:
+            moved = False
+            for place in range(best.size):
+                for move in (share * steps[place], -share * steps[place]):
+                    other = best.copy()
+                    other[place] = np.clip(best[place] + move, low[place], high[place])
+                    there = evidence_at(other)
+                    if there > found + 1e-9:
+                        best, found, moved = other, there, True
+                        break
+            if not moved:
+                share /= 2.0
+        return best, found
+
+    best, found = climbed(start)
+    for place in 4 + np.flatnonzero(may_rest):
+        high[place] = AT_REST
+        resting, there = climbed(np.minimum(best, high))
+        if there > found - REST_ODDS:
+            best, found = resting, there
+        else:
+            high[place] = 12.0
     return sizes_at(best)

@@ -12,7 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.modal._evidence import Design, Scales, Sizes, design_of, factored
+from thermaxis.thermal.modal._evidence import (
+    Design,
+    Scales,
+    Sizes,
+    design_of,
+    factored,
+    log_prior_variance,
+)
 from thermaxis.thermal.modal._regressors import Segment
 
 IndexArray: TypeAlias = NDArray[np.intp]
@@ -49,13 +56,7 @@ def columns_of(design: Design, members: IndexArray) -> IndexArray:
 
 def prior_precision(design: Design, sizes: Sizes, lags: int) -> FloatArray:
     """Return the prior precision of the columns of a subset of so many lags, (q,)."""
-    return np.concatenate(
-        [
-            np.full(design.inputs * (1 + lags), np.exp(-2.0 * sizes.log_gain)),
-            np.repeat(np.exp(-2.0 * np.array(sizes.log_transients)), lags),
-            np.zeros(design.offsets),
-        ]
-    )
+    return np.exp(-log_prior_variance(design, sizes, lags))
 
 
 def compared(
@@ -70,10 +71,10 @@ def compared(
     Notes
     -----
     The equations of `log_evidence_of`, for many sets of columns at once; the gains are A^-1 b, and
-    S / f A^-1 is their covariance. A = C C' (Cholesky), so that with h = C^-1 b the sum of squares
+    S / n A^-1 is their covariance. A = C C' (Cholesky), so that with h = C^-1 b the sum of squares
     is S = y' K^-1 y - h' h, the gains are C'^-1 h, and the variance of the DC gain w' beta of an
-    input, w being one at its gains, is S / f |C^-1 w|^2. A gain that is held at zero has a unit row
-    in A, a zero in b and w, and no factor in |L+|.
+    input, w being one at its gains, is S / n |C^-1 w|^2. A gain that is held at zero has a unit row
+    in A, a zero in b and w, and no factor in |L|.
     """
     gram, log_determinant = products
     lags = members.shape[1]
@@ -98,8 +99,8 @@ def compared(
     half = np.linalg.solve(factor, right)
     least = 1e-14 * abs(gram[-1, -1]) + 1e-300
     left = np.maximum(gram[-1, -1] - np.sum(half[:, :, 0] ** 2, axis=1), least)
-    freedom = design.readings - design.offsets
-    log_prior = -(free[:, prior > 0] @ np.log(prior[prior > 0]))
+    freedom = design.readings
+    log_prior = -(free @ np.log(prior))
     log_evidence = -0.5 * (
         freedom * np.log(left / freedom)
         + log_determinant
@@ -237,7 +238,7 @@ class Refinement:
         taus_s = np.sort(start_s)
         design, mean, penalised = self.solved(taus_s)
         damping = 1e-3
-        freedom = max(design.readings - design.offsets, 1)
+        freedom = design.readings
         for _ in range(steps):
             local = self._linearised(design, taus_s, mean, penalised / freedom)
             gram, _ = local.design.products(self.sizes.noise)
@@ -267,7 +268,7 @@ class Refinement:
     def _result(
         self, design: Design, taus_s: FloatArray, mean: FloatArray, penalised: float
     ) -> Refined:
-        variance = penalised / max(design.readings - design.offsets, 1)
+        variance = penalised / design.readings
         local = self._linearised(design, taus_s, mean, variance)
         gram, _ = local.design.products(self.sizes.noise)
         precision = gram[:-1, :-1] + np.diag(local.prior)

@@ -9,12 +9,13 @@
 3. All sets of up to four time constants of the grid are compared from one matrix of products, the
    best of every number refined between the points of the grid (variable projection).
 4. The number of lags is chosen by the free run over blocks that the fit has not seen; the gains
-   are those that carry the average response of all sets, each weighted by its evidence.
+   are those that carry the average response of all sets, each weighted by its evidence, on more
+   lags where those cannot hold it.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -34,6 +35,7 @@ from thermaxis.thermal.modal._average import (
     refined_components,
 )
 from thermaxis.thermal.modal._evidence import (
+    AT_REST,
     Design,
     Hyperprior,
     Scales,
@@ -57,6 +59,16 @@ BLOCK_S = 180.0
 """Length of the blocks that are averaged, for tests of some hours. [s]"""
 FEWEST_BLOCKS, MOST_BLOCKS = 100, 1500
 """Blocks that the longest experiment is cut into, at least and at most. [1]"""
+FEW_BLOCKS = MOST_BLOCKS // 3
+SHORT_LAG = 0.6
+"""Shortest time constant over the length of the blocks below which records of fewer blocks than
+these are cut into shorter ones. [1]"""
+CARRYING_COST, LOST_FIT_PERCENT = 1.3, 0.1
+"""What gains that carry the average may leave of a record over what the fit of the same lags leaves
+[1], and points of fit that do not count beside it: where more is left more lags are taken. [%]"""
+AVERAGE_WEIGHT = 30.0
+"""By how much the average weighs more than its variance says: of 0.3, 1, 3, 10 and 30 the best on
+tests of 8 h; on those of 72 h all are alike. [1]"""
 DRIFT_CORRELATION_S = 5400.0
 """Most plausible correlation time of a slow drift: what machines in halls show. [s]"""
 LARGEST_LOG_STD = 0.4
@@ -65,10 +77,6 @@ LARGEST_DC_SHARE = 0.25
 """Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
 FEWEST_DRIFT_VALUES = 12.0
 """Independent values of the drift that a short record is taken to hold. [1]"""
-FREE_START = 4.0
-"""Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
-experiment did not begin in a steady state. Default: cold tests of the virtual machine mostly stay
-below, warm ones mostly go beyond. [1]"""
 
 
 @final
@@ -209,7 +217,8 @@ def response_evidence(
         raise DataError("too_few_blocks", blocks=design.readings, needed=3 + design.offsets)
     correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
     hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
-    sizes = most_likely_sizes(design, hyperprior)
+    may_rest = [segment.start_s == 0.0 for segment in segments] if design.transients else []
+    sizes = most_likely_sizes(design, hyperprior, may_rest)
     return ResponseEvidence(segments, scales, grid, design, sizes, float(longest))
 
 
@@ -271,6 +280,12 @@ def modal(
     lags = chosen.lags or validation.chosen
     if lags not in candidates:
         raise DataError("too_few_time_constants", lags=lags, place=Place(key="lags"))
+    block_s = max(s.rows * s.sample_time_s for s in evidence.segments)
+    blocks = sum(s.blocks for s in evidence.segments)
+    shortest_s = float(candidates[lags][1].time_constants_s[0])
+    if chosen.block_s is None and shortest_s < SHORT_LAG * block_s and blocks < FEW_BLOCKS:
+        shorter = replace(chosen, block_s=block_s / 3.0)
+        return modal(experiments, input_names=input_names, options=shorter)
     span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
     found += compare_sparse(evidence.design, products, evidence.sizes, found)
     none = np.zeros(evidence.design.inputs)
@@ -278,7 +293,9 @@ def modal(
     for problem, refined in candidates.values():
         components += refined_components(problem, refined, evidence.sizes, span)
     average = averaged(components)
-    return _result(evidence, input_names, chosen, average, candidates[lags], validation)
+    numbers = [lags] if chosen.lags else [n for n in sorted(candidates) if n >= lags]
+    carried = _carried([candidates[n] for n in numbers], average)
+    return _result(evidence, input_names, chosen, average, carried, validation)
 
 
 def _refined_sets(
@@ -306,24 +323,54 @@ def _refined_sets(
     return refined
 
 
-def _carried(problem: Refinement, refined: Refined, average: Average) -> FloatArray:
-    """Return gains of the refined lags that carry the average response, (k, 1 + j)."""
+def _carried(
+    candidates: Sequence[tuple[Refinement, Refined]], average: Average
+) -> tuple[Refinement, Refined, FloatArray]:
+    """Return the fewest lags that carry the average response, and their gains, (k, 1 + j).
+
+    A single candidate that cannot carry it keeps the gains of its own fit.
+    """
+    found: list[tuple[float, Refinement, Refined, FloatArray]] = []
+    for problem, refined in candidates:
+        gains = _gains_carrying(problem, refined, average)
+        left, own = (100.0 - _fit_percent(problem, refined, g) for g in (gains, refined.gains))
+        found.append((left - own, problem, refined, gains))
+        if left <= CARRYING_COST * (own + LOST_FIT_PERCENT):
+            break
+    else:
+        if len(candidates) == 1:
+            return (*candidates[0], candidates[0][1].gains)
+    return min(found, key=lambda one: one[0])[1:]
+
+
+def _gains_carrying(problem: Refinement, refined: Refined, average: Average) -> FloatArray:
+    """Return gains of the refined lags that carry the average response, (k, 1 + j).
+
+    Notes
+    -----
+    With the sum of squares S of `Refinement.solved`, the white variance v, the n rows F of an
+    input, its average response a and DC gain d of variance s, they are the least of
+
+        S / v + sum over inputs of w / s ((1 + j) |F g - a|^2 / n + (sum of g - d)^2):
+
+    of all gains that explain the record alike those next to the average. A plain projection of the
+    average can lose half of the record: one set of lags holds no other's response.
+    """
     own = problem.design_at(refined.time_constants_s)
-    lags = refined.time_constants_s.size
-    rows = np.vstack([r[:, : own.gains] for r in own.rows])
-    gains = np.empty_like(refined.gains)
-    # A row for the DC gain that counts as much as half of the record.
-    weight = math.sqrt(0.5 * rows.shape[0])
-    for i in range(own.inputs):
-        columns = rows[:, i * (1 + lags) : (i + 1) * (1 + lags)]
-        left = np.vstack([columns, np.full((1, 1 + lags), weight)])
-        right = np.append(average.contribution[:, i], weight * average.dc_gain[i])
-        start = refined.gains[i]
-        ridge = 1e-3 * np.sqrt(np.trace(left.T @ left) / (1 + lags)) * np.eye(1 + lags)
-        full = np.vstack([left, ridge])
-        target = np.append(right - left @ start, np.zeros(1 + lags))
-        gains[i] = start + np.linalg.lstsq(full, target, rcond=None)[0]
-    return gains
+    gram, _ = own.products(problem.sizes.noise)
+    precision = gram[:-1, :-1] + np.diag(prior_precision(own, problem.sizes, own.lags))
+    right = gram[:-1, -1].copy()
+    rows, wide = np.vstack([r[:, : own.gains] for r in own.rows]), 1 + own.lags
+    for i, variance in enumerate(average.dc_variance.tolist()):
+        part = slice(i * wide, (i + 1) * wide)
+        weight = AVERAGE_WEIGHT * refined.variance / max(variance, refined.variance * 1e-6)
+        columns, share = rows[:, part], wide / own.readings
+        precision[part, part] += weight * (share * columns.T @ columns + 1.0)
+        right[part] += weight * (
+            share * columns.T @ average.contribution[:, i] + average.dc_gain[i]
+        )
+    gains = np.linalg.solve(precision, right)[: own.gains].reshape(own.inputs, wide)
+    return np.asarray(gains, dtype=np.float64)
 
 
 def _unknown_drift(evidence: ResponseEvidence) -> float:
@@ -382,11 +429,10 @@ def _result(
     input_names: Sequence[str],
     options: ModalOptions,
     average: Average,
-    refinement: tuple[Refinement, Refined],
+    carried: tuple[Refinement, Refined, FloatArray],
     validation: BlockedValidation,
 ) -> ModalResult:
-    problem, refined = refinement
-    gains = _carried(problem, refined, average)
+    problem, refined, gains = carried
     scales, delays = evidence.scales, options.delays_s or (0.0,) * len(input_names)
     parts: list[ModalPart] = []
     stds: list[PartStd] = []
@@ -402,7 +448,9 @@ def _result(
         parts.append(part)
         stds.append(_part_std(refined, i, unit, average, part.dc_gain, evidence))
     others = _starts_and_offsets(problem, refined, gains)
-    offsets = scales.y * others[others.size - refined.offsets.size :]
+    zeros = problem.design_at(refined.time_constants_s).zeros
+    at_zero = zeros[:, -1] - zeros[:, :-1] @ np.concatenate([gains.ravel(), others])
+    offsets = scales.y * (at_zero + others[others.size - refined.offsets.size :])
     model = ThermalModel(tuple(parts))
     rows = float(np.median([s.rows for s in evidence.segments]))
     block_std = scales.y * math.sqrt(refined.variance)
@@ -412,7 +460,7 @@ def _result(
         noise_std_um=block_std * math.sqrt(rows),
         slow_noise_std_um=block_std * math.sqrt(problem.sizes.noise.ratio),
         slow_noise_correlation_s=problem.sizes.noise.correlation_s,
-        fit_percent=_fit_percent(problem, refined, gains, others),
+        fit_percent=_fit_percent(problem, refined, gains),
         offsets_um=tuple(offsets.tolist()),
         validation=validation,
         warnings=_warnings(evidence, stds),
@@ -427,7 +475,7 @@ def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[Mess
         for segment, size in zip(
             evidence.segments, evidence.sizes.log_transients or (), strict=False
         )
-        if size > FREE_START
+        if size > AT_REST
     }
     count = 1 + max(s.experiment for s in evidence.segments)
     if len(started) == count:
@@ -448,11 +496,10 @@ def _starts_and_offsets(problem: Refinement, refined: Refined, gains: FloatArray
     return np.asarray(solved, dtype=np.float64)
 
 
-def _fit_percent(
-    problem: Refinement, refined: Refined, gains: FloatArray, others: FloatArray
-) -> float:
-    """Return the fit of the free run over the block means of all experiments. [%]"""
+def _fit_percent(problem: Refinement, refined: Refined, gains: FloatArray) -> float:
+    """Return the fit over the block means of all experiments, with their starts and offsets. [%]"""
     own = problem.design_at(refined.time_constants_s)
+    others = _starts_and_offsets(problem, refined, gains)
     coefficients = np.concatenate([gains.ravel(), others])
     left, spread = 0.0, 0.0
     for rows in own.rows:

@@ -18,11 +18,14 @@ from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
 
 BoolArray: TypeAlias = NDArray[np.bool_]
+IntArray: TypeAlias = NDArray[np.intp]
 
 LONGEST_GAP_S = 900.0
 """Inputs missing for longer are not interpolated: the record is cut there. [s]"""
 AT_REFERENCE = 0.15
 """First value over the root mean square of an input up to which it begins at its reference. [1]"""
+REFERENCE_S = 60.0
+"""A log's displacements refer to their mean over this first time. [s]"""
 MANY_BLOCKS = 30
 """In a record of more blocks than these the rows of an unfinished last block are left out. [1]"""
 
@@ -52,6 +55,10 @@ class Segment:
     """Displacements measured per block, (blocks,). [1]"""
     measured: FloatArray | None
     """One where the displacement was measured, else zero, (blocks, rows); None if always."""
+    zero: IntArray
+    """Rows whose mean displacement is the experiment's zero; empty but in one segment, (z,)."""
+    zero_um: float
+    """That mean. [µm]"""
 
     @property
     def blocks(self) -> int:
@@ -100,6 +107,21 @@ class Segment:
             begins, _ = lfilter([0.0, 1.0], [1.0, -keep_block[j]], sums[:, count + j], zi=[start])
             means[:, j] = sums[:, j] + begin_weight[j] * begins
         return means
+
+    def lag_zero(self, column: int, time_constants_s: FloatArray) -> FloatArray:
+        """Return the mean of an input and of its lags at the rows of the zero, (1 + j,). [K]"""
+        u = self.u[column][: self.zero[-1] + 1]
+        alphas = -np.expm1(-self.sample_time_s / time_constants_s)
+        lagged = [
+            lfilter([0.0, a], [1.0, a - 1.0], u, zi=[self.start[column]])[0]
+            for a in alphas.tolist()
+        ]
+        return np.mean(np.stack([u, *lagged])[:, self.zero], axis=1)
+
+    def fading_zero(self, time_constants_s: FloatArray) -> FloatArray:
+        """Return the mean at the rows of the zero of what is left of a unit start, (j,). [1]"""
+        times_s = self.sample_time_s * self.zero[:, None]
+        return np.mean(np.exp(-times_s / time_constants_s), axis=0)
 
     def fading_means(self, time_constants_s: FloatArray) -> FloatArray:
         """Return the mean per block of what is left of a unit start, (blocks, j). [1]"""
@@ -162,9 +184,15 @@ def _starts(columns: Sequence[FloatArray]) -> tuple[float, ...]:
 
 
 def _segment(
-    experiment: Experiment, number: int, span: tuple[int, int], rows: int, late: Sequence[int]
+    experiment: Experiment,
+    number: int,
+    span: tuple[int, int],
+    rows: int,
+    late: Sequence[int],
+    zero: IntArray,
 ) -> Segment | None:
     begin, end = span
+    zero = zero[(begin <= zero) & (zero < end)]
     u, y = experiment.u[begin:end], experiment.y[begin:end]
     columns: list[FloatArray] = []
     for i, rows_late in enumerate(late):
@@ -202,7 +230,22 @@ def _segment(
         y=mean,
         count=count,
         measured=measured,
+        zero=zero - begin,
+        zero_um=float(np.mean(experiment.y[zero])) if zero.size else 0.0,
     )
+
+
+def _zero_rows(experiment: Experiment, spans: Sequence[tuple[int, int]]) -> IntArray:
+    """Return the rows that a record's displacements refer to: measured in its first time, or one.
+
+    They are those of `records_of`: the mean over the first time of a log is its zero.
+    """
+    usable = np.zeros(experiment.y.size, dtype=np.bool_)
+    for begin, end in spans:
+        usable[begin:end] = True
+    measured = np.flatnonzero(usable & ~np.isnan(experiment.y))
+    early = measured[measured * experiment.sample_time_s <= REFERENCE_S]
+    return early if early.size else measured[:1]
 
 
 def segments_of(
@@ -215,8 +258,10 @@ def segments_of(
         rows = max(1, int(block_s / step_s + 1e-9))
         late = [round(delay / step_s) for delay in delays_s]
         gap = max(1, int(LONGEST_GAP_S / step_s))
-        for span in _stretches(experiment.u, gap):
-            segment = _segment(experiment, number, span, rows, late)
+        spans = _stretches(experiment.u, gap)
+        zero = _zero_rows(experiment, spans)
+        for span in spans:
+            segment = _segment(experiment, number, span, rows, late, zero)
             if segment is not None:
                 found.append(segment)
     if not found:
