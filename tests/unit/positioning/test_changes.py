@@ -199,6 +199,29 @@ def test_what_moved_over_a_pause_at_once_or_slowly_is_said_and_is_no_change() ->
     assert said["when"].values["pause_min"] == pytest.approx(20.15)
 
 
+@pytest.mark.parametrize("reading", [0, TIME_S.size - 1])
+def test_an_outlier_that_is_the_first_or_last_reading_is_named(reading: int) -> None:
+    test = warm(15)
+    deviation = test.deviation.copy()
+    at = np.unravel_index(np.argmin(np.abs(TIME_S - STOP_S * reading)), TIME_S.shape)
+    deviation[at] += 20.0
+    (outlier,) = evaluate_drift(replace(test, deviation=deviation)).outliers
+    named = (outlier.target - 1, outlier.cycle - 1, outlier.approach)
+    assert named == tuple(map(int, at))
+    assert outlier.residual == pytest.approx(20.0, abs=2.0)
+    assert evaluate_drift(test).outliers == ()
+
+
+def test_outliers_that_stay_in_the_model_are_said() -> None:
+    test = warm(16)
+    deviation = test.deviation.copy()
+    deviation[::2, 3, :] += np.linspace(8.0, 11.0, 12).reshape(6, 2)  # of 192 readings; 9 are 5 %
+    result = evaluate_drift(replace(test, deviation=deviation))
+    assert len(result.outliers) == 9
+    assert values_said(result.warnings, "outliers_in_model")["most"] == 9
+    assert "outliers_in_model" not in codes_of(evaluate_drift(test).warnings)
+
+
 # A few runs; benchmarks/drift_changes.py has hundreds.
 def test_what_is_smooth_noisy_or_slow_is_no_step() -> None:
     rng = np.random.default_rng(11)

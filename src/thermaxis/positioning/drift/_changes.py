@@ -21,7 +21,9 @@ from thermaxis.positioning.drift._smooth_terms import (
     Sums,
     against_splines,
     fit,
+    leverages_of,
     penalty_of,
+    residual_of,
     solved,
     spline_values,
     sums_of,
@@ -266,6 +268,34 @@ def find_steps(
         elif k - found == _PATIENCE:
             break
     return steps_that_hold(best, averaged) if found else (), gain
+
+
+def outlier_at_end(readings: Readings, average: Average) -> tuple[int, float, float]:
+    """Return the first or last reading, its residual without it, and what leaving it out gains.
+
+    The curve follows such a reading, as it would a step: so a smooth one is fitted without it too.
+    """
+    ends = np.array([np.argmin(readings.time), np.argmax(readings.time)])
+    alone = replace(
+        readings,
+        value=readings.value[ends],
+        level=readings.level[ends],
+        time=readings.time[ends],
+        shape=readings.shape[:, ends],
+        weight=readings.weight[ends],
+    )
+    found = (0, 0.0, -np.inf)
+    for fitted in _fits_of_scan(average):
+        left = np.maximum(1.0 - leverages_of(fitted, alone), _CONFOUNDED)
+        residual = residual_of(fitted, alone)
+        free = fitted.sums.readings - fitted.sums.levels - fitted.sums.shapes
+        share = alone.weight * residual**2 / (left * free * fitted.variance)
+        gain = -free * np.log1p(-np.minimum(share, 1.0 - _SAME)) - np.log(left)
+        gain += average.best.criterion - fitted.criterion - LEAST_GAIN
+        k = int(np.argmax(gain))
+        if gain[k] > found[2]:
+            found = (int(ends[k]), float(residual[k] / left[k]), float(gain[k]))
+    return found
 
 
 def steps_that_hold(readings: Readings, averaged: Averaging) -> tuple[Step, ...]:

@@ -24,6 +24,7 @@ from thermaxis.positioning.drift._changes import (
     Averaging,
     find_step,
     find_steps,
+    outlier_at_end,
     steps_that_hold,
 )
 from thermaxis.positioning.drift._correlated_noise import LEAST_GAIN_SAID, find_correlation
@@ -655,7 +656,13 @@ def _outlying(fitted: _Fitted) -> _Outlying:
     square = readings.weight * residual**2
     share = min(float(square[worst] / left[worst] / max(np.sum(square), 1e-300)), 1.0 - 1e-12)
     gain = -residual.size * float(np.log1p(-share)) if excess[worst] > 1.0 else 0.0
-    return _Outlying(scaled=scaled, excess=excess, residual=residual / left, gain=gain)
+    residual = residual / left
+    if fitted.estimate.model is DriftModel.SMOOTH:
+        end, off, gain_of_end = outlier_at_end(readings, fitted.estimate.average)
+        if kept[end] and gain_of_end > gain:
+            gain, residual[end], excess = gain_of_end, off, np.zeros_like(excess)
+            excess[end] = 2.0
+    return _Outlying(scaled=scaled, excess=excess, residual=residual, gain=gain)
 
 
 def _left_out(
@@ -900,7 +907,10 @@ def _warnings(
 ) -> tuple[Message, ...]:
     named = {"targets": ", ".join(str(i) for i in suspects)}
     n, unit = fitted.run.readings.value.size, test.kind.units.deviation
+    more = {"count": int(np.sum(outlying.excess > 1.0)), "most": int(MOST_OUTLIERS * n)}
     warnings = (
+        (outlying.gain > 0.0, Message("warning-outliers_in_model", more)),
+        (len(changes) == MOST_CHANGES, Message("warning-most_changes", {"most": MOST_CHANGES})),
         (test.time_s is None, Message("warning-order_as_time")),
         (fitted.run.bow, Message("warning-axis_bows")),
         (_hides_drift(fitted.run, fitted.estimate.average), Message("warning-visits_hide_drift")),
