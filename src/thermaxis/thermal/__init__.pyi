@@ -14,6 +14,7 @@ from .identification import (
     joint_gains as joint_gains,
     records_of as records_of,
     usual_step_of as usual_step_of,
+    with_one_clock as with_one_clock,
 )
 from .images import (
     MOST_PIXELS as MOST_PIXELS,

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import DataError
-from thermaxis.thermal import ThermalLog, mask_rows, without_faults
+from thermaxis.thermal import (
+    ThermalLog,
+    mask_rows,
+    parse_input,
+    with_one_clock,
+    without_faults,
+)
 from thermaxis.virtual import Heating, ThermalTestPlan, generate_thermal_test
 
 PLANS = (
@@ -103,3 +109,55 @@ def test_rows_are_masked_by_hand_of_one_channel_or_of_all() -> None:
     assert everything.remarks[1].values == {"rows": 10, "row": 2870, "last": 2879}
     with pytest.raises(DataError):
         mask_rows(log, 20, 20)
+
+
+INPUTS = tuple(map(parse_input, ("spindle=T_spindle_c-T_column_c", "table=T_table_c-T_column_c")))
+
+
+def stamped(shift_s: float, seed: int = 3) -> ThermalLog:
+    """Return a log whose displacements are stamped so much too late."""
+    columns = {n: np.array(v) for n, v in made(0, seed).columns.items()}
+    rows = round(abs(shift_s) / 10.0)
+    for name, values in columns.items():
+        first = (name == "Z_um") == (shift_s > 0)
+        columns[name] = values[:-rows] if first else values[rows:]
+    return ThermalLog.from_columns(columns, sample_time_s=10.0)
+
+
+@pytest.mark.parametrize("shift_s", [900.0, -900.0])
+def test_displacements_by_another_clock_are_shifted_by_what_it_is_off(shift_s: float) -> None:
+    log = stamped(shift_s)
+    found = with_one_clock(log, INPUTS, ["Z_um"])
+    (said,) = found.remarks
+    word = "late" if shift_s > 0 else "early"
+    assert said.code == f"remark-displacements_{word}"
+    assert said.values["shift_s"] == pytest.approx(abs(shift_s), abs=75.0)
+    assert (found.columns["T_table_c"] == log.columns["T_table_c"]).all()
+    rows = round(said.values["shift_s"] / 10.0)
+    z = found.columns["Z_um"]
+    moved = (z[:-rows], log.columns["Z_um"][rows:]) if shift_s > 0 else (
+        z[rows:], log.columns["Z_um"][:-rows])  # fmt: skip
+    assert (moved[0] == moved[1]).all()
+    assert np.isnan(z).sum() == rows
+
+
+@pytest.mark.parametrize("plan", range(len(PLANS)))
+def test_displacements_by_the_same_clock_stay(plan: int) -> None:
+    log = made(plan, 1)
+    assert with_one_clock(log, INPUTS, ["Z_um"]).columns["Z_um"] is log.columns["Z_um"]
+
+
+def test_a_smaller_shift_may_be_the_machine_and_is_told_only() -> None:
+    log = stamped(-200.0)
+    found = with_one_clock(log, INPUTS, ["Z_um"])
+    assert [one.code for one in found.remarks] == ["remark-displacements_may_be_early"]
+    assert found.remarks[0].values["shift_s"] == pytest.approx(200.0, abs=75.0)
+    assert found.columns["Z_um"] is log.columns["Z_um"]
+
+
+def test_a_log_that_is_too_short_or_says_nothing_is_not_asked_for_its_clock() -> None:
+    short = made(0, 0).between(0.0, 3600.0)
+    assert with_one_clock(short, INPUTS, ["Z_um"]) is short
+    still = changed("Z_um", slice(None), 0.0)
+    assert with_one_clock(still, INPUTS, ["Z_um"]) is still
+    assert with_one_clock(still, INPUTS, ["X_um"]) is still

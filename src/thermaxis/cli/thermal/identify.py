@@ -150,6 +150,11 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.joint is not None:
             outputs = list(arguments.joint[1])
         _check_logs(arguments, logs, inputs, outputs)
+        if not arguments.as_logged:
+            logs = [
+                thermal.with_one_clock(log, inputs, outputs, reference_s=arguments.reference)
+                for log in logs
+            ]
         used = [*outputs, *(c for d in inputs for c in d.channels)]
         findings = {log.where: findings_in(log, used) for log in logs}
         remarks = remarks_of(logs)

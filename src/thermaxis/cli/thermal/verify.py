@@ -20,7 +20,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     span,
 )
 from thermaxis.codes import Place, printable
-from thermaxis.compensation import Limits
+from thermaxis.compensation import CompensationModel, Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_correction_limits, read_model
 from thermaxis.messages import text_of
@@ -84,6 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
                 as_logged=arguments.as_logged,
             )
         ]
+        if not arguments.as_logged:
+            logs = [_with_one_clock(model, log, arguments) for log in logs]
         progress("simulating", 0, 0)
         rows = None if arguments.span is None else rows_of_span(logs, arguments.span)
         result = thermal.verify(
@@ -104,6 +106,17 @@ def run(arguments: argparse.Namespace) -> int:
     shown = described(result, title, model_sha256(model), remarks)
     show([*shown, reading_codes(logs)], arguments.json, arguments.report)
     return 0
+
+
+def _with_one_clock(
+    model: CompensationModel, log: thermal.ThermalLog, arguments: argparse.Namespace
+) -> thermal.ThermalLog:
+    """Shift displacements whose clock is not that of the temperatures."""
+    parts = {part.name: part for output in model.outputs for part in output.parts}
+    inputs = [thermal.InputDefinition(p.name, p.plus, p.minus or None) for p in parts.values()]
+    channels = [one.channel for one in arguments.measured or ()]
+    outputs = channels or [output.name for output in model.outputs]
+    return thermal.with_one_clock(log, inputs, outputs, reference_s=arguments.reference)
 
 
 def _limits(path: Path | None, outputs: list[str]) -> dict[str, Limits]:

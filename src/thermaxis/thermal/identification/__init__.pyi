@@ -1,3 +1,6 @@
+from ._clocks import (
+    with_one_clock as with_one_clock,
+)
 from ._identification import (
     identify as identify,
     identify_joint as identify_joint,

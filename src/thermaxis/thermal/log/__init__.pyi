@@ -22,6 +22,7 @@ from ._merge import (
     find_shift as find_shift,
     join_rates as join_rates,
     merge_logs as merge_logs,
+    shift_displacements as shift_displacements,
 )
 from ._quality import (
     FindingKind as FindingKind,

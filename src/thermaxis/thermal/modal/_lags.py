@@ -151,9 +151,16 @@ class Linearised:
 
 ENOUGH = 3e-3
 """Gain of one step, in variances of the white noise, below which the refinement ends. [1]"""
+LEAST_LOG_RATIO = 0.2
+"""Logarithm of the ratio of neighbouring time constants below which two lags are one: with large
+gains of opposite sign they would make a derivative. [1]"""
 WIDE_LOG_STD = 2.0
 """Prior standard deviation of the logarithm of a time constant: hardly any. [1]"""
 _DELTA = 1e-4
+
+
+def _closest(taus_s: FloatArray) -> float:
+    return float(np.min(np.diff(np.sort(np.log(taus_s))), initial=np.inf))
 
 
 @final
@@ -251,7 +258,7 @@ class Refinement:
                 damped[tail, tail] *= 1.0 + damping
                 move = np.clip(np.linalg.solve(damped, right)[mean.size :], -0.7, 0.7)
                 tried_s = np.clip(taus_s * np.exp(move), low, high)
-                if np.any(np.diff(np.sort(tried_s)) <= 1e-6 * low):
+                if _closest(tried_s) < min(LEAST_LOG_RATIO, _closest(taus_s)):
                     damping *= 10.0
                     continue
                 found = self.solved(tried_s)

@@ -41,6 +41,7 @@ from thermaxis.thermal.modal._evidence import (
     Scales,
     Sizes,
     design_of,
+    log_evidence_of,
     most_likely_sizes,
     scales_of,
 )
@@ -177,6 +178,22 @@ class ResponseEvidence:
     """Sizes of the highest evidence."""
     longest_s: float
     """Length of the longest experiment. [s]"""
+
+    def log_evidence(self, experiments: Sequence[Experiment] = ()) -> float:
+        """Return the logarithm of the density, per block, of the record or of others alike. [1]"""
+        design = self.design
+        if experiments:
+            rows = self.segments[0].rows * self.segments[0].sample_time_s
+            segments = segments_of(experiments, rows, (0.0,) * design.inputs)
+            design = design_of(
+                segments,
+                self.time_constants_s,
+                self.scales,
+                free_start=design.transients > 0,
+                experiments=len(experiments),
+            )
+        products = design.products(self.sizes.noise)
+        return log_evidence_of(design, products, self.sizes) / design.readings
 
 
 def default_block_s(experiments: Sequence[Experiment]) -> float:
