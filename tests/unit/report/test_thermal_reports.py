@@ -449,7 +449,7 @@ def test_faults_of_the_sensors_are_named(found: Identification, records: Records
 def test_an_unstable_model_is_reported_as_such(
     found: Identification, records: Records, log: ThermalLog
 ) -> None:
-    said = (Message("warning-not_stable"),)
+    said = (Message("warning-pole_unstable", {"inputs": ("spindle",), "modulus": 1.5}),)
     output = replace(found.outputs[0], model=None, std=(), warnings=said)
     unstable = replace(found, outputs=(output,), stable=False)
     document = identification_document(unstable, records, [log], MODEL.provenance, reference_s=60.0)

@@ -236,9 +236,18 @@ def test_what_has_no_equivalent_or_defines_no_output_is_refused() -> None:
         ([1.0, -1.0], "pole_at_one"),
         ([1.0, -1.8, 0.81], "poles_coincide"),
         ([1.0, -1.01], "pole_unstable"),
+        ([1.0, -1.6, 0.8], "mode_no_lag"),  # a pair that falls to 1/e in 9 rows
+        ([1.0, 0.9], "mode_no_lag"),
+        ([1.0, 0.71], None),  # 1/e in 2.9 rows
     ):
+        tf = TransferFunction(one, np.array(b))
+        if code is None:
+            assert equivalent_part(tf, 1.0, "u").dc_gain == pytest.approx(tf.dc_gain)
+            continue
         with refused(code):
-            equivalent_part(TransferFunction(one, np.array(b)), 1.0, "u")
+            equivalent_part(tf, 1.0, "u")
+    with refused("mode_no_lag", Place(channel="u")):
+        equivalent_part(TransferFunction(np.ones(7), np.array([1.0, -0.9])), 1.0, "u")
     for b, code in (
         *(([0.0, 1.0], "leading_coefficient_zero"), ([np.nan], "not_finite")),
         ([[1.0]], "wrong_shape"),

@@ -1,4 +1,4 @@
-"""What identification refuses: records that do not determine the numbers of a model."""
+"""What identification refuses, and that what it says of a model is what the model does."""
 
 from collections.abc import Mapping
 
@@ -15,7 +15,9 @@ from thermaxis.thermal import (
     identify_joint,
     parse_input,
     records_of,
+    verify,
 )
+from thermaxis.thermal.transfer_function import section_response
 
 Array = NDArray[np.float64]
 ROWS = 400
@@ -39,3 +41,85 @@ def test_numbers_that_cannot_be_solved_for_are_an_error_in_words() -> None:
     seen = records(WALK, 1e160 * OTHER, {"Z0_um": WALK, "Z1_um": 2.0 * WALK})
     with refused("rows_not_determining"):
         identify_joint(seen, "Z_um", "a", {"Z0_um": 0.0, "Z1_um": 1500.0})
+
+
+def warmed(seed: int, tau_s: float = 600.0) -> ThermalLog:
+    """Return a test of two sources that rest at first, 20 um/K behind a lag on the first."""
+    random = np.random.default_rng(seed)
+    steps = [np.repeat(random.uniform(0.0, 8.0, ROWS // 40), 40) for _ in range(2)]
+    a, b = (np.where(np.arange(ROWS) < 10, 0.0, v) for v in steps)
+    a = section_response(a, 300.0, 10.0, 0.0)
+    y = 20.0 * section_response(a, tau_s, 10.0, 0.0) + random.normal(0.0, 0.1, ROWS)
+    columns = {"A_c": 20.0 + a, "B_c": 20.0 + b, "Z_um": y}
+    return ThermalLog.from_columns(columns, sample_time_s=10.0, name=f"test {seed}")
+
+
+INPUTS = [parse_input("a=A_c"), parse_input("b=B_c")]
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_figures_are_those_that_verify_finds_on_the_same_logs(method: Method) -> None:
+    logs = [warmed(1), warmed(2)]
+    records = records_of(logs, INPUTS, ["Z_um"])
+    orders = None if method is Method.MODAL else (1, 2, 0)
+    found = identify(records, method=method, orders=orders)
+    own, done = found.outputs[0], verify(found.to_compensation_model(records), logs).pooled["Z_um"]
+    assert own.fit_percent == done.fit_percent
+    assert own.training_rmse_um["model"] == done.rmse_um
+    assert own.training_rmse_um["static"] == done.static_rmse_um
+    assert own.training_rmse_um["one_step"] == done.persistence_rmse_um
+
+
+def test_other_runs_are_judged_by_fits_that_never_saw_them() -> None:
+    """Two machines under one name: each model leaves much of the other's test."""
+    logs, orders = [warmed(1), warmed(2, 3000.0)], (1, 2, 0)
+    both = identify(records_of(logs, INPUTS, ["Z_um"]), method=Method.ARX, orders=orders)
+    held = both.outputs[0].held_out
+    assert held is not None
+    assert held.what.code == "held_out-other_runs"
+    left = []
+    for own, other in (logs, logs[::-1]):
+        records = records_of([own], INPUTS, ["Z_um"])
+        model = identify(records, method=Method.ARX, orders=orders).to_compensation_model(records)
+        left.append(verify(model, [other]).pooled["Z_um"].rmse_um)
+    assert held.rmse_um["model"] == pytest.approx(np.sqrt(np.mean(np.square(left))))
+    assert held.rmse_um["model"] > 5.0
+
+
+def test_one_run_is_judged_by_its_later_part_and_promises_no_other() -> None:
+    log = warmed(3)
+    own = identify(records_of([log], INPUTS, ["Z_um"])).outputs[0]
+    assert own.held_out is not None
+    assert own.held_out.what.code == "held_out-later_part"
+    cut = int(0.7 * ROWS)
+    part = records_of([log.span(0, cut)], INPUTS, ["Z_um"])
+    model = identify(part).to_compensation_model(part)
+    figures = verify(model, [log], rows=(cut, ROWS)).pooled["Z_um"]
+    assert own.held_out.rmse_um["model"] == figures.rmse_um
+    assert own.held_out.fit_percent == figures.fit_percent
+    y = log.column("Z_um")
+    hold = float(np.sqrt(np.mean((y[cut:] - y[cut - 1]) ** 2)))
+    assert own.held_out.rmse_um["hold"] == pytest.approx(hold)
+    assert not {w.code for w in own.warnings} & {"warning-no_better_than_static"}
+    few = ThermalLog.from_columns({k: v[:60] for k, v in log.columns.items()}, sample_time_s=10.0)
+    assert identify(records_of([few], INPUTS, ["Z_um"])).outputs[0].held_out is None
+
+
+def test_polynomials_that_lags_cannot_follow_are_refused_with_the_reason() -> None:
+    """A pair of poles that rings fast is left out of a model file: rows that show it refuse it."""
+    random = np.random.default_rng(5)
+    u = random.normal(size=ROWS)
+    y = np.zeros(ROWS)
+    for k in range(2, ROWS):
+        y[k] = 0.6 * y[k - 1] - 0.45 * y[k - 2] + 5.0 * u[k - 1]
+    log = ThermalLog.from_columns({"A_c": u, "Z_um": y}, sample_time_s=10.0)
+    records = records_of([log], [parse_input("a=A_c")], ["Z_um"])
+    found = identify(records, method=Method.OE, orders=(2, 1, 1))
+    (said,) = [w for w in found.outputs[0].warnings if w.code == "warning-no_lags"]
+    assert found.outputs[0].model is None
+    assert found.outputs[0].fit_percent is None
+    assert found.outputs[0].training_rmse_um == {}
+    assert getattr(said.values["cause"], "code", "") == "error-lags_differ"
+    with refused("model_not_stable_lags"):
+        found.to_compensation_model(records)
+    assert identify(records, method=Method.OE).outputs[0].model is not None

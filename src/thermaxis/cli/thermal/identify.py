@@ -109,7 +109,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--orders NA,NB,NK",
         "order of the denominator, number of numerator coefficients, delay in rows; of oe and"
-        " arx only (default: searched up to four)",
+        " arx only (default: searched up to three, lags only)",
         _orders,
     )
     add(

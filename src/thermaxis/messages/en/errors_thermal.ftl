@@ -84,8 +84,8 @@ error-measured_once = The common channels were measured less than twice, so that
 
 ## Identification
 
-error-model_not_stable_lags = The model of { $output } is no sum of stable lags and cannot run.
-    .remedy = Use the method modal, which is stable by construction.
+error-model_not_stable_lags = The model of { $output } is no sum of stable lags and cannot be written. { $cause }
+    .remedy = Use the method modal, which gives such sums; or leave the orders to the search, which takes lags only.
 error-method_without_choice = The method { $method } does not choose among candidates.
     .remedy = Name the inputs, or use the method modal.
 error-method_without_orders = The method modal has no orders.
@@ -113,7 +113,7 @@ error-rows_not_enough = { $rows } rows do not determine { $parameters } paramete
     .remedy = Use lower orders, a longer log, or a method that needs no complete rows.
 error-coefficients_undetermined = The rows do not determine the coefficients; the first are { $names }.
     .remedy = Lower the orders, or leave out an input that does not change or repeats another.
-error-no_stable_orders = No orders up to four give a stable fit in every block.
+error-no_stable_orders = No orders up to three give a stable fit of lags only in every block.
     .remedy = State the orders, take block means of the log, or use the method modal.
 error-oe_options_outside = A noise order of { $noise_order } and { $lead_in_rows } rows of lead-in are not possible.
     .remedy = Neither is negative, and the noise order is at most { $most }.
@@ -146,6 +146,14 @@ error-poles_coincide = Two poles coincide: they are no sum of lags.
     .remedy = Identify with a lower order.
 error-pole_unstable = A pole has the modulus { FIXED($modulus, decimals: 6) }: the model is unstable and has no equivalent.
     .remedy = Identify with the method modal or oe, which give stable models.
+error-mode_no_lag = { $what ->
+    [oscillates] A pair of poles oscillates
+    [alternates] A negative pole alternates from row to row
+   *[late] Single coefficients act late
+    } for { FIXED($lasts_s, decimals: 0) } s ({ FIXED($rows, decimals: 0) } rows): first-order lags side by side, which a model file holds, cannot do that.
+    .remedy = Use the method modal; or state lower orders, or leave them to the search, which takes lags only.
+error-lags_differ = Without its fast modes, which are no lags, the model differs from itself by { FIXED($apart_um, decimals: 2) } um rms on its own rows, where it leaves { FIXED($left_um, decimals: 2) } um.
+    .remedy = Use the method modal; or state lower orders, or leave them to the search, which takes lags only.
 error-delay_no_whole_rows = The delay of { $delay_s } s is { $rows } rows of { $sample_time_s } s.
     .remedy = Choose a sample time that divides the delay.
 error-no_counterpart = A negative pole, a late gain or the delay of { $delay_rows } rows has no counterpart at { $sample_time_s } s.

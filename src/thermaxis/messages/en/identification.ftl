@@ -18,8 +18,7 @@ warning-gains_held_small = the gains were held as small as was allowed: the temp
 warning-inputs_opposed = { $first } and { $second } move together (correlation { FIXED($correlation, decimals: 3) }) and act against each other ({ SIGNED($first_um_per_k, decimals: 2) } and { SIGNED($second_um_per_k, decimals: 2) } µm/K): only their sum is known well
 warning-no_better_than_static = on rows held out the model leaves { $model_um } um, a static regression { $static_um } um: do not use it; check sensors, inputs and rows first, or give another test
 warning-averages_better = on rows held out fixed exponential averages leave far less ({ $averages_um } against { $model_um } um): the model misses something that these inputs show
-warning-not_stable = a pole lies outside the unit circle: the model is not stable
-warning-no_lags = the model has no form of gains and time constants: { $cause }
+warning-no_lags = no model file can hold this model, and none of its figures is shown: { $cause }
 
 ## Rows that an identification held out
 
@@ -43,7 +42,7 @@ candidate-noisy = candidate { $name }: has { FIXED($noise_mk, decimals: 0) } mK 
 
 rule-modal = number of lags by blocked cross-validation of the free run, time constants by variable projection, gains held small where a mode is weakly excited
 rule-orders_stated = orders na, nb, nk = { $na }, { $nb }, { $nk } as stated
-rule-orders_searched = orders up to four by the free run in parts that the fit did not see
+rule-orders_searched = orders up to three, with lags only, by the free run in parts that the fit did not see
 rule-joint = parts common to all diameters, gain of the part { $part } by least squares, in turn; errors on the training rows are those at { $reference }
 rule-averaged = The record is cut into { $parts } parts of { FIXED($part_h, decimals: 1) } h. Each is predicted in free run from the temperatures by models learned from all other parts, each of the later half also from the parts before it. Models with the time constants { NAME($lag_sets_s) } s, common to all channels, are averaged. Their score is the mean absolute error over that of each output's best, mean over all outputs; their weight is the score to the power of -{ $parts }, one independent observation per part, and less than { $least_percent } % is left out. Each takes the uncertainty of the temperatures ({ NAME($uncertainties_k) } K, as ridge penalty, with the noise of each sensor on its direct gain) with the best score. The displacement at the reference is { $reference }; { $channels }.
 rule-all_kept = all { $healthy } healthy candidates are kept

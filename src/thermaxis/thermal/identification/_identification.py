@@ -10,17 +10,25 @@ from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal.identification._figures import static_gains, with_figures
 from thermaxis.thermal.identification._joint_gains import joint_gains
-from thermaxis.thermal.identification._records import Records
+from thermaxis.thermal.identification._records import Records, compensation_model
 from thermaxis.thermal.identification._result import Identification, IdentifiedOutput, Method
+from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.modal import ModalOptions, ModalResult, PartStd, modal
 from thermaxis.thermal.selection import SelectionOptions, select
 from thermaxis.thermal.transfer_function import (
     PolynomialResult,
     ThermalModel,
     arx,
+    held,
     oe,
+    simulate_modal,
     thermal_model_of,
 )
+
+MOST_APART = 0.5
+"""Gains and lags differ from the polynomials by at most so much of what these leave, which adds an
+eighth to it. [1]"""
+_ROUNDING_UM = 1e-6
 
 
 def identify(
@@ -45,7 +53,7 @@ def identify(
         together; modal only. Default: all inputs are used.
     orders : tuple of int, optional
         na, nb, nk of ARX and output error: order of the denominator, number of numerator
-        coefficients, delay in rows. Default: searched up to four. [1]
+        coefficients, delay in rows. Default: searched up to three. [1]
     modal_options, selection_options : optional
         As of `modal` and `select`.
 
@@ -215,14 +223,29 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
     )
 
 
-def _as_lags(result: PolynomialResult) -> tuple[ThermalModel | None, tuple[Message, ...]]:
-    """Return polynomials as gains and time constants, or why they are none."""
-    if not result.stable:
-        return None, (Message("warning-not_stable"),)
+def _as_lags(
+    result: PolynomialResult, name: str, records: Records
+) -> tuple[ThermalModel | None, tuple[Message, ...]]:
+    """Return polynomials as gains and time constants, or why a model file cannot hold them."""
     try:
-        return thermal_model_of(result.model), ()
-    except DataError as error:
+        model = thermal_model_of(result.model)
+        compensation_model({name: model}, records)
+        _check_same(result, model, records.experiments[name])
+    except (DataError, ConfigurationError) as error:
         return None, (Message("warning-no_lags", {"cause": error.message}),)
+    return model, ()
+
+
+def _check_same(
+    result: PolynomialResult, model: ThermalModel, experiments: Sequence[Experiment]
+) -> None:
+    """Refuse gains and lags that do not follow the polynomials: fast modes were left out."""
+    pairs = list(zip(experiments, result.simulated_um, strict=True))
+    apart = [simulate_modal(model, e.sample_time_s, held(e.u)[0]) - s for e, s in pairs]
+    left = [e.y - s for e, s in pairs]
+    apart_um, left_um = (float(np.sqrt(np.nanmean(np.concatenate(e) ** 2))) for e in (apart, left))
+    if apart_um > MOST_APART * left_um + _ROUNDING_UM:
+        raise DataError("lags_differ", apart_um=apart_um, left_um=left_um)
 
 
 def _polynomials(
@@ -233,7 +256,7 @@ def _polynomials(
     estimator = arx if method is Method.ARX else oe
     na, nb, nk = orders if orders is not None else (None, None, 0)
     result = estimator(experiments, na, nb, nk, input_names=names)
-    model, why = _as_lags(result)
+    model, why = _as_lags(result, name, records)
     return IdentifiedOutput(
         name=name,
         model=model,

@@ -150,7 +150,8 @@ class Identification:
         statics = {output.name: output.static_gains_um_per_k for output in self.outputs}
         for output in self.outputs:
             if output.model is None:
-                raise DataError("model_not_stable_lags", output=output.name)
+                cause = [w.values["cause"] for w in output.warnings if "cause" in w.values]
+                raise DataError("model_not_stable_lags", output=output.name, cause=(*cause, "")[0])
             models[output.name] = output.model
         model = compensation_model(
             models,

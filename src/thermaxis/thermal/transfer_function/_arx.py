@@ -29,6 +29,7 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
     simulate_polynomial,
 )
 from thermaxis.thermal.transfer_function._residuals import correlation, portmanteau_p
+from thermaxis.thermal.transfer_function._roots import only_lags
 
 SLOWEST_ROWS = 40.0
 """A time constant of more rows than this is too slow for an equation error. [row]"""
@@ -171,9 +172,9 @@ def arx(
     experiments : sequence of Experiment
         Tests; their rows are stacked test by test, so no equation reaches over a border.
     na : int, optional
-        Coefficients of the denominator (paper: m). Default: searched, 0 to 4. [1]
+        Coefficients of the denominator (paper: m). Default: searched, 0 to 3. [1]
     nb : int or sequence of int, optional
-        Coefficients of the numerator per input (paper: n + 1). Default: searched, 1 to 5. [1]
+        Coefficients of the numerator per input (paper: n + 1). Default: searched, m and m + 1. [1]
     nk : int or sequence of int
         Delay per input. Default: 0, the present input acts at once. [row]
     input_names : sequence of str
@@ -197,11 +198,12 @@ def arx(
 
     Notes
     -----
-    The default search takes every n and m up to four, fits without one block of rows after the
-    other (a fifth of the record, or a whole test where there are five), runs free from the first
-    row and compares in the block left out. Of the orders whose mean square error exceeds the least
-    one by no more than one standard error of the difference, those with the fewest coefficients
-    are taken. A fit that is unstable is never taken.
+    The default search takes every m up to three with n = m and m - 1, fits without one block of
+    rows after the other (a fifth of the record, or a whole test where there are five), runs free
+    from the first row and compares in the block left out. Of the orders whose mean square error
+    exceeds the least one by no more than one standard error of the difference, those with the
+    fewest coefficients are taken. A fit with a pole that is no lag, outside 0 < z < 1, is never
+    taken: conduction has none, and a model that runs holds none.
 
     An equation error weighs what changes from row to row. At short sample times that is noise, and
     slow poles come out too fast: fits to `block_means` of several lengths show how far it
@@ -348,7 +350,7 @@ def _left_out_error(
         return float("inf")
     names = tuple(f"u{i + 1}" for i in range(len(orders.nb)))
     model = _model(solution.parameters, orders, names, 1.0, constant=constant)
-    if not model.stable:
+    if not only_lags(model.transfer_functions[0].denominator):
         return float("inf")
     u, y, first = rows
     error = y[first:] - simulate_polynomial(model, u)[first:]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import fsum, log10
+from math import fsum, log, log10
 from typing import final
 
 import numpy as np
@@ -15,9 +15,16 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
     PolynomialModel,
     TransferFunction,
 )
-from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
+from thermaxis.thermal.transfer_function._roots import (
+    ComplexArray,
+    distances_from_one,
+    lags_among,
+)
 from thermaxis.thermal.transfer_function._thermal_model import ModalPart, ThermalModel
 
+FOLDED_ROWS = 3.0
+"""A mode that is no lag goes into the direct gain if it falls to 1/e within so many rows: the
+printed pairs of the paper do, in 1.02 and 2.56. [row]"""
 SAME_POLE = 1e-7
 """Poles that are closer than this share of their distance from one count as a double pole. [1]"""
 MOST_CORNERS = 1 << 12
@@ -133,7 +140,7 @@ def modal_form(transfer_function: TransferFunction, sample_time_s: float) -> Mod
     padded[: above.size] = above
     rest[:order] = (padded - direct * below)[1:]
     gains, distances = _mode_gains(rest, below)
-    is_lag = (distances.imag == 0.0) & (distances.real > 0.0) & (distances.real < 1.0)
+    is_lag = lags_among(distances)
     others = tuple(
         OtherMode(pole=complex(1.0 - w), gain=complex(c))
         for w, c in zip(distances[~is_lag], gains[~is_lag], strict=True)
@@ -209,14 +216,24 @@ def _at_distances(coefficients: FloatArray, distances: ComplexArray) -> ComplexA
 
 
 def modal_part(form: ModalForm, input_name: str) -> ModalPart:
-    """Return direct gain and lags of a modal form; other modes go into the direct gain.
+    """Return direct gain and lags of a modal form.
 
-    Where there are other modes it is the equivalent once they have decayed: `left_after` says how
-    far it is off before. A mode that does not decay is a DataError.
+    A mode that is no lag is gone within a few rows and goes into the direct gain (`left_after` says
+    how far that is off), or lags side by side cannot carry it: a DataError with the code
+    ``pole_unstable`` or ``mode_no_lag``.
     """
+    place = Place(channel=input_name)
     if not form.stable:
         worst = max(mode.modulus for mode in form.other_modes)
-        raise DataError("pole_unstable", modulus=worst, place=Place(channel=input_name))
+        raise DataError("pole_unstable", modulus=worst, place=place)
+    lasting = [("late", float(form.late_gains.size))]
+    for mode in form.other_modes:
+        rows = -1.0 / log(mode.modulus) if mode.modulus else 0.0
+        lasting.append(("oscillates" if mode.pair else "alternates", rows))
+    what, rows = max(lasting, key=lambda mode: mode[1])
+    if rows > FOLDED_ROWS:
+        lasts_s = rows * form.sample_time_s
+        raise DataError("mode_no_lag", what=what, rows=rows, lasts_s=lasts_s, place=place)
     folded = fsum(mode.dc_gain for mode in form.other_modes) + fsum(form.late_gains)
     return ModalPart(
         input_name=input_name,

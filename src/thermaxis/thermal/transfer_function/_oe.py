@@ -47,6 +47,7 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
     names_of_inputs,
 )
 from thermaxis.thermal.transfer_function._residuals import correlation
+from thermaxis.thermal.transfer_function._roots import distances_from_one
 
 MOST_ITERATIONS = 100
 """Steps of the iteration. [1]"""
@@ -54,9 +55,13 @@ FIRST_ITERATIONS = 6
 """Steps from each of the best starts before one is chosen. [1]"""
 SEARCH_ITERATIONS = 20
 """Steps of each fit of the search of orders. [1]"""
+LEFT_OUT_ITERATIONS = 4
+"""Steps by which a fit changes where a block is left out. [1]"""
 STARTS_TRIED = 3
 """Starts from which the iteration begins. [1]"""
-SEARCH_ROWS = 240
+COARSE_ROWS = 1000
+"""Rows to which block means bring long tests, at least, for the start of the iteration. [row]"""
+SEARCH_ROWS = 500
 """Rows to which block means bring the tests for the search of orders. [row]"""
 LONGEST_TIME_CONSTANT = 20.0
 """Time constants end here, in durations of the longest test. [1]"""
@@ -103,6 +108,8 @@ class _Problem:
     """Largest modulus of a pole. [1]"""
     states: tuple[int, ...] = field(default=())
     """Free states of every input in every test."""
+    lags: bool = False
+    """Whether every pole is to be a lag, as in the search of orders."""
 
     @property
     def inputs(self) -> int:
@@ -300,7 +307,8 @@ def _with_best_numerators(problem: _Problem, denominators: Sequence[FloatArray])
 def _stable(problem: _Problem, theta: FloatArray) -> FloatArray:
     moved = theta.copy()
     for i in range(problem.inputs):
-        moved[problem.below(i)] = stabilised(problem.denominator(theta, i), problem.slowest)[1:]
+        below = stabilised(problem.denominator(theta, i), problem.slowest, lags=problem.lags)
+        moved[problem.below(i)] = below[1:]
     return moved
 
 
@@ -343,9 +351,11 @@ def _best_fit(
 ) -> _Iterated:
     """Iterate from the best starts, without colour first, then with it."""
     white = replace(problem, noise=0)
-    starts = denominators_to_start(
+    starts = _coarse_start(problem, experiments) or denominators_to_start(
         experiments, problem.orders, problem.slowest, steady=problem.options.start is Start.STEADY
     )
+    if problem.lags:
+        starts = [[stabilised(b, problem.slowest, lags=True) for b in one] for one in starts]
     thetas = [_with_best_numerators(white, denominators) for denominators in starts]
     thetas.sort(key=lambda theta: _sum_of_squares(white, theta))
     first = [_iterate(white, theta, FIRST_ITERATIONS) for theta in thetas[:STARTS_TRIED]]
@@ -357,6 +367,35 @@ def _best_fit(
         first = [_iterate(problem, f.theta, FIRST_ITERATIONS) for f in first[:STARTS_TRIED]]
         best = min(first, key=lambda fit: fit.cost)
     return best if best.converged else _iterate(problem, best.theta, steps)
+
+
+def _coarse_start(
+    problem: _Problem, experiments: Sequence[Experiment]
+) -> list[list[FloatArray]] | None:
+    """Return the denominators that block means of long tests give; None for tests that are short.
+
+    A mean over r rows of an input behind p is a mean behind p^r: poles near one are seen by means.
+    """
+    rows = max(e.y.size for e in experiments) // COARSE_ROWS
+    if rows < 2 or not all(_long_enough(e, rows) for e in experiments):
+        return None
+    short = [block_means(e, rows) for e in experiments]
+    orders = replace(problem.orders, nk=tuple(round(k / rows) for k in problem.orders.nk))
+    options = replace(
+        problem.options, noise_order=0, lead_in_rows=-(-problem.options.lead_in_rows // rows)
+    )
+    coarse = replace(_problem(short, orders, options), lags=problem.lags)
+    theta = _best_fit(coarse, short).theta
+    return [
+        [
+            np.asarray(
+                np.poly(np.power(1.0 - distances_from_one(b), 1.0 / rows)), dtype=np.complex128
+            ).real
+            if (b := coarse.denominator(theta, i)).size > 1
+            else b
+            for i in range(coarse.inputs)
+        ]
+    ]
 
 
 def _with_colour(problem: _Problem, white: _Problem, theta: FloatArray) -> FloatArray:
@@ -397,9 +436,9 @@ def oe(
     experiments : sequence of Experiment
         Tests, fitted together; each starts anew.
     nf : int or sequence of int, optional
-        Coefficients of the denominator per input (paper: m). Default: searched, 0 to 4. [1]
+        Coefficients of the denominator per input (paper: m). Default: searched, 0 to 3. [1]
     nb : int or sequence of int, optional
-        Coefficients of the numerator per input (paper: n + 1). Default: searched, 1 to 5. [1]
+        Coefficients of the numerator per input (paper: n + 1). Default: searched, m and m + 1. [1]
     nk : int or sequence of int
         Delay per input. Default: 0. [row]
     input_names : sequence of str
@@ -429,7 +468,9 @@ def oe(
     leave the stable region are reflected into it, and time constants end at twenty times the
     longest test. The optimum is local; that several starts lead to it is no proof.
 
-    The default search is that of `arx`, on block means of at most 240 rows per test.
+    The default search is that of `arx`, with every pole a lag no slower than half the longest
+    test, on block means of at most 500 rows per test. Long tests are fitted to block means first,
+    whose poles p give those of the rows, p^(1/rows of a block).
 
     References
     ----------
@@ -456,7 +497,7 @@ def oe(
         raise ConfigurationError("half_orders", names=("nf", "nb"), place=Place(key="orders"))
     else:
         orders = OeOrders(per_input(nf, inputs, "nf"), per_input(nb, inputs, "nb"), delays)
-    problem = _problem(experiments, orders, chosen)
+    problem = replace(_problem(experiments, orders, chosen), lags=bool(search))
     _check_rows(problem)
     fit = _best_fit(problem, experiments)
     return _result(problem, fit, experiments, names, sample_time_s, search)
@@ -526,7 +567,7 @@ def _errors_left_out(
     options: OeOptions,
 ) -> FloatArray:
     """Return the sum of squares in each block by a fit without it, (blocks,)."""
-    whole = _problem(experiments, orders, options)
+    whole = replace(_problem(experiments, orders, options), lags=True)
     if sum(int(np.count_nonzero(~np.isnan(y))) for _, y in whole.tests) <= 2 * whole.size:
         return np.full(len(blocks), np.inf)
     fit = _best_fit(whole, experiments, SEARCH_ITERATIONS)
@@ -538,7 +579,7 @@ def _errors_left_out(
         tests = list(whole.tests)
         tests[test] = (tests[test][0], y)
         without = replace(whole, tests=tuple(tests))
-        theta = _iterate(without, fit.theta, FIRST_ITERATIONS).theta
+        theta = _iterate(without, fit.theta, LEFT_OUT_ITERATIONS).theta
         left = experiment.y[first:last] - _simulated(whole, theta, test)[first:last]
         errors[j] = float(np.nansum(left**2))
     return errors

@@ -23,7 +23,10 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
     held,
     simulate_transfer_function,
 )
-from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
+from thermaxis.thermal.transfer_function._roots import (
+    ComplexArray,
+    distances_from_one,
+)
 from thermaxis.thermal.transfer_function._thermal_model import section_response
 
 GRID_TIME_CONSTANTS = 24
@@ -31,6 +34,10 @@ GRID_TIME_CONSTANTS = 24
 GRID_ROWS = 2000
 """Rows to which block means bring each test for the grid. [row]"""
 _INSTRUMENT_ROUNDS = 2
+_PAIR_APART = 0.1
+_SAME = 1e-9
+_SLOWEST_LAG = 40.0
+"""Lags end at half the longest test: so many times faster than other poles. [1]"""
 
 
 @final
@@ -46,11 +53,16 @@ class OeOrders:
     """Delay of every input. [row]"""
 
 
-def stabilised(denominator: FloatArray, slowest: float) -> FloatArray:
-    """Return a denominator whose poles have at most a given modulus."""
+def stabilised(denominator: FloatArray, slowest: float, *, lags: bool = False) -> FloatArray:
+    """Return a denominator whose poles have at most a given modulus, and are lags if wanted."""
     if denominator.size == 1:
         return denominator
     distances = distances_from_one(denominator)
+    if lags:
+        near = _nearest_lags(distances, slowest)
+        if bool(np.all(np.abs(near - distances) <= _SAME * np.abs(near))):
+            return denominator
+        return np.asarray(np.poly(1.0 - near), dtype=np.complex128).real
     modulus = np.abs(1.0 - distances)
     if bool(np.all(modulus <= slowest)):
         return denominator
@@ -61,6 +73,16 @@ def stabilised(denominator: FloatArray, slowest: float) -> FloatArray:
         modulus > slowest, reflected * (slowest / np.maximum(modulus, 1e-300)), reflected
     )
     return np.asarray(np.poly(drawn), dtype=np.complex128).real
+
+
+def _nearest_lags(distances: ComplexArray, slowest: float) -> ComplexArray:
+    """Return real poles between zero and one near others, slowest first and apart."""
+    near = np.sort(np.abs(distances) * (1.0 + np.sign(distances.imag) * _PAIR_APART))
+    near[0] = max(near[0], _SLOWEST_LAG * (1.0 - slowest))
+    for k in range(1, near.size):
+        near[k] = max(near[k], near[k - 1] * (1.0 + _PAIR_APART))
+    fastest = 1.0 - _PAIR_APART * np.arange(near.size, 0, -1)
+    return np.minimum(near, fastest).astype(np.complex128)
 
 
 def denominators_to_start(

@@ -12,8 +12,8 @@ from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.transfer_function._polynomial_model import OrderTrial
 
-HIGHEST_ORDER = 4
-"""Largest n and m of the default search: that of the paper's tables and one more. [1]"""
+HIGHEST_ORDER = 3
+"""Largest n and m of the default search: those of the paper's tables. [1]"""
 FEWEST_BLOCKS = 5
 """Blocks of rows that the default search leaves out one after the other, at least. [1]"""
 
@@ -34,7 +34,7 @@ def blocks_of_rows(experiments: Sequence[Experiment]) -> list[Block]:
 def search_orders(
     blocks: Sequence[Block], inputs: int, left_out: Callable[[int, int], FloatArray]
 ) -> tuple[tuple[OrderTrial, ...], int, int]:
-    """Try every n and m; return the trials, and the n and m that are chosen.
+    """Try every m with n = m and m - 1; return the trials, and the n and m that are chosen.
 
     Notes
     -----
@@ -43,7 +43,7 @@ def search_orders(
     standard error of the difference: E - E_best <= std(e - e_best) sqrt(blocks).
     """
     every = range(HIGHEST_ORDER + 1)
-    errors = {(n, m): left_out(n, m) for m in every for n in every}
+    errors = {(n, m): left_out(n, m) for m in every for n in (m - 1, m) if n >= 0}
     totals = {key: float(np.sum(values)) for key, values in errors.items()}
     best = min(totals, key=lambda key: totals[key])
     if not np.isfinite(totals[best]):

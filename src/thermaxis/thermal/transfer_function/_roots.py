@@ -59,3 +59,13 @@ def _distances(coefficients: tuple[float, ...]) -> ComplexArray:
 def distances_from_one(coefficients: FloatArray) -> ComplexArray:
     """Return one minus each root of a polynomial, to full relative precision near one."""
     return _distances(tuple(float(c) for c in coefficients))
+
+
+def lags_among(distances: ComplexArray) -> NDArray[np.bool_]:
+    """Return which poles are first-order lags: real, between zero and one."""
+    return (distances.imag == 0.0) & (distances.real > 0.0) & (distances.real < 1.0)
+
+
+def only_lags(denominator: FloatArray) -> bool:
+    """Whether every pole of a denominator is a first-order lag."""
+    return denominator.size == 1 or bool(np.all(lags_among(distances_from_one(denominator))))
