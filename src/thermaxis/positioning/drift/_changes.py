@@ -190,9 +190,8 @@ def find_step(
     readings: Readings, average: Average, averaged: Averaging
 ) -> tuple[Step, float] | None:
     """Return the likeliest step of a run beside those it has, and its gain; None without one."""
-    return _step_anywhere(readings, average, averaged) or _step_in_pause(
-        readings, average, averaged
-    )
+    found = _step_anywhere(readings, average, averaged)
+    return found or _step_in_pause(readings, average, averaged)
 
 
 def _pauses(time: FloatArray) -> FloatArray:
@@ -276,14 +275,7 @@ def outlier_at_end(readings: Readings, average: Average) -> tuple[int, float, fl
     The curve follows such a reading, as it would a step: so a smooth one is fitted without it too.
     """
     ends = np.array([np.argmin(readings.time), np.argmax(readings.time)])
-    alone = replace(
-        readings,
-        value=readings.value[ends],
-        level=readings.level[ends],
-        time=readings.time[ends],
-        shape=readings.shape[:, ends],
-        weight=readings.weight[ends],
-    )
+    alone = readings.of(ends)
     found = (0, 0.0, -np.inf)
     for fitted in _fits_of_scan(average):
         left = np.maximum(1.0 - leverages_of(fitted, alone), _CONFOUNDED)

@@ -12,6 +12,7 @@ Where the axis bows, a third function times a parabola of the position is added.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from statistics import NormalDist
 from typing import final
 
@@ -21,7 +22,6 @@ from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.drift._changes import (
     PAUSE,
-    Averaging,
     find_step,
     find_steps,
     outlier_at_end,
@@ -344,9 +344,13 @@ def _check_readings(test: PositioningTest) -> None:
 
 
 def _flatten(
-    test: PositioningTest, *, steps: Sequence[Step] = (), correlation: Correlation | None = None
+    test: PositioningTest,
+    *,
+    whole: _Run | None = None,
+    steps: tuple[Step, ...] = (),
+    correlation: Correlation | None = None,
 ) -> _Run:
-    """Return a run as the fit sees it; times of steps and of correlation are those of the run."""
+    """Return a run, or what is left of a whole one, as the fit sees it."""
     time = test.time_s if test.time_s is not None else test.order
     if time is None:
         raise DataError("no_order", place=Place(key="drift"))
@@ -358,6 +362,8 @@ def _flatten(
     level = np.asarray(i + m * np.searchsorted(np.array(approaches), a), dtype=np.intp)
     at = time[i, j, a]
     start, duration = float(np.min(at)), float(np.ptp(at))
+    if whole is not None:
+        start, duration = whole.start, whole.duration
     if not duration > 0.0:
         raise DataError("one_time", place=Place(key="drift"))
     scale = float(np.std(test.target))
@@ -375,8 +381,8 @@ def _flatten(
         shape=shape[:, i],
         weight=np.ones(i.size),
         levels=levels,
-        steps=tuple(replace(step, time=(step.time - start) / duration) for step in steps),
-        correlation=correlation and replace(correlation, length=correlation.length / duration),
+        steps=steps,
+        correlation=correlation,
     )
     return _Run(
         readings=readings,
@@ -439,6 +445,10 @@ def _times(run: _Run, *, seconds: bool) -> tuple[int, Sequence[tuple[float, floa
 def _all_sums(run: _Run, readings: Readings, *, seconds: bool) -> list[Sums]:
     intervals, times = _times(run, seconds=seconds)
     return [sums_of(readings, intervals, *time) for time in times]
+
+
+def _averaged(run: _Run, readings: Readings, *, seconds: bool) -> Average:
+    return average_over_smoothness(_all_sums(run, readings, seconds=seconds))
 
 
 def _drift_test(run: _Run, all_sums: Sequence[Sums], *, seconds: bool) -> DriftTest:
@@ -549,18 +559,18 @@ class _Fitted:
 
 
 def _fit(
-    test: PositioningTest, steps: Sequence[Step] = (), correlation: Correlation | None = None
+    test: PositioningTest, whole: _Run, steps: tuple[Step, ...], correlation: Correlation | None
 ) -> _Fitted:
     """Fit again where the axis bows, and once more with weights where the noise is unequal."""
     seconds = test.time_s is not None
-    run = _flatten(test, steps=steps, correlation=correlation)
+    run = _flatten(test, whole=whole, steps=steps, correlation=correlation)
     while True:
         all_sums = _all_sums(run, run.readings, seconds=seconds)
         tested = _drift_test(run, all_sums, seconds=seconds)
         average = average_over_smoothness(all_sums)
         if tested.found and _bows(run, average):
             run = _with_bow(run)
-            average = average_over_smoothness(_all_sums(run, run.readings, seconds=seconds))
+            average = _averaged(run, run.readings, seconds=seconds)
         estimate = _estimate(run, tested, average)
         parameters = estimate.effective_parameters - run.readings.levels
         readings = run.readings
@@ -690,49 +700,6 @@ def _steps_left(fitted: _Fitted) -> int:
     return MOST_CHANGES - len(run.readings.steps) if possible else 0
 
 
-def _next_step(fitted: _Fitted, *, seconds: bool) -> tuple[Step, float] | None:
-    """Return one step more, by the time of the run, and its gain."""
-    run = fitted.run
-    if not _steps_left(fitted):
-        return None
-    found = find_step(run.readings, fitted.estimate.average, _averaging(run, seconds=seconds))
-    return found and (_by_time_of(run, found[0]), found[1])
-
-
-def _by_time_of(run: _Run, step: Step) -> Step:
-    return replace(step, time=run.start + step.time * run.duration)
-
-
-def _averaging(run: _Run, *, seconds: bool) -> Averaging:
-    return lambda readings: average_over_smoothness(_all_sums(run, readings, seconds=seconds))
-
-
-def _in_place_of(correlation: Correlation, fitted: _Fitted, *, seconds: bool) -> list[Step]:
-    """Return all steps, by the time of the run, where more explain it better than this noise."""
-    run, average = fitted.run, fitted.estimate.average
-    averaging = _averaging(run, seconds=seconds)
-    steps, gain = find_steps(run.readings, average, averaging, _steps_left(fitted))
-    return [_by_time_of(run, step) for step in steps] if gain > correlation.gain else []
-
-
-def _held(fitted: _Fitted, correlation: Correlation, *, seconds: bool) -> list[Step]:
-    """Return the steps, by the time of the run, that correlated noise does not explain."""
-    run = fitted.run
-    alike = replace(correlation, length=correlation.length / run.duration)
-    readings = replace(run.readings, correlation=alike)
-    steps = steps_that_hold(readings, _averaging(run, seconds=seconds))
-    return [_by_time_of(run, step) for step in steps]
-
-
-def _next_correlation(fitted: _Fitted) -> Correlation | None:
-    """Return the correlation of the noise, by the time of the run."""
-    run = fitted.run
-    if run.readings.correlation is not None:
-        return None
-    found = find_correlation(run.readings, fitted.estimate.average)
-    return found and replace(found, length=found.length * run.duration)
-
-
 def evaluate_drift(test: PositioningTest, *, reference_time_s: float | None = None) -> DriftResult:
     """Separate the drift of a run from the levels of its targets.
 
@@ -779,27 +746,32 @@ def evaluate_drift_at(
     run, seconds = _flatten(test), test.time_s is not None
     references = [_reference(run, t, seconds=seconds) for t in reference_times_s]
     most = int(MOST_OUTLIERS * run.readings.value.size)
-    kept, outliers, steps, turns = test, list[Outlier](), list[Step](), 0
+    kept, outliers, turns = test, list[Outlier](), 0
+    steps: tuple[Step, ...] = ()
     correlation: Correlation | None = None
     while True:
-        fitted = _fit(kept, steps, correlation)
-        outlying = _outlying(fitted)
-        found, room = _next_step(fitted, seconds=seconds), most - len(outliers)
-        alike = _next_correlation(fitted)
+        fitted = _fit(kept, run, steps, correlation)
+        own, average, more = fitted.run, fitted.estimate.average, _steps_left(fitted)
+        outlying, room = _outlying(fitted), most - len(outliers)
+        averaged = partial(_averaged, own, seconds=seconds)
+        found = find_step(own.readings, average, averaged) if more else None
+        alike = None if correlation else find_correlation(own.readings, average)
         if alike is not None and alike.gain > max(outlying.gain, found[1] if found else 0.0):
-            together = _in_place_of(alike, fitted, seconds=seconds)
-            steps = together or _held(fitted, alike, seconds=seconds)
-            correlation = None if together else alike
+            together, gain = find_steps(own.readings, average, averaged, more)
+            if gain > alike.gain:
+                steps = together
+            else:
+                correlation = alike
+                steps = steps_that_hold(replace(own.readings, correlation=alike), averaged)
             kept, outliers = test, []  # what lay out in independent noise may lie well now
         elif found is not None and found[1] > outlying.gain:
-            steps.append(found[0])
-            turns += 1
+            steps, turns = (*steps, found[0]), turns + 1
             if turns < MOST_TURNS:
                 correlation = None  # it may be for this step alone that noise seemed correlated
             kept, outliers = test, []  # what lay out beside the step may lie well now
         elif outlying.gain > 0.0 and room > 0:
-            kept, more = _left_out(kept, fitted, outlying, room)
-            outliers += more
+            kept, others = _left_out(kept, fitted, outlying, room)
+            outliers += others
         else:
             break
     outliers.sort(key=lambda outlier: -abs(outlier.residual))

@@ -11,7 +11,7 @@ of the noise.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, TypeAlias, final
 
@@ -149,6 +149,13 @@ class Readings:
     """Steps of the functions, (E,)."""
     correlation: Correlation | None = None
     """That of the noise, unless it is independent."""
+
+    def of(self, chosen: IntArray) -> "Readings":
+        """Return some of the readings."""
+        rows = {
+            k: getattr(self, k)[..., chosen] for k in ("value", "level", "time", "shape", "weight")
+        }
+        return replace(self, **rows)
 
     @property
     def columns(self) -> list[FloatArray]:
@@ -405,7 +412,7 @@ def _products(
     for start in range(0, w.size, _BLOCK):
         part = slice(start, start + _BLOCK)
         rows = order[part]
-        columns = np.column_stack((_columns(readings, intervals, time, rows), own(rows)))
+        columns = np.column_stack((_columns(readings.of(rows), intervals, time[rows]), own(rows)))
         if start == 0:
             product, carried = np.zeros((columns.shape[1],) * 2), np.zeros((2, columns.shape[1]))
         active = np.flatnonzero(np.any(columns, axis=0) | np.any(np.abs(carried) > _TAIL, axis=0))
@@ -427,19 +434,19 @@ def _pinned(shapes: int, intervals: int) -> IntArray:
     return shapes * ((intervals + 3) // 2) + np.arange(shapes, dtype=np.intp)
 
 
-def _columns(readings: Readings, intervals: int, time: FloatArray, chosen: IntArray) -> FloatArray:
-    """Return levels, steps, splines and values of chosen readings as columns."""
-    c_all, shape = readings.shape.shape[0], readings.shape[:, chosen]
-    rows = _spline_rows(time[chosen], intervals)
-    fixed = readings.levels + len(readings.steps)
-    columns = np.zeros((chosen.size, fixed + c_all * rows.shape[1] + 1))
-    columns[np.arange(chosen.size), readings.level[chosen]] = 1.0
-    for e, step in enumerate(readings.steps, start=readings.levels):
-        columns[:, e] = shape[step.shape] * step.at(readings.time[chosen])
+def _columns(part: Readings, intervals: int, time: FloatArray) -> FloatArray:
+    """Return levels, steps, splines and values of readings as columns."""
+    c_all, number = part.shape.shape[0], part.value.size
+    rows = _spline_rows(time, intervals)
+    fixed = part.levels + len(part.steps)
+    columns = np.zeros((number, fixed + c_all * rows.shape[1] + 1))
+    columns[np.arange(number), part.level] = 1.0
+    for e, step in enumerate(part.columns, start=part.levels):
+        columns[:, e] = step
     for c in range(c_all):
-        columns[:, fixed + c : -1 : c_all] = rows * shape[c][:, None]
+        columns[:, fixed + c : -1 : c_all] = rows * part.shape[c][:, None]
     columns[:, fixed + _pinned(c_all, intervals)] = 0.0
-    columns[:, -1] = readings.value[chosen]
+    columns[:, -1] = part.value
     return columns
 
 
