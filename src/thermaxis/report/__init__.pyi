@@ -24,8 +24,6 @@ from ._progress import Progress as Progress
 from ._text import fixed as fixed
 from .certificate import (
     unshowable as unshowable,
-    write_certificate_html as write_certificate_html,
-    write_certificate_pdf as write_certificate_pdf,
     write_report as write_report,
 )
 from .charts import (

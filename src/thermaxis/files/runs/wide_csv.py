@@ -17,7 +17,6 @@ from thermaxis.files.runs._travel import targets_through_a_turn
 from thermaxis.files.table import (
     Heading,
     Role,
-    RunColumn,
     Table,
     Unit,
     check_start_and_end,
@@ -118,22 +117,24 @@ def _run_columns(table: Table) -> dict[int, int]:
     shared = numbers[FORWARD] <= numbers[BACKWARD] or numbers[FORWARD] >= numbers[BACKWARD]
     columns: dict[int, int] = {}
     for column, heading in passes.items():
-        approach, run, place = heading.approach, heading.run or 1, table.at(column=column)
+        approach, run = heading.approach, heading.run or 1
         if approach is not None and counts_cycles and shared:
             run = 2 * run - (approach == FORWARD)
         elif approach is not None and approach != _approach(run):
+            direction, place = APPROACHES[approach], table.at(column=column)
             raise MeasurementFileError(
-                "run_of_other_direction", run=run, direction=APPROACHES[approach], place=place
+                "run_of_other_direction", run=run, direction=direction, place=place
             )
         if run in columns:
-            raise MeasurementFileError("run_twice", run=run, place=place)
+            raise MeasurementFileError("run_twice", run=run, place=table.at(column=column))
         columns[run] = column
     return dict(sorted(columns.items()))
 
 
 def _is_mapped(table: Table, heading: Heading) -> bool:
     """Say whether the user states the cycle and the direction of a column."""
-    return table.source.mapping.columns.get(heading.text, RunColumn()).cycle is not None
+    stated = table.source.mapping.columns.get(heading.text)
+    return stated is not None and stated.cycle is not None
 
 
 def _approach(run: int) -> int:
@@ -195,11 +196,11 @@ def _left_out(
     table: Table, target_column: int, runs: dict[int, int], values: FloatArray
 ) -> list[Message]:
     """Name the columns that hold no run."""
+    known = {target_column, *runs.values()}
     left = [
         column
         for column, heading in enumerate(table.headings)
-        if column not in {target_column, *runs.values()}
-        and (heading.text or any(table.columns[column]))
+        if column not in known and (heading.text or any(table.columns[column]))
     ]
     check_left_out(table, left, list(runs.values()), values)
     names = [table.headings[column].text or f"column {column + 1}" for column in left]

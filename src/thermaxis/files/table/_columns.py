@@ -160,7 +160,7 @@ _SUMMARY_LIST = """
 """
 _SUMMARY_WORDS = frozenset(_SUMMARY_LIST.split())
 _SIGMAS = re.compile(r"[+±-]?\s*[0-9]*\s*(?:s|σ|sigma)(?!\w)")
-_POSITION_NUMBER = re.compile(r"(?<![^\W_])(?:pos|neg)[\W_]*[0-9]")
+_POSITION_NUMBER = re.compile(r"(?:pos|neg)(?<![^\W_]...)[\W_]*[0-9]")
 
 _FORWARD_WORDS = """
     forward forwards fwd up go positive pos plus + ↑ aller

@@ -68,7 +68,7 @@ def number_form(
     for column, cells in columns:
         text = "".join(cells)
         signs = [sign for sign in ".," if sign in text]
-        simple = len(signs) < 2 and _GROUPING.isdisjoint(text)
+        simple = len(signs) < 2 and not any(sign in text for sign in _GROUPING)
         seen.update(signs, () if simple else "g")
         for row, cell in enumerate(cells if signs else ()):
             if simple and signs[0] in votes:

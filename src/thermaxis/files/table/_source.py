@@ -9,6 +9,7 @@ import unicodedata
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import final
 
@@ -240,6 +241,7 @@ def _with_point(word: str, decimal: str) -> str:
     return "" if "." in word else word.replace(decimal, ".")
 
 
+@cache
 def _check_fallback(encoding: str) -> None:
     try:
         known = all(bytes([byte]).decode(encoding) == chr(byte) for byte in range(32, 127))

@@ -151,7 +151,7 @@ class Table:
         values = numeric_cells(self.columns[column], self.decimal)
         if values is None and not required:
             values = self.measured_numbers(column)
-        if values is None or bool(np.any(np.abs(values) > NUMBER_LIMIT)):
+        if values is None or bool((np.abs(values) > NUMBER_LIMIT).any()):
             self._raise_first_wrong(column)
         if required and bool(np.isnan(values).any()):
             index = int(np.flatnonzero(np.isnan(values))[0])

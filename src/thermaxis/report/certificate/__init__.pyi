@@ -1,7 +1,5 @@
 from ._files import (
     certificate_pdf as certificate_pdf,
-    write_certificate_html as write_certificate_html,
-    write_certificate_pdf as write_certificate_pdf,
     write_report as write_report,
 )
 from ._header import statements as statements

@@ -82,50 +82,6 @@ def certificate_html(report: PositioningReport, *, progress: Progress | None = N
     return _rendered(report, render_html, progress)
 
 
-def write_certificate_pdf(
-    report: PositioningReport, path: Path, *, progress: Progress | None = None
-) -> None:
-    """Write the certificate of a run as PDF.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    path : Path
-        The file; it is replaced if it exists.
-    progress : callable, optional
-        Called before each step and at the end.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be written.
-    """
-    write_bytes(path, certificate_pdf(report, progress=progress))
-
-
-def write_certificate_html(
-    report: PositioningReport, path: Path, *, progress: Progress | None = None
-) -> None:
-    """Write the certificate of a run as one HTML page that needs no other file.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    path : Path
-        The file; it is replaced if it exists.
-    progress : callable, optional
-        Called before each step and at the end.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be written.
-    """
-    write_bytes(path, certificate_html(report, progress=progress).encode("utf-8"))
-
-
 def write_report(
     report: PositioningReport, path: Path, *, progress: Progress | None = None
 ) -> None:
@@ -148,9 +104,9 @@ def write_report(
     """
     match path.suffix.lower():
         case ".pdf":
-            write_certificate_pdf(report, path, progress=progress)
+            write_bytes(path, certificate_pdf(report, progress=progress))
         case ".html" | ".htm":
-            write_certificate_html(report, path, progress=progress)
+            write_bytes(path, certificate_html(report, progress=progress).encode("utf-8"))
         case ".xml":
             write_bytes(path, certificate_dcc(report, progress=progress))
         case _:
