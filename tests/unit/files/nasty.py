@@ -253,6 +253,19 @@ def _heads() -> list[Nasty]:
         ),
     ]
     return [
+        *(
+            Nasty(
+                f"merged heads {forward} | {backward} over numbers",
+                text(
+                    [
+                        ["", forward, "", "", backward, "", ""],
+                        [target, *count],
+                        *wide(BY_SIDE),
+                    ]
+                ),
+            )
+            for forward, backward in (("pos", "neg"), ("+", "-"))
+        ),
         Nasty("merged heads over numbers", text([sides, [target, *count], *wide(BY_SIDE)])),
         Nasty(
             "merged heads in a workbook",

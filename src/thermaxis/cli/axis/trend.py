@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from thermaxis import __version__, report
@@ -10,11 +11,11 @@ from thermaxis.cli._arguments import add_figures, add_json, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli._reading import add_reading, reading_of
+from thermaxis.cli._reading import Reading, add_reading, reading_of
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
-from thermaxis.files import read_positioning
-from thermaxis.positioning import FIGURE_KEYS
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files import RunMapping, read_positioning
+from thermaxis.positioning import FIGURE_KEYS, PositioningTest
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, values_of
 
 _UNCERTAINTY = (
@@ -43,8 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Evaluate the runs and show how the figures changed."""
     _check_outputs(arguments)
     paths: list[Path] = arguments.runs
-    reading = reading_of(arguments)
-    tests = [(path.name, read_positioning(path, **reading)) for path in paths]
+    tests = _read(paths, reading_of(arguments))
     with Progress() as progress:
         trend = report.evaluate_trend(tests, drift=not arguments.no_drift, progress=progress)
     if arguments.figures is not None:
@@ -54,6 +54,29 @@ def run(arguments: argparse.Namespace) -> int:
     written = [] if arguments.figures is None else [arguments.figures]
     show(described(trend), arguments.json, written, quiet=arguments.csv == "-")
     return 0
+
+
+def _read(paths: list[Path], reading: Reading) -> list[tuple[str, PositioningTest]]:
+    """Read runs; what an option says of tables need not fit those that are none."""
+    unused: dict[str, list[MeasurementFileError]] = {}
+    tests: list[tuple[str, PositioningTest]] = []
+    for path in paths:
+        mapping, encoding = reading["mapping"], reading["fallback_encoding"]
+        while True:
+            try:
+                test = read_positioning(path, fallback_encoding=encoding, mapping=mapping)
+                tests.append((path.name, test))
+                break
+            except MeasurementFileError as error:
+                if error.code != "reading_option_unused":
+                    raise
+                name = str(error.values["name"])
+                unused.setdefault(name, []).append(error)
+                mapping = replace(mapping, **{name: getattr(RunMapping(), name)})
+    for errors in unused.values():
+        if len(errors) == len(paths):
+            raise errors[0]
+    return tests
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:

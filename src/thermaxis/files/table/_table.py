@@ -17,6 +17,7 @@ from thermaxis.files.table._columns import (
     Heading,
     Pass,
     Role,
+    direction_named,
     label_named,
     parse_heading,
     pass_named,
@@ -33,7 +34,7 @@ from thermaxis.files.table._source import (
     parse_number,
     unprotected,
 )
-from thermaxis.positioning import FloatArray
+from thermaxis.positioning import APPROACHES, BACKWARD, FORWARD, FloatArray
 
 Row: TypeAlias = tuple[int, Sequence[str]]
 """Number of a row in its file, from 1, and its cells without blanks at their ends."""
@@ -232,7 +233,12 @@ def _recognised(
 
 def merged_heads(above: Sequence[str], below: Sequence[str]) -> list[str] | None:
     """Join two rows of headings, the upper one merged over columns; None if it names no pass."""
-    labels = [bool(cell) and label_named([without_unit(cell)]) is not None for cell in above]
+    sides = [direction_named(cell) if cell else None for cell in above]
+    if {FORWARD, BACKWARD} <= {*sides}:  # "pos" before a number would be a position
+        above = [
+            c if side is None else APPROACHES[side] for c, side in zip(above, sides, strict=True)
+        ]
+    labels = [bool(cell) and _names_a_pass(cell) for cell in above]
     if not any(labels) or (labels[0] and not any(above[1:])):
         return None
     joined: list[str] = []
@@ -268,12 +274,17 @@ def read_above(metadata: Metadata, row: Row) -> None:
         metadata.read_pair("title", unprotected(key))
 
 
+def _names_a_pass(cell: str) -> bool:
+    return direction_named(cell) is not None or label_named([without_unit(cell)]) is not None
+
+
 def read_rows_above(metadata: Metadata, rows: Sequence[Row]) -> Pass | None:
     """Take header fields from the rows above the headings; return the pass the last one names."""
     filled = [cell for cell in rows[-1][1] if cell] if rows else []
     label = label_named(filled) if filled else None
+    merged = len(filled) > 1 and all(_names_a_pass(cell) for cell in filled)
     numbers: list[Row] = []
-    for row in rows if label is None else rows[:-1]:
+    for row in rows[:-1] if merged or label is not None else rows:
         if sum(is_number(cell, decimal=",") or is_number(cell) for cell in row[1]) > 1:
             numbers.append(row)
         else:
@@ -353,6 +364,8 @@ def looks_turned(table: Table) -> bool:
     upright = _are_runs(heads, 2 * len(heads) + 2)
     first = table.headings[0].role is Role.TARGET
     if upright == (first and _are_runs(table.columns[0], len(table.row) + 2)):
+        if len(set(heads)) < len(heads):
+            return False  # numbers of the same run stand twice, which is said of them
         raise MeasurementFileError(
             "runs_or_targets", runs=len(heads), targets=len(table.row), place=table.at()
         )
