@@ -411,8 +411,11 @@ def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
     log = read_thermal_log(path)
     assert list(log.columns) == ["T_1_C", "T_2_C", "T_3_C"]
     np.testing.assert_array_equal(log.columns["T_2_C"], [1, 4, 7, 10, 13])
-    assert log.remarks[0].code == "remark-variables_left_out"
-    assert log.remarks[0].values == {"names": "gain, time_s"}
+    assert [one.code for one in log.remarks[:2]] == [
+        "remark-seconds_assumed",
+        "remark-variables_left_out",
+    ]
+    assert log.remarks[1].values == {"names": "gain, time_s"}
     path.write_bytes(path.read_bytes() + b"\x0e")  # the begin of one more element
     assert refusal_of(read_thermal_log, path) == "file_damaged"
 
@@ -534,3 +537,27 @@ def test_help_imports_no_reader_of_thermal_logs() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    "heading", ["minutes", "Time/min", "elapsed_min", "Elapsed time (min)", "Zeit in Minuten"]
+)
+def test_a_heading_in_minutes_is_known(tmp_path: Path, heading: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(f"{heading},T_C\n0,20\n2,21\n4,22\n")
+    log = read_thermal_log(path)
+    assert (log.duration_s, log.remarks) == (240.0, ())
+
+
+def test_times_without_a_unit_are_seconds_and_it_is_said_how_long_the_log_is_then(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("elapsed,T_C\n0,20\n3600,21\n28800,22\n")
+    (said,) = read_thermal_log(path).remarks
+    assert (said.code, said.values) == (
+        "remark-seconds_assumed",
+        {"column": "elapsed", "lasts": "8 h"},
+    )
+    path.write_text("time_s,T_C\n0,20\n3600,21\n")
+    assert read_thermal_log(path).remarks == ()

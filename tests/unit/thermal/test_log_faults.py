@@ -10,6 +10,7 @@ from thermaxis.thermal import (
     ThermalLog,
     mask_rows,
     parse_input,
+    records_of,
     with_one_clock,
     without_faults,
 )
@@ -161,3 +162,26 @@ def test_a_log_that_is_too_short_or_says_nothing_is_not_asked_for_its_clock() ->
     still = changed("Z_um", slice(None), 0.0)
     assert with_one_clock(still, INPUTS, ["Z_um"]) is still
     assert with_one_clock(still, INPUTS, ["X_um"]) is still
+
+
+def test_bursts_of_readings_are_read_by_their_own_rows() -> None:
+    rows = made(0, 4)
+    kept = np.concatenate([np.arange(k, k + 3) for k in range(0, rows.rows - 6, 9)])
+    columns = {name: values[kept] for name, values in rows.columns.items()}
+    log = without_faults(ThermalLog.from_columns(columns, time_s=rows.time_s[kept]))
+    assert [one.code for one in log.remarks] == ["remark-rows_in_bursts"]
+    assert log.remarks[0].values == {"rows": 3, "step_s": 90.0}
+    records = records_of([log], INPUTS, ["Z_um"])
+    assert records.sample_time_s == 90.0
+    (experiment,) = records.experiments["Z_um"]
+    assert np.isfinite(experiment.u).all()
+    assert np.isfinite(experiment.y).all()
+
+
+def test_single_gaps_and_even_rows_are_no_bursts() -> None:
+    rows = made(0, 4)
+    kept = np.delete(np.arange(rows.rows), np.arange(400, 2400, 300))
+    columns = {name: values[kept] for name, values in rows.columns.items()}
+    log = without_faults(ThermalLog.from_columns(columns, time_s=rows.time_s[kept]))
+    assert log.remarks == ()
+    assert records_of([log], INPUTS, ["Z_um"]).sample_time_s == 10.0

@@ -50,11 +50,18 @@ LONGEST_HEADING = 200
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _SINCE_1970_S = (9.4e8, 4.2e9)
 """Seconds of this size are counted from 1970: the years 1999 to 2103. [s]"""
+_LENGTHS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
 _MOST_TIME = 1e19
 """A time beyond this, in any unit, is no time. [1]"""
 _IN_BRACKETS = re.compile(r"(.+?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]", re.DOTALL)
 _BEHIND_SLASH = re.compile(r"(.+?)\s*/\s*([^/]+?)\s*", re.DOTALL)
 _SHORT_TIME = re.compile(r"t(?=$|[\s_(\[])")
+_LOOSE_TIME = re.compile(
+    r"(?:(?:elapsed|run|up)?[\s_-]*(?:time|zeit|čas|cas)|elapsed|uptime)"
+    r"(?:[\s_/,(\[]+(?:in\s+|v\s+)?(?P<unit>[^\W_]+)[)\]]?)?"
+    r"|(?P<alone>seconds|minutes|hours|sekunden|minuten|stunden|sekundy|minuty|hodiny)",
+    re.IGNORECASE,
+)
 
 Texts: TypeAlias = Sequence[str | None]
 
@@ -193,7 +200,12 @@ def _time_role(text: str) -> tuple[int | None, float | None]:
     short = _SHORT_TIME.match(text) is not None
     heading = parse_heading(_SHORT_TIME.sub("time", text, count=1) if short else text)
     if heading.role is not Role.TIME:
-        return None, None
+        loose = _LOOSE_TIME.fullmatch(text)
+        if loose is None:
+            return None, None
+        unit = loose["unit"] or loose["alone"]
+        heading = parse_heading(f"time [{unit}]" if unit else "time")
+        return (None, None) if heading.role is not Role.TIME else (5, heading.seconds)
     rank = 1 if heading.seconds is not None else 2
     return rank + (2 if short else 0), heading.seconds
 
@@ -302,7 +314,8 @@ def build_log(
         raise MeasurementFileError("no_rows", place=table.at())
     if table.rows > MOST_ROWS:
         raise MeasurementFileError("too_many_rows_to_read", most=MOST_ROWS, place=table.at())
-    raw, start, local = _times(table, plan)
+    assumed: list[Message] = []
+    raw, start, local = _times(table, plan, assumed)
     try:
         straight = straighten_times(raw, local=local)
     except DataError as error:
@@ -311,7 +324,7 @@ def build_log(
     if start is not None:
         start += timedelta(seconds=origin - float(raw[np.isfinite(raw)][0]))
     time_s = straight.time_s - origin
-    remarks = [*table.remarks, *plan.remarks, *straight.remarks]
+    remarks = [*assumed, *table.remarks, *plan.remarks, *straight.remarks]
     if bool((np.diff(time_s) <= 0.0).any()):
         raise MeasurementFileError("times_not_apart", place=table.at(column=plan.time))
     if sample_time_s is None and time_s.size * len(plan.channels) > MOST_CELLS:
@@ -378,7 +391,15 @@ def _within_limits(values: FloatArray, channel: Channel, remarks: list[Message])
     return np.where(beyond, np.nan, values)
 
 
-def _times(table: LogTable, plan: ColumnPlan) -> tuple[FloatArray, datetime | None, bool]:
+def _lasting(lasts_s: float) -> str:
+    """Return a length of time as a person would check it."""
+    unit, length = next((u, n) for u, n in _LENGTHS if lasts_s >= 2.0 * n or n == 1.0)
+    return f"{lasts_s / length:.3g} {unit}"
+
+
+def _times(
+    table: LogTable, plan: ColumnPlan, remarks: list[Message]
+) -> tuple[FloatArray, datetime | None, bool]:
     """Return the times of all rows [s], the time of day of the first one, and if it is local."""
     if plan.time is None:
         step = plan.mapping.sample_time_s or 1.0
@@ -387,7 +408,12 @@ def _times(table: LogTable, plan: ColumnPlan) -> tuple[FloatArray, datetime | No
     if isinstance(values, Moments):
         return _of_moments(values)
     if isinstance(values, np.ndarray):
-        return _of_numbers(table, plan, np.asarray(values, dtype=np.float64))
+        seconds, start, local = _of_numbers(table, plan, np.asarray(values, dtype=np.float64))
+        if plan.seconds is None and start is None and bool(np.isfinite(seconds).any()):
+            lasts_s = float(np.nanmax(seconds) - np.nanmin(seconds))
+            name = table.headings[plan.time].strip()
+            remarks.append(remark("seconds_assumed", column=name, lasts=_lasting(lasts_s)))
+        return seconds, start, local
     dates = None if plan.date is None else table.read(plan.date)
     return _of_texts(table, plan, values, dates)
 

@@ -16,7 +16,13 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.log import Experiment, InputDefinition, ThermalLog, evaluate_input
+from thermaxis.thermal.log import (
+    Experiment,
+    InputDefinition,
+    ThermalLog,
+    evaluate_input,
+    even_step_s,
+)
 from thermaxis.thermal.transfer_function import ThermalModel
 from thermaxis.thermal.verification import REFERENCE_S
 
@@ -79,7 +85,7 @@ def records_of(
         Channels of the displacements.
     sample_time_s : float, optional
         Means over so much time are taken first; means of both sides of a linear model leave the
-        model as it is. Default: the usual step of the logs. [s]
+        model as it is. Default: the usual step of the logs, or that of bursts of rows. [s]
     reference_s : float
         The first time. Default: a minute. [s]
 
@@ -99,7 +105,7 @@ def records_of(
     """
     if not logs:
         raise DataError("no_log", place=Place(key="logs"))
-    step_s = sample_time_s or float(np.median([log.usual_step_s for log in logs]))
+    step_s = sample_time_s or float(np.median([even_step_s(log.time_s) for log in logs]))
     found: dict[str, list[Experiment]] = {output: [] for output in outputs}
     lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)
     left_out: list[str] = []

@@ -32,6 +32,7 @@ from ._quality import (
 from ._resample import (
     block_means as block_means,
     block_numbers as block_numbers,
+    even_step_s as even_step_s,
 )
 from ._thermal_log import (
     MOST_CELLS as MOST_CELLS,

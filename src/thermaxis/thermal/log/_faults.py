@@ -11,6 +11,7 @@ import numpy as np
 from thermaxis.codes import Message, Place, remark
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log._quality import LENGTHS, TEMPERATURES, check_log, out_of_range
+from thermaxis.thermal.log._resample import even_step_s
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
 LEAST_MEASURED_SHARE = 0.05
@@ -107,6 +108,10 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
     for name, unit in log.units.items():
         if unit in LENGTHS and not as_logged:
             columns[name] = _on_one_zero(masked, name, columns[name], remarks)
+    step_s = even_step_s(log.time_s)
+    if step_s > log.usual_step_s:
+        rows = round(step_s * log.rows / max(log.duration_s, step_s))
+        remarks.append(remark("rows_in_bursts", rows=rows, step_s=significant(step_s, 3)))
     if not remarks:
         return log
     return replace(log, columns=columns, remarks=(*log.remarks, *remarks))

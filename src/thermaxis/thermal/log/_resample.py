@@ -15,10 +15,26 @@ from thermaxis.thermal._arrays import FloatArray, require_sample_time
 MOST_BLOCKS = 50_000_000
 """Largest number of blocks of one record: a year and a half at 1 Hz. [1]"""
 
+_APART = 1.5
+_FEWEST_BURSTS = 8
+_LEAST_BURSTS = 0.05
+
 
 def usual_step_s(time_s: FloatArray) -> float:
     """Return the median time from one row to the next."""
     return float(np.median(np.diff(time_s))) if time_s.size > 1 else float("nan")
+
+
+def even_step_s(time_s: FloatArray) -> float:
+    """Return the step at which every block has rows: the usual one, or that of regular bursts."""
+    steps, usual = np.diff(time_s), usual_step_s(time_s)
+    begins = np.concatenate(([True], steps > _APART * usual))
+    between = np.diff(time_s[begins])
+    if between.size < _FEWEST_BURSTS or between.size < _LEAST_BURSTS * time_s.size:
+        return usual
+    period = float(np.median(between))
+    regular = float(np.mean(np.abs(between - period) < 0.2 * period))
+    return period if regular > 0.8 else usual
 
 
 def block_numbers(time_s: FloatArray, sample_time_s: float) -> NDArray[np.int64]:
