@@ -130,7 +130,6 @@ from .verification import (
     VerifiedLog as VerifiedLog,
     VerifiedOutput as VerifiedOutput,
     fit_baseline as fit_baseline,
-    persistence_one_step as persistence_one_step,
     simulate_baseline as simulate_baseline,
     simulate_log as simulate_log,
     verify as verify,

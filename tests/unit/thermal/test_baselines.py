@@ -12,7 +12,6 @@ from thermaxis.thermal import (
     ThermalModel,
     fit_baseline,
     fit_percent,
-    persistence_one_step,
     simulate_baseline,
     simulate_modal,
     simulation_figures,
@@ -108,8 +107,6 @@ def test_persistence_holds_the_last_measured_value() -> None:
     y[-2:] = np.nan
     model = fit_baseline(Baseline.PERSISTENCE, [Experiment(60.0, walk(8, 20), y)])
     np.testing.assert_array_equal(simulate_baseline(model, walk(9, 5), 60.0), np.full(5, 17.0))
-    one_step = persistence_one_step(np.array([np.nan, 1.0, np.nan, 3.0, 4.0]))
-    np.testing.assert_array_equal(one_step, [np.nan, np.nan, 1.0, 1.0, 3.0])
 
 
 def test_missing_inputs_are_held() -> None:

@@ -36,24 +36,23 @@ SEEN_SHARE = 0.5
 """A run judges others' models where these saw so much of the range of every input. [1]"""
 MUCH_WORSE = 3.0
 """More than so many times what fixed averages leave of rows held out is told. [1]"""
+_MOST_GAIN = 1e5
+"""An input that hardly moves may get gains that no model file holds. [µm/K]"""
 
 
 def averages_model(records: Records, name: str) -> ThermalModel:
     """Return the fixed exponential averages of an output as a model that runs like any other."""
     fitted = fit_baseline(Baseline.AVERAGES_RIDGE, records.experiments[name], offset=False)
     taus_s = np.array(fitted.lags_s)
-    return ThermalModel(
-        tuple(
-            ModalPart(definition.name, float(gains[0]), gains[1:], taus_s)
-            for definition, gains in zip(records.inputs, fitted.gains_um_per_k, strict=True)
-        )
-    )
+    gains = np.clip(fitted.gains_um_per_k, -_MOST_GAIN, _MOST_GAIN)
+    pairs = zip(records.inputs, gains, strict=True)
+    return ThermalModel(tuple(ModalPart(d.name, float(g[0]), g[1:], taus_s) for d, g in pairs))
 
 
 def static_gains(records: Records, name: str) -> FloatArray:
     """Return the gains of the static regression of an output, one per input. [µm/K]"""
     fitted = fit_baseline(Baseline.RIDGE, records.experiments[name], offset=False)
-    return fitted.gains_um_per_k[:, 0]
+    return np.clip(fitted.gains_um_per_k[:, 0], -_MOST_GAIN, _MOST_GAIN)
 
 
 _Runs = dict[str, list[VerifiedOutput]]

@@ -146,8 +146,6 @@ class SelectedOutput:
     """The model, learned from the whole record; one part per channel."""
     validation_mae_um: float
     """Mean absolute error in free run on parts held out. [µm]"""
-    training_mae_um: float
-    """Mean absolute error in free run on what it was learned from. [µm]"""
     baseline_mae_um: Mapping[str, float]
     """Errors on the same parts of `hold` (the last displacement before), `static` (ridge
     regression without lags) and `averages` (with four fixed lags), by the same rule. [µm]"""
@@ -598,7 +596,6 @@ def _result(
     validation = search.validation
     errors = _mean_over(validation.average_errors(members), 0)
     gains = [validation.fit(m.structure, m.position) for m in members]
-    training = validation.training_errors(members, gains)
     correlation = validation.correlation(structure.channels)
     baselines = _baselines(search, best_um)
     found: dict[str, SelectedOutput] = {}
@@ -609,7 +606,6 @@ def _result(
         found[name] = SelectedOutput(
             model=model,
             validation_mae_um=float(errors[i]),
-            training_mae_um=float(training[i]),
             baseline_mae_um=MappingProxyType(own),
             flags=tuple(_opposed(model, correlation)),
         )

@@ -152,22 +152,6 @@ class Validation:
         fits = [_gains(sums, every, columns, penalty) for sums in self.sums]
         return np.concatenate([f[0] for f in fits if f is not None], axis=1)
 
-    def training_errors(self, members: Sequence[Member], gains: Sequence[FloatArray]) -> FloatArray:
-        """Return the mean absolute errors of an average of models on all parts, (o,)."""
-        found: list[FloatArray] = []
-        first = 0
-        for sums in self.sums:
-            last = first + sums.bank.displacement.shape[1]
-            residual = -sums.bank.displacement
-            for member, own in zip(members, gains, strict=True):
-                columns = self._columns(member.structure)
-                part = sums.bank.regressors[:, columns] @ own[:, first:last]
-                residual = residual + member.weight * part
-            weight = sums.bank.weight / float(np.sum(sums.bank.weight))
-            found.append(weight @ np.abs(residual))
-            first = last
-        return np.concatenate(found)
-
     def correlation(self, channels: Sequence[int]) -> FloatArray:
         """Return how the channels move together over all parts, (c, c). [1]"""
         square = np.sum(self.sums[0].square, axis=0)

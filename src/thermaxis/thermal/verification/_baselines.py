@@ -189,14 +189,3 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
     for column, gain in zip(columns.T, model.gains_um_per_k.ravel(), strict=True):
         y += column * gain
     return y
-
-
-def persistence_one_step(measured_um: FloatArray) -> FloatArray:
-    """Return the last measured displacement before each row, NaN where there is none. [µm]
-
-    Every one-step figure must beat it.
-    """
-    measured = np.asarray(measured_um, dtype=np.float64)
-    places = np.where(np.isnan(measured), -1, np.arange(measured.size))
-    last = np.concatenate([[-1], np.maximum.accumulate(places)[:-1]]).astype(np.int64)
-    return np.where(last >= 0, measured[last], np.nan)
