@@ -145,3 +145,17 @@ def test_options_without_a_meaning_for_the_format_are_refused(tmp_path: Path) ->
             read(tmp_path, content, RunMapping(decimal="comma"))
     with refused("reading_option_unused"):
         read(tmp_path, wide("", WITH_TARGET), RunMapping(target_tolerance=0.01))
+
+
+def test_columns_of_one_run_below_one_word_are_no_two_runs(tmp_path: Path) -> None:
+    for word in ("pos", "forward", "Forward:"):
+        with refused("run_twice"):
+            read(tmp_path, wide(f";{word};;;", "Target [mm];1;2;1;2"))
+
+
+def test_an_exchanged_table_that_ends_inside_a_number_is_cut_short(tmp_path: Path) -> None:
+    rows = [f"Run {k} (µm);1.25;2.25;3.25;4.25" for k in range(1, 5)]
+    content = "\n".join(["Target (mm);0;100;200;300", *rows])
+    assert read(tmp_path, f"{content}\n").cycles == 2
+    with refused("cut_short"):
+        read(tmp_path, content[:-2])

@@ -55,6 +55,8 @@ def csv_table(text: SourceText, mapping: RunMapping = NO_MAPPING) -> Table:
     table = either_way(read, source, rows, Metadata(remarks=[*text.remarks]), certain="")
     if table is None:
         raise no_table(source, [(source, row) for row in rows()[:HEADER_ROWS]])
+    if not text.text.endswith("\n"):
+        _check_open_end(table, text.text.count("\n") + 1)
     return table
 
 
@@ -100,12 +102,9 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
         label = read_rows_above(metadata, rows_above)
         rows = _rows(lines, delimiter, source)
         certain = "." if delimiter == "," else ""
-        table = build_table(
+        return build_table(
             source, layout, headings, number, metadata, rows, certain=certain, label=label
         )
-        if not text.text.endswith("\n"):
-            _check_open_end(table, text.text.count("\n") + 1)
-        return table
     return None
 
 
@@ -135,7 +134,8 @@ def _rows(lines: Iterator[_Line], delimiter: str, source: TableSource) -> Iterat
 
 def _check_open_end(table: Table, last_line: int) -> None:
     """Look whether a file without a last line end was cut short inside its last cell."""
-    if int(table.row[-1]) != last_line:
+    lines = table.source.lines  # of a table whose rows were exchanged with its columns
+    if (int(table.row[-1]) if lines is None else lines[-1]) != last_line:
         return
     cells = table.columns[-1]
     numeric = numeric_cells(cells, table.decimal) is not None
