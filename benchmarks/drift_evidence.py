@@ -451,6 +451,7 @@ def by_hand(run: Run, t0: float) -> dict[str, FloatArray]:
 WAYS = ("floor", "model", "line", "reference", "third", "mean")
 DOES_NOT_HOLD = {
     "warning-target_drifts_otherwise",
+    "warning-targets_drift_otherwise",
     "warning-heavy_tailed_noise",
     "warning-noise_correlated",
 }

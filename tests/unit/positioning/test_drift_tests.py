@@ -5,17 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import null_space
-from scipy.stats import beta, f as f_distribution
+from scipy.stats import beta, f as f_distribution, norm, t as student
 
 from thermaxis.positioning import FloatArray, evaluate_drift
 from thermaxis.positioning.drift import Readings, fit, penalty_of, sums_of
-from thermaxis.positioning.drift._drift_tests import apart, drift_test, exceeded
+from thermaxis.positioning.drift._drift_tests import apart, drift_test, exceeded, moved_alone
 from thermaxis.positioning.drift._smooth_terms import (
     Correlation,
     Step,
     curvature_energy,
     warped,
 )
+from thermaxis.positioning.drift._tails import LEAST_GAIN, tails_of
 
 from .builders import codes_of, run, stop_times, values_said
 from .test_smooth_terms import (
@@ -207,3 +208,30 @@ def test_a_swing_of_about_a_cycle_is_said_to_be_too_fast(period_min: float, too_
         said = values_said(result.warnings, "swing_too_fast")
         assert said["time"] == pytest.approx(period_min, rel=0.2)
         assert said["cycles"] == pytest.approx(period_min / 4.2, rel=0.2)
+
+
+def test_the_gain_of_heavy_tails_is_that_of_the_likelihoods() -> None:
+    residual = np.random.default_rng(1).standard_t(3.0, 300)
+    gain, freedom = tails_of(residual)
+    scale = student.fit(residual, fdf=freedom, floc=0.0)[2]
+    heavy = student.logpdf(residual, freedom, scale=scale).sum()
+    normal = norm.logpdf(residual, scale=np.sqrt(np.mean(residual**2))).sum()
+    assert gain == pytest.approx(2.0 * (heavy - normal), rel=1e-4)
+    assert gain > LEAST_GAIN > tails_of(np.random.default_rng(1).normal(size=300))[0]
+
+
+def test_what_targets_do_by_themselves_is_taken_out_as_by_least_squares() -> None:
+    readings = made_readings(7, 2)
+    own = readings.level % TARGETS
+    levels = np.eye(readings.levels)[readings.level]
+    residual = readings.value - levels @ np.linalg.lstsq(levels, readings.value)[0]
+    alone = np.eye(TARGETS)[own]
+    time = readings.time[:, None]
+    every = np.column_stack((levels, alone * time, alone * time**2))
+    expected = residual - every @ np.linalg.lstsq(every, residual)[0]
+    p, rest, taken = moved_alone(readings, residual, own, readings.levels, 0)
+    np.testing.assert_allclose(rest, expected, atol=1e-9)
+    free = residual.size - readings.levels - 2 * TARGETS
+    ratio = (residual @ residual - rest @ rest) / taken / (rest @ rest / free)
+    assert taken == 2 * TARGETS
+    assert p == pytest.approx(f_distribution.sf(ratio, taken, free), rel=1e-6)

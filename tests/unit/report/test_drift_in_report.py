@@ -301,7 +301,7 @@ def test_temperatures_are_drawn_below_and_other_channels_are_not() -> None:
     values[0, 0, 0] = np.nan
     channels = {"scale_temperature_c": values, "room_C": values + 1.0, "force_n": values}
     deviation = test.deviation.copy()
-    deviation[4, 2, 0] = np.nan  # a missing reading is in no row
+    deviation[2, 3, 1] = np.nan  # a missing reading is in no row
     test = replace(test, deviation=deviation, time_source=TimeSource.INTERPOLATED)
     report = drifting(replace(test, channels=channels))
     figure = draw(report)
@@ -343,7 +343,7 @@ def test_without_a_drift_nothing_is_said_of_it() -> None:
 
 
 def test_a_run_that_does_not_drift_is_left_as_it_was() -> None:
-    report = drifting(still())
+    report = drifting(still(5))
     drift = report.drift
     assert drift.model is DriftModel.NONE
     words = words_of(section_of(report))

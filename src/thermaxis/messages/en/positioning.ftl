@@ -35,7 +35,7 @@ warning-outliers_in_model = at least { $count } more readings lie out, but at mo
     .short = outliers: at least { $count } more, in the drift-free figures, as at most { $most } are left out
 warning-most_changes = { $most } jumps are named, and no more than that are looked for: there may be others, and what is stated without drift may be wrong
     .short = jumps: { $most }, and no more than that are looked for
-warning-heavy_tailed_noise = { $far } of { $readings } readings lie further than { $limit } robust standard deviations from the drift model, where { FIXED($expected) } of normal noise would: the noise has heavy tails, and its bands are those of the readings that are left; look for what disturbs single readings (a short dwell, vibration, air in the beam)
+warning-heavy_tailed_noise = { $far } of { $readings } readings lie further than { $limit } robust standard deviations from the drift model, where { FIXED($expected) } of normal noise would: the noise has heavy tails: its standard deviation is stated as that of normal noise with the same quartiles, and the bands are those of the readings that are left; look for what disturbs single readings (a short dwell, vibration, air in the beam)
     .short = noise: heavy tails, { $far } of { $readings } readings beyond { $limit } robust standard deviations
 warning-change_common = { $when } all targets jumped by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }: the instrument set to zero anew or its optics touched, a slip in the machine, or coolant, a door or a drive switched; what is stated without drift is of the side of t0
     .short = jump: { $when } all targets by { SIGNED($size, decimals: 2) } ± { FIXED($within) } { $unit }
@@ -53,6 +53,7 @@ warning-noise_correlated = the noise of successive readings is alike for about {
     .short = noise: alike for about { FIXED($time, decimals: 0) } { $time_unit } in successive readings ({ FIXED($std, decimals: 2) } { $unit }), as by turbulent air; U is widened
 warning-visits_hide_drift = each target was measured in a short part of the run: this order of visits hides drift in the mean deviations, and only their uncertainties show how much
 warning-target_drifts_otherwise = target { $targets } drifts otherwise than the rest of the axis: the drift model does not hold there, and its bands are too narrow
+warning-targets_drift_otherwise = the targets drift otherwise than by a common drift and a growth, none of them clearly alone: the drift model does not hold, and its bands are too narrow
 
 ## Plans
 

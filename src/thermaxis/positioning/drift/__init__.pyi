@@ -6,7 +6,6 @@ from ._drift import (
     Outlier as Outlier,
     evaluate_drift as evaluate_drift,
     evaluate_drift_at as evaluate_drift_at,
-    no_drift_test as no_drift_test,
 )
 from ._smooth_terms import (
     Readings as Readings,

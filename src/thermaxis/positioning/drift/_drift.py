@@ -36,6 +36,7 @@ from thermaxis.positioning.drift._drift_tests import (
     DriftTest,
     apart,
     drift_test,
+    moved_alone,
 )
 from thermaxis.positioning.drift._smooth_terms import (
     Correlation,
@@ -64,6 +65,7 @@ from thermaxis.positioning.drift._smoothness import (
     reported,
     step_sizes,
 )
+from thermaxis.positioning.drift._tails import LEAST_GAIN, robust_std, tails_of
 from thermaxis.positioning.drift._unequal_noise import resolution_of, weights_of_levels
 from thermaxis.positioning.run import APPROACHES, FloatArray, PositioningTest, TimeSource, placed
 from thermaxis.positioning.standard import (
@@ -72,6 +74,7 @@ from thermaxis.positioning.standard import (
     mean_and_s,
     require_readings,
 )
+from thermaxis.quantities import AxisKind
 
 LONGEST_INTERVAL_S = 1800.0
 """Knots of the splines are at most this far apart. [s]"""
@@ -83,8 +86,6 @@ FEWEST_CYCLES_STEP = 3.0
 """With fewer cycles a step between two of them cannot be told from a line. [1]"""
 LONGEST_WARMING_S = 30.0 * 3600.0
 """A longer run is resolved well enough in plain time alone. [s]"""
-LONG_RUN = 50.0
-"""With more cycles the fastest of the times follows from their number. [1]"""
 FEWEST_LEFT_OVER = 4
 """Readings that a run must have beyond its levels. [1]"""
 MOST_OUTLIERS = 0.05
@@ -111,6 +112,8 @@ _CLEAR = 0.6
 """Share of the farthest residual beyond which others of its level cannot be drawn by it. [1]"""
 _MOST_NAMED = 5
 """Outliers that have a sentence each. [1]"""
+_FEW_OUT, _SHARE_OUT = 2, 0.005
+"""Outliers that make no heavy tails: as many, or this share of the readings. [1]"""
 FASTEST_SWING = 1.75
 """Cycles that a swing must last for the levels to be told from it. [1]"""
 _STARTED = 0.1
@@ -196,7 +199,8 @@ class DriftResult:
     level_std: FloatArray
     """Their standard uncertainties, (m, 2). [µm or arcsec]"""
     noise_std: FloatArray
-    """Standard deviation of the noise per approach, (2,). [µm or arcsec]"""
+    """Standard deviation of the noise per approach, (2,), without what targets move by themselves;
+    where it has heavy tails that of normal noise with the same quartiles. [µm or arcsec]"""
     residual_std: float
     """Residual standard deviation; divisor: readings less effective parameters. [µm or arcsec]"""
     effective_parameters: float
@@ -311,6 +315,7 @@ class _Run:
     """A parabola of the position, (L,)."""
     bow: bool
     """Whether it belongs to the drift."""
+    kind: AxisKind
 
 
 def _bow(x: FloatArray) -> FloatArray:
@@ -398,6 +403,7 @@ def _flatten(
         may_bow=m >= FEWEST_TARGETS_BOW and cycles >= FEWEST_CYCLES_BOW,
         bow_of_level=np.tile(_bow(x), len(approaches)),
         bow=False,
+        kind=test.kind,
     )
 
 
@@ -432,14 +438,10 @@ def _times(run: _Run, *, seconds: bool) -> tuple[int, Sequence[tuple[float, floa
     Logarithmic time stretches the intervals at the end of the run, so it takes more of them.
     """
     wanted = int(np.clip(round(INTERVALS_PER_CYCLE * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
-    needed = int(np.ceil(run.duration / LONGEST_INTERVAL_S)) if seconds else 0
-    if seconds and run.duration > LONGEST_WARMING_S:
-        return max(wanted, needed), PLAIN_TIME
-    times = TIMES
-    if run.cycles > LONG_RUN:
-        times = (*TIMES, (4.0 * run.cycles, 0.0))  # a warming of a quarter of a cycle
+    times = PLAIN_TIME if seconds and run.duration > LONGEST_WARMING_S else TIMES
     slowest = min(slowest_rate(warm_up, plain) for warm_up, plain in times)
-    return max(wanted, int(np.ceil(needed / slowest))), times
+    needed = int(np.ceil(run.duration / LONGEST_INTERVAL_S / slowest)) if seconds else 0
+    return max(wanted, needed), times
 
 
 def _all_sums(run: _Run, readings: Readings, *, seconds: bool) -> list[Sums]:
@@ -582,12 +584,6 @@ def _fit(
         run = replace(run, readings=replace(run.readings, weight=weight[run.readings.level]))
 
 
-def no_drift_test(test: PositioningTest) -> DriftTest:
-    """Test whether a run drifts, without evaluating its drift, as if all levels scatter alike."""
-    run, seconds = _flatten(test), test.time_s is not None
-    return _drift_test(run, _all_sums(run, run.readings, seconds=seconds), seconds=seconds)
-
-
 def _bows(run: _Run, average: Average) -> bool:
     """Return whether a parabola of the position varies with time, beside the fitted functions."""
     if run.bow or not run.may_bow:
@@ -595,6 +591,19 @@ def _bows(run: _Run, average: Average) -> bool:
     shape = run.bow_of_level[run.readings.level]
     everything = np.zeros(shape.size, dtype=np.intp)
     return bool(apart(average.best, run.readings, everything, shape)[0] < SIGNIFICANCE)
+
+
+def _off_centre(fitted: _Fitted) -> bool:
+    """Return whether the centre of a rotary table moves: a wave of one turn along the angle."""
+    run = fitted.run
+    if run.kind is not AxisKind.ROTARY or fitted.estimate.model is DriftModel.NONE:
+        return False
+    angle = np.deg2rad(run.scale * run.readings.shape[1])
+    if np.ptp(angle) <= np.pi:
+        return False
+    all_of_it, best = np.zeros(angle.size, dtype=np.intp), fitted.estimate.average.best
+    p = [apart(best, run.readings, all_of_it, wave)[0] for wave in (np.sin(angle), np.cos(angle))]
+    return bool(2.0 * min(p) < SIGNIFICANCE)
 
 
 def _suspects(fitted: _Fitted) -> tuple[int, ...]:
@@ -631,10 +640,14 @@ class _Outlying:
 
     scaled: FloatArray
     """Residuals in units of their robust standard deviation, (N,). [1]"""
+    spread: float
+    """This standard deviation. [µm or arcsec]"""
     excess: FloatArray
     """The same in units of the limit, (N,): above one it is an outlier. [1]"""
     residual: FloatArray
     """Residuals from the fit without the reading, (N,). [µm or arcsec]"""
+    left: FloatArray
+    """What the fit leaves of each reading to its residual, (N,). [1]"""
     gain: float
     """What leaving out the worst takes from minus twice the logarithm of the likelihood; nothing
     where it is no outlier."""
@@ -656,7 +669,8 @@ def _outlying(fitted: _Fitted) -> _Outlying:
     left = np.maximum(1.0 - _leverages(fitted), _LEAST_LEFT)
     scaled = np.abs(residual) * np.sqrt(weight[level] / left)
     spread = np.hypot(_NORMAL_MEDIAN * np.median(scaled), resolution / 12.0**0.5)
-    scaled /= max(float(spread), 1e-300)
+    spread = max(float(spread), 1e-300)
+    scaled /= spread
     limit = NormalDist().inv_cdf(1.0 - 0.5 * SIGNIFICANCE / residual.size)
     uncertain = 1.0 + 2.0 * levels / residual.size  # the spread and the weights are estimates
     count = sums_per(level, np.ones(residual.size), levels)
@@ -672,7 +686,7 @@ def _outlying(fitted: _Fitted) -> _Outlying:
         if kept[end] and gain_of_end > gain:
             gain, residual[end], excess = gain_of_end, off, np.zeros_like(excess)
             excess[end] = 2.0
-    return _Outlying(scaled=scaled, excess=excess, residual=residual, gain=gain)
+    return _Outlying(scaled, spread, excess, residual, left, gain)
 
 
 def _left_out(
@@ -778,22 +792,58 @@ def evaluate_drift_at(
     return tuple(_result(test, fitted, outlying, r, tuple(outliers)) for r in references)
 
 
-def _noise_std(run: _Run, residual: FloatArray, drift_parameters: float) -> FloatArray:
-    """Return the standard deviation of the residuals per approach, (2,)."""
-    noise = np.full(2, np.nan)
-    targets = run.readings.levels // len(run.approaches)
-    for approach in run.approaches:
-        own = residual[run.index[2] == approach]
-        share = drift_parameters * own.size / residual.size
-        noise[approach] = np.sqrt(np.sum(own**2) / (own.size - targets - share))
-    return noise
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Noise:
+    """What the readings scatter by, beside the drift."""
+
+    std: FloatArray
+    """Standard deviation per approach, (2,); a robust one where there are heavy tails."""
+    heavy: bool
+    """Whether it has heavy tails."""
+    apart: bool
+    """Whether targets move otherwise than the drift, which was taken out."""
 
 
-def _told_of_tails(outlying: _Outlying, outliers: int) -> Iterator[Message]:
-    """Say so where more readings lie beyond `FAR` than normal noise has."""
-    far, n = int(np.sum(outlying.scaled > FAR)) + outliers, outlying.scaled.size
-    expected = 2.0 * n * NormalDist().cdf(-FAR)
-    if outliers and far > expected + 3.0 * expected**0.5:
+def _noise(
+    fitted: _Fitted,
+    outlying: _Outlying,
+    suspects: tuple[int, ...],
+    outliers: tuple[Outlier, ...],
+) -> _Noise:
+    """Return the noise; a few readings that lie out are no tails."""
+    run, estimate, readings = fitted.run, fitted.estimate, fitted.run.readings
+    targets, parameters = readings.levels // len(run.approaches), estimate.effective_parameters
+    known = 0 if estimate.model is DriftModel.NONE else readings.shape.shape[0]
+    own = readings.level % targets
+    p, rest, taken = moved_alone(readings, estimate.residual, own, parameters, known)
+    apart = (targets >= FEWEST_TARGETS_ALONE and p < SIGNIFICANCE) or _off_centre(fitted)
+    if not (apart or suspects):
+        rest, taken = estimate.residual, 0.0
+    residual = np.append(estimate.residual, [o.residual for o in outliers])
+    left = np.append(outlying.left, np.ones(len(outliers)))
+    of_outlier = [o.target - 1 + targets * run.approaches.index(o.approach) for o in outliers]
+    level = np.append(readings.level, np.array(of_outlier, dtype=np.intp))
+    few = max(_FEW_OUT, int(_SHARE_OUT * rest.size))
+    beyond = np.abs(residual[rest.size :][few:]) / outlying.spread
+    gain, _ = tails_of(np.append(outlying.scaled, beyond))
+    _, freedom = tails_of(residual / np.sqrt(left))
+    std = np.full(2, np.nan)
+    for at, approach in enumerate(run.approaches):
+        mine = level // targets == at
+        if gain > LEAST_GAIN:
+            std[approach] = robust_std(residual[mine], left[mine], level[mine], freedom)
+            continue
+        own_rest = rest[mine[: rest.size]]
+        share = (parameters + taken - readings.levels) * own_rest.size / rest.size
+        std[approach] = np.sqrt(np.sum(own_rest**2) / (own_rest.size - targets - share))
+    return _Noise(std=std, heavy=gain > LEAST_GAIN, apart=apart)
+
+
+def _told_of_tails(noise: _Noise, outlying: _Outlying, outliers: int) -> Iterator[Message]:
+    if noise.heavy:
+        far, n = int(np.sum(outlying.scaled > FAR)) + outliers, outlying.scaled.size
+        expected = 2.0 * n * NormalDist().cdf(-FAR)
         values = {"far": far, "readings": n, "limit": FAR, "expected": expected}
         yield Message("warning-heavy_tailed_noise", values)
 
@@ -876,6 +926,7 @@ def _warnings(
     changes: list[tuple[Change, bool]],
     outliers: tuple[Outlier, ...],
     outlying: _Outlying,
+    noise: _Noise,
 ) -> tuple[Message, ...]:
     named = {"targets": ", ".join(str(i) for i in suspects)}
     n, unit = fitted.run.readings.value.size, test.kind.units.deviation
@@ -887,13 +938,14 @@ def _warnings(
         (fitted.run.bow, Message("warning-axis_bows")),
         (_hides_drift(fitted.run, fitted.estimate.average), Message("warning-visits_hide_drift")),
         (bool(suspects), Message("warning-target_drifts_otherwise", named)),
+        (noise.apart and not suspects, Message("warning-targets_drift_otherwise")),
     )
     return (
         *_told_of_correlation(test, fitted),
         *_told_of_swing(test, fitted),
         *_told_of_changes(changes, fitted.run.duration / n, unit),
         *_told_of_outliers(outliers, unit),
-        *_told_of_tails(outlying, len(outliers)),
+        *_told_of_tails(noise, outlying, len(outliers)),
         *(warning for applies, warning in warnings if applies),
     )
 
@@ -975,6 +1027,7 @@ def _result(
     with np.errstate(divide="ignore", invalid="ignore"):
         s = placed(np.sqrt(square / (count - 1.0) / taken), run.approaches)
     suspects = _suspects(fitted)
+    noise = _noise(fitted, outlying, suspects, outliers)
     of_all = None
     if outliers:
         of_all = _figures_of_all(test, fitted, fraction, from_reference, outliers, taken)
@@ -989,7 +1042,7 @@ def _result(
         level=mean,
         level_covariance=covariance,
         level_std=placed(np.sqrt(np.diag(covariance)), run.approaches),
-        noise_std=_noise_std(run, residual, drift_parameters),
+        noise_std=noise.std,
         residual_std=float(np.sqrt(np.sum(residual**2) / free)),
         effective_parameters=estimate.effective_parameters,
         drift_parameters=drift_parameters,
@@ -1009,5 +1062,5 @@ def _result(
         noise_time=correlation and correlation.length * run.duration,
         noise_share=correlation.ratio / (1.0 + correlation.ratio) if correlation else 0.0,
         suspects=suspects,
-        warnings=_warnings(test, fitted, suspects, changes, outliers, outlying),
+        warnings=_warnings(test, fitted, suspects, changes, outliers, outlying, noise),
     )

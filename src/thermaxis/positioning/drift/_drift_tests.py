@@ -19,6 +19,7 @@ from thermaxis.positioning.drift._smooth_terms import (
     left_by,
     penalty_of,
     rows_at,
+    sums_per,
 )
 from thermaxis.positioning.run import FloatArray
 
@@ -192,3 +193,34 @@ def apart(fitted: Fit, readings: Readings, part: IntArray, shape: FloatArray) ->
     ratio = gain / np.maximum(number, 1) / (left / np.maximum(free - number, 1))
     p = special().fdtrc(np.maximum(number, 1), np.maximum(free - number, 1), ratio)
     return np.asarray(np.where((number > 0) & (free > number) & (left > 0.0), p, 1.0))
+
+
+def moved_alone(
+    readings: Readings, residual: FloatArray, own: IntArray, parameters: float, known: int
+) -> tuple[float, FloatArray, float]:
+    """Return what the targets' own movements, of index `own`, leave of the residuals of a fit.
+
+    These are the probability of such movements by chance, the residuals without them, and the
+    parameters that they take. Every target has a parabola of time; the functions of the fit, of
+    `parameters` with the levels, took `known` of these terms already.
+    """
+    level, levels, targets = readings.level, readings.levels, int(np.max(own)) + 1
+    count = sums_per(level, np.ones(level.size), levels)
+    rows: list[FloatArray] = []
+    for power in (1, 2):
+        row: FloatArray = np.asarray((2.0 * readings.time - 1.0) ** power, dtype=np.float64)
+        rows.append(row - (sums_per(level, row, levels) / count)[level])
+    product = np.empty((targets, 2, 2))
+    for j, k in np.ndindex(2, 2):
+        product[:, j, k] = sums_per(own, rows[int(j)] * rows[int(k)], targets)
+    right = np.stack([sums_per(own, residual * row, targets) for row in rows], axis=1)
+    size = np.einsum("tjk,tk->tj", np.linalg.pinv(product, hermitian=True), right)
+    rest = residual - size[own, 0] * rows[0] - size[own, 1] * rows[1]
+    number = 2.0 * targets - known
+    free = residual.size - parameters - number
+    if number <= 0.0 or free <= 0.0:
+        return 1.0, residual, 0.0
+    left = max(float(readings.weight @ rest**2), _LEAST_LEFT * float(readings.weight @ residual**2))
+    gain = float(readings.weight @ residual**2) - left
+    ratio = gain / number / (max(left, 1e-300) / free)
+    return float(special().fdtrc(number, free, max(ratio, 0.0))), rest, number
