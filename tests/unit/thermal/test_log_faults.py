@@ -156,6 +156,17 @@ def test_a_smaller_shift_may_be_the_machine_and_is_told_only() -> None:
     assert found.columns["Z_um"] is log.columns["Z_um"]
 
 
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_sensor_that_drifts_by_three_kelvins_is_named_among_the_channels(seed: int) -> None:
+    rows = slice(None)
+    spindle = made(0, seed).columns["T_spindle_c"] + np.linspace(0.0, 3.0, made(0, seed).rows)
+    log = changed("T_spindle_c", rows, spindle, seed)
+    (said,) = with_one_clock(log, INPUTS, ["Z_um"]).remarks
+    assert said.code == "remark-channel_drifts"
+    assert said.values == {"names": "Z_um, T_spindle_c, T_column_c, T_table_c"}
+    assert with_one_clock(made(0, seed), INPUTS, ["Z_um"]).remarks == ()
+
+
 def test_a_log_that_is_too_short_or_says_nothing_is_not_asked_for_its_clock() -> None:
     short = made(0, 0).between(0.0, 3600.0)
     assert with_one_clock(short, INPUTS, ["Z_um"]) is short

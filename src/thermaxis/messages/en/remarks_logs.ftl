@@ -17,6 +17,7 @@ remark-displacements_late = { $names } follow the temperatures as if stamped { $
 remark-displacements_early = { $names } go before the temperatures as if stamped { $shift_s } s too early (within { $within_s } s): they were shifted on, by more than sensors away from the heat are late
 remark-displacements_may_be_late = { $names } follow the temperatures as if stamped { $shift_s } s too late (within { $within_s } s): left as they are, for a machine may answer so; compare the clocks of the recorders
 remark-displacements_may_be_early = { $names } go before the temperatures as if stamped { $shift_s } s too early (within { $within_s } s): left as they are, for sensors away from the heat may answer so late; compare the clocks of the recorders
+remark-channel_drifts = one of { $names } drifts throughout: with a steady rise that no other channel shares the record is much more likely (it is used as it is; check sensors and probe against another one)
 
 ## Order and times
 

@@ -25,6 +25,8 @@ LEAST_EVIDENCE = 10.0
 LEAST_SHIFT_S = 400.0
 """A smaller shift is told and left. Default: with one clock a real machining centre, whose sensors
 are away from the heat, shows 240 s, and rods that conduct heat 120 s. [s]"""
+RAMP_EVIDENCE = 7.0
+"""The same gain, by a steady rise beside the inputs, from which a drift is told. [1]"""
 LARGEST_SHIFT_S = 7200.0
 """Largest shift that is looked for. [s]"""
 _TOLD_S = 75.0
@@ -32,6 +34,7 @@ _STEP_S = 90.0
 _SHORTEST_S = 7200.0
 _FEWEST_ROWS = 100
 _MOST_INPUTS = 4
+_MOST_NAMED = 6
 _MOST_STEP_S = 120.0
 
 
@@ -60,7 +63,8 @@ def with_one_clock(
     ThermalLog
         The log itself where its clocks are one, or where it is too short to tell (two hours, a
         hundred rows). With displacements off by 400 s or more they are shifted; less is left, as
-        the machine may answer so. A remark says either.
+        the machine may answer so. A remark says either, or else that a channel drifts: a steady
+        rise beside the inputs makes the record much more likely.
     """
     names = [name for name in outputs if has_output(log, name)]
     if not names or log.duration_s < _SHORTEST_S:
@@ -70,6 +74,10 @@ def with_one_clock(
         rows, gained, within = _found(log, inputs, names[0], step_s, reference_s)
     except DataError:  # too little was measured: estimators and verification say what
         return log
+    if not rows and gained >= RAMP_EVIDENCE:
+        channels = dict.fromkeys([names[0], *(c for d in inputs for c in d.channels)])
+        told = remark("channel_drifts", names=", ".join(list(channels)[:_MOST_NAMED]))
+        return replace(log, remarks=(*log.remarks, told))
     shift_s = round(round(rows * step_s / log.usual_step_s) * log.usual_step_s, 3)
     if gained < LEAST_EVIDENCE or abs(shift_s) < max(_TOLD_S, 1.5 * step_s):
         return log
@@ -93,7 +101,11 @@ def _found(
     u = _independent(experiment.u)
     if np.count_nonzero(~np.isnan(experiment.y)) < _FEWEST_ROWS or not u.shape[1]:
         return 0, 0.0, 0.0
-    return _Search(step_s, u, experiment.y).found()
+    search = _Search(step_s, u, experiment.y)
+    rows, gained, within = search.found()
+    if rows:
+        return rows, gained, within
+    return 0, search.gained_by_ramp(), 0.0
 
 
 def _independent(u: FloatArray) -> FloatArray:
@@ -137,6 +149,13 @@ class _Search:
             best = max((best, best - step, best + step), key=self._at)
             step //= 2
         return best
+
+    def gained_by_ramp(self) -> float:
+        """Return the evidence that a steady rise beside the inputs gains. [1]"""
+        ramp = np.linspace(0.0, 1.0, self._y.size)[:, None]
+        risen = Experiment(self._step_s, np.hstack([self._u, ramp]), self._y)
+        own = response_evidence([risen]).log_evidence()
+        return self._found.design.readings * (own - self._at(0))
 
     def found(self) -> tuple[int, float, float]:
         """Return rows, the evidence they gain, and rows within which two of it are lost.
