@@ -78,7 +78,10 @@ def test_the_written_model_does_what_is_printed_of_it(
     inputs = [w for name in columns if name[0] == "u" for w in ("--input", f"{name[:2]}={name}")]
     asked = [*inputs, "--output", "y_um", "--method", *method.split(), "--model", str(model)]
     said = run(["identify", str(log), *asked, "--json", str(tmp_path / "said.json")], capsys)
-    shown = run(["verify", str(model), str(log), "--json", str(tmp_path / "done.json")], capsys)
+    shown = run(
+        ["verify", "--start", "rest", str(model), str(log), "--json", str(tmp_path / "done.json")],
+        capsys,
+    )
     own = json.loads((tmp_path / "said.json").read_text())["outputs"]["y_um"]
     done = json.loads((tmp_path / "done.json").read_text())["outputs"]["y_um"]
     assert own["fit_percent"] == done["fit_percent"]

@@ -122,6 +122,7 @@ from .transfer_function import (
 from .verification import (
     Baseline as Baseline,
     BaselineModel as BaselineModel,
+    LogStart as LogStart,
     MeasuredOutput as MeasuredOutput,
     SimulatedLog as SimulatedLog,
     SimulatedOutput as SimulatedOutput,

@@ -20,6 +20,7 @@ from thermaxis.compensation import (
     model_step,
 )
 from thermaxis.thermal import (
+    LogStart,
     MeasuredOutput,
     ModalPart,
     ThermalLog,
@@ -226,7 +227,7 @@ def test_logs_in_kelvin_and_fahrenheit_give_the_figures_of_those_in_celsius(refe
     for unit, values in (("degC", t), ("K", t + 273.15), ("degF", t * 1.8 + 32.0)):
         columns = {"T": values, "Z_um": 4.0 * (t - 20.0)}
         record = ThermalLog.from_columns(columns, time_s=time_s, units={"T": unit})
-        result = verify(model, [record])
+        result = verify(model, [record], start=LogStart.REST)
         assert not result.warnings
         figures.append(result.pooled["Z_um"].rmse_um)
     assert figures == pytest.approx([figures[0]] * 3)
@@ -311,3 +312,56 @@ def test_rows_that_are_minutes_apart_are_several_cycles_each() -> None:
     # the row at 300 s is the first that is warm; from then on 1.5 um in every row
     left = 10.0 * rise_k - np.minimum(10.0, np.maximum(0.0, 0.005 * (time_s - 240.0) * rise_k))
     assert limited.rmse_um == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-3)
+
+
+PART = Part("spindle", "T", "", 2.0, (Section(8.0, 900.0), Section(12.0, 5000.0)))
+TWO_LAGS = CompensationModel(outputs=(Output("Z_um", (PART,)),))
+
+
+def began(states_k: tuple[float, float], first_c: float = 20.0) -> ThermalLog:
+    """Return a log whose lags began in given states, by their closed form on a step."""
+    random = np.random.default_rng(3)
+    time_s = np.arange(0.0, 6 * 3600.0, 30.0)
+    t = np.where((time_s >= 3600.0) & (time_s < 3.5 * 3600.0), 26.0, 20.0)
+    t[0] = first_c
+    y = 2.0 * (t - 20.0) + random.normal(0.0, 0.3, time_s.size)
+    for section, start_k in zip(PART.sections, states_k, strict=True):
+        tau_s = section.time_constant_s
+        on, off = (np.maximum(time_s - edge_s, 0.0) for edge_s in (3600.0, 3.5 * 3600.0))
+        heated = 6.0 * (np.exp(-off / tau_s) - np.exp(-on / tau_s))
+        y += section.gain_um_per_k * (heated + start_k * np.exp(-time_s / tau_s))
+    return ThermalLog.from_columns({"T": t, "Z_um": y}, time_s=time_s, units={"T": "degC"})
+
+
+def test_a_log_that_began_at_rest_is_run_from_rest() -> None:
+    (output,) = verify(TWO_LAGS, [began((0.0, 0.0))]).logs[0].outputs
+    assert output.start.start is LogStart.REST
+    assert output.figures.rmse_um == pytest.approx(0.3, rel=0.3)
+
+
+def test_a_log_that_began_warm_gets_the_states_that_it_had_and_says_so() -> None:
+    log = began((3.0, 5.0))
+    result = verify(TWO_LAGS, [log])
+    (output,) = result.logs[0].outputs
+    assert output.start.start is LogStart.FITTED
+    assert output.start.states_k == pytest.approx([3.0, 5.0], abs=0.3)
+    assert output.start.zero_um == pytest.approx(0.0, abs=0.6)
+    assert output.figures.rmse_um == pytest.approx(0.3, rel=0.1)
+    assert "remark-start_fitted" in [w.code for w in result.warnings]
+    parts = output.contribution_um.sum(axis=1) + output.start.zero_um
+    assert parts == pytest.approx(output.simulated_um, abs=1e-9)
+    (asked,) = verify(TWO_LAGS, [log], start=LogStart.REST).logs[0].outputs
+    assert asked.figures.rmse_um > 20.0
+
+
+def test_a_fitted_start_sees_no_row_that_counts() -> None:
+    log = began((3.0, 5.0))
+    spoilt = np.array(log.columns["Z_um"])
+    spoilt[400:] += np.linspace(0.0, 500.0, spoilt.size - 400)
+    other = ThermalLog.from_columns(
+        {"T": log.columns["T"], "Z_um": spoilt}, time_s=log.time_s, units={"T": "degC"}
+    )
+    starts = [verify(TWO_LAGS, [e], rows=(400, 700)).logs[0].outputs[0] for e in (log, other)]
+    assert starts[0].start_rows == starts[1].start_rows == 400
+    assert list(starts[0].start.states_k) == list(starts[1].start.states_k)
+    assert starts[0].figures.rmse_um < 1.0

@@ -19,6 +19,7 @@ from thermaxis.messages import remedy_of, sentence_of
 from thermaxis.report.tables import Value
 from thermaxis.thermal import (
     LogFinding,
+    LogStart,
     MeasuredOutput,
     ThermalLog,
     check_log,
@@ -113,6 +114,18 @@ def add_log_options(parser: argparse.ArgumentParser) -> None:
         "--as-logged",
         "mask only what is no measurement, join and delay nothing: faults are named all the same",
         bool,
+    )
+
+
+def add_start(parser: argparse.ArgumentParser) -> None:
+    """Declare the option of how a log began."""
+    adder(parser)(
+        "--start",
+        "the machine at the first row: rest, steady (inputs were for long what they are then), or"
+        " fitted to the measured rows before --span, or to all of them (default: rest, unless the"
+        " measured rows make another start far more likely; it is said)",
+        choices=tuple(LogStart),
+        type=LogStart,
     )
 
 

@@ -11,6 +11,7 @@ from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
+    add_start,
     measured_output,
     read_logs,
     reading_codes,
@@ -35,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         measured_output,
         action="append",
     )
+    add_start(parser)
     add_json(parser)
     add_log_options(parser)
 
@@ -56,7 +58,13 @@ def run(arguments: argparse.Namespace) -> int:
         results: list[tuple[Path, str, Verification]] = []
         for k, (path, model) in enumerate(models):
             progress(f"simulating {path.name}", k, len(models))
-            result = verify(model, [log], arguments.measured, reference_s=arguments.reference)
+            result = verify(
+                model,
+                [log],
+                arguments.measured,
+                reference_s=arguments.reference,
+                start=arguments.start,
+            )
             results.append((path, model_sha256(model), result))
     show(_described(log, results), arguments.json)
     return 0

@@ -11,6 +11,7 @@ from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
+    add_start,
     measured_output,
     read_logs,
     reading_codes,
@@ -53,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " first row all the same",
         span,
     )
+    add_start(parser)
     add(
         "--limits FILE",
         "limits of the correction by output (TOML: [Z_um] with largest_um and"
@@ -95,6 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
             reference_s=arguments.reference,
             rows=rows,
             limits=limits,
+            start=arguments.start,
         )
         if arguments.report:
             progress("report", 0, 0)
@@ -241,6 +244,9 @@ def _output(output: thermal.VerifiedOutput) -> list[Value]:
         *figures_of(output.figures),
         Value("model_output", output.measured.output),
         Value("diameter_mm", output.measured.diameter_mm),
+        Value("start", str(output.start.start)),
+        Value("start_zero_um", output.start.zero_um),
+        Value("start_rows", output.start_rows),
         Value("limited", limited),
         Value("contribution_peak_to_peak_um", ranges),
     )

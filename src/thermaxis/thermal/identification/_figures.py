@@ -18,6 +18,7 @@ from thermaxis.thermal.log import ThermalLog
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 from thermaxis.thermal.verification import (
     Baseline,
+    LogStart,
     MeasuredOutput,
     VerificationFigures,
     VerifiedOutput,
@@ -71,7 +72,9 @@ def _runs(
     for log, rows in judges:
         there = [m for m in measured if has_output(log, m.channel)]
         if there:
-            one = verify(model, [log], there, reference_s=reference_s, rows=rows)
+            one = verify(
+                model, [log], there, reference_s=reference_s, rows=rows, start=LogStart.REST
+            )
             for run in one.logs[0].outputs:
                 found.setdefault(run.measured.output, []).append(run)
     return found

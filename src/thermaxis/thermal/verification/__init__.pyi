@@ -11,6 +11,10 @@ from ._free_run import (
     SimulatedOutput as SimulatedOutput,
     simulate_log as simulate_log,
 )
+from ._start import (
+    LogStart as LogStart,
+    StartOfLog as StartOfLog,
+)
 from ._verification import (
     OUTSIDE_SHARE as OUTSIDE_SHARE,
     MeasuredOutput as MeasuredOutput,

@@ -90,6 +90,7 @@ def simulate_log(
     *,
     diameter_mm: float | None = None,
     reference_s: float = REFERENCE_S,
+    steady: bool = False,
 ) -> SimulatedLog:
     """Run a model along a log as `cycle` does, its `model_step` on every row.
 
@@ -104,6 +105,9 @@ def simulate_log(
     reference_s : float
         References are the mean of this first time of the log, unless the model states them.
         Default: the first minute. [s]
+    steady : bool
+        Whether the inputs were for long what they are in the first row. Default: the machine is
+        at rest at the references.
 
     Returns
     -------
@@ -125,7 +129,7 @@ def simulate_log(
     Mareš and Horejš 2021, equations (3) and (8).
     """
     columns = model_columns(model, log)
-    state = initial_state(model, references_of(model, log, reference_s))
+    state = initial_state(model, references_of(model, log, reference_s))._replace(warm=steady)
     free_run = _plain if _is_plain(model, log, columns, state) else _row_by_row
     shares, displacement, bad, outcomes = free_run(model, log, columns, state, diameter_mm)
     outputs = {

@@ -1,6 +1,6 @@
 """Verify a compensation model on logs: free run, with limits beside it, and figures of both."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -19,7 +19,13 @@ from thermaxis.thermal.verification._free_run import (
     simulate_log,
 )
 from thermaxis.thermal.verification._limited_run import LimitedRun, limited_run
+from thermaxis.thermal.verification._start import LogStart, StartOfLog, start_of_log
 
+AT_REFERENCE = 0.15
+"""First value over the root mean square of an input up to which a log begins at its reference, as
+in the training. [1]"""
+FEWEST_ROWS = 100
+"""Measured rows before those that count that say how a log began. [1]"""
 HOUR_S = 3600.0
 """ISO 230-3 states the displacement after 60 minutes. [s]"""
 HOUR_TOLERANCE_S = 600.0
@@ -109,6 +115,10 @@ class VerifiedOutput:
     """Names of the parts."""
     counted: NDArray[np.bool_]
     """Rows that count in the figures, (n,)."""
+    start: StartOfLog
+    """How the log began."""
+    start_rows: int
+    """Measured rows that say so: those before the rows that count, where there are enough. [1]"""
     limited: VerificationFigures | None = None
     """The figures with the correction within limits; None where none were stated."""
 
@@ -166,6 +176,7 @@ def verify(
     reference_s: float = REFERENCE_S,
     rows: tuple[int, int] | None = None,
     limits: Mapping[str, Limits] | None = None,
+    start: LogStart | None = None,
 ) -> Verification:
     """Compare the free run of a model with what logs measured.
 
@@ -190,6 +201,10 @@ def verify(
     limits : mapping of str to Limits, optional
         Limits of the correction by output of the model; the figures with the limited correction
         then stand beside those without limits. Default: none.
+    start : LogStart, optional
+        State of the machine at the first row. Default: at rest, as `cycle` starts, unless the
+        measured rows make another start 20 times more likely. A fitted start takes states and
+        zero from the rows before those that count, or from all where these are too few.
 
     Returns
     -------
@@ -214,7 +229,9 @@ def verify(
         raise ConfigurationError("no_span", first=rows[0], last=rows[1], place=Place(key="rows"))
     verified = tuple(
         _verify_log(
-            _Comparison(model, _measured_in(model, log, measured), reference_s, rows, limits or {}),
+            _Comparison(
+                model, _measured_in(model, log, measured), reference_s, rows, limits or {}, start
+            ),
             log,
         )
         for log in logs
@@ -264,21 +281,28 @@ class _Comparison:
     reference_s: float
     rows: tuple[int, int] | None
     limits: Mapping[str, Limits]
+    start: LogStart | None
 
 
 def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
     model, reference_s = asked.model, asked.reference_s
     runs: dict[float | None, SimulatedLog] = {}
+    warm: dict[float | None, SimulatedLog] = {}
     limited: dict[float | None, LimitedRun] = {}
     outputs: list[VerifiedOutput] = []
     for entry in asked.measured:
         d_mm = entry.diameter_mm
         if d_mm not in runs:
             runs[d_mm] = simulate_log(model, log, diameter_mm=d_mm, reference_s=reference_s)
+            warm[d_mm] = runs[d_mm]
+            if asked.start is not LogStart.REST:
+                warm[d_mm] = simulate_log(
+                    model, log, diameter_mm=d_mm, reference_s=reference_s, steady=True
+                )
             limited[d_mm] = limited_run(
                 model, log, asked.limits, diameter_mm=d_mm, reference_s=reference_s
             )
-        outputs.append(_verify_output(asked, log, entry, runs[d_mm], limited[d_mm]))
+        outputs.append(_verify_output(asked, log, entry, (runs[d_mm], warm[d_mm]), limited[d_mm]))
     any_run = next(iter(runs.values()))
     return VerifiedLog(
         name=log.name,
@@ -286,7 +310,7 @@ def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
         outputs=tuple(outputs),
         environmental=_standstill(log),
         outside=any_run.outside,
-        warnings=(*_warnings(runs), *_stopped(limited.values())),
+        warnings=(*_warnings(runs), *_stopped(limited.values()), *_starts(outputs)),
         reference_s=reference_s,
     )
 
@@ -324,6 +348,17 @@ def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[Message, ...]:
     return tuple(said)
 
 
+def _starts(outputs: Sequence[VerifiedOutput]) -> Iterator[Message]:
+    for output in outputs:
+        if output.start.start is not LogStart.REST:
+            values = {
+                "channel": output.measured.channel,
+                "zero_um": output.start.zero_um,
+                "rows": output.start_rows,
+            }
+            yield Message(f"remark-start_{output.start.start}", values)
+
+
 def _stopped(runs: Iterable[LimitedRun]) -> tuple[Message, ...]:
     faults = max((run.faults for run in runs), default=0)
     return (Message("remark-limits_too_narrow", {"count": faults}),) if faults else ()
@@ -333,13 +368,14 @@ def _verify_output(
     asked: _Comparison,
     log: ThermalLog,
     entry: MeasuredOutput,
-    run: SimulatedLog,
+    runs: tuple[SimulatedLog, SimulatedLog],
     within: LimitedRun,
 ) -> VerifiedOutput:
+    """Compare one output; `runs` are from rest and from the steady state of the first row."""
     model, reference_s, rows = asked.model, asked.reference_s, asked.rows
-    simulated = run.outputs[entry.output]
+    rest, steady = (run.outputs[entry.output] for run in runs)
     measured = np.array(log.column(entry.channel, unit="um"))
-    both = ~(np.isnan(measured) | np.isnan(simulated.displacement_um))
+    both = ~(np.isnan(measured) | np.isnan(rest.displacement_um))
     if not bool(np.any(both)):
         raise DataError("not_measured_with_model", place=Place(log.name, channel=entry.channel))
     at_start = both & (log.time_s <= reference_s)
@@ -347,8 +383,6 @@ def _verify_output(
         at_start = np.zeros_like(both)
         at_start[np.flatnonzero(both)[0]] = True
     measured -= float(np.mean(measured[at_start]))
-    displacement = simulated.displacement_um - float(np.mean(simulated.displacement_um[at_start]))
-    contribution = simulated.contribution_um - np.mean(simulated.contribution_um[at_start], axis=0)
     counted = both
     if rows is not None:
         counted = np.zeros_like(both)
@@ -361,12 +395,30 @@ def _verify_output(
                 last=rows[1],
                 place=Place(log.name, channel=entry.channel),
             )
+    before = both & (np.arange(both.size) < np.argmax(counted))
+    known = before if int(np.sum(before)) >= FEWEST_ROWS else both
+    part, fading = _fading(model, entry, log.time_s)
+    fading -= np.mean(fading[at_start], axis=0)
+    left = [measured - r.displacement_um for r in (rest, steady)]
+    left = [np.where(known, e - np.mean(e[at_start]), np.nan) for e in left]
     inputs = _inputs_of(model, entry.output, log)
+    rise = inputs - np.nanmean(inputs[at_start], axis=0)
+    spread_k = part @ np.sqrt(np.nanmean(rise**2, axis=0))
+    first_k = np.abs(rise[np.flatnonzero(np.all(~np.isnan(rise), axis=1))[:1]])
+    moved = bool(np.any(first_k > AT_REFERENCE * np.sqrt(np.nanmean(rise**2, axis=0))))
+    lefts = (left[0], left[1] if moved else None)
+    start = start_of_log(log.time_s, measured, lefts, fading, spread_k, asked.start)
+    simulated = steady if start.start is LogStart.STEADY else rest
+    displacement = simulated.displacement_um - float(np.mean(simulated.displacement_um[at_start]))
+    displacement += fading @ start.states_k + start.zero_um
+    contribution = simulated.contribution_um - np.mean(simulated.contribution_um[at_start], axis=0)
+    contribution += (fading * start.states_k) @ part
     static = _static_of(model, entry, inputs)
+    level = known if start.start is LogStart.FITTED else at_start
     static_rmse = (
         _own_static_rmse(measured[counted], inputs[counted])
         if static is None
-        else _rmse((measured - static + np.nanmean(static[at_start]))[counted])
+        else _rmse((e := measured - static)[counted] - np.nanmean(e[level]))
     )
     times, seen = [log.time_s[counted]], [measured[counted]]
     limited: VerificationFigures | None = None
@@ -382,8 +434,28 @@ def _verify_output(
         contribution_um=contribution,
         parts=simulated.parts,
         counted=counted,
+        start=start,
+        start_rows=int(np.sum(known)),
         limited=limited,
     )
+
+
+def _fading(
+    model: CompensationModel, entry: MeasuredOutput, time_s: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return to which part each lag belongs, (j, parts), and what one kelvin of it does, (n, j)."""
+    parts = next(o.parts for o in model.outputs if o.name == entry.output)
+    lags = [
+        (k, section.gain_um_per_k * gain_of(part, entry.diameter_mm), section.time_constant_s)
+        for k, part in enumerate(parts)
+        for section in part.sections
+    ]
+    member = np.zeros((len(lags), len(parts)))
+    fading = np.empty((time_s.size, len(lags)))
+    for j, (k, gain, tau_s) in enumerate(lags):
+        member[j, k] = 1.0
+        fading[:, j] = gain * np.exp(-(time_s - time_s[0]) / tau_s)
+    return member, fading
 
 
 def _inputs_of(model: CompensationModel, output: str, log: ThermalLog) -> FloatArray:
