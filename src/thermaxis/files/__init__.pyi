@@ -2,7 +2,6 @@ from .images import (
     format_field_csv as format_field_csv,
     read_field_csv as read_field_csv,
     read_flir as read_flir,
-    write_field_csv as write_field_csv,
 )
 from .logs import (
     format_thermal_log as format_thermal_log,

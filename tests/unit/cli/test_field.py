@@ -8,7 +8,7 @@ import pytest
 
 from tests.unit.cli.refusals import code_of, refusal
 from thermaxis.cli import execute
-from thermaxis.files import read_field_csv, read_positioning, write_field_csv
+from thermaxis.files import format_field_csv, read_field_csv, read_positioning
 from thermaxis.positioning import evaluate_drift
 from thermaxis.thermal import correct_emissivity
 from thermaxis.virtual import VirtualTable, generate_thermal_field
@@ -53,7 +53,7 @@ def warming(tmp_path_factory):
     for k, hours in enumerate((0.0, 1.0, 2.5, 4.5, 6.9)):
         image = generate_thermal_field(VirtualTable(), 3600.0 * hours, seed=k)
         paths.append(folder / f"image_{k}.csv")
-        write_field_csv(image.temperature_c, paths[-1])
+        paths[-1].write_text(format_field_csv(image.temperature_c), encoding="utf-8")
     return paths
 
 
@@ -284,7 +284,7 @@ def test_level_images_holes_and_hostile_names_are_drawn(tmp_path, capsys):
     hole[5:12, 5:20] = np.nan
     names = ("$\\frac{.csv", "=level.csv", "hole.csv")
     for name, values in zip(names, (level, level, hole), strict=True):
-        write_field_csv(values, tmp_path / name)
+        (tmp_path / name).write_text(format_field_csv(values), encoding="utf-8")
     run(*(tmp_path / name for name in names), "--figures", tmp_path / "charts")
     shown = capsys.readouterr().out
     assert "105 of 1200 pixels are missing" in shown

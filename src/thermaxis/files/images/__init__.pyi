@@ -1,6 +1,5 @@
 from .field_csv import (
     format_field_csv as format_field_csv,
     read_field_csv as read_field_csv,
-    write_field_csv as write_field_csv,
 )
 from .flir import is_jpeg as is_jpeg, read_flir as read_flir

@@ -18,7 +18,6 @@ from thermaxis.files.table import (
     parse_number,
     read_start,
     split_cells,
-    write_content,
 )
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
 from thermaxis.thermal.images import ABSOLUTE_ZERO_C
@@ -123,31 +122,6 @@ def format_field_csv(
         for row in np.round(temperature_c, decimals).tolist()
     ]
     return "\n".join(lines) + "\n"
-
-
-def write_field_csv(
-    temperature_c: FloatArray, path: Path | str, *, decimals: int = 2, comments: Sequence[str] = ()
-) -> None:
-    """Write a thermal field as CSV.
-
-    Parameters
-    ----------
-    temperature_c : FloatArray
-        Temperatures, (rows, columns); NaN where a pixel is missing. [°C]
-    path : Path or str
-        The file; it is replaced if it exists.
-    decimals : int
-        Decimals of each temperature. Default: hundredths, below the noise of cameras. [1]
-    comments : sequence of str
-        Lines that stand above the matrix, each behind a #.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file cannot be written.
-    """
-    text = format_field_csv(temperature_c, decimals=decimals, comments=comments)
-    write_content(path, text.encode())
 
 
 def _encoding(path: Path | str, form: _Form) -> tuple[str, int]:
