@@ -63,7 +63,7 @@ FEWEST_BLOCKS, MOST_BLOCKS = 100, 1500
 FEW_BLOCKS = MOST_BLOCKS // 3
 SHORT_LAG = 0.6
 """Shortest time constant over the length of the blocks below which records of fewer blocks than
-these are cut into shorter ones. [1]"""
+these are cut into shorter ones. Default: what a steam generator asked for. [1]"""
 CARRYING_COST, LOST_FIT_PERCENT = 1.3, 0.1
 """What gains that carry the average may leave of a record over what the fit of the same lags leaves
 [1], and points of fit that do not count beside it: where more is left more lags are taken. [%]"""
