@@ -65,7 +65,8 @@ _SLACK = 8.0
 _SHAPES = 2
 """Functions that may jump: the common drift and the growth. [1]"""
 _CONFOUNDED = 1e-2
-"""Share of a step that the other terms must leave. [1]"""
+"""Share of a step, times that of the readings on its shorter side, that the other terms must
+leave. [1]"""
 
 
 def _instants(time: FloatArray) -> FloatArray:
@@ -100,6 +101,8 @@ class _Columns:
         self.sums, self.time = sums, time
         self._readings, self._shape = readings, shape
         self._before: IntArray = np.searchsorted(time, readings.time)
+        number = np.bincount(self._before, minlength=time.size)[: time.size]
+        self._share = np.cumsum(number) / readings.time.size
         self._powers = [] if readings.correlation else list(self._sums_after())
         self._known: dict[int, _Products] = {}
 
@@ -179,7 +182,8 @@ class _Columns:
         free = sums.readings - sums.levels - sums.shapes
         steps = len(sums.steps)
         left_over = fitted.variance * (free - steps)
-        known = q > _CONFOUNDED * square
+        before = self._share[: q.size]
+        known = q > _CONFOUNDED * square * np.minimum(before, 1.0 - before)
         q = np.where(known, q, 1.0)
         left = np.maximum(left_over - product**2 / q, 1e-14 * left_over) / (free - steps - 1)
         criterion = fitted.criterion + free * np.log(left / fitted.variance) + np.log(q)
