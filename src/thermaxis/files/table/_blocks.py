@@ -354,13 +354,13 @@ def build_table(
             raise MeasurementFileError("blocks_of_other_targets", place=place)
         if _said_by(one) != _said_by(first):
             raise MeasurementFileError("blocks_unlike", place=place)
-    for one in blocks:
-        passes = Counter(_key(heading) for heading in one.headings)
-        twice = [h.run or 1 for h in one.headings if h.is_pass and passes[_key(h)] > 1]
-        if twice:  # joined, one of them would be lost
-            place = source.at(one.heading_row)
-            raise MeasurementFileError("run_twice", run=twice[0], place=place)
     if len(blocks) > 1 or first.label != NO_PASS:
+        for one in blocks:
+            passes = Counter(_key(heading) for heading in one.headings)
+            twice = [h.run or 1 for h in one.headings if h.is_pass and passes[_key(h)] > 1]
+            if twice:  # joined, one of them would be lost
+                place = source.at(one.heading_row)
+                raise MeasurementFileError("run_twice", run=twice[0], place=place)
         first = (_joined_wide if first.layout is Layout.WIDE else _joined_tidy)(blocks)
         metadata.remarks.append(remark("blocks_joined", blocks=len(blocks)))
     return _with_numbers(source, first, metadata, certain=certain)
