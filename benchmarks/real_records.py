@@ -1,10 +1,11 @@
 """The default model on public records beside ridge on lags, static regression and ARX.
 
 The records lie in ../shared/data/thermal: two runs of one printer's frame, one of another (bursts
-of touches, averaged to a minute here; readings that differ from their neighbours by more than
-100 µm left out), and DaISy's steam generator. Every method is learned on the same rows with the same
-inputs and run by the same `verify`, with the same rule for the start of the log judged. Figures are
-mean absolute errors on rows that were not learned from, in µm (of the steam generator: its units).
+of touches, averaged to a minute here; readings that differ from their neighbours by more than 100
+µm left out), and DaISy's steam generator. Every method is learned on the same rows with the same
+inputs and run by the same `verify`, with the same rule for the start of the log judged. Figures
+are mean absolute errors on rows that were not learned from, in µm (of the steam generator: its
+units).
 
     python benchmarks/real_records.py
 """
