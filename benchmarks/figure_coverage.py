@@ -8,20 +8,25 @@ measured    of the same run without noise: its drift at the times of the reading
 drift-free  of the true levels at the mean time of the readings, with the true noise
 effect      the difference of the first and of the same without drift
 
-Printed are, in percent of the runs, how often it lies within figure ± U; below, in µm, the means of
-U, of the stated bias, and of the true error. Axes:
+Counted is, in percent of the runs, how often it lies within figure ± U. Axes:
 
 screw       pitch error of some µm, two waves, independent errors of 0.3 µm, and a reversal value
             that changes along the axis
 rough       independent errors of 1.5 µm at each target and approach
 straight    a straight line and a constant reversal value: the largest of equal values
+loud        screw, and one target in one approach with five times the noise
 
-With a warm-up the axis moves and grows by several µm, with two time constants each.
+With a warm-up the axis moves and grows by several µm, with two time constants each. Readings may be
+rounded, to a step that is stated in standard deviations of the noise; the truth is not.
 
-    nice python benchmarks/figure_coverage.py [--runs 400] [--cycles 5 10 30] [--axes screw]
+    nice python benchmarks/figure_coverage.py --axes screw --cycles 5 --runs 100 --all
+    nice python benchmarks/figure_coverage.py --write docs/theory/uncertainty.md   # the whole table
 """
 
 import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +46,10 @@ from thermaxis.quantities import AxisKind
 Array = NDArray[np.float64]
 
 TARGETS, STOP_S, NOISE_UM, LENGTH_MM = 16, 8.0, 0.4, 600.0
-AXES = ("screw", "rough", "straight")
+AXES = ("screw", "rough", "straight", "loud")
 DEVICE_UM = 1.2
+SYMBOLS = ["B", "B̄", "M", "E↑", "E↓", "E", "R↑", "R↓", "R", "A↑", "A↓", "A"]
+BEGIN, END = "<!-- table -->", "<!-- end -->"
 
 
 def levels_of(axis: str, x: Array, rng: np.random.Generator) -> Array:
@@ -79,10 +86,22 @@ def expectation_of_s(std: Array, drift: Array) -> Array:
     return std * factor * hyp1f1(-0.5, 0.5 * free, -0.5 * offset)
 
 
-def one_run(
-    seed: int, axis: str, cycles: int, *, warm: bool, unequal: bool, device: bool
-) -> tuple[PositioningTest, dict[str, dict[str, float]]]:
+@dataclass(frozen=True)
+class Case:
+    """One kind of run."""
+
+    axis: str
+    warm: bool
+    cycles: int
+    step: float = 0.0
+    """Step of the readings in standard deviations of the noise; 0: not rounded."""
+    unequal: bool = False
+    device: bool = False
+
+
+def one_run(seed: int, case: Case) -> tuple[PositioningTest, dict[str, dict[str, float]]]:
     """Return a run and its true figures by kind."""
+    axis, cycles, warm = case.axis, case.cycles, case.warm
     rng = np.random.default_rng((seed, cycles, warm, AXES.index(axis)))
     target = np.linspace(0.0, LENGTH_MM, TARGETS)
     target[1:-1] += rng.uniform(-8.0, 8.0, TARGETS - 2)
@@ -93,8 +112,10 @@ def one_run(
     time_s = STOP_S * number
     level = levels_of(axis, x[:, 0, 0], rng)
     std = np.full((TARGETS, 2), NOISE_UM)
-    if unequal:
+    if case.unequal:
         std = std * np.exp(rng.normal(0.0, 0.3, std.shape))
+    if axis == "loud":
+        std[rng.integers(TARGETS), rng.integers(2)] *= 5.0
     drift = np.zeros(time_s.shape)
     at_mean = np.zeros(TARGETS)
     if warm:
@@ -104,11 +125,14 @@ def one_run(
         at_mean = warming(np.mean(time_s), x[:, 0, 0], rng)
     still = level + at_mean[:, None]
     noise = std[:, None, :] * rng.normal(size=time_s.shape)
-    instrument = 0.5 * DEVICE_UM * rng.normal() * x if device else 0.0
+    instrument = 0.5 * DEVICE_UM * rng.normal() * x if case.device else 0.0
+    deviation = level[:, None, :] + drift + noise + instrument
+    if case.step:
+        deviation = case.step * NOISE_UM * np.rint(deviation / (case.step * NOISE_UM))
     test = PositioningTest(
         kind=AxisKind.LINEAR,
         target=target,
-        deviation=level[:, None, :] + drift + noise + instrument,
+        deviation=deviation,
         time_source=TimeSource.FILE,
         time_s=time_s,
         order=number + 1.0,
@@ -152,42 +176,80 @@ def stated_of(
     return found
 
 
+def errors_of(case: Case, runs: int) -> dict[str, Array]:
+    """Return error, U and bias of every figure of every run by kind, (runs, 12, 3)."""
+    budget = UncertaintyBudget(device=DEVICE_UM) if case.device else None
+    rows: dict[str, list[list[tuple[float, float, float]]]] = {}
+    for seed in range(runs):
+        test, truth = one_run(seed, case)
+        for kind, values in stated_of(test, budget).items():
+            if case.warm or kind != "effect":  # without drift it is 0 ± U, and truly 0
+                own = [(v - truth[kind][key], u, bias) for key, (v, u, bias) in values.items()]
+                rows.setdefault(kind, []).append(own)
+    return {kind: np.array(own) for kind, own in rows.items()}
+
+
+def rows_of(case: Case, runs: int, *, everything: bool) -> Iterator[str]:
+    """Yield rows of the table: coverage, and also the means of U, bias and error if wanted."""
+    for kind, found in errors_of(case, runs).items():
+        error, u, bias = np.moveaxis(found, 2, 0)
+        covered = 100.0 * np.mean(np.abs(error) <= u + 1e-9, axis=0)
+        step, warm = f"{case.step:g}" if case.step else "", "yes" if case.warm else "no"
+        head = f"| {case.axis} | {step} | {warm} | {case.cycles} | {runs} | {kind} | "
+        yield head + " | ".join(f"{c:.1f}" for c in covered) + " |"
+        for name, numbers in (("U", u), ("bias", bias), ("error", error)) if everything else ():
+            line = " | ".join(f"{c:.2f}" for c in np.mean(numbers, axis=0))
+            yield f"|  |  |  |  |  | {name} | {line} |"
+
+
+def cases_of_page(runs: int) -> list[tuple[Case, int]]:
+    """Return what the table of the theory page has, and how many runs of each."""
+    few = 3 * runs // 20
+    both = (False, True)
+    return [
+        *((Case("screw", warm, n), runs) for warm in both for n in (5, 10, 30)),
+        *((Case(a, w, n), few) for a in AXES[1:] for w in both for n in (5, 10, 30)),
+        *((Case("screw", w, 5, step), few) for step in (0.3, 1.0, 3.0) for w in both),
+    ]
+
+
 def main() -> int:
-    """Print the tables."""
+    """Print the table, or write it into the page."""
     parser = argparse.ArgumentParser(description="Coverage of the stated U of figures.")
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--cycles", type=int, nargs="+", default=[5, 10, 30])
-    parser.add_argument("--axes", nargs="+", default=list(AXES), choices=AXES)
+    parser.add_argument(
+        "--axes", nargs="+", choices=AXES, help="these alone; else those of --write"
+    )
+    parser.add_argument("--steps", type=float, nargs="+", default=[0.0], help="of the readings")
     parser.add_argument("--unequal", action="store_true", help="noise differs between targets")
     parser.add_argument("--device", action="store_true", help="an instrument with U = 1.2 µm")
-    parser.add_argument("--brief", action="store_true", help="coverage alone")
+    parser.add_argument("--all", action="store_true", help="also mean U, bias and error in µm")
+    parser.add_argument("--write", type=Path, help="page whose table is replaced")
     arguments = parser.parse_args()
-    budget = UncertaintyBudget(device=DEVICE_UM) if arguments.device else None
-    print("| axis | warm-up | cycles | figures | " + " | ".join(FIGURE_KEYS) + " |")
-    print("|---|---|---:|---|" + "---:|" * len(FIGURE_KEYS))
-    for axis in arguments.axes:
-        for warm in (False, True):
-            for cycles in arguments.cycles:
-                options = {"warm": warm, "unequal": arguments.unequal, "device": arguments.device}
-                rows: dict[str, list[list[tuple[float, float, float]]]] = {}
-                for seed in range(arguments.runs):
-                    test, truth = one_run(seed, axis, cycles, **options)
-                    for kind, values in stated_of(test, budget).items():
-                        rows.setdefault(kind, []).append(
-                            [
-                                (value - truth[kind][key], u, bias)
-                                for key, (value, u, bias) in values.items()
-                            ]
-                        )
-                for kind, found in rows.items():
-                    error, u, bias = np.moveaxis(np.array(found), 2, 0)
-                    covered = 100.0 * np.mean(np.abs(error) <= u + 1e-9, axis=0)
-                    head = f"| {axis} | {'yes' if warm else 'no'} | {cycles} | {kind} | "
-                    print(head + " | ".join(f"{c:.1f}" for c in covered) + " |", flush=True)
-                    for name, numbers in (("U", u), ("bias", bias), ("error", error)):
-                        if not arguments.brief:
-                            line = " | ".join(f"{c:.2f}" for c in np.mean(numbers, axis=0))
-                            print(f"|  |  |  | {name} | {line} |", flush=True)
+    cases = cases_of_page(arguments.runs)
+    if arguments.axes:
+        also = {"unequal": arguments.unequal, "device": arguments.device}
+        cases = [
+            (Case(axis, warm, cycles, step, **also), arguments.runs)
+            for axis in arguments.axes
+            for step in arguments.steps
+            for warm in (False, True)
+            for cycles in arguments.cycles
+        ]
+    lines = [
+        "| axis | step | warm-up | cycles | runs | figures | " + " | ".join(SYMBOLS) + " |",
+        "|---|---:|---|---:|---:|---|" + "---:|" * len(SYMBOLS),
+    ]
+    print("\n".join(lines))
+    for case, runs in cases:
+        for line in rows_of(case, runs, everything=arguments.all):
+            print(line, flush=True)
+            lines.append(line)
+    if arguments.write:
+        before, rest = arguments.write.read_text(encoding="utf-8").split(BEGIN)
+        text = before + "\n".join([BEGIN, *lines, END]) + rest.split(END)[1]
+        arguments.write.write_text(text, encoding="utf-8")
     return 0
 
 

@@ -85,7 +85,7 @@ SAME_KEYS = {
             "drift.uncertainty",
             "uncertainty.measured.expanded_uncertainty",
             "uncertainty.measured.bias",
-            "uncertainty.measured.standard_uncertainty",
+            "uncertainty.measured.corrected_standard_uncertainty",
             "uncertainty.measured.coverage_factor",
             "uncertainty.drift_effect",
             "trend.runs[].iso230_2",

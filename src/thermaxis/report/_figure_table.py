@@ -3,7 +3,7 @@
 Terminal, PDF, HTML, JSON and DCC take these numbers and, where they print text, these cells.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
@@ -42,7 +42,7 @@ class FigureRow:
     value: float | None
     """The standard's figure, as measured. [µm or arcsec]"""
     expanded_uncertainty: float | None
-    """Its U, which holds the true figure of this run in 95 % of cases. [µm or arcsec]"""
+    """Its U, which holds the true figure of this run in 95.45 % of cases. [µm or arcsec]"""
     coverage_factor: float | None
     """k = U / u. [1]"""
     standard_uncertainty: float | None
@@ -149,7 +149,7 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
     free = None if uncertainty is None else uncertainty.drift_free
     if value is None:
         measured = free = without = with_outliers = None
-    u, k = _expanded(report, key) if value is not None else (None, None)
+    u = measured.expanded_uncertainty.get(key) if measured else None
     same = without if with_outliers is None else with_outliers
     effect = None if value is None or same is None else value - same
     of_effect = None if effect is None else uncertainty
@@ -164,9 +164,9 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
         strong=key in main if forward and backward else key[0] in main and value is not None,
         value=value,
         expanded_uncertainty=u,
-        coverage_factor=k,
-        standard_uncertainty=u / k if u is not None and k else None,
-        bias=measured.bias.get(key) if measured and u is not None else None,
+        coverage_factor=measured.coverage_factor.get(key) if measured else None,
+        standard_uncertainty=measured.combined(key) if measured and u else None,
+        bias=measured.bias.get(key) if measured else None,
         drift_free=without,
         drift_free_expanded_uncertainty=free.expanded_uncertainty.get(key) if free else None,
         drift_free_coverage_factor=free.coverage_factor.get(key) if free else None,
@@ -180,22 +180,6 @@ def _row(report: "PositioningReport", key: str) -> FigureRow:
         guard_band=check.guard_band if check else None,
         verdict=check.verdict if check else None,
     )
-
-
-def _stated(report: "PositioningReport") -> Mapping[str, float]:
-    """Return the expanded uncertainties that are stated with the limits, by figure."""
-    return {} if report.limits is None else report.limits.limits.expanded_uncertainty
-
-
-def _expanded(report: "PositioningReport", key: str) -> tuple[float | None, float | None]:
-    """Return U and k of a measured figure: as stated with its limits, else as evaluated."""
-    stated = _stated(report)
-    if key in stated:
-        return stated[key], 2.0
-    if report.uncertainty is None:
-        return None, None
-    measured = report.uncertainty.measured
-    return measured.expanded_uncertainty.get(key), measured.coverage_factor.get(key)
 
 
 def _value(row: FigureRow, decimals: int) -> str:
@@ -251,10 +235,10 @@ def terms_of_u(figures: FigureUncertainty) -> tuple[tuple[Message, ...], tuple[M
 def _legend(report: "PositioningReport", labels: Sequence[str]) -> Iterator[Message]:
     if "U" in labels:
         yield Message("note-u")
-    if stated := _stated(report):
-        symbols = ", ".join(FIGURE_SYMBOLS[key] for key in stated)
-        yield Message("note-u_stated", {"symbols": symbols})
     if report.uncertainty is not None:
+        if stated := report.uncertainty.measured.stated:
+            symbols = ", ".join(FIGURE_SYMBOLS[key] for key in stated)
+            yield Message("note-u_stated", {"symbols": symbols})
         contained, lacking = terms_of_u(report.uncertainty.measured)
         if contained:
             yield Message("note-u_contains", {"terms": contained})
@@ -267,7 +251,7 @@ def _legend(report: "PositioningReport", labels: Sequence[str]) -> Iterator[Mess
 def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Message]:
     result, notes = report.uncertainty, list[Message]()
     if result is None:
-        return [] if _stated(report) else [Message("note-u_none")]
+        return [Message("note-u_none")]
     notes.append(Message("note-u_measured", {"samples": result.samples, "seed": result.seed}))
     biased = [row for row in rows if row.strong and row.bias]
     if biased:

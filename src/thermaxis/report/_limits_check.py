@@ -2,15 +2,12 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, final
+from typing import final
 
 from thermaxis.codes import Message
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import FigureUncertainty, Iso230_2Result, figures_by_key
 from thermaxis.report._names import FIGURE_SYMBOLS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 _ESSENTIAL = (
     Message("left_out-one_reading"),
@@ -89,8 +86,8 @@ def check_limits(
     iso230_2 : Iso230_2Result
         The figures. The mean reversal value is compared by its magnitude.
     uncertainty : FigureUncertainty, optional
-        Their expanded uncertainties as evaluated; those that the limits state come first. Default:
-        these alone.
+        Their expanded uncertainties, with those that the limits state (`with_stated`). Default:
+        none are known.
 
     Returns
     -------
@@ -105,15 +102,14 @@ def check_limits(
     """
     checks: list[FigureCheck] = []
     figures = figures_by_key(iso230_2)
-    evaluated: Mapping[str, float] = {}
-    lacking = (Message("left_out-everything"),)
+    lacking, stated = (Message("left_out-everything"),), ()
     if uncertainty is not None:
-        evaluated = uncertainty.expanded_uncertainty
+        stated = uncertainty.stated
         lacking = tuple(one for one in uncertainty.left_out if one in _ESSENTIAL)
-    incomplete = [key for key in limits.limit if lacking and key not in limits.expanded_uncertainty]
+    incomplete = [key for key in limits.limit if lacking and key not in stated]
     simple = limits.decision_rule is DecisionRule.SIMPLE
     for key, limit in limits.limit.items():
-        u = limits.expanded_uncertainty.get(key, evaluated.get(key))
+        u = uncertainty.expanded_uncertainty.get(key) if uncertainty is not None else None
         guard_band, value = 0.0 if simple else None if key in incomplete else u, figures[key]
         verdict = _verdict(value, limit, guard_band)
         checks.append(FigureCheck(key, value, limit, u, guard_band, verdict))

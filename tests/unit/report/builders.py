@@ -7,18 +7,22 @@ from typing import Any
 
 import numpy as np
 
+from thermaxis.codes import Message
 from thermaxis.files import FigureLimits
 from thermaxis.positioning import (
+    FigureUncertainty,
+    Iso230_2Result,
     PositioningTest,
     StartEnd,
     TimeSource,
+    UncertaintyResult,
     check_test_conditions,
     evaluate_adjacent_difference,
     evaluate_against_cycles,
     evaluate_iso230_2,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report import PositioningReport, check_limits
+from thermaxis.report import LimitsCheck, PositioningReport, check_limits
 
 HEADER = {
     "machine": "Frézka FNG 32",
@@ -72,6 +76,17 @@ def make_run(
     )
 
 
+def stated_alone(limits: FigureLimits) -> UncertaintyResult:
+    """Return the uncertainties that the limits state, and no others."""
+    lacking = (Message("left_out-everything"),)
+    nothing = FigureUncertainty({}, {}, {}, {}, (), lacking)
+    return UncertaintyResult(nothing, None, {}, {}, 0, 0).with_stated(limits.expanded_uncertainty)
+
+
+def check_stated(limits: FigureLimits, result: Iso230_2Result) -> LimitsCheck:
+    return check_limits(limits, result, stated_alone(limits).measured)
+
+
 def make_report(
     test: PositioningTest,
     *,
@@ -91,7 +106,8 @@ def make_report(
         other_standard=None,
         warnings=(*test.remarks, *conditions),
         header={**test.header, **(header or {})},
-        limits=None if limits is None else check_limits(limits, result),
+        limits=None if limits is None else check_stated(limits, result),
+        uncertainty=None if limits is None else stated_alone(limits),
         source_name="x_axis.csv",
         source_sha256="0123456789abcdef" * 4,
         version="1.2.3",

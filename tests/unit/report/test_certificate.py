@@ -112,7 +112,7 @@ def test_a_figure_above_or_near_its_limit_decides_the_run(small: PositioningRepo
     for limit, word in ((3.0, "FAIL"), (3.4, "NOT DECIDED")):
         assert limit - 0.3 < small.iso230_2.B
         limits = FigureLimits({"B": limit}, DecisionRule.ISO14253_1, {"B": 0.3}, "limits.toml")
-        limited = replace(small, limits=check_limits(limits, small.iso230_2))
+        limited = replace(make_report(small.test, limits=limits), iso230_2=small.iso230_2)
         verdict = verdict_of(document_of(limited))
         assert verdict.word == word
         assert verdict.sentence.startswith("B: ")

@@ -580,6 +580,7 @@ def test_a_budget_is_a_table_of_quantities_that_adds_up(report: PositioningRepor
     assert [row[0] for row in rows[:-1]] == [
         *("scatter of the readings", "bias of maxima and minima, not corrected", "instrument"),
         "environmental variation",
+        "rounding of the readings",
     ]
     assert rows[2][1:4] == ("0.50 µm", "normal", "0.25 µm")
     figure = next(row for row in figure_table(budgeted).rows if row.key == "E")

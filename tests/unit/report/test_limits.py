@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.refusals import refusal_of
-from tests.unit.report.builders import make_run
+from tests.unit.report.builders import check_stated, make_run
 from thermaxis.files import DecisionRule, FigureLimits, read_figure_limits
 from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
@@ -84,7 +84,7 @@ def test_simple_acceptance_passes_up_to_the_limit(result: Iso230_2Result) -> Non
         (None, Verdict.NOT_DECIDED),
     ]:
         limits = FigureLimits({"A": 12.0}, DecisionRule.SIMPLE, {"A": 5.0}, "limits.toml")
-        check = check_limits(limits, with_figure(result, A=value))
+        check = check_stated(limits, with_figure(result, A=value))
         assert check.verdict is verdict
         assert check.figures[0].expanded_uncertainty == 5.0
 
@@ -100,7 +100,7 @@ def test_the_uncertainty_counts_on_both_sides_of_the_limit(result: Iso230_2Resul
         (None, Verdict.NOT_DECIDED),
     ]:
         limits = FigureLimits({"A": 12.0}, DecisionRule.ISO14253_1, {"A": 0.75}, "limits.toml")
-        assert check_limits(limits, with_figure(result, A=value)).verdict is verdict
+        assert check_stated(limits, with_figure(result, A=value)).verdict is verdict
 
 
 def test_the_mean_reversal_value_is_compared_by_its_magnitude(result: Iso230_2Result) -> None:

@@ -12,5 +12,6 @@ term-material_temperature = teplota materiálu
 term-expansion_coefficient = součinitel roztažnosti
 term-environmental_variation = vliv prostředí
 term-noise = rozptyl čtení
+term-resolution = zaokrouhlení čtení
 term-extremes = vychýlení maxim a minim, nekorigované
 term-nonlinearity = nelinearita: všechny členy společně, nad odmocninu součtu čtverců

@@ -12,5 +12,6 @@ term-material_temperature = Temperatur des Materials
 term-expansion_coefficient = Ausdehnungskoeffizient
 term-environmental_variation = Umgebungseinfluss
 term-noise = Streuung der Ablesungen
+term-resolution = Rundung der Ablesungen
 term-extremes = Abweichung größter und kleinster Werte, nicht korrigiert
 term-nonlinearity = Nichtlinearität: alle Terme zusammen, über die Wurzel der Quadratsumme hinaus

@@ -16,5 +16,6 @@ term-material_temperature = temperature of the material
 term-expansion_coefficient = expansion coefficient
 term-environmental_variation = environmental variation
 term-noise = scatter of the readings
+term-resolution = rounding of the readings
 term-extremes = bias of maxima and minima, not corrected
 term-nonlinearity = non-linearity: terms together, beyond the root of squares

@@ -7,6 +7,7 @@ from ._drift import (
     evaluate_drift as evaluate_drift,
     evaluate_drift_at as evaluate_drift_at,
 )
+from ._drift_tests import special as special
 from ._smooth_terms import (
     Readings as Readings,
     Sums as Sums,

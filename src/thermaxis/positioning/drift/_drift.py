@@ -66,7 +66,7 @@ from thermaxis.positioning.drift._smoothness import (
     step_sizes,
 )
 from thermaxis.positioning.drift._tails import LEAST_GAIN, robust_std, tails_of
-from thermaxis.positioning.drift._unequal_noise import resolution_of, weights_of_levels
+from thermaxis.positioning.drift._unequal_noise import weights_of_levels
 from thermaxis.positioning.run import APPROACHES, FloatArray, PositioningTest, TimeSource, placed
 from thermaxis.positioning.standard import (
     Iso230_2Figures,
@@ -399,7 +399,7 @@ def _flatten(
         duration=duration,
         scale=scale,
         cycles=cycles,
-        resolution=resolution_of(level, centred),
+        resolution=test.resolution,
         may_bow=m >= FEWEST_TARGETS_BOW and cycles >= FEWEST_CYCLES_BOW,
         bow_of_level=np.tile(_bow(x), len(approaches)),
         bow=False,

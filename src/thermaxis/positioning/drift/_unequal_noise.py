@@ -10,8 +10,6 @@ _FEWEST_FREE = 2.0
 """Degrees of freedom that every level must have. [1]"""
 _LEAST_SHARE = 1e-12
 """Share of the sum of squares below which a variance is rounding. [1]"""
-_ALIKE = 1e-9
-"""Share of the largest reading below which a difference is rounding of the computer. [1]"""
 _ROUNDED = 1.0 / 6.0
 """Least variance of a level of rounded readings, in squares of the rounding: with few readings
 all may be alike. [1]"""
@@ -56,14 +54,6 @@ def moderated_variances(variance: FloatArray, free: FloatArray) -> FloatArray:
     prior = 2.0 * _inverse_trigamma(excess)
     centre = np.exp(float(np.mean(z)) + float(digamma(prior / 2.0)) - np.log(prior / 2.0))
     return (prior * centre + free * variance) / (prior + free)
-
-
-def resolution_of(level: IntArray, value: FloatArray) -> float:
-    """Return the least difference of two readings of a level that are not alike."""
-    order = np.lexsort((value, level))
-    step = np.diff(value[order])[np.diff(level[order]) == 0]
-    step = step[step > _ALIKE * np.max(np.abs(value), initial=0.0)]
-    return float(np.min(step, initial=np.inf)) if step.size else 0.0
 
 
 def weights_of_levels(

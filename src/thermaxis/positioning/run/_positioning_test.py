@@ -67,6 +67,14 @@ def freeze_arrays(result: object) -> None:
             value.setflags(write=False)
 
 
+_ALIKE = 1e-6
+"""Difference up to which readings are equal but for the computer's rounding. [µm or arcsec]"""
+_FEWEST_DIFFERENCES = 8
+"""Fewer may be multiples of the smallest by chance. [1]"""
+_MULTIPLE = 0.05
+"""How far a difference may be from a multiple of a step, as a share of it. [1]"""
+
+
 def _frozen(values: FloatArray) -> FloatArray:
     copy = np.array(values, dtype=np.float64)
     copy.setflags(write=False)
@@ -85,7 +93,7 @@ def placed(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
     Levels are the targets of the first of the approaches, then those of the second.
     """
     m = values.shape[-1] // len(approaches)
-    both = np.full((*values.shape[:-1], m, 2), np.nan)
+    both = np.full((*values.shape[:-1], m, 2), np.nan, order="F")  # many runs are reduced fast
     for k, approach in enumerate(approaches):
         both[..., approach] = values[..., k * m : (k + 1) * m]
     return both
@@ -223,6 +231,24 @@ class PositioningTest:
         first = np.nanmax(self.deviation, axis=1, initial=-np.inf)
         last = np.nanmin(self.deviation, axis=1, initial=np.inf)
         return bool(np.max(self.readings) > 1.0 and np.all(first <= last))
+
+    @property
+    def resolution(self) -> float:
+        """Step of which all differences of the readings of a target are multiples, 0 without one.
+
+        Where readings repeat exactly, differences between targets serve. [µm or arcsec]
+        """
+        readings = np.sort(self.deviation, axis=1)
+        step = np.diff(readings, axis=1)
+        step = step[~np.isnan(step)]
+        if step.size < _FEWEST_DIFFERENCES:
+            return 0.0
+        if self.repeats_exactly:
+            step = np.diff(np.unique(readings[~np.isnan(readings)]))
+            common = int(np.gcd.reduce(np.rint(step / _ALIKE).astype(np.int64), initial=0))
+            return _ALIKE * common if common > 1 else 0.0
+        least = float(np.min(step[step > _ALIKE], initial=np.inf))
+        return least if np.max(np.abs(step / least - np.rint(step / least))) < _MULTIPLE else 0.0
 
     @property
     def measured_length(self) -> float:

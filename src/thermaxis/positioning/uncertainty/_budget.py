@@ -74,8 +74,8 @@ class UncertaintyTerm:
     """One input quantity of a budget, as it acts on one run."""
 
     key: str
-    """`device`, `misalignment`, `material_temperature`, `expansion_coefficient` or
-    `environmental_variation`."""
+    """`device`, `misalignment`, `material_temperature`, `expansion_coefficient`,
+    `environmental_variation` or `resolution`."""
     value: float
     """What is known of it: expanded uncertainty (k = 2) or half width of its interval. [unit]"""
     unit: str
@@ -85,8 +85,8 @@ class UncertaintyTerm:
     standard_uncertainty: float
     """Its standard uncertainty. [unit]"""
     effect: float
-    """Error from end to end of the measured length for a unit of it, of `environmental_variation`
-    of one reading. [µm or arcsec per unit]"""
+    """Error from end to end of the measured length for a unit of it, of the last two of
+    one reading. [µm or arcsec per unit]"""
     mark: str
     """Origin of its formula: `own` or `M` (from memory)."""
 
@@ -98,6 +98,8 @@ class UncertaintyTerm:
 
 SYSTEMATIC = ("device", "misalignment", "material_temperature", "expansion_coefficient")
 """Terms that are the same for all readings."""
+ENVIRONMENT, RESOLUTION = "environmental_variation", "resolution"
+"""Terms that differ from reading to reading."""
 _LINEAR_ONLY = (
     "device_um_per_m",
     "device_range_um_per_m",
@@ -180,7 +182,8 @@ class Terms:
     unit: str
     """Unit of deviations."""
     systematic: tuple[UncertaintyTerm, ...]
-    environment: UncertaintyTerm | None
+    of_readings: tuple[UncertaintyTerm, ...]
+    """Terms that act on each reading: environment and resolution."""
     not_stated: tuple[str, ...]
     """Keys of the terms that the budget does not state."""
 
@@ -192,7 +195,7 @@ class Terms:
     @property
     def reading_error(self) -> float:
         """Standard uncertainty of a reading by the environment. [µm or arcsec]"""
-        return 0.0 if self.environment is None else self.environment.error
+        return sum(term.error for term in self.of_readings if term.key == ENVIRONMENT)
 
 
 def terms_of(test: PositioningTest, budget: UncertaintyBudget) -> Terms:
@@ -201,12 +204,12 @@ def terms_of(test: PositioningTest, budget: UncertaintyBudget) -> Terms:
     for name in _LINEAR_ONLY if rotary else ():
         if getattr(budget, name) is not None:
             raise ConfigurationError("linear_axis_only", place=Place(key=name))
-    systematic = tuple(_systematic(test, budget))
-    environment, unit = None, test.kind.units.deviation
-    width = budget.environmental_variation
-    if width is not None:
-        environment = _rectangular("environmental_variation", width, unit, 1.0)
-    known = {term.key for term in (*systematic, *([environment] if environment else []))}
-    possible = (*(SYSTEMATIC[:1] if rotary else SYSTEMATIC), "environmental_variation")
+    systematic, unit = tuple(_systematic(test, budget)), test.kind.units.deviation
+    widths = {ENVIRONMENT: budget.environmental_variation, RESOLUTION: test.resolution or None}
+    of_readings = tuple(
+        _rectangular(key, width, unit, 1.0) for key, width in widths.items() if width is not None
+    )
+    known = {term.key for term in (*systematic, *of_readings)}
+    possible = (*(SYSTEMATIC[:1] if rotary else SYSTEMATIC), ENVIRONMENT)
     not_stated = tuple(key for key in possible if key not in known)
-    return Terms(unit, systematic, environment, not_stated)
+    return Terms(unit, systematic, of_readings, not_stated)

@@ -5,14 +5,16 @@ from target to target is told by the run: what the noise does not explain. Both 
 averaged over, so that the draws hold what the run does not tell about them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.positioning.drift import special
 from thermaxis.positioning.run import FloatArray
+from thermaxis.positioning.uncertainty._rounding import Rounding
 
 _POINTS = 10
 """Values of the scatter of the levels that are averaged over. [1]"""
@@ -20,9 +22,13 @@ _MANY_LEVELS = 600
 """From here on only one value: each takes a matrix of the size of all levels. [1]"""
 _HIDDEN = 0.05
 """Scatter of true levels, in units of their noise, that the noise hides altogether. [1]"""
-_NONE_AT_ALL = 3.0
+_NONE_AT_ALL = 6.0
 """How likely no scatter at all is, against any scatter, before the run is looked at: with less, the
 largest of equal values is covered too seldom. [1]"""
+_LENGTHS = (0.1, 0.18, 0.32)
+"""Lengths over which smooth errors are alike, as shares of the axis: a sixth of a wave. [1]"""
+_AMOUNTS = 12
+"""Amounts of smooth errors of each length that are averaged over. [1]"""
 _OUTSTANDING = 0.01
 """Level, for the whole axis, at which a target is not like the others. [1]"""
 _MOST_OUTSTANDING = 8
@@ -47,9 +53,14 @@ class Estimate:
     level: FloatArray
     """(L,), in one thermal state: targets of the first measured approach, then of the second."""
     noise_covariance: FloatArray
-    """Covariance of the levels by the scatter of their readings, (L, L)."""
-    environment_share: float
-    """What the environment adds to its trace beyond the scatter that was seen. [1]"""
+    """Covariance of the levels by the scatter of their readings and their rounding, (L, L)."""
+    reading_variance: FloatArray
+    """Variance of the readings of each level by noise and environment, (L,)."""
+    share: Mapping[str, float]
+    """What `environmental_variation`, beyond the scatter that was seen, and `resolution` are of its
+    trace. [1]"""
+    rounding: Rounding | None
+    """That of the readings, where it is seen."""
     drift_covariance: FloatArray
     """Covariance of the levels by what is not known of the drift, (L, L)."""
     drift: FloatArray
@@ -57,7 +68,7 @@ class Estimate:
     spread: FloatArray
     """Variance (n - 1) of the drift of the readings of each level, (L,)."""
     s: FloatArray
-    """(L,); NaN where nothing tells the noise."""
+    """Of the readings as they are rounded, (L,); NaN where nothing tells the noise."""
     free: FloatArray
     """Degrees of freedom of each s, (L,). [1]"""
     readings: FloatArray
@@ -70,17 +81,17 @@ class Estimate:
 
 
 def root_of(matrix: FloatArray) -> FloatArray:
-    """Return a matrix whose product with its own transpose is the given covariance."""
+    """Return the symmetric root of a covariance: unlike others it hangs on no choice of vectors."""
     variance = np.diag(matrix)
     if np.array_equal(matrix, np.diag(variance)):
         return np.diag(np.sqrt(np.maximum(variance, 0.0)))
     value, vector = np.linalg.eigh(matrix)
-    return vector * np.sqrt(np.maximum(value, 0.0))
+    return (vector * np.sqrt(np.maximum(value, 0.0))) @ vector.T
 
 
 def _normal_limit(number: int) -> float:
     """Return the distance that one of so many normal values passes with a chance of 1 %."""
-    return -float(_special().ndtri(0.5 * _OUTSTANDING / number))
+    return -float(special().ndtri(0.5 * _OUTSTANDING / number))
 
 
 def _mean_and_reversal(targets: int, approaches: int) -> tuple[FloatArray, FloatArray]:
@@ -97,34 +108,50 @@ def _straight_lines(position: FloatArray) -> FloatArray:
     return np.stack((np.ones_like(position), centred / np.std(position)), axis=1)
 
 
-def scatter_of_levels(
-    value: FloatArray, covariance: FloatArray, line: FloatArray, points: int
-) -> FloatArray:
-    """Return equally likely standard deviations of true values about fixed columns, (points,).
+def _smooth_errors(position: FloatArray) -> FloatArray:
+    """Return covariances of errors that are smooth along the axis, of unit variance, (K, m, m)."""
+    distance = (position[:, None] - position) / max(float(np.ptp(position)), 1e-300)
+    return np.stack([np.exp(-0.5 * (distance / length) ** 2) for length in _LENGTHS])
 
-    Before the run is looked at, none is three times as likely as any, and of those that the noise
-    does not hide every order of magnitude is equally likely.
+
+def covariances_of_truth(
+    value: FloatArray, covariance: FloatArray, line: FloatArray, position: FloatArray, points: int
+) -> FloatArray:
+    """Return equally likely covariances of true values about fixed columns, (points, m, m).
+
+    They are of errors that are independent from target to target, and of errors that are smooth
+    along the axis. Before the run is looked at, none of a kind is `_NONE_AT_ALL` times as likely as
+    any, and of those that the noise does not hide every order of magnitude is equally likely.
     """
     whole, _ = np.linalg.qr(line, mode="complete")
     rest = whole[:, line.shape[1] :]
-    noise, vector = np.linalg.eigh(rest.T @ covariance @ rest)
-    noise = np.maximum(noise, 0.0)
-    seen = vector.T @ (rest.T @ value)
-    hidden, largest = float(np.sqrt(np.mean(noise))), 10.0 * float(np.sqrt(np.mean(seen**2)))
-    largest += 10.0 * hidden
+    seen, noise = rest.T @ value, rest.T @ covariance @ rest
+    hidden = float(np.sqrt(max(np.trace(noise) / seen.size, 0.0)))
+    largest = 10.0 * (float(np.sqrt(np.mean(seen**2))) + hidden)
+    one = np.eye(value.size)
     if hidden <= 1e-9 * largest:
-        return np.full(points, 0.1 * largest)
-    scatter = np.concatenate(([0.0], np.geomspace(_HIDDEN * hidden, largest, 200)))
-    total = noise + scatter[:, None] ** 2
-    log_weight = -0.5 * np.sum(np.log(total) + seen**2 / total, axis=1)
+        return np.broadcast_to((0.1 * largest) ** 2 * one, (points, *one.shape))
+    smooth = np.zeros((1, *one.shape))
+    for variance in np.geomspace(_HIDDEN * hidden, largest, _AMOUNTS) ** 2:
+        smooth = np.concatenate((smooth, variance * _smooth_errors(position)))
+    own = np.concatenate(([0.0], np.geomspace(_HIDDEN * hidden, largest, 10 * _AMOUNTS))) ** 2
+    log_weight = np.empty((len(smooth), own.size))
+    for k, alike in enumerate(smooth):
+        other, vector = np.linalg.eigh(noise + rest.T @ alike @ rest)
+        total = np.maximum(other, 0.0) + own[:, None]
+        log_weight[k] = -0.5 * np.sum(np.log(total) + (vector.T @ seen) ** 2 / total, axis=1)
     weight = np.exp(log_weight - np.max(log_weight))
-    weight[0] *= _NONE_AT_ALL * (scatter.size - 1.0)
+    weight[0] *= _NONE_AT_ALL * (len(smooth) - 1.0)
+    weight[:, 0] *= _NONE_AT_ALL * (own.size - 1.0)
     cumulative = np.cumsum(weight)
     wanted = (np.arange(points) + 0.5) / points * cumulative[-1]
-    return scatter[np.searchsorted(cumulative, wanted)]
+    chosen = np.asarray(np.searchsorted(cumulative, wanted), dtype=np.intp)
+    return smooth[chosen // own.size] + own[chosen % own.size][:, None, None] * one
 
 
-def standing_out(value: FloatArray, covariance: FloatArray, line: FloatArray) -> tuple[int, ...]:
+def standing_out(
+    value: FloatArray, covariance: FloatArray, line: FloatArray, position: FloatArray
+) -> tuple[int, ...]:
     """Return the targets that lie so far from the others that they are taken as they are, from 0.
 
     Each is held against the scatter of the rest; were it drawn towards them, a single fault of the
@@ -140,9 +167,10 @@ def standing_out(value: FloatArray, covariance: FloatArray, line: FloatArray) ->
         )
         worst = int(rest[np.argmax(np.abs(residual))])
         rest = rest[rest != worst]
-        scatter = scatter_of_levels(value[rest], covariance[np.ix_(rest, rest)], line[rest], 1)[0]
+        alike = covariance[np.ix_(rest, rest)]
+        truth = covariances_of_truth(value[rest], alike, line[rest], position[rest], 1)[0]
         coefficient, *_ = np.linalg.lstsq(line[rest], value[rest], rcond=None)
-        expected = float(covariance[worst, worst]) + scatter**2
+        expected = float(covariance[worst, worst] + truth[0, 0])
         distance = abs(float(value[worst] - line[worst] @ coefficient))
         if distance <= limit * np.sqrt(expected):
             break
@@ -151,24 +179,24 @@ def standing_out(value: FloatArray, covariance: FloatArray, line: FloatArray) ->
 
 
 def split_by_source(
-    noise: FloatArray, drift: FloatArray, scatter: FloatArray, line: FloatArray
+    noise: FloatArray, drift: FloatArray, truth: FloatArray, line: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the matrices that turn estimates into most likely true values and drift, (L, L) each.
 
     Estimates are true values plus errors of covariance `noise` and `drift`; true values scatter
-    about the columns of `line` by the standard deviations `scatter`.
+    about the columns of `line` by the covariance `truth`.
 
     Notes
     -----
-    With V = N + D + T, T = diag(scatter^2), and the generalised least squares P = X (X' V^-1 X)^-1
-    X' V^-1: the values are P + T V^-1 (1 - P), the error by drift D V^-1 (1 - P).
+    With V = N + D + T, T the covariance of the truth, and the generalised least squares P = X (X'
+    V^-1 X)^-1 X' V^-1: the values are P + T V^-1 (1 - P), the error by drift D V^-1 (1 - P).
     """
-    total = noise + drift + np.diag(scatter**2)
+    total = noise + drift + truth
     total[np.diag_indices_from(total)] += 1e-12 * np.trace(total) / total.shape[0]
     inverse = np.linalg.inv(total)
     fitted = line @ np.linalg.solve(line.T @ inverse @ line, line.T @ inverse)
     rest = inverse @ (np.eye(fitted.shape[0]) - fitted)
-    return fitted + scatter[:, None] ** 2 * rest, drift @ rest
+    return fitted + truth @ rest, drift @ rest
 
 
 def draw_levels(
@@ -197,40 +225,33 @@ def draw_levels(
     blocks = np.split(np.arange(size), len(estimate.approaches))
     points = _POINTS if size < _MANY_LEVELS else 1
     columns: list[FloatArray] = []
-    scatters: list[FloatArray] = []
+    truth = np.zeros((points, size, size))
     for k, own in enumerate(blocks):
         line = straight if k == 0 else straight[:, :1]  # lost motion is the same at all targets
         covariance = (of_noise + of_drift)[np.ix_(own, own)]
-        out = standing_out(value[own], covariance, line)
+        out = standing_out(value[own], covariance, line, estimate.position)
         fixed = np.column_stack((line, np.eye(targets)[:, list(out)]))
-        scatters.append(rng.permutation(scatter_of_levels(value[own], covariance, fixed, points)))
+        likely = covariances_of_truth(value[own], covariance, fixed, estimate.position, points)
+        truth[:, own[:, None], own] = rng.permutation(likely)
         column = np.zeros((size, fixed.shape[1]))
         column[own] = fixed
         columns.append(column)
     lines = np.column_stack(columns)
     drawn = np.empty((samples, size))
     for k, part in enumerate(np.array_split(np.arange(samples), points)):
-        scatter = np.repeat([s[k] for s in scatters], targets)
-        own = scatter * rng.standard_normal((part.size, size))
+        own = rng.standard_normal((part.size, size)) @ root_of(truth[k]).T
         beyond = value - own - noise[part] - drift[part]
-        to_value, to_drift = split_by_source(of_noise, of_drift, scatter, lines)
+        to_value, to_drift = split_by_source(of_noise, of_drift, truth[k], lines)
         drawn[part] = own + beyond @ to_value.T
         drift[part] += beyond @ to_drift.T
     return drawn @ back.T, drift @ back.T
 
 
-def _special() -> Any:
-    """Return the module without its annotations, which are incomplete."""
-    from scipy import special  # noqa: PLC0415  it takes longer to import than a whole run
-
-    return special
-
-
 def _moments_of_logarithm(freedom: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return mean and variance of the logarithm of chi squared over its degrees of freedom."""
-    special, half = _special(), 0.5 * freedom
-    mean = np.asarray(special.digamma(half), dtype=np.float64) - np.log(half)
-    return mean, np.asarray(special.polygamma(1, half), dtype=np.float64)
+    functions, half = special(), 0.5 * freedom
+    mean = np.asarray(functions.digamma(half), dtype=np.float64) - np.log(half)
+    return mean, np.asarray(functions.polygamma(1, half), dtype=np.float64)
 
 
 def log_likelihood(
@@ -240,7 +261,7 @@ def log_likelihood(
 
     An estimated variance over the common one follows the F distribution.
     """
-    gammaln = _special().gammaln
+    gammaln = special().gammaln
     ratio = variance / centre[:, None]
     return np.sum(
         gammaln(0.5 * (free + prior))
@@ -266,7 +287,7 @@ def _scatters_alone(variance: FloatArray, free: FloatArray) -> NDArray[np.bool_]
         others[largest] = False
         rest = float(np.sum(free[others]))
         ratio = variance[largest] * rest / float(np.sum((free * variance)[others]))
-        if float(_special().fdtrc(free[largest], rest, ratio)) * variance.size > _OUTSTANDING:
+        if float(special().fdtrc(free[largest], rest, ratio)) * variance.size > _OUTSTANDING:
             break
         alone[largest] = True
     return alone
@@ -313,12 +334,15 @@ def _draw_variances(
     return drawn
 
 
-def draw_std(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
-    """Return where the true standard deviations may lie."""
+def draw_std(
+    estimate: Estimate, samples: int, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Return where the standard deviations may lie, of the noise and of the rounded readings."""
     variance = estimate.s**2
     mean = float(np.mean(variance))
     if mean == 0.0 or np.isnan(mean):  # no scatter at all, or one reading that tells nothing of it
-        return np.full((samples, variance.size), mean)
+        same = np.full((samples, variance.size), mean)
+        return same, same
     floored = np.maximum(variance, 1e-3 * mean)  # equal readings are rounded ones
     alone = _scatters_alone(floored, estimate.free)
     groups = np.split(np.arange(alone.size), len(estimate.approaches))
@@ -327,7 +351,8 @@ def draw_std(estimate: Estimate, samples: int, rng: np.random.Generator) -> Floa
     if np.any(alone):  # the others tell nothing of these
         free = estimate.free[alone]
         drawn[:, alone] = free * floored[alone] / rng.chisquare(free, (samples, free.size))
-    return np.sqrt(drawn)
+    rounded = 0.0 if estimate.rounding is None else estimate.rounding.in_scatter(drawn)
+    return np.sqrt(drawn - rounded), np.sqrt(drawn)
 
 
 def draw_spread(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
@@ -344,9 +369,8 @@ def draw_spread(estimate: Estimate, samples: int, rng: np.random.Generator) -> F
     x = np.tile(estimate.position - np.mean(estimate.position), len(estimate.approaches))
     shapes = np.stack((np.full(x.size, x.size**-0.5), x / np.sqrt(max(np.sum(x**2), 1e-300))))
     free = np.maximum(estimate.readings - 1.0, 1.0)
-    variance = estimate.noise_variance
-    size = np.sqrt(1.5 * variance * estimate.readings / free)
-    own = np.sqrt(np.maximum(variance, 1e-300))
+    size = np.sqrt(1.5 * estimate.reading_variance / free)
+    own = np.sqrt(np.maximum(estimate.noise_variance, 1e-300))
     alike = np.sum(shapes @ (estimate.noise_covariance / np.outer(own, own)) * shapes, axis=1)
     error = (rng.standard_normal((samples, 2)) * np.sqrt(alike)) @ shapes * size
     return np.where(estimate.spread > 0.0, (np.sqrt(estimate.spread) + error) ** 2, 0.0)
@@ -363,7 +387,7 @@ def expected_s(std: FloatArray, spread: FloatArray, readings: FloatArray) -> Flo
     E[s^2]) = sigma^2 (2 - share) / (2 (n - 1)).
     """
     free = np.maximum(readings - 1.0, 1.0)
-    gammaln = _special().gammaln
+    gammaln = special().gammaln
     c4 = np.sqrt(2.0 / free) * np.exp(gammaln(0.5 * (free + 1.0)) - gammaln(0.5 * free))
     total = std**2 + spread
     share = np.divide(std**2, total, out=np.ones_like(total), where=total > 0.0)

@@ -10,8 +10,9 @@ not added to the estimates once more. What is drawn instead is where the true le
 deviations may lie, given the estimates:
 
 levels
-    The mean of the approaches scatters from target to target about a straight line, the reversal
-    value about a constant, by amounts that the run itself tells (restricted likelihood). The
+    The mean of the approaches differs from a straight line, the reversal value from a constant, by
+    errors that are independent from target to target and by others that are smooth along the axis,
+    in amounts that the run itself tells (restricted likelihood). The
     estimates scatter about them by the noise and by what is not known of the drift; of the run as
     it was measured, by the noise alone.
 standard deviations
@@ -21,15 +22,13 @@ standard deviations
 The figures of each draw are where the true figures may lie. The expanded uncertainty U is half the
 shortest interval that is symmetric about the figure and holds 95.45 % of them, what a coverage
 factor k = 2 means for a normal distribution: it contains the bias of the figure. The bias is what
-noise adds on average to the figures of the mean of the draws. U is at least that of the draws when
-they are moved to lie as far from the figure as this bias: of an axis whose values are all alike the
-draws alone hold too little.
+noise adds on average to the figures of the mean of the draws.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -45,11 +44,14 @@ from thermaxis.positioning.standard import (
 )
 from thermaxis.positioning.uncertainty._budget import (
     COVERAGE_FACTOR,
+    ENVIRONMENT,
     OWN,
+    RESOLUTION,
     Terms,
     UncertaintyBudget,
     terms_of,
 )
+from thermaxis.positioning.uncertainty._rounding import rounding_of
 from thermaxis.positioning.uncertainty._true_values import (
     Estimate,
     draw_levels,
@@ -83,8 +85,9 @@ class BudgetRow:
     """Key of the figure."""
     quantity: str
     """`noise` (scatter of the readings, with the estimate of the drift where that is taken away),
-    `extremes` (bias of maxima and minima, not corrected), a term of the budget, or `nonlinearity`
-    (what all terms drawn together give beyond the root of the sum of squares of the others)."""
+    `resolution` (their rounding), `extremes` (bias of maxima and minima, not corrected), a term of
+    the budget, or `nonlinearity` (what all terms drawn together give beyond the root of the sum of
+    squares of the others)."""
     value: float
     """What is known of it: standard deviation of a reading; bias; expanded uncertainty (k = 2) of
     the instrument; half width of an interval. [unit]"""
@@ -108,16 +111,16 @@ class FigureUncertainty:
     """Uncertainties of the figures of one run; figures without a statement are absent."""
 
     expanded_uncertainty: Mapping[str, float]
-    """U: the true figure lies within figure ± U in 95 % of cases, although the figure is biased.
+    """U: the true figure lies within figure ± U in 95.45 % of cases, although the figure is biased.
     [µm or arcsec]"""
     coverage_factor: Mapping[str, float]
     """k = U / u, with u the combined standard uncertainty, bias included. [1]"""
     bias: Mapping[str, float]
     """Figure minus true figure, the mean over many such runs: how much noise makes the figure too
     large. It is contained in U. [µm or arcsec]"""
-    standard_uncertainty: Mapping[str, float]
-    """Standard uncertainty of figure - bias; its expanded uncertainty is twice this.
-    [µm or arcsec]"""
+    corrected_standard_uncertainty: Mapping[str, float]
+    """Standard uncertainty of figure - bias, the corrected figure; its expanded uncertainty is
+    twice this. [µm or arcsec]"""
     budget: tuple[BudgetRow, ...]
     """What U consists of, by figure and quantity. The root of the sum of squares of the
     contributions is the combined standard uncertainty."""
@@ -167,47 +170,28 @@ class UncertaintyResult:
         UncertaintyResult
             What was evaluated of these figures, bias and budget, is no longer in it.
         """
-        if not stated:
-            return self
-        old = self.measured
-        halves = {key: u / COVERAGE_FACTOR for key, u in stated.items()}
+        old, values = self.measured, dict.fromkeys
         measured = replace(
             old,
-            expanded_uncertainty=_in_order({**old.expanded_uncertainty, **stated}),
-            coverage_factor=_in_order(
-                {**old.coverage_factor, **dict.fromkeys(stated, COVERAGE_FACTOR)}
+            expanded_uncertainty=_with(old.expanded_uncertainty, stated),
+            coverage_factor=_with(old.coverage_factor, values(stated, COVERAGE_FACTOR)),
+            bias=_with(old.bias, values(stated, 0.0)),
+            corrected_standard_uncertainty=_with(
+                old.corrected_standard_uncertainty,
+                {key: u / COVERAGE_FACTOR for key, u in stated.items()},
             ),
-            bias=_in_order({**old.bias, **dict.fromkeys(stated, 0.0)}),
-            standard_uncertainty=_in_order({**old.standard_uncertainty, **halves}),
             budget=tuple(row for row in old.budget if row.figure not in stated),
             stated=tuple(key for key in FIGURE_KEYS if key in stated),
         )
         return replace(self, measured=measured)
 
 
-def _in_order(values: Mapping[str, float]) -> Mapping[str, float]:
-    return MappingProxyType({key: values[key] for key in FIGURE_KEYS if key in values})
+def _with(values: Mapping[str, float], other: Mapping[str, float]) -> Mapping[str, float]:
+    both = {**values, **other}
+    return MappingProxyType({key: both[key] for key in FIGURE_KEYS if key in both})
 
 
 # ---- levels and standard deviations of a run ---------------------------------------------------
-
-
-def _flat(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
-    """Return values per target and approach, (m, 2), as values per level, (L,)."""
-    return np.concatenate([values[:, a] for a in approaches])
-
-
-def _with_environment(own: FloatArray, count: FloatArray, environment: float) -> dict[str, Any]:
-    """Return what the levels scatter at least, and the share of the environment in it.
-
-    The scatter of the readings contains the environment during the run, so that the larger counts.
-    """
-    seen = np.diag(own)
-    total = np.maximum(seen, environment / np.maximum(count, 1.0))
-    largest = float(np.sum(total))
-    share = 1.0 - float(np.sum(seen)) / largest if largest > 0.0 else 0.0
-    covariance = own + np.diag(total - seen)
-    return {"noise_covariance": covariance, "environment_share": share, "readings": count}
 
 
 def _noise_of_levels(
@@ -248,53 +232,66 @@ def _beyond(covariance: FloatArray, noise: FloatArray) -> FloatArray:
     return covariance - max(least, 0.0) * noise
 
 
-def _estimate_with_drift(
-    test: PositioningTest, drift: "DriftResult", environment: float
-) -> Estimate:
-    approaches = test.approaches
-    readings = np.asarray(np.sum(~np.isnan(drift.deviation), axis=1), dtype=np.float64)
-    count = _flat(readings, approaches)
-    spare = float(np.sum(count) - count.size)
-    s, weight = _flat(drift.figures.s, approaches), _flat(drift.weight, approaches)
-    # the variance of a reading of weight one
-    mean, deviation = mean_and_s(drift.drift)
-    common = float(np.nansum(weight * (count - 1.0) * s**2)) / spare
-    noise = _noise_of_levels(test, drift, common / weight, count)
-    return Estimate(
-        position=test.target,
-        approaches=approaches,
-        level=_flat(drift.level, approaches),
-        drift_covariance=_beyond(drift.level_covariance, noise),
-        drift=_flat(mean, approaches),
-        spread=_flat(deviation, approaches) ** 2,
-        s=s,
-        free=(count - 1.0) * (1.0 - drift.drift_parameters / spare),
-        **_with_environment(noise, count, environment),
-    )
+def _estimate(test: PositioningTest, drift: "DriftResult | None", environment: float) -> Estimate:
+    """Return what is known of levels and noise; s is NaN where the readings do not tell it.
 
+    The scatter of the readings contains the environment during the run, so that the larger counts.
+    It contains the rounding, too, but for what all readings of a level share.
+    """
 
-def _estimate_without_drift(test: PositioningTest, environment: float) -> Estimate:
-    """Return plain means and s, NaN where the readings tell nothing of the noise."""
-    approaches, targets = test.approaches, test.target.size
-    count = _flat(test.readings, approaches)
-    mean, s = (_flat(values, approaches) for values in mean_and_s(test.deviation))
-    if float(np.min(count)) < 2.0 or test.repeats_exactly:
-        free, s, variance = np.ones(count.size), np.full(count.size, np.nan), np.zeros(count.size)
+    def flat(values: FloatArray) -> FloatArray:
+        return np.concatenate([values[:, a] for a in test.approaches])
+
+    step, still = test.resolution, 0.0 * test.deviation
+    if drift is None:
+        count = flat(test.readings)
+        level, s = (flat(values) for values in mean_and_s(test.deviation))
+        if float(np.min(count)) < 2.0 or (test.repeats_exactly and step == 0.0):
+            step, s, free, common = 0.0, np.full_like(s, np.nan), np.ones_like(s), np.zeros_like(s)
+        else:
+            free = count - 1.0
+            square, number = (np.split(v, len(test.approaches)) for v in (free * s**2, free))
+            common = np.repeat(np.sum(square, axis=1) / np.sum(number, axis=1), test.target.size)
+        own = np.diag(common / np.maximum(count, 1.0))
+        by_drift = np.zeros_like(own)
     else:
-        free = count - 1.0
-        parts = np.split(np.arange(count.size), len(approaches))
-        common = [np.sum(free[own] * s[own] ** 2) / np.sum(free[own]) for own in parts]
-        variance = np.repeat(common, targets)
+        still = drift.drift
+        readings = np.asarray(np.sum(~np.isnan(drift.deviation), axis=1), dtype=np.float64)
+        count = flat(readings)
+        spare = float(np.sum(count) - count.size)
+        level, s, weight = (flat(v) for v in (drift.level, drift.figures.s, drift.weight))
+        free = (count - 1.0) * (1.0 - drift.drift_parameters / spare)
+        # the variance of a reading of weight one
+        common = float(np.nansum(weight * (count - 1.0) * s**2)) / spare
+        own = _noise_of_levels(test, drift, common / weight, count)
+        by_drift = _beyond(drift.level_covariance, own)
+    moved, spread = (flat(values) for values in mean_and_s(still))
+    seen = np.diag(own)
+    total = np.maximum(seen, environment / np.maximum(count, 1.0))
+    noise, alike, variance = seen, np.zeros_like(seen), s**2
+    rounding = rounding_of(step, flat(np.swapaxes(still, 1, 2)))
+    if rounding is not None:
+        parts = np.split(np.arange(s.size), len(test.approaches))
+        told = [rounding.told_together(variance[i], free[i], count[i]) for i in parts]
+        variance, free = (np.concatenate(both) for both in zip(*told, strict=True))
+        alike = rounding.of_mean(variance)
+        noise = np.maximum(seen - (rounding.variance - alike) / count, 0.0)
+    shares = {"noise": noise, ENVIRONMENT: total - seen, RESOLUTION: seen - noise + alike}
+    largest = max(float(np.sum(total + alike)), 1e-300)
     return Estimate(
         position=test.target,
-        approaches=approaches,
-        level=mean,
-        drift_covariance=np.zeros((count.size, count.size)),
-        drift=np.zeros(count.size),
-        spread=np.zeros(count.size),
-        s=s,
+        approaches=test.approaches,
+        level=level,
+        noise_covariance=own + np.diag(total - seen + alike),
+        reading_variance=(noise + total - seen) * count,
+        share={key: float(np.sum(part)) / largest for key, part in shares.items()},
+        rounding=rounding,
+        drift_covariance=by_drift,
+        drift=moved,
+        spread=np.where(np.isnan(spread), 0.0, spread**2),
+        s=np.sqrt(variance),
         free=free,
-        **_with_environment(np.diag(variance / np.maximum(count, 1.0)), count, environment),
+        readings=count,
     )
 
 
@@ -357,7 +354,7 @@ def _draw_figures(
     parts: list[tuple[dict[str, FloatArray], ...]] = []
     for start in range(0, length_error.size, at_once):
         ramp = length_error[start : start + at_once, None] * _ramp(estimate)
-        std = draw_std(estimate, len(ramp), std_rng)
+        std, rounded = draw_std(estimate, len(ramp), std_rng)
         level, by_drift = draw_levels(estimate, len(ramp), level_rng)
         drifted = level + by_drift + estimate.drift
         spread = draw_spread(estimate, len(ramp), std_rng)
@@ -365,8 +362,9 @@ def _draw_figures(
         half = noise_rng.standard_normal((2, (len(ramp) + 1) // 2, level.shape[1]))
         whole = np.concatenate((half, -half), axis=1)[:, : len(ramp)]  # the mean of noise is zero
         noise, error = whole[0] @ by_noise.T, whole[1] @ by_estimate.T
-        seen_s = _draw_s(std, spread, np.maximum(readings - 1.0, 1.0), noise_rng)
-        seen_std = _draw_s(std, np.zeros_like(std), estimate.free, noise_rng)
+        free = np.maximum(estimate.free, 1.0)
+        seen_s = _draw_s(rounded, spread, free, noise_rng)
+        seen_std = _draw_s(rounded, np.zeros_like(std), free, noise_rng)
         of_measured = drawn(drifted, s, ramp, noise, seen_s)
         of_drift_free = drawn(level, std, ramp, noise + error, seen_std)
         effect = less(of_measured[0], figures(level + ramp, still_s))
@@ -406,13 +404,10 @@ def _evaluated(
         figure, truth = float(value), draws.truth[key]
         if np.isnan(figure) or np.isnan(truth[0]):
             continue
-        on_average = round(float(np.mean(draws.by_noise[key])), 9) + 0.0  # not "-0"
-        # the draws say by how much this run is off, the bias by how much such runs are
-        moved = truth - float(np.mean(draws.exact[key])) + figure - on_average
-        u = max(_half_width(truth, figure), _half_width(moved, figure))
+        u = _half_width(truth, figure)
         if u <= 1e-9 * (abs(figure) + 1e-9):  # nothing that is known moves this figure
             continue
-        bias[key] = on_average
+        bias[key] = round(float(np.mean(draws.by_noise[key])), 9) + 0.0  # not "-0"
         own = _budget_rows(key, figure - bias[key], bias[key], draws, shared)
         rows += own
         combined = float(np.sqrt(sum(row.contribution**2 for row in own)))
@@ -423,7 +418,7 @@ def _evaluated(
         expanded_uncertainty=MappingProxyType(expanded),
         coverage_factor=MappingProxyType(factor),
         bias=MappingProxyType(bias),
-        standard_uncertainty=MappingProxyType(standard),
+        corrected_standard_uncertainty=MappingProxyType(standard),
         budget=tuple(rows),
         left_out=left_out,
     )
@@ -444,18 +439,19 @@ def _budget_rows(
     exact, by_terms = draws.exact[key], draws.truth[key] - draws.exact[key]
     slope = float(by_terms @ length_error) / max(float(length_error @ length_error), 1e-300)
     slope = round(slope, 9)  # a figure in which the terms cancel
-    by_noise, share = _rms(exact - corrected), estimate.environment_share
-    reading = float(np.sqrt(np.mean(estimate.noise_variance * estimate.readings)))
+    by_noise, share = _rms(exact - corrected), estimate.share
     rows: list[BudgetRow] = []
-    if reading > 0.0:
-        u, contribution = (number * np.sqrt(1.0 - share) for number in (reading, by_noise))
-        ratio = by_noise / reading
-        rows.append(BudgetRow(key, "noise", u, terms.unit, "t", u, ratio, contribution, OWN))
+    if share["noise"] > 0.0:
+        own = share["noise"] / (share["noise"] + share[ENVIRONMENT])
+        u = float(np.sqrt(own * np.mean(estimate.reading_variance)))
+        contribution = by_noise * np.sqrt(share["noise"])
+        named = key, "noise", u, terms.unit, "t"
+        rows.append(BudgetRow(*named, u, contribution / u, contribution, OWN))
     rows.append(BudgetRow(key, "extremes", bias, terms.unit, "", abs(bias), 1.0, abs(bias), OWN))
-    for term in (*terms.systematic, *([terms.environment] if terms.environment else [])):
+    for term in (*terms.systematic, *terms.of_readings):
         u, ratio = term.standard_uncertainty, slope * term.effect
-        if term is terms.environment:
-            ratio = by_noise * np.sqrt(share) / u if u > 0.0 else 0.0
+        if term.key in share:
+            ratio = by_noise * np.sqrt(share[term.key]) / u if u > 0.0 else 0.0
         named = key, term.key, term.value, term.unit, term.distribution
         rows.append(BudgetRow(*named, u, ratio, abs(ratio) * u, term.mark))
     bent = _rms(draws.truth[key] - slope * length_error - corrected) ** 2 - by_noise**2
@@ -475,7 +471,7 @@ def _left_out(
         found.append(Message("left_out-no_budget"))
     else:
         found += [Message("left_out-not_stated", {"term": key}) for key in terms.not_stated]
-        if terms.environment is not None and estimate.environment_share <= 0.0:
+        if terms.reading_error > 0.0 and estimate.share[ENVIRONMENT] <= 0.0:
             found.append(Message("left_out-in_scatter"))
     if drift is None:
         found.append(Message("left_out-drift_unknown"))
@@ -535,11 +531,7 @@ def evaluate_uncertainty(
     if seed < 0:
         raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
     terms = terms_of(test, budget or UncertaintyBudget())
-    environment = terms.reading_error**2
-    if drift is None:
-        estimate = _estimate_without_drift(test, environment)
-    else:
-        estimate = _estimate_with_drift(test, drift, environment)
+    estimate = _estimate(test, drift, terms.reading_error**2)
     seeds = np.random.SeedSequence(seed).spawn(4)
     length_error = terms.length_error * np.random.default_rng(seeds[2]).standard_normal(samples)
     of_measured, of_drift_free, of_effect = _draw_figures(estimate, length_error, seeds)

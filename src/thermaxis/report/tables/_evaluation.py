@@ -46,7 +46,10 @@ from thermaxis.report.tables._described import (
 )
 
 _NOT_OF_THE_STANDARD = "(not a result of ISO 230-2)"
-_UNCERTAINTIES = ("expanded_uncertainty", "coverage_factor", "bias", "standard_uncertainty")
+_UNCERTAINTIES = (
+    *("expanded_uncertainty", "coverage_factor", "bias"),
+    "corrected_standard_uncertainty",
+)
 _OF_FIGURES = (
     *("value", "expanded_uncertainty", "coverage_factor", "standard_uncertainty", "bias"),
     *("drift_free", "drift_free_expanded_uncertainty", "drift_free_coverage_factor"),
