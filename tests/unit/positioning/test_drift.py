@@ -463,6 +463,17 @@ def test_heavy_tails_have_the_scale_of_normal_noise_with_the_same_quartiles() ->
     assert float(np.mean(found)) == pytest.approx(quartile, rel=0.15)
 
 
+@pytest.mark.parametrize("step", [3.0, 4.0, 6.0])
+def test_readings_rounded_coarsely_have_a_noise_and_no_heavy_tails(step: float) -> None:
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        level = rng.normal(0.0, 3.0, (16, 1, 2)) + rng.normal(0.0, 0.25, (16, 10, 2))
+        coarse = step * 0.25 * np.round(level / (step * 0.25))
+        result = evaluate_drift(run(coarse, time_s=stop_times(16, 10, 8.0)))
+        assert "heavy_tailed_noise" not in codes_of(result.warnings)
+        assert np.all(result.noise_std > 0.0)
+
+
 def test_what_targets_do_by_themselves_is_no_noise() -> None:
     test, _ = made(2)
     place = np.arange(TARGETS)[:, None, None]

@@ -7,6 +7,8 @@ from tests.refusals import refused
 from thermaxis.positioning import PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
 
+from .builders import run
+
 X = np.zeros((3, 4, 2))
 P = np.array([0.0, 1.0, 2.0])
 
@@ -48,3 +50,16 @@ def test_a_run_cannot_be_changed_from_outside() -> None:
         test.deviation[0, 0, 0] = 1.0
     with pytest.raises(TypeError):
         test.header["axis"] = "Y"
+
+
+def test_the_resolution_is_that_of_the_readings_whatever_few_of_them_do() -> None:
+    rng = np.random.default_rng(1)
+    level = np.round(rng.normal(0.0, 3.0, (6, 1, 2)), 1) * np.ones((6, 5, 2))
+    assert run(level).repeats_exactly
+    within_rounding = level * (1.0 + 1e-15 * rng.integers(-3, 4, level.shape))
+    assert run(within_rounding).repeats_exactly
+    assert run(within_rounding).resolution == pytest.approx(0.1)
+    one_out = level.copy()
+    one_out[2, 2, 0] += 30.0
+    assert run(one_out).resolution == pytest.approx(0.1)
+    assert run(np.round(level + rng.normal(0.0, 0.4, level.shape))).resolution == 1.0

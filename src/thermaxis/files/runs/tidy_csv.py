@@ -146,7 +146,7 @@ def format_tidy_csv(test: PositioningTest) -> str:
     Returns
     -------
     str
-        Lines that end in a line feed; `read_tidy_csv` gives the same test back.
+        Lines that end in a line feed; `read_positioning` gives the same test back.
 
     Raises
     ------

@@ -56,6 +56,8 @@ _SAME = 1e-9
 """Difference of times below which they are one, as fractions of the run. [1]"""
 _PATIENCE = 5
 """Steps beside which one more must explain the run together with them. [1]"""
+_HOPE = 4.0
+"""Gain of a further step against the largest so far; steps in one direction grew 2.7-fold. [1]"""
 _REACH = 4
 """Cycles about the best of them that are looked at. [1]"""
 _DEPARTURES = (0.02, 0.2, 2.0, 20.0)
@@ -251,20 +253,25 @@ def _step_anywhere(
 
 
 def find_steps(
-    readings: Readings, average: Average, averaged: Averaging, most: int
+    readings: Readings, average: Average, averaged: Averaging, most: int, rival: float
 ) -> tuple[tuple[Step, ...], float]:
     """Return all steps of a run with those that explain it together, and what these gain.
 
     Beside one step of several the smooth functions must follow the others, so that it gains little.
-    What they gain is beyond what each must.
+    What they gain is beyond what each must. The search ends where those still possible cannot gain
+    as much as a rival.
     """
-    every, given = _instants(readings.time), readings
+    every, given, largest = _instants(readings.time), readings, 0.0
     best, gain, first, found = readings, 0.0, average.evidence, 0
     for k in range(1, most + 1 if every.size else 0):
         fits = list(_fits_of_scan(average))
         likeliest, _ = _likeliest(given, fits, _thinned(every, given))
+        before = average.evidence
         step, average, _ = _placed(given, likeliest, every, averaged)
         given = replace(given, steps=(*given.steps, step))
+        largest = max(largest, before - average.evidence)
+        if first - average.evidence + _HOPE * largest * (most - k) < rival:
+            break
         together = first - average.evidence - k * _least_gain(every)
         if together > gain:
             best, gain, found = given, together, k
@@ -303,10 +310,15 @@ def steps_that_hold(readings: Readings, averaged: Averaging) -> tuple[Step, ...]
         gains = [averaged(one).evidence for one in fewer]
         worst = int(np.argmin(gains))
         near = np.any(np.abs(pauses - steps[worst].time) < _SAME)
-        if gains[worst] - averaged(readings).evidence >= (LEAST_GAIN_PAUSE if near else least):
-            break
+        now, rivals = averaged(readings).evidence, 2.0 * float(np.log(max(pauses.size, 1)))
+        if gains[worst] - now >= (LEAST_GAIN_PAUSE + rivals if near else least):
+            sure = [
+                one.sure and gain - now >= LEAST_GAIN + rivals
+                for one, gain in zip(steps, gains, strict=True)
+            ]
+            return tuple(replace(one, sure=s) for one, s in zip(steps, sure, strict=True))
         readings = fewer[worst]
-    return readings.steps
+    return ()
 
 
 def _least_gain(every: FloatArray) -> float:

@@ -96,6 +96,8 @@ MOST_TURNS = 2 * MOST_CHANGES
 """Steps after which correlated noise is judged anew. [1]"""
 FAR = 2.5
 """In robust standard deviations; 1.2 % of normal noise lie beyond. [1]"""
+_COARSE = 3.0**0.5
+"""Step of the readings over their scatter above which its form is that of rounding. [1]"""
 _NORMAL_MEDIAN = 1.4826
 """Standard deviation over the median of the absolute values, of a normal distribution. [1]"""
 _LEAST_LEFT = 0.02
@@ -771,7 +773,7 @@ def evaluate_drift_at(
         found = find_step(own.readings, average, averaged) if more else None
         alike = None if correlation else find_correlation(own.readings, average)
         if alike is not None and alike.gain > max(outlying.gain, found[1] if found else 0.0):
-            together, gain = find_steps(own.readings, average, averaged, more)
+            together, gain = find_steps(own.readings, average, averaged, more, alike.gain)
             if gain > alike.gain:
                 steps = together
             else:
@@ -784,8 +786,10 @@ def evaluate_drift_at(
                 correlation = None  # it may be for this step alone that noise seemed correlated
             kept, outliers = test, []  # what lay out beside the step may lie well now
         elif outlying.gain > 0.0 and room > 0:
-            kept, others = _left_out(kept, fitted, outlying, room)
-            outliers += others
+            fewer, others = _left_out(kept, fitted, outlying, room)
+            if fewer.repeats_exactly:  # they are all the scatter that the run has
+                break
+            kept, outliers = fewer, [*outliers, *others]
         else:
             break
     outliers.sort(key=lambda outlier: -abs(outlier.residual))
@@ -817,7 +821,8 @@ def _noise(
     known = 0 if estimate.model is DriftModel.NONE else readings.shape.shape[0]
     own = readings.level % targets
     p, rest, taken = moved_alone(readings, estimate.residual, own, parameters, known)
-    apart = (targets >= FEWEST_TARGETS_ALONE and p < SIGNIFICANCE) or _off_centre(fitted)
+    alone = targets >= FEWEST_TARGETS_ALONE and readings.correlation is None
+    apart = (alone and p < SIGNIFICANCE) or _off_centre(fitted)
     if not (apart or suspects):
         rest, taken = estimate.residual, 0.0
     residual = np.append(estimate.residual, [o.residual for o in outliers])
@@ -826,7 +831,8 @@ def _noise(
     level = np.append(readings.level, np.array(of_outlier, dtype=np.intp))
     few = max(_FEW_OUT, int(_SHARE_OUT * rest.size))
     beyond = np.abs(residual[rest.size :][few:]) / outlying.spread
-    gain, _ = tails_of(np.append(outlying.scaled, beyond))
+    coarse = run.resolution > _COARSE * outlying.spread  # rounding heaps readings up: no tails
+    gain = 0.0 if coarse else tails_of(np.append(outlying.scaled, beyond))[0]
     _, freedom = tails_of(residual / np.sqrt(left))
     std = np.full(2, np.nan)
     for at, approach in enumerate(run.approaches):
@@ -933,7 +939,10 @@ def _warnings(
     more = {"count": int(np.sum(outlying.excess > 1.0)), "most": int(MOST_OUTLIERS * n)}
     warnings = (
         (outlying.gain > 0.0, Message("warning-outliers_in_model", more)),
-        (len(changes) == MOST_CHANGES, Message("warning-most_changes", {"most": MOST_CHANGES})),
+        (
+            sum(sure for _, sure in changes) == MOST_CHANGES,
+            Message("warning-most_changes", {"most": MOST_CHANGES}),
+        ),
         (test.time_s is None, Message("warning-order_as_time")),
         (fitted.run.bow, Message("warning-axis_bows")),
         (_hides_drift(fitted.run, fitted.estimate.average), Message("warning-visits_hide_drift")),

@@ -26,6 +26,7 @@ def _scales(square: FloatArray, freedom: FloatArray) -> FloatArray:
     n, scale = freedom[:, None], np.full((freedom.size, 1), float(np.median(square)))
     for _ in range(_ITERATIONS):
         scale = np.mean((n + 1.0) * square / (n + square / scale), axis=1, keepdims=True)
+        scale = np.maximum(scale, _TINY)
     return scale[:, 0] ** 0.5
 
 

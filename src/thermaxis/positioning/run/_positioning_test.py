@@ -230,24 +230,24 @@ class PositioningTest:
         """Whether readings repeat at every target without any scatter, which no machine does."""
         first = np.nanmax(self.deviation, axis=1, initial=-np.inf)
         last = np.nanmin(self.deviation, axis=1, initial=np.inf)
-        return bool(np.max(self.readings) > 1.0 and np.all(first <= last))
+        return bool(np.max(self.readings) > 1.0 and np.all(first - last <= _ALIKE))
 
     @property
     def resolution(self) -> float:
         """Step of which all differences of the readings of a target are multiples, 0 without one.
 
-        Where readings repeat exactly, differences between targets serve. [µm or arcsec]
+        Where nearly all readings repeat exactly, differences between targets serve. [µm or arcsec]
         """
         readings = np.sort(self.deviation, axis=1)
         step = np.diff(readings, axis=1)
-        step = step[~np.isnan(step)]
-        if step.size < _FEWEST_DIFFERENCES:
+        if np.sum(~np.isnan(step)) < _FEWEST_DIFFERENCES:
             return 0.0
-        if self.repeats_exactly:
+        step = step[step > _ALIKE]
+        if step.size < _FEWEST_DIFFERENCES:
             step = np.diff(np.unique(readings[~np.isnan(readings)]))
             common = int(np.gcd.reduce(np.rint(step / _ALIKE).astype(np.int64), initial=0))
             return _ALIKE * common if common > 1 else 0.0
-        least = float(np.min(step[step > _ALIKE], initial=np.inf))
+        least = float(np.min(step))
         return least if np.max(np.abs(step / least - np.rint(step / least))) < _MULTIPLE else 0.0
 
     @property
