@@ -54,7 +54,9 @@ def fit_percent(reference: Array, simulated: Array) -> float:
 
 
 def experiment(test: Log) -> Experiment:
-    return Experiment(test.step_s, test.u_k, test.z_um)
+    column = test.temperatures_c[:, 2]
+    start = column[: max(1, round(60.0 / test.step_s))].mean()
+    return Experiment(test.step_s, test.u_k, test.z_um, ambient_k=column - start)
 
 
 def free_run(result: ModalResult, test: Log) -> Array:

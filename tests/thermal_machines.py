@@ -153,7 +153,7 @@ def _coupled() -> Machine:
         net.row(spindle=1.0),
         net.row(table=1.0),
         net.row(column=1.0),
-        net.row(shaft=8.0, head=16.0, bed=-14.0, base=24.0, column=-33.5),
+        net.row(shaft=8.0, head=16.0, bed=-14.0, base=24.0, column=-34.0),
     )
 
 
@@ -175,7 +175,7 @@ def _remote() -> Machine:
         net.row(bearing=0.12, skin=0.88),
         net.row(plate=1.0),
         net.row(column=1.0),
-        net.row(near=-5.0, skin=8.0, head=15.0, plate=-6.0, base=26.0, column=-37.5),
+        net.row(near=-5.0, skin=8.0, head=15.0, plate=-6.0, base=26.0, column=-38.0),
     )
 
 
@@ -202,7 +202,7 @@ def _coolant() -> Machine:
         net.row(spindle=1.0),
         net.row(table=1.0),
         net.row(column=1.0),
-        net.row(head=22.0, jacket=4.0, base=30.0, bed1=-4.0, column=-51.5),
+        net.row(head=22.0, jacket=4.0, base=30.0, bed1=-4.0, column=-52.0),
     )
 
 

@@ -8,7 +8,7 @@ from thermaxis.thermal import Experiment, SlowNoise
 from thermaxis.thermal.modal import segments_of
 from thermaxis.thermal.modal._evidence import Design, Sizes, log_evidence_of
 from thermaxis.thermal.modal._lags import compared
-from thermaxis.thermal.modal._slow_noise import weighted_products
+from thermaxis.thermal.modal._slow_noise import WALK_PARTS, drift_basis, weighted_products
 
 TAUS_S = np.array([30.0, 700.0, 20000.0])
 
@@ -93,13 +93,20 @@ def test_the_evidence_is_the_density_of_the_record_with_all_gains_integrated_out
     times_s = np.arange(n) * 200.0
     rows = np.column_stack((f, np.ones(n), y))
     zeros, zero_variance = np.zeros((1, 5)), np.array([3.0])
-    design = Design((rows,), (np.ones(n),), (times_s,), 1, 2, 0, zeros, zero_variance)
+    basis = drift_basis(times_s, n * 200.0, rng.normal(size=(n, 2)))
+    white = (np.ones(n),)
+    design = Design((rows,), white, (times_s,), 1, 2, 0, zeros, zero_variance, (basis,))
     distance = np.abs(times_s[:, None] - times_s)
     found, expected = [], []
     for log_gain, ratio in ((-1.0, 0.5), (0.5, 8.0), (2.0, 30.0)):
-        sizes = Sizes(log_gain, (), np.log(ratio), np.log(3000.0), np.log(1e-9), 900.0)
+        drifts = np.array([3.0 * ratio, 0.7 * ratio, ratio / 3.0])
+        sizes = Sizes(
+            log_gain, (), np.log(ratio), np.log(3000.0), np.log(1e-9), 900.0, *np.log(drifts)
+        )
         w = np.eye(n) + ratio * np.exp(-distance / 3000.0) + np.exp(2.0 * log_gain) * f @ f.T
-        w += (ratio + 3.0) * np.ones((n, n))
+        w += (ratio + 3.0) * np.ones((n, n)) + basis * np.repeat(
+            drifts, [1, WALK_PARTS, 2]
+        ) @ basis.T
         square = float(y @ np.linalg.solve(w, y))
         expected.append(-0.5 * (n * np.log(square / n) + np.linalg.slogdet(w)[1]))
         products = design.products(sizes.noise)
@@ -107,3 +114,13 @@ def test_the_evidence_is_the_density_of_the_record_with_all_gains_integrated_out
         (both,) = compared(design, products, sizes, np.array([[0, 1]])).log_evidence
         assert both == pytest.approx(found[-1], rel=1e-9)
     assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_basis_holds_a_line_and_a_walk_from_the_first_reading() -> None:
+    times_s = np.linspace(0.0, 1000.0, 401)
+    basis = drift_basis(times_s, 1000.0, np.empty((401, 0)))
+    assert np.all(basis[0] == 0.0)
+    assert basis[:, 0] == pytest.approx(times_s / 1000.0)
+    walk = basis[:, 1:] @ basis[:, 1:].T
+    wanted = np.minimum(times_s[:, None], times_s) / 1000.0
+    assert np.max(np.abs(walk - wanted)) < 2.1 / (np.pi**2 * WALK_PARTS)

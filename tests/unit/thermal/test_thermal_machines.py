@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.thermal_machines import KINDS, TRUE_TAU_S, log, machine
+from thermaxis.thermal import Experiment, ThermalLog, modal, parse_input, records_of
 
 
 def test_the_direct_machine_is_a_sum_of_its_three_lags() -> None:
@@ -47,3 +48,35 @@ def test_a_log_shows_the_heat_the_hall_and_the_probe() -> None:
     hours = 10.0 * np.arange(len(still.z_um)) / 3600.0
     assert moved.z_um - still.z_um == pytest.approx(hours, abs=1e-9)
     assert still.temperatures_c == pytest.approx(np.round(still.temperatures_c, 1), abs=1e-9)
+
+
+def _errors(kind: str, **more: float) -> tuple[np.ndarray, np.ndarray]:
+    test = log(kind, 72.0, 7, step_s=300.0, **more)
+    column = test.temperatures_c[:, 2] - test.temperatures_c[0, 2]
+    experiment = Experiment(300.0, test.u_k, test.z_um, ambient_k=column)
+    result = modal([experiment], input_names=("spindle", "table"))
+    dc = np.array([part.dc_gain for part in result.model.parts])
+    std = np.array([std.dc_gain or np.nan for std in result.std])
+    return dc / test.dc_gain - 1.0, std / test.dc_gain
+
+
+def test_a_probe_that_drifts_does_not_move_dc_gains() -> None:
+    """72 um of drift in 72 h; left out of the noise they moved the gains by half and more."""
+    errors, stds = _errors("direct", probe_um_per_h=1.0)
+    assert np.all(np.abs(errors) < np.minimum(0.1, 3.0 * stds))
+
+
+def test_intervals_hold_on_a_machine_with_complex_poles_and_a_drift_that_follows_the_hall() -> None:
+    errors, stds = _errors("remote", hall_um_per_k=1.0)
+    assert np.all(np.abs(errors) < 3.0 * stds)
+
+
+def test_the_channel_that_all_inputs_are_relative_to_is_the_ambient() -> None:
+    test = ThermalLog.from_columns(log("direct", 1.0, 0, step_s=10.0).columns())
+    inputs = [parse_input("s=T_spindle_c-T_column_c"), parse_input("t=T_table_c-T_column_c")]
+    (experiment,) = records_of([test], inputs, ["Z_um"]).experiments["Z_um"]
+    column = test.columns["T_column_c"]
+    assert experiment.ambient_k == pytest.approx(column - column[:6].mean(), abs=1e-9)
+    mixed = [inputs[0], parse_input("t=T_table_c-T_hall_c")]
+    (experiment,) = records_of([test], mixed, ["Z_um"]).experiments["Z_um"]
+    assert experiment.ambient_k is None

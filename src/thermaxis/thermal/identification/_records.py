@@ -73,7 +73,8 @@ def records_of(
     """Return logs as experiments in relative coordinates.
 
     Inputs and outputs of every log are taken relative to their mean over the first time of the
-    log; an output that was not measured then, to its first measured value.
+    log; an output that was not measured then, to its first measured value. A channel that every
+    input is taken relative to is the ambient of the experiments.
 
     Parameters
     ----------
@@ -109,6 +110,7 @@ def records_of(
     found: dict[str, list[Experiment]] = {output: [] for output in outputs}
     lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)
     left_out: list[str] = []
+    references = {definition.minus for definition in inputs}
     for log in logs:
         measured = [evaluate_input(log, definition) for definition in inputs]
         u = np.stack([v - log.start_of(v, reference_s) for v in measured], axis=1)
@@ -119,13 +121,18 @@ def records_of(
             left_out.append(log.where)
             continue
         columns = {f"u{k}": u[:, k] for k in range(len(inputs))}
+        if len(references) == 1 and (reference := next(iter(references))) is not None:
+            ambient = log.column(reference)
+            columns["ambient"] = ambient - log.start_of(ambient, reference_s)
         for name in names:
             y = log.column(name, unit="um")
             columns[f"y {name}"] = y - log.start_of(y, reference_s)
         even = _even(ThermalLog.from_columns(columns, time_s=log.time_s, name=log.name), step_s)
         inputs_even = np.stack([even.columns[f"u{k}"] for k in range(len(inputs))], axis=1)
+        ambient_even = even.columns.get("ambient")
         for name in names:
-            found[name].append(Experiment(step_s, inputs_even, even.columns[f"y {name}"], log.name))
+            y = even.columns[f"y {name}"]
+            found[name].append(Experiment(step_s, inputs_even, y, log.name, ambient_even))
     for output, experiments in found.items():
         if not experiments:
             raise DataError(

@@ -49,6 +49,9 @@ class Experiment:
     """Displacement relative to its reference, (n,); NaN where not measured. [µm]"""
     name: str = ""
     """Name of the test, for messages."""
+    ambient_k: FloatArray | None = None
+    """What everything follows, such as the reference of the inputs, relative to its start, (n,);
+    a drift that follows it is told apart from the inputs. None: not known. [K]"""
 
     def __post_init__(self) -> None:
         """Check the shapes and freeze the arrays."""
@@ -64,6 +67,8 @@ class Experiment:
             self._check_values(u, y, place)
         if y.size < FEWEST_READINGS:
             raise DataError("too_few_rows", rows=y.size, needed=FEWEST_READINGS, place=place)
+        if self.ambient_k is not None:
+            object.__setattr__(self, "ambient_k", _frozen(self.ambient_k))
         object.__setattr__(self, "u", _frozen(u))
         object.__setattr__(self, "y", _frozen(y))
 

@@ -6,7 +6,7 @@ less than the best of them, and their spread belongs to the uncertainty of a DC 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import final
 
@@ -29,12 +29,21 @@ PER_LAG = 1.0
 """Logarithm of how much less plausible every further lag is before the record is seen. [1]"""
 SLAB_GAINS = (1.0, 2.0, 3.0)
 """The same where some gains may be zero. [1]"""
+TILTS = (8.0, 10.0)
+"""Logarithms by which gains of the whole grid are smaller at its slow end. [1]"""
+GRID_GAINS = (0.0, 2.0, 4.0, 6.0, 8.0)
+"""Logarithms by which they are larger at its fast end. [1]"""
 NEGLIGIBLE = 1e-6
 """Weight against the best set below which sets are left out. [1]"""
 MOST_ZEROS = 3
 """Gains of one set that are held at zero together, at most. [1]"""
 MOST_PATTERNS = 180
 """Ways to hold gains at zero that are tried per set. [1]"""
+TEMPER = 3.0
+"""Power of which the evidence is the root in the variance of a DC gain: the least at which
+intervals hold on machines that are no sum of few lags. [1]"""
+MANY_LAGS = 4
+"""Lags beyond which further ones are not counted as such. [1]"""
 SPARSE_SETS = 24
 """Best sets, by size of gains, that are compared with gains held at zero. [1]"""
 CLOSEST = 1.5
@@ -155,6 +164,36 @@ def _with_zeros(
     return found
 
 
+def compare_grids(
+    design: Design, products: tuple[FloatArray, float], sizes: Sizes, time_constants_s: FloatArray
+) -> list[Compared]:
+    """Return the whole grid with gains that are the smaller the slower the lag.
+
+    Notes
+    -----
+    A response that is no sum of few lags (complex poles) asks for opposite gains of neighbouring
+    fast lags, far larger than those of slow ones. The standard deviation of a gain is
+    exp(larger - tilt x) times the common size, x from zero at the direct gain and the fastest lag
+    to one at the slowest. In units of it the prior is that of any set (`compared`).
+    """
+    gram, log_determinant = products
+    log_tau = np.log(time_constants_s)
+    slow = np.append(0.0, (log_tau - log_tau[0]) / (log_tau[-1] - log_tau[0]))
+    every = np.arange(design.lags, dtype=np.intp)[None, :]
+    found: list[Compared] = []
+    for tilt in TILTS:
+        unit = np.ones(gram.shape[0])
+        unit[: design.gains] = np.tile(np.exp(-tilt * slow), design.inputs)
+        scaled = (gram * unit * unit[:, None], log_determinant)
+        for larger in GRID_GAINS:
+            those = sizes.enlarged(larger)
+            one = compared(design, scaled, those, every, dc=unit[: design.gains])
+            gains = one.gains * unit[: design.gains].reshape(design.inputs, -1)
+            weight = one.log_evidence - np.log(len(TILTS) * len(GRID_GAINS))
+            found.append(Compared(those, replace(one, gains=gains), weight))
+    return found
+
+
 def best_of(found: Sequence[Compared], lags: int) -> tuple[IndexArray, Sizes]:
     """Return the most likely set of so many lags, and its sizes."""
     those = [c for c in found if c.lags == lags]
@@ -251,3 +290,26 @@ def averaged(components: Sequence[Component]) -> Average:
         dc_gain=mean,
         dc_variance=within / total + np.maximum(second / total - mean**2, 0.0),
     )
+
+
+def tempered_variance(components: Sequence[Component], dc_gain: FloatArray) -> FloatArray:
+    """Return the mean square by which DC gains may differ from those stated, scaled, (k,).
+
+    Notes
+    -----
+    No machine is a sum of few lags with exactly this noise, and under a model that is a little
+    wrong evidence is too sure: it leaves out weak slow lags, and the longer the record the surer.
+    Here it is raised to the power 1 / TEMPER, and further lags are no less plausible than few.
+
+    References
+    ----------
+    Holmes and Walker 2017 (power likelihood of a model that is not exact).
+    """
+    items = [c.compared for c in components]
+    log_weight = np.concatenate(
+        [(c.log_weight + 2.0 * PER_LAG * min(c.lags, MANY_LAGS)) / TEMPER for c in items]
+    )
+    weight = np.exp(log_weight - np.max(log_weight))
+    dc = np.concatenate([c.subsets.gains.sum(axis=2) for c in items])
+    within = np.concatenate([c.compared.subsets.dc_variance + c.dc_variance for c in components])
+    return np.asarray(weight @ (within + (dc - dc_gain) ** 2) / weight.sum())

@@ -6,8 +6,9 @@ common size. The size, the size of transients from an unknown start, and the slo
 under which the record is most likely after all gains are averaged out (type II likelihood).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import final
 
 import numpy as np
@@ -15,8 +16,17 @@ from scipy.linalg import solve_triangular  # pyright: ignore[reportUnknownVariab
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.modal._regressors import Segment
-from thermaxis.thermal.modal._slow_noise import SlowNoise, weighted_products
+from thermaxis.thermal.modal._slow_noise import (
+    WALK_PARTS,
+    Products,
+    SlowNoise,
+    drift_basis,
+    weighted_products,
+    with_drift,
+)
 
+OFF = -np.inf
+"""Logarithm of the size of what there is not. [1]"""
 ROUND_OFF = (0.0, 1e-12, 1e-9, 1e-6)
 """Shares by which the diagonal of a precision is raised until round-off leaves it positive. [1]"""
 AT_REST = -12.0
@@ -70,6 +80,12 @@ class Sizes:
     """The same ratio of the faster part of the noise. [1]"""
     fast_correlation_s: float
     """Correlation time of the faster part, which is not searched for. [s]"""
+    log_trend: float = OFF
+    """Logarithm of the ratio of the straight line. [1]"""
+    log_walk: float = OFF
+    """Logarithm of the ratio of the random walk. [1]"""
+    log_ambient: float = OFF
+    """Logarithm of the ratio of what follows the ambient. [1]"""
 
     @property
     def noise(self) -> SlowNoise:
@@ -79,6 +95,9 @@ class Sizes:
             float(np.exp(self.log_correlation)),
             float(np.exp(self.log_fast_ratio)),
             self.fast_correlation_s,
+            float(np.exp(self.log_trend)),
+            float(np.exp(self.log_walk)),
+            float(np.exp(self.log_ambient)),
         )
 
     def enlarged(self, larger: float) -> "Sizes":
@@ -109,6 +128,9 @@ class Design:
     zero_variance: FloatArray
     """Variance of the white noise of its zero relative to a full block's, (e,). [1]"""
 
+    basis: tuple[FloatArray, ...] = ()
+    """What a drift may follow (`drift_basis`), one array (n, d) per segment; none by default."""
+
     @property
     def offsets(self) -> int:
         """Number of experiments, each with an offset. [1]"""
@@ -129,16 +151,26 @@ class Design:
         """Number of block means. [1]"""
         return sum(r.shape[0] for r in self.rows)
 
-    def products(self, noise: SlowNoise) -> tuple[FloatArray, float]:
+    def joint(self, noise: SlowNoise) -> list[Products]:
+        """Return the products of all columns and of the basis, under the correlated noise alone."""
+        rows = list(self.rows)
+        if self.basis:
+            rows = [np.hstack(pair) for pair in zip(self.rows, self.basis, strict=True)]
+        each = zip(rows, self.white_variance, self.times_s, strict=True)
+        return [
+            weighted_products(columns, white, times_s, noise) for columns, white, times_s in each
+        ]
+
+    def products(
+        self, noise: SlowNoise, joint: Sequence[Products] | None = None
+    ) -> tuple[FloatArray, float]:
         """Return the products of all columns under the noise, and its log determinant."""
-        gram: FloatArray | None = None
-        log_determinant = 0.0
-        for rows, white, times_s in zip(self.rows, self.white_variance, self.times_s, strict=True):
-            part = weighted_products(rows, white, times_s, noise)
-            gram = part.gram if gram is None else gram + part.gram
-            log_determinant += part.log_determinant
-        assert gram is not None  # noqa: S101 - a design has a segment
-        return gram, log_determinant
+        found = joint or self.joint(noise)
+        if self.basis:
+            columns = self.rows[0].shape[1]
+            found = [with_drift(one, columns, noise) for one in found]
+        gram = np.sum([one.gram for one in found], axis=0)
+        return gram, sum(one.log_determinant for one in found)
 
 
 @final
@@ -150,6 +182,8 @@ class Scales:
     """Spread of every input, (k,). [K]"""
     y: float
     """Spread of the displacement. [µm]"""
+    ambient: float = 1.0
+    """Spread of the ambient; one if it is not known. [K]"""
 
 
 def scales_of(segments: Sequence[Segment]) -> Scales:
@@ -159,7 +193,9 @@ def scales_of(segments: Sequence[Segment]) -> Scales:
     spread_u = np.sqrt(np.mean(np.square(u), axis=0))
     spread_u = np.where(spread_u > 0, spread_u, 1.0)
     spread_y = float(np.std(y))
-    return Scales(spread_u, spread_y if spread_y > 0 else 1.0)
+    around = np.concatenate([s.ambient.ravel() for s in segments])
+    ambient = float(np.std(around)) if around.size else 0.0
+    return Scales(spread_u, spread_y if spread_y > 0 else 1.0, ambient if ambient > 0 else 1.0)
 
 
 def design_of(
@@ -175,6 +211,9 @@ def design_of(
     rows: list[FloatArray] = []
     white: list[FloatArray] = []
     times: list[FloatArray] = []
+    basis: list[FloatArray] = []
+    span_s = max(float(s.times_s[-1]) + s.rows * s.sample_time_s for s in segments)
+    known = all(s.ambient.size for s in segments)
     free = len(segments) if free_start else 0
     gains = scales.u.size * (1 + count)
     zeros = np.zeros((experiments, gains + free * count + experiments + 1))
@@ -205,6 +244,8 @@ def design_of(
         rows.append(np.hstack([*columns, fading, offset, y])[use])
         white.append(segment.rows / segment.count[use])
         times.append(segment.times_s[use])
+        ambient = segment.ambient[:, : segment.ambient.shape[1] * known] / scales.ambient
+        basis.append(drift_basis(segment.times_s, span_s, ambient)[use])
     relative = [r - zeros[s.experiment] for r, s in zip(rows, segments, strict=True)]
     return Design(
         rows=tuple(relative),
@@ -215,6 +256,7 @@ def design_of(
         transients=free,
         zeros=zeros,
         zero_variance=zero_variance,
+        basis=tuple(basis),
     )
 
 
@@ -235,6 +277,11 @@ class Hyperprior:
             + ((sizes.log_ratio - 5.0) / 4.0) ** 2
             + ((sizes.log_gain - 3.0) / 4.0) ** 2
             + ((sizes.log_fast_ratio - 1.0) / 3.0) ** 2
+            + sum(
+                ((one + 3.0 - sizes.log_ratio) / 6.0) ** 2
+                for one in (sizes.log_trend, sizes.log_walk, sizes.log_ambient)
+                if one > OFF
+            )
             + sum((one / 4.0) ** 2 for one in sizes.log_transients if one > AT_REST)
         )
 
@@ -299,55 +346,87 @@ MOST_LOG_CHANGE = 2.4
 _SMALLEST_STEP = 0.15
 
 
+LINE_AND_WALK = (12.0, 3.0)
+"""Logarithms of the sizes from which line and walk are searched: a line is found from above. [1]"""
+AMBIENT = 3.0
+"""The same of what follows the ambient. [1]"""
+DRIFT_ODDS = 3.0
+"""Logarithm of how much more likely a drift that lasts makes a record that has one. [1]"""
+
+
+def _climbed(
+    evidence_at: Callable[[FloatArray], float],
+    best: FloatArray,
+    steps: FloatArray,
+    bounds: tuple[FloatArray, FloatArray],
+) -> tuple[FloatArray, float]:
+    """Return the highest place that steps along one logarithm at a time reach, and its height."""
+    found, share = evidence_at(best), 1.0
+    while share > _SMALLEST_STEP:
+        moved = False
+        for place in np.flatnonzero(best > OFF):
+            for move in (share * steps[place], -share * steps[place]):
+                other = best.copy()
+                other[place] = np.clip(best[place] + move, bounds[0][place], bounds[1][place])
+                there = evidence_at(other)
+                if there > found + 1e-9:
+                    best, found, moved = other, there, True
+                    break
+        if not moved:
+            share /= 2.0
+    return best, found
+
+
 def most_likely_sizes(
     design: Design, hyperprior: Hyperprior, may_rest: Sequence[bool] = ()
-) -> Sizes:
+) -> tuple[Sizes, Sizes]:
     """Return the sizes under which the record is most likely: a search along every size in turn.
 
-    A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely.
+    A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely. The
+    first sizes are those of the gains, with line and walk only where the record shows them: what
+    follows the ambient in one log does so in the next, and a model of it errs less. The second are
+    those of intervals, with all that a drift may be.
     """
     middle, free = float(np.log(hyperprior.correlation_s)), design.transients
-    # gain, ratio, correlation time and fast ratio, then the transients: all of them logarithms
-    start = np.array([4.0, 5.0, middle, 1.0, *[0.0] * free])
-    steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * free])
-    low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[AT_REST] * free])
-    high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[12.0] * free])
-    seen: dict[SlowNoise, tuple[FloatArray, float]] = {}
+    # gain, ratio, correlation time, fast ratio, then line, walk and ambient, then the transients:
+    # all of them logarithms
+    start = np.array([4.0, 5.0, middle, 1.0, OFF, OFF, OFF, *[0.0] * free])
+    steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * 3, *[2.0] * free])
+    low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-8.0] * 3, *[AT_REST] * free])
+    high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[20.0] * 3, *[12.0] * free])
+    joint = cache(design.joint)
+
+    @cache
+    def products(noise: SlowNoise) -> tuple[FloatArray, float]:
+        return design.products(noise, joint(noise.stationary))
 
     def sizes_at(logarithms: FloatArray) -> Sizes:
-        gain, ratio, correlation, fast_ratio, *transients = logarithms.tolist()
-        fast_s = hyperprior.fast_correlation_s
-        return Sizes(gain, tuple(transients), ratio, correlation, fast_ratio, fast_s)
+        gain, ratio, correlation, fast_ratio, *others = logarithms.tolist()
+        fast_s, transients = hyperprior.fast_correlation_s, tuple(others[3:])
+        return Sizes(gain, transients, ratio, correlation, fast_ratio, fast_s, *others[:3])
 
     def evidence_at(logarithms: FloatArray) -> float:
         sizes = sizes_at(logarithms)
-        noise = sizes.noise
-        if noise not in seen:
-            seen[noise] = design.products(noise)
-        return log_evidence_of(design, seen[noise], sizes) + hyperprior.log_density(sizes)
+        found = products(sizes.noise)
+        return log_evidence_of(design, found, sizes) + hyperprior.log_density(sizes)
 
     def climbed(best: FloatArray) -> tuple[FloatArray, float]:
-        found, share = evidence_at(best), 1.0
-        while share > _SMALLEST_STEP:
-            moved = False
-            for place in range(best.size):
-                for move in (share * steps[place], -share * steps[place]):
-                    other = best.copy()
-                    other[place] = np.clip(best[place] + move, low[place], high[place])
-                    there = evidence_at(other)
-                    if there > found + 1e-9:
-                        best, found, moved = other, there, True
-                        break
-            if not moved:
-                share /= 2.0
-        return best, found
+        return _climbed(evidence_at, best, steps, (low, high))
 
     best, found = climbed(start)
-    for place in 4 + np.flatnonzero(may_rest):
+    for place in 7 + np.flatnonzero(may_rest):
         high[place] = AT_REST
         resting, there = climbed(np.minimum(best, high))
         if there > found - REST_ODDS:
             best, found = resting, there
         else:
             high[place] = 12.0
-    return sizes_at(best)
+    if not design.basis:
+        return sizes_at(best), sizes_at(best)
+    lasting, there = climbed(np.concatenate([best[:4], LINE_AND_WALK, best[6:]]))
+    if there > found + DRIFT_ODDS:
+        best = lasting
+    if design.basis[0].shape[1] > 1 + WALK_PARTS:
+        lasting[6] = AMBIENT
+        lasting, _ = climbed(lasting)
+    return sizes_at(best), sizes_at(lasting)

@@ -65,6 +65,7 @@ def compared(
     sizes: Sizes,
     members: IndexArray,
     without: BoolArray | None = None,
+    dc: FloatArray | None = None,
 ) -> Subsets:
     """Return the evidence and the gains of subsets under given sizes.
 
@@ -73,8 +74,8 @@ def compared(
     The equations of `log_evidence_of`, for many sets of columns at once; the gains are A^-1 b, and
     S / n A^-1 is their covariance. A = C C' (Cholesky), so that with h = C^-1 b the sum of squares
     is S = y' K^-1 y - h' h, the gains are C'^-1 h, and the variance of the DC gain w' beta of an
-    input, w being one at its gains, is S / n |C^-1 w|^2. A gain that is held at zero has a unit row
-    in A, a zero in b and w, and no factor in |L|.
+    input, w being one (or `dc`) at its gains, is S / n |C^-1 w|^2. A gain that is held at zero has
+    a unit row in A, a zero in b and w, and no factor in |L|.
     """
     gram, log_determinant = products
     lags = members.shape[1]
@@ -92,7 +93,8 @@ def compared(
     factor = factored(precision)
     wanted = np.zeros((width, 1 + design.inputs))
     for i in range(design.inputs):
-        wanted[i * (1 + lags) : (i + 1) * (1 + lags), 1 + i] = 1.0
+        part = slice(i * (1 + lags), (i + 1) * (1 + lags))
+        wanted[part, 1 + i] = 1.0 if dc is None else dc[part]
     right = np.broadcast_to(wanted, (members.shape[0], *wanted.shape)).copy()
     right[:, :, 0] = gram[columns, -1]
     right *= free[:, :, None]

@@ -14,7 +14,7 @@
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -30,9 +30,11 @@ from thermaxis.thermal.modal._average import (
     Component,
     averaged,
     best_of,
+    compare_grids,
     compare_sets,
     compare_sparse,
     refined_components,
+    tempered_variance,
 )
 from thermaxis.thermal.modal._evidence import (
     AT_REST,
@@ -74,10 +76,8 @@ DRIFT_CORRELATION_S = 5400.0
 """Most plausible correlation time of a slow drift: what machines in halls show. [s]"""
 LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
-LARGEST_DC_SHARE = 0.25
+LARGEST_DC_SHARE = 1.0 / 3.0
 """Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
-FEWEST_DRIFT_VALUES = 12.0
-"""Independent values of the drift that a short record is taken to hold. [1]"""
 
 
 @final
@@ -176,6 +176,8 @@ class ResponseEvidence:
     """Regressors over the grid."""
     sizes: Sizes
     """Sizes of the highest evidence."""
+    wide_sizes: Sizes
+    """The same with all that a drift may be, for intervals."""
     longest_s: float
     """Length of the longest experiment. [s]"""
 
@@ -203,9 +205,16 @@ def default_block_s(experiments: Sequence[Experiment]) -> float:
 
 
 def response_evidence(
-    experiments: Sequence[Experiment], options: ModalOptions | None = None
+    experiments: Sequence[Experiment],
+    options: ModalOptions | None = None,
+    *,
+    lasting_drift: bool = True,
 ) -> ResponseEvidence:
-    """Return gains over a grid of time constants with the evidence of the record."""
+    """Return gains over a grid of time constants with the evidence of the record.
+
+    Without a lasting drift in the noise what lasts is left for the inputs to explain, so that a
+    record shows that they do not.
+    """
     chosen = options or ModalOptions()
     inputs = common_shape(experiments)
     delays = chosen.delays_s or (0.0,) * inputs
@@ -230,13 +239,15 @@ def response_evidence(
         free_start=not chosen.steady_start,
         experiments=len(experiments),
     )
+    if not lasting_drift:
+        design = replace(design, basis=())
     if design.readings < 3 + design.offsets:
         raise DataError("too_few_blocks", blocks=design.readings, needed=3 + design.offsets)
     correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
     hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
     may_rest = [segment.start_s == 0.0 for segment in segments] if design.transients else []
     sizes = most_likely_sizes(design, hyperprior, may_rest)
-    return ResponseEvidence(segments, scales, grid, design, sizes, float(longest))
+    return ResponseEvidence(segments, scales, grid, design, *sizes, float(longest))
 
 
 def modal(
@@ -284,14 +295,7 @@ def modal(
             place=Place(key="input_names"),
         )
     evidence = response_evidence(experiments, chosen)
-    products = evidence.design.products(evidence.sizes.noise)
-    found = compare_sets(
-        evidence.design,
-        products,
-        evidence.sizes,
-        evidence.time_constants_s,
-        max(chosen.most_lags, chosen.lags or 1),
-    )
+    found = _sets(evidence, evidence.sizes, chosen)
     candidates = _refined_sets(evidence, found, chosen, len(experiments))
     validation = validated([candidates[n] for n in sorted(candidates)])
     lags = chosen.lags or validation.chosen
@@ -303,16 +307,41 @@ def modal(
     if chosen.block_s is None and shortest_s < SHORT_LAG * block_s and blocks < FEW_BLOCKS:
         shorter = replace(chosen, block_s=block_s / 3.0)
         return modal(experiments, input_names=input_names, options=shorter)
-    span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
-    found += compare_sparse(evidence.design, products, evidence.sizes, found)
-    none = np.zeros(evidence.design.inputs)
-    components = [Component(evidence.design, item, none) for item in found]
-    for problem, refined in candidates.values():
-        components += refined_components(problem, refined, evidence.sizes, span)
-    average = averaged(components)
+    average = averaged(_components(evidence, evidence.sizes, found, candidates.values()))
     numbers = [lags] if chosen.lags else [n for n in sorted(candidates) if n >= lags]
     carried = _carried([candidates[n] for n in numbers], average)
-    return _result(evidence, input_names, chosen, average, carried, validation)
+    wide = _sets(evidence, evidence.wide_sizes, chosen)
+    components = _components(evidence, evidence.wide_sizes, wide, candidates.values())
+    dc_variance = tempered_variance(components, carried[2].sum(axis=1))
+    return _result(evidence, input_names, chosen, dc_variance, carried, validation)
+
+
+def _sets(evidence: ResponseEvidence, sizes: Sizes, options: ModalOptions) -> list[Compared]:
+    """Return all sets of lags of the grid under given sizes."""
+    products = evidence.design.products(sizes.noise)
+    most_lags = max(options.most_lags, options.lags or 1)
+    return compare_sets(evidence.design, products, sizes, evidence.time_constants_s, most_lags)
+
+
+def _components(
+    evidence: ResponseEvidence,
+    sizes: Sizes,
+    found: Sequence[Compared],
+    candidates: Iterable[tuple[Refinement, Refined]],
+) -> list[Component]:
+    """Return what is averaged over under given sizes: sets, sparse ones, grids, refined lags."""
+    design, grid_s = evidence.design, evidence.time_constants_s
+    products = design.products(sizes.noise)
+    every = [
+        *found,
+        *compare_sparse(design, products, sizes, found),
+        *compare_grids(design, products, sizes, grid_s),
+    ]
+    components = [Component(design, item, np.zeros(design.inputs)) for item in every]
+    span = float(np.log(grid_s[-1] / grid_s[0]))
+    for problem, refined in candidates:
+        components += refined_components(problem, refined, sizes, span)
+    return components
 
 
 def _refined_sets(
@@ -390,29 +419,18 @@ def _gains_carrying(problem: Refinement, refined: Refined, average: Average) -> 
     return np.asarray(gains, dtype=np.float64)
 
 
-def _unknown_drift(evidence: ResponseEvidence) -> float:
-    """Return by how much intervals are wider because size and speed of the drift are estimates.
-
-    A record holds about one independent value of the drift per two correlation times. As in
-    Student's distribution, each of the two numbers costs a share of them.
-    """
-    measured_s = sum(s.blocks * s.rows * s.sample_time_s for s in evidence.segments)
-    freedom = max(measured_s / (2.0 * evidence.sizes.noise.correlation_s), FEWEST_DRIFT_VALUES)
-    return math.sqrt(freedom / (freedom - 4.0))
-
-
 def _part_std(
     refined: Refined,
     number: int,
     unit: float,
-    average: Average,
+    dc_variance: FloatArray,
     dc_gain: float,
     evidence: ResponseEvidence,
 ) -> PartStd:
-    longest_s, wider = evidence.longest_s, _unknown_drift(evidence)
+    longest_s = evidence.longest_s
     lags = refined.time_constants_s.size
     inputs = refined.gains.shape[0]
-    spread = wider * np.sqrt(np.maximum(np.diag(refined.covariance), 0.0))
+    spread = np.sqrt(np.maximum(np.diag(refined.covariance), 0.0))
     gains = unit * spread[number * (1 + lags) : (number + 1) * (1 + lags)]
     log_tau = spread[inputs * (1 + lags) :]
     supported = (log_tau < LARGEST_LOG_STD) & (
@@ -423,7 +441,7 @@ def _part_std(
         for tau_s, known in zip(refined.time_constants_s.tolist(), supported, strict=True)
         if not known
     ]
-    dc_std = wider * unit * math.sqrt(float(average.dc_variance[number]))
+    dc_std = unit * math.sqrt(float(dc_variance[number]))
     known_dc = dc_std <= LARGEST_DC_SHARE * abs(dc_gain)
     if not known_dc:
         flags.append(Message("flag-dc_gain"))
@@ -445,7 +463,7 @@ def _result(
     evidence: ResponseEvidence,
     input_names: Sequence[str],
     options: ModalOptions,
-    average: Average,
+    dc_variance: FloatArray,
     carried: tuple[Refinement, Refined, FloatArray],
     validation: BlockedValidation,
 ) -> ModalResult:
@@ -463,7 +481,7 @@ def _result(
             delay_s=delays[i],
         )
         parts.append(part)
-        stds.append(_part_std(refined, i, unit, average, part.dc_gain, evidence))
+        stds.append(_part_std(refined, i, unit, dc_variance, part.dc_gain, evidence))
     others = _starts_and_offsets(problem, refined, gains)
     zeros = problem.design_at(refined.time_constants_s).zeros
     at_zero = zeros[:, -1] - zeros[:, :-1] @ np.concatenate([gains.ravel(), others])

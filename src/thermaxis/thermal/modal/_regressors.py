@@ -26,6 +26,8 @@ AT_REFERENCE = 0.15
 """First value over the root mean square of an input up to which it begins at its reference. [1]"""
 REFERENCE_S = 60.0
 """A log's displacements refer to their mean over this first time. [s]"""
+AMBIENT_LAGS_S = (1800.0, 7200.0, 28800.0)
+"""Lags through which a drift may follow the ambient. [s]"""
 MANY_BLOCKS = 30
 """In a record of more blocks than these the rows of an unfinished last block are left out. [1]"""
 
@@ -59,6 +61,8 @@ class Segment:
     """Rows whose mean displacement is the experiment's zero; empty but in one segment, (z,)."""
     zero_um: float
     """That mean. [µm]"""
+    ambient: FloatArray
+    """Mean of the ambient and of its lags per block, (blocks, a); a = 0 if not known. [K]"""
 
     @property
     def blocks(self) -> int:
@@ -232,7 +236,22 @@ def _segment(
         measured=measured,
         zero=zero - begin,
         zero_um=float(np.mean(experiment.y[zero])) if zero.size else 0.0,
+        ambient=_ambient_means(experiment, span, blocks, rows),
     )
+
+
+def _ambient_means(
+    experiment: Experiment, span: tuple[int, int], blocks: int, rows: int
+) -> FloatArray:
+    """Return the ambient and its lags at the blocks: slow, so that means are lagged as they are."""
+    if experiment.ambient_k is None or bool(np.all(np.isnan(experiment.ambient_k))):
+        return np.empty((blocks, 0))
+    ambient = _without_gaps(experiment.ambient_k[slice(*span)])
+    ambient = np.pad(ambient, (0, max(blocks * rows - ambient.size, 0)), mode="edge")
+    mean = _block_means(ambient[: blocks * rows], rows, None)
+    keep = np.exp(-rows * experiment.sample_time_s / np.array(AMBIENT_LAGS_S))
+    lagged = [lfilter([1.0 - k], [1.0, -k], mean, zi=[k * mean[0]])[0] for k in keep.tolist()]
+    return np.column_stack([mean, *lagged])
 
 
 def _zero_rows(experiment: Experiment, spans: Sequence[tuple[int, int]]) -> IntArray:

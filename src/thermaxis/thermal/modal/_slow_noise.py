@@ -1,11 +1,12 @@
-"""Noise of a displacement: white sensor noise and a slow drift that no input explains.
+"""Noise of a displacement: white sensor noise and a drift that no input explains.
 
-The drift is a stationary Gauss-Markov series (Ornstein-Uhlenbeck): its correlation falls to 1/e
-in the correlation time. Its inverse covariance has three diagonals, so weighting by it costs a
-few operations per block, whatever the record's length.
+Its stationary parts are Gauss-Markov series (Ornstein-Uhlenbeck): their correlation falls to 1/e
+in the correlation time. Their inverse covariance has three diagonals, so weighting by it costs a
+few operations per block, whatever the record's length. What is not stationary (a probe that drifts,
+a random walk, what follows the ambient) is a few columns of a basis with a prior, integrated out.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -16,11 +17,14 @@ from scipy.linalg import (
 
 from thermaxis.thermal._arrays import FloatArray
 
+WALK_PARTS = 8
+"""Parts of a random walk that are kept, the slowest. [1]"""
+
 
 @final
 @dataclass(frozen=True, slots=True)
 class SlowNoise:
-    """Ratios and speeds of the two correlated parts of the noise."""
+    """Ratios and speeds of the parts of the noise."""
 
     ratio: float
     """Variance of the slow drift over that of the white noise of a full block's mean. [1]"""
@@ -30,6 +34,17 @@ class SlowNoise:
     """The same ratio of a faster part: what rounded temperatures leave in the displacement. [1]"""
     fast_correlation_s: float = 1.0
     """Time in which the faster part's correlation falls to 1/e. [s]"""
+    trend_ratio: float = 0.0
+    """The same ratio of a straight line through zero at the first reading, at its end. [1]"""
+    walk_ratio: float = 0.0
+    """The same ratio of a random walk from the first reading, at its end. [1]"""
+    ambient_ratio: float = 0.0
+    """The same ratio of what every column of the ambient, at unit spread, does. [1]"""
+
+    @property
+    def stationary(self) -> "SlowNoise":
+        """The noise without line, walk and ambient."""
+        return replace(self, trend_ratio=0.0, walk_ratio=0.0, ambient_ratio=0.0)
 
     @property
     def parts(self) -> tuple[tuple[float, float], ...]:
@@ -52,15 +67,52 @@ class Products:
     """Logarithm of the covariance's determinant. [1]"""
 
 
+def drift_basis(times_s: FloatArray, span_s: float, ambient: FloatArray) -> FloatArray:
+    """Return what a drift may follow: a line, a walk, the ambient, (n, 1 + WALK_PARTS + a).
+
+    Notes
+    -----
+    The slow parts of a random walk from zero of unit variance at the end (Karhunen and Loeve):
+    w(t) = sum over k of a_k sqrt(2) sin((k - 1/2) pi t / T) / ((k - 1/2) pi), the a_k independent
+    with unit variance. What the parts beyond add is left to the slow drift.
+    """
+    share = times_s[:, None] / span_s
+    rate = np.pi * (np.arange(WALK_PARTS) + 0.5)
+    return np.hstack([share, np.sqrt(2.0) * np.sin(share * rate) / rate, ambient])
+
+
+def with_drift(joint: Products, columns: int, noise: SlowNoise) -> Products:
+    """Return the products of the first columns, what the others do being part of the noise.
+
+    Notes
+    -----
+    With B the basis, R the diagonal of ratios and K the covariance without these parts,
+    (K + B R B')^-1 = K^-1 - K^-1 B M^-1 B' K^-1 and |K + B R B'| = |K| |R| |M|,
+    M = R^-1 + B' K^-1 B.
+    """
+    ratios = np.full(joint.gram.shape[0] - columns, noise.ambient_ratio)
+    ratios[:1] = noise.trend_ratio
+    ratios[1 : 1 + WALK_PARTS] = noise.walk_ratio
+    kept = columns + np.flatnonzero(ratios > 0)
+    ratios = ratios[ratios > 0]
+    cross = joint.gram[kept, :columns]
+    middle = joint.gram[np.ix_(kept, kept)] + np.diag(1.0 / ratios)
+    _, log_middle = np.linalg.slogdet(middle)
+    less = cross.T @ np.linalg.solve(middle, cross)
+    gram = joint.gram[:columns, :columns] - (less + less.T) / 2.0
+    log_determinant = joint.log_determinant + float(log_middle) + float(np.sum(np.log(ratios)))
+    return Products(gram, log_determinant)
+
+
 def weighted_products(
     columns: FloatArray, white_variance: FloatArray, times_s: FloatArray, noise: SlowNoise
 ) -> Products:
-    """Return the products of columns under the inverse covariance of one segment's noise.
+    """Return the products of columns under the inverse covariance of a segment's stationary noise.
 
     Notes
     -----
     With D the white part and Q the inverse covariance of the drift, which has three diagonals, the
-    inverse is D^-1 - D^-1 (Q + D^-1)^-1 D^-1.
+    inverse is D^-1 - D^-1 (Q + D^-1)^-1 D^-1. What follows a basis is no part of it (`with_drift`).
 
     References
     ----------
@@ -70,11 +122,11 @@ def weighted_products(
     weighted = columns * weight[:, None]
     gram = columns.T @ weighted
     log_determinant = float(np.sum(np.log(white_variance)))
-    parts = noise.parts
-    if not parts:
+    drifts = noise.parts
+    if not drifts:
         return Products(gram, log_determinant)
-    factor, log_drift = _factor(weight, times_s, parts)
-    count = len(parts)
+    factor, log_drift = _factor(weight, times_s, drifts)
+    count = len(drifts)
     states = np.repeat(weighted, count, axis=0)
     inner = np.asarray(
         cho_solve_banded((factor, False), states, check_finite=False), dtype=np.float64

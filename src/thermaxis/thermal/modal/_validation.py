@@ -9,7 +9,7 @@ import numpy as np
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.modal._lags import Linearised, Refined, Refinement
-from thermaxis.thermal.modal._slow_noise import weighted_products
+from thermaxis.thermal.modal._slow_noise import weighted_products, with_drift
 
 FOLDS = 6
 """Blocks that a record is cut into. [1]"""
@@ -38,14 +38,16 @@ def _products_of_blocks(problem: Refinement, local: Linearised) -> tuple[FloatAr
     length = max(2, -(-design.readings // FOLDS))
     products: list[FloatArray] = []
     counts: list[int] = []
-    for rows, white, times_s in zip(
-        design.rows, design.white_variance, design.times_s, strict=True
+    for rows, white, times_s, basis in zip(
+        design.rows, design.white_variance, design.times_s, design.basis, strict=True
     ):
         pieces = max(1, round(rows.shape[0] / length))
         edges = [round(rows.shape[0] * place / pieces) for place in range(pieces + 1)]
         for first, last in pairwise(edges):
             piece = slice(first, last)
-            found = weighted_products(rows[piece], white[piece], times_s[piece], noise)
+            both = np.hstack([rows[piece], basis[piece]])
+            joint = weighted_products(both, white[piece], times_s[piece], noise)
+            found = with_drift(joint, rows.shape[1], noise)
             products.append(found.gram)
             counts.append(last - first)
     return np.array(products), np.array(counts, dtype=np.float64)
