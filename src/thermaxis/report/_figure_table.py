@@ -232,9 +232,20 @@ def terms_of_u(figures: FigureUncertainty) -> tuple[tuple[Message, ...], tuple[M
     return (*(Message(f"term-{quantity}") for quantity in rows), *counted), lacking
 
 
+def doubts_of_u(report: "PositioningReport") -> tuple[Message, ...]:
+    """Return why uncertainties may be too small; what the drift did is then not surely known."""
+    if report.drift is None:
+        return ()
+    found = [Message("doubt-jump")] if report.drift.changes else []
+    if any(one.code == "warning-swing_too_fast" for one in report.drift.warnings):
+        found.append(Message("doubt-swing"))
+    return tuple(found)
+
+
 def _legend(report: "PositioningReport", labels: Sequence[str]) -> Iterator[Message]:
     if "U" in labels:
-        yield Message("note-u")
+        doubts = doubts_of_u(report)
+        yield Message("note-u_doubted", {"doubts": doubts}) if doubts else Message("note-u")
     if report.uncertainty is not None:
         if stated := report.uncertainty.measured.stated:
             symbols = ", ".join(FIGURE_SYMBOLS[key] for key in stated)
@@ -253,6 +264,11 @@ def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Mes
     if result is None:
         return [Message("note-u_none")]
     notes.append(Message("note-u_measured", {"samples": result.samples, "seed": result.seed}))
+    notes.append(Message("note-u_of_run" if report.drift else "note-u_without_drift"))
+    stated = [(r.symbol, r.value, r.expanded_uncertainty) for r in rows if r.strong]
+    larger = [symbol for symbol, value, u in stated if value and u and u > value]
+    if larger:
+        notes.append(Message("note-u_larger", {"symbols": ", ".join(larger)}))
     biased = [row for row in rows if row.strong and row.bias]
     if biased:
         most = max(biased, key=lambda row: abs(row.bias or 0.0))

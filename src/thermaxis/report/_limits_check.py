@@ -9,12 +9,16 @@ from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import FigureUncertainty, Iso230_2Result, figures_by_key
 from thermaxis.report._names import FIGURE_SYMBOLS
 
-_ESSENTIAL = (
-    Message("left_out-one_reading"),
-    Message("left_out-no_budget"),
-    Message("left_out-not_stated", {"term": "device"}),
-)
+_ESSENTIAL = {"left_out-one_reading", "left_out-no_budget"}
 """Without one of these an uncertainty is too small to decide by."""
+_BUDGET_KEYS = {
+    "device": "[device]",
+    "misalignment": "[alignment] misalignment_mm",
+    "material_temperature": "[material] temperature_interval_k",
+    "expansion_coefficient": "[material] expansion_coefficient_interval_ppm_per_k",
+    "environmental_variation": "[environment]",
+}
+"""Where the file of the budget states each term; a stated 0 is a statement, too."""
 
 
 class Verdict(StrEnum):
@@ -74,6 +78,15 @@ def _verdict(value: float | None, limit: float, guard_band: float | None) -> Ver
     return Verdict.FAIL if magnitude - guard_band > limit else Verdict.NOT_DECIDED
 
 
+def _lacking(uncertainty: FigureUncertainty) -> tuple[Message, ...]:
+    found = [one for one in uncertainty.left_out if one.code in _ESSENTIAL]
+    terms = [one.values for one in uncertainty.left_out if one.code == "left_out-not_stated"]
+    if terms:
+        keys = ", ".join(_BUDGET_KEYS[str(values["term"])] for values in terms)
+        found.append(Message("left_out-keys_not_stated", {"keys": keys}))
+    return tuple(found)
+
+
 def check_limits(
     limits: FigureLimits, iso230_2: Iso230_2Result, uncertainty: FigureUncertainty | None = None
 ) -> LimitsCheck:
@@ -93,7 +106,8 @@ def check_limits(
     -------
     LimitsCheck
         A verdict per figure and one for the run. An absent figure is not decided, nor by ISO
-        14253-1 one whose uncertainty is neither stated nor contains scatter and instrument.
+        14253-1 one whose uncertainty is neither stated nor contains scatter and every term
+        that a budget of this axis has.
 
     References
     ----------
@@ -104,8 +118,7 @@ def check_limits(
     figures = figures_by_key(iso230_2)
     lacking, stated = (Message("left_out-everything"),), ()
     if uncertainty is not None:
-        stated = uncertainty.stated
-        lacking = tuple(one for one in uncertainty.left_out if one in _ESSENTIAL)
+        stated, lacking = uncertainty.stated, _lacking(uncertainty)
     incomplete = [key for key in limits.limit if lacking and key not in stated]
     simple = limits.decision_rule is DecisionRule.SIMPLE
     for key, limit in limits.limit.items():

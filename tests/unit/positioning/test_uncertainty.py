@@ -473,6 +473,12 @@ def test_coefficient_and_temperatures_of_the_run_serve_where_the_budget_has_none
     environment = {"expansion_coefficient_ppm_per_k": StartEnd(12.0, None)}
     with refused("no_material_temperature"):
         evaluate_uncertainty(replace(metre(), environment=environment), None, budget=budget)
+    nil = UncertaintyBudget(
+        material_temperature_interval_k=0.0, expansion_coefficient_interval_ppm_per_k=0.0
+    )  # needs neither
+    lacking = evaluate_uncertainty(metre(), None, budget=nil, samples=100).measured.left_out
+    terms = {one.values.get("term") for one in lacking}
+    assert not terms & {"material_temperature", "expansion_coefficient"}
     environment["material_temperature_1_c"] = StartEnd(21.0, 17.0)
     test = replace(metre(), environment=environment)
     rows = budget_of(evaluate_uncertainty(test, None, budget=budget).measured, "E")

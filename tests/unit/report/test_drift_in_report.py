@@ -457,6 +457,36 @@ def test_one_table_has_the_measured_and_the_drift_free_figures_with_their_u(
     assert "with a probability of 95.45 %. U contains: scatter of the readings" in table.caption
     assert "U is without: instrument and environment: no budget was given." in table.caption
     assert "Drift-free figures are no results of ISO 230-2." in table.caption
+    assert "at its time and with its drift" in notes_of(report)
+    alone = notes_of(replace(report, drift=None))
+    assert "at its time and with its drift" not in alone
+    assert "counts as scatter" in alone
+
+
+def test_where_a_swing_or_a_jump_makes_u_doubtful_no_coverage_is_claimed(
+    report: PositioningReport,
+) -> None:
+    swing = Message("warning-swing_too_fast", {"time": 9.0, "unit": "min", "cycles": 1.0})
+    for code, doubted in (
+        ("doubt-swing", replace(report.drift, warnings=(swing,))),
+        ("doubt-jump", replace(report.drift, changes=(object(),))),
+    ):
+        doubtful = replace(report, drift=doubted)
+        assert "Here U may be too small: the axis" in words_beside(doubtful)
+        assert "with a probability of 95.45 %." not in words_beside(doubtful)
+        if code == "doubt-swing":
+            uncertainty = as_json(describe_evaluation(doubtful))["uncertainty"]
+            assert uncertainty["may_be_too_small_codes"][0]["code"] == code
+            assert "± U: may cover less than 95.45 % (the axis swings" in summary_of(doubtful)
+    assert as_json(describe_evaluation(report))["uncertainty"]["may_be_too_small"] == []
+
+
+def test_a_u_larger_than_its_figure_is_remarked_upon(report: PositioningReport) -> None:
+    figures = report.uncertainty.measured
+    large = {**figures.expanded_uncertainty, "R": 1e3, "B_mean": 1e3}
+    found = replace(report.uncertainty, measured=replace(figures, expanded_uncertainty=large))
+    assert "U of R is larger than the figure" in notes_of(replace(report, uncertainty=found))
+    assert "is larger than the figure" not in notes_of(report)
 
 
 def test_the_numbers_of_the_table_are_the_same_in_pdf_html_terminal_and_json(
@@ -537,7 +567,9 @@ def test_the_evaluated_uncertainty_decides_where_no_other_is_stated(
     report: PositioningReport,
 ) -> None:
     lacking, limited = report.uncertainty.measured, report
-    report = with_budget(report, UncertaintyBudget(device=0.5))
+    partly = with_budget(report, UncertaintyBudget(device=0.5)).uncertainty.measured
+    nil = {key: 0.0 for key in UncertaintyBudget.__dataclass_fields__ if "device" not in key}
+    report = with_budget(report, UncertaintyBudget(device=0.5, **nil))
     measured = report.uncertainty.measured
     u, b = measured.expanded_uncertainty["B"], float(report.iso230_2.B)
     for rule, limit, verdict, guard_band in (
@@ -553,11 +585,14 @@ def test_the_evaluated_uncertainty_decides_where_no_other_is_stated(
         row = figure_table(replace(report, limits=check)).rows[0]
         assert (row.verdict, row.guard_band) == (verdict, guard_band)
         assert check.reservation is None
-        for uncertainty in (None, lacking):  # nothing is known of the instrument
+        for uncertainty in (None, partly, lacking):  # not every term is known
             bare = check_limits(limits, report.iso230_2, uncertainty)
             simple = rule is DecisionRule.SIMPLE
             assert bare.verdict is (verdict if simple else Verdict.NOT_DECIDED)
             assert bare.reservation.code == "verdict-u_lacks"
+            if uncertainty is partly:
+                assert "[material] temperature_interval_k" in sentence_of(bare.reservation)
+                assert "[device]" not in sentence_of(bare.reservation)
     for said in (
         render_html(document_of(replace(limited, limits=bare))),
         summary_of(replace(limited, limits=bare)),

@@ -19,7 +19,7 @@ from thermaxis.positioning import FIGURE_KEYS, PositioningTest
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, values_of
 
 _UNCERTAINTY = (
-    "±: expanded uncertainty (k = 2, GUM, Monte Carlo) from noise and drift alone, without"
+    "±: expanded uncertainty U (95.45 %, GUM, Monte Carlo) from noise and drift alone, without"
     " instrument and environment"
 )
 
@@ -156,7 +156,7 @@ def _change(change: report.TrendChange, runs: int, unit: str) -> str:
     if change.significant is None:
         return text
     verdict = "more than" if change.significant else "within"
-    return f"{text}: {verdict} its U of {change.expanded_uncertainty:.2f} {unit} (k = 2)"
+    return f"{text}: {verdict} its U of {change.expanded_uncertainty:.2f} {unit} (95.45 %)"
 
 
 def _values_of(change: report.TrendChange) -> list[Value]:

@@ -1,5 +1,6 @@
 left_out-no_budget = Messgerät und Umgebung: es wurde kein Unsicherheitsbudget angegeben
 left_out-not_stated = { CODE($term, "term") }: im Unsicherheitsbudget nicht angegeben
+left_out-keys_not_stated = { $keys }: im Unsicherheitsbudget weder angegeben noch durch eine 0 als nichtig erklärt
 left_out-in_scatter = Umgebungseinfluss (die Streuung der Ablesungen ist größer und enthält ihn)
 left_out-drift_unknown = Drift (sie ist nicht bekannt und zählt als Streuung)
 left_out-drift_not_described = Drift der Zielposition { $targets }, die das Driftmodell nicht beschreibt

@@ -114,7 +114,10 @@ warning-not_in_charts = { $count ->
 
 ## What stands below a table of figures
 
-note-u_measured = U = k u is the expanded uncertainty by Monte Carlo (JCGM 101, { $samples } draws, seed { $seed }), not by the annex of ISO 230-2. The true figure as measured is that of this run without the noise of its readings, at its time and with its drift.
+note-u_measured = U = k u is the expanded uncertainty by Monte Carlo (JCGM 101, { $samples } draws, seed { $seed }), not by the annex of ISO 230-2.
+note-u_of_run = The true figure as measured is that of this run without the noise of its readings, at its time and with its drift.
+note-u_without_drift = The drift of this run is not known and counts as scatter: the true figure is that of the mean deviations which many such runs would have. With the times or the order of the readings the drift would belong to the true figure, so that U of the same readings would be another, as a rule smaller.
+note-u_larger = U of { $symbols } is larger than the figure, which cannot be negative: the readings only say that it is not larger than figure + U.
 note-u_bias = The largest of noisy values is too large on average: the bias of a figure is the mean of figure minus true figure. The figures are not corrected for it; U contains it. Of the main figures it is largest for { $symbol }: { SIGNED($bias, decimals: 3) } { $unit }.
 note-with_outliers = { $count ->
         [1] One reading lies out. It counts in the measured figures
@@ -124,6 +127,9 @@ note-drift_effect = The drift-free figures are of the mean deviations in one the
 note-u_stated = U of { $symbols } is stated in the limits file (k = 2) in place of the evaluated one.
 note-u_none = The measurement uncertainty was not evaluated.
 note-u = U is the expanded uncertainty: the true figure lies within figure ± U with a probability of 95.45 %.
+note-u_doubted = U is the expanded uncertainty, meant for a probability of 95.45 % that the true figure lies within figure ± U. Here U may be too small: { $doubts }.
+doubt-jump = the axis jumped during the run
+doubt-swing = the axis swings too fast to be followed
 note-u_contains = U contains: { $terms }.
 note-u_without = U is without: { $terms }.
 note-drift_free = Drift-free figures are no results of ISO 230-2.

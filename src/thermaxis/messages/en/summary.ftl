@@ -31,7 +31,8 @@ summary-figure_B = reversal { $edition ->
        *[older] value
     }
 summary-u = ± U: coverage 95.45 %
-summary-u_without = ± U: coverage 95.45 %, without { $left_out }
+summary-u_doubted = ± U: may cover less than 95.45 % ({ $doubts })
+summary-u_without = { $coverage }, without { $left_out }
 summary-other_standard = { $name } ({ $mark }): { $figures } { $unit }
 
 ## Drift

@@ -2,6 +2,7 @@
 
 left_out-no_budget = instrument and environment: no budget was given
 left_out-not_stated = { CODE($term, "term") }: not stated in the budget
+left_out-keys_not_stated = { $keys }: neither stated in the budget nor declared nil by a 0
 left_out-in_scatter = environmental variation (the scatter of the readings is larger and contains it)
 left_out-drift_unknown = drift (it is not known and counts as scatter)
 left_out-drift_not_described = drift of target { $targets }, which the drift model does not describe

@@ -166,11 +166,11 @@ def _systematic(test: PositioningTest, budget: UncertaintyBudget) -> Iterator[Un
         yield _rectangular("misalignment", width, unit, 1.0)
     width = budget.material_temperature_interval_k
     if width is not None:
-        effect = _expansion_coefficient_ppm_per_k(test, budget) * length_m
+        effect = _expansion_coefficient_ppm_per_k(test, budget) * length_m if width else 0.0
         yield _rectangular("material_temperature", width, "K", effect)
     width = budget.expansion_coefficient_interval_ppm_per_k
     if width is not None:
-        effect = _difference_to_20_c_k(test, budget) * length_m
+        effect = _difference_to_20_c_k(test, budget) * length_m if width else 0.0
         yield _rectangular("expansion_coefficient", width, "ppm/K", effect)
 
 

@@ -65,9 +65,10 @@ def budget_section(report: PositioningReport) -> list[Section]:
         " uncertainty of the instrument's certificate (k = 2), half width of a rectangular"
         " interval, standard deviation of a reading, or bias; last row of each figure: combined"
         " standard uncertainty u, the root of the sum of squares of the contributions. U is by"
-        " Monte Carlo; k = U / u is less than 2 where the bias is most of u. Non-linearity (GUM"
-        " 5.1.2, note): a maximum of many values is no straight line. Terms that cancel in a"
-        " figure, and a non-linearity below a tenth of u, are left out."
+        " Monte Carlo, the half width about the figure that holds 95.45 % of the draws. They are"
+        " not normal, so k = U / u is not 2. Non-linearity (GUM 5.1.2, note): a maximum of many"
+        " values is no straight line. Terms that cancel in a figure, and a non-linearity"
+        " below a tenth of u, are left out."
     )
     block = Table(columns, table.cells, caption, strong_rows=table.strong, dense=True)
     return [Section("Uncertainty budget (GUM)", (block,))]

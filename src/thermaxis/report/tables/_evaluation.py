@@ -25,7 +25,7 @@ from thermaxis.positioning import (
     Vdi3441Result,
     figures_by_key,
 )
-from thermaxis.report._figure_table import budget_table, figure_table, terms_of_u
+from thermaxis.report._figure_table import budget_table, doubts_of_u, figure_table, terms_of_u
 from thermaxis.report._names import (
     OTHER_NAMES,
     edition_name,
@@ -330,6 +330,9 @@ def _uncertainty(report: PositioningReport) -> Part:
             for row in budget.cells
         ]
         parts.append(Table("Uncertainty budget (GUM) of the figures as measured", rows, words=4))
+    doubts = doubts_of_u(report)
+    parts.append(Value("may_be_too_small", tuple(map(sentence_of, doubts))))
+    parts.append(Value("may_be_too_small_codes", tuple(map(value_as_json, doubts))))
     parts.append(Value("drift_effect", _by_figure(result.drift_effect)))
     for key, figures in (("measured", result.measured), ("drift_free", result.drift_free)):
         if figures is None:

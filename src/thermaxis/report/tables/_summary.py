@@ -148,8 +148,11 @@ def _figures(report: PositioningReport, table: FigureTable) -> Iterator[str]:
     yield from _lines(*(one for one in table.legend if one.code == "note-u_stated"))
     if any(table.rows[i].expanded_uncertainty is not None for i in shown):
         lacking = [one.values["terms"] for one in table.legend if one.code == "note-u_without"]
-        of_u = Message("summary-u_without", {"left_out": lacking[0]}) if lacking else None
-        yield from _lines(of_u or Message("summary-u"))
+        doubts = [one.values for one in table.legend if one.code == "note-u_doubted"]
+        of_u = Message("summary-u_doubted", doubts[0]) if doubts else Message("summary-u")
+        if lacking:
+            of_u = Message("summary-u_without", {"coverage": of_u, "left_out": lacking[0]})
+        yield from _lines(of_u)
 
 
 def _name(row: FigureRow, edition: Edition) -> str:

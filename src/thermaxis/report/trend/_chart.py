@@ -92,7 +92,7 @@ def draw_trend(trend: Trend) -> Figure:
     named = f"axis {drawable(axis, 20)} · " if axis else ""
     notes: list[str] = []
     if any(f.expanded_uncertainty is not None for r in trend.runs for f in r.measured.values()):
-        notes.append("bars: expanded uncertainty (k = 2) from noise and drift")
+        notes.append("bars: expanded uncertainty U (95.45 %) from noise and drift")
     if any(run.drift_free for run in trend.runs):
         notes.append("what is without drift is no result of ISO 230-2")
     what = f"Figures of ISO 230-2 over time · {named}{len(trend.runs)} runs"

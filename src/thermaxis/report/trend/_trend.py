@@ -45,7 +45,7 @@ class TrendFigure:
     value: float
     """The figure. [µm or arcsec]"""
     expanded_uncertainty: float | None
-    """Expanded uncertainty (k = 2) from noise and drift; None if not known. [µm or arcsec]"""
+    """Expanded uncertainty (95.45 %) from noise and drift; None if not known. [µm or arcsec]"""
 
 
 @final
@@ -79,7 +79,7 @@ class TrendChange:
     change: float
     """Last minus first. [µm or arcsec]"""
     expanded_uncertainty: float | None
-    """Of the change (k = 2), root of the sum of squares of both; None if not known.
+    """Of the change, root of the sum of squares of both (95.45 %); None if not known.
     [µm or arcsec]"""
 
     @property
