@@ -309,7 +309,13 @@ def _heads() -> list[Nasty]:
                 f"{' and '.join(words)} with numbers",
                 text([[target, *(f"{w} {k}" for k in (1, 2, 3) for w in words)], *wide(PASSES)]),
             )
-            for words in (("Hin", "Her"), ("Go", "Return"), ("aller", "retour"), ("Tam", "Zpět"))
+            for words in (
+                ("Hin", "Her"),
+                ("Go", "Return"),
+                ("aller", "retour"),
+                ("cw", "ccw"),
+                ("Tam", "Zpět"),
+            )
         ),
         Nasty(
             "words for the way back that nobody knows",

@@ -185,7 +185,7 @@ def test_what_is_odd_is_read_with_a_remark(tmp_path: Path, text: str, missing: i
 
 def test_what_is_no_whole_run_is_refused(tmp_path: Path):
     wrong = {
-        lines_changed("UNIT=mm", f"UNIT={unit}"): "line 6, column UNIT: unknown_unit"
+        lines_changed("UNIT=mm", f"UNIT={unit}"): "line 6, column UNIT: unknown_length_or_angle"
         for unit in ("inch", "rad", "5")
     }
     wrong |= {

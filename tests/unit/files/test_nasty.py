@@ -148,10 +148,25 @@ def test_a_tolerance_merges_no_targets_that_lie_further_apart(tmp_path: Path) ->
     content = case_named("targets of an encoder").content
     with refused("targets_not_apart"):
         read(tmp_path, content, RunMapping(target_tolerance=200.0))
-    assert read(tmp_path, content, RunMapping(target_tolerance=1e-3)).target.size == 6
+    with refused("targets_nearly_equal") as caught:
+        read(tmp_path, content)
+    tolerance = float(str(caught.value.values["tolerance"]))
+    merged = read(tmp_path, content, RunMapping(target_tolerance=tolerance)).target
+    np.testing.assert_allclose(merged, TARGETS, atol=tolerance)
+    np.testing.assert_array_equal(merged, np.round(merged, 4))
     # near targets that each pass has are targets of their own
     rows = [[c, w, t, d] for c, w, t0, d in tidy() for t in (t0, f"{float(t0) + 0.01:g}")]
     assert read(tmp_path, text([HEAD, *rows])).target.size == 12
+
+
+@pytest.mark.parametrize("codes", [[999999.9] * 3, [999999.9, -999999, -999999], [-1e6] * 17])
+def test_an_error_code_among_readings_is_no_reading(tmp_path: Path, codes: list[float]) -> None:
+    rows = changed(tidy(), 5, 3, "250")  # one outlier is none
+    read(tmp_path, text([HEAD, *rows]))
+    for k, code in enumerate(codes):
+        rows = changed(rows, 2 * k, 3, f"{code}")
+    with refused("error_code_as_reading"):
+        read(tmp_path, text([HEAD, *rows]))
 
 
 def test_blocks_transposed_and_localised_forms_give_the_same_readings(tmp_path: Path) -> None:

@@ -190,7 +190,7 @@ def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path: Path) -> None:
             ROWS, above="# start: 2026-03-02T09:00|# end: 2026-03-02T08:00"
         ): "line 3: end_before_start",
         table(ROWS, above="# kind: rotary"): "line 2, column target_mm: kind_and_unit_disagree",
-        "Protokoll 7\ncycle;sens;cible;écart\n1;avant;0;1\n": "line 2: run_headings_incomplete",
+        "Protokoll 7\ncycle;sentido;cota;desvío\n1;ida;0;1\n": "line 2: run_headings_incomplete",
         "x\n": "line 1: run_headings_incomplete",
     }
     many = [f"{c},+,{t},1" + ",7" * 4000 for c in (1, 5000) for t in "01"]
@@ -205,7 +205,9 @@ def test_headings_that_do_not_make_a_run_are_refused_with_their_column(tmp_path:
     wrong = {
         heading.replace("_mm", ""): "line 1, column target: unit_not_stated",
         heading.replace("_um", ""): "line 1, column deviation: unit_not_stated",
-        heading.replace("_mm", " (furlong)"): "line 1, column target (furlong): unknown_unit",
+        heading.replace(
+            "_mm", " (furlong)"
+        ): "line 1, column target (furlong): unknown_length_or_angle",
         heading.replace("um", "arcsec"): "line 1, column deviation_arcsec: unit_of_other_kind",
         heading.replace("deviation_um", "measured_deg"): (
             "line 1, column measured_deg: unit_of_other_kind"
@@ -219,7 +221,7 @@ def test_headings_that_do_not_make_a_run_are_refused_with_their_column(tmp_path:
     twice = table([f"{row},0" for row in ROWS], f"{HEADING},Target (mm)")
     wrong[twice] = "line 1, column Target (mm): two_columns_of_a_role"
     units = table([",,mm,furlong", *ROWS], "Cycle,Direction,Target,Error")
-    wrong[units] = "line 2, column Error: unknown_unit"
+    wrong[units] = "line 2, column Error: unknown_length_or_angle"
     check_refusals(read_positioning, tmp_path / "run.csv", wrong)
 
 

@@ -160,6 +160,14 @@ def test_an_axis_that_moves_and_comes_back_is_said_to_swing() -> None:
     assert "swing" not in summary_of(drifting(make_run(9, 30)))
 
 
+def test_an_assumed_unit_is_the_first_warning_whatever_else_there_is_to_say() -> None:
+    report = drifting(make_run(9, 8))
+    assumed = Message("remark-unit_assumed", {"unit": "µm", "word": "um"})
+    summary = summary_of(replace(report, warnings=(*messages(4), assumed)))
+    first = next(line for line in summary.splitlines() if line.startswith("warning"))
+    assert first == "warning: no unit of the deviations is stated: µm was assumed"
+
+
 def test_a_jump_and_an_outlier_stand_below_the_drift_and_not_among_the_warnings() -> None:
     test = replace(make_run(9, 8), remarks=())
     noise = np.random.default_rng(6).normal(0.0, 0.3, test.deviation.shape)

@@ -39,6 +39,8 @@ _OTHER_SIZE = 10.0
 """Factor in typical values by which a column differs that holds no readings of the run. [1]"""
 _MOSTLY = 0.5
 """Part of the rows in which a column of readings has a number. [1]"""
+_BEYOND = 1000.0
+"""How many times as far from the median as all others equal readings are none. [1]"""
 
 
 def _no_channels() -> dict[str, FloatArray]:
@@ -83,6 +85,7 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
             "too_many_targets", targets=target.size, most=MAX_TARGETS, place=at()
         )
     cycles = _number_of_cycles(at, cycle, line)
+    _check_error_codes(at, deviation, line)
     shape = (int(target.size), cycles, 2)
     _check_size(at, shape, int(deviation.size), cycle, line)
     _check_channels(at, shape, len(channels or {}))
@@ -229,6 +232,31 @@ def _number_of_cycles(at: Callable[..., Place], cycle: IntArray, line: IntArray)
             "cycle_below_one", cycle=int(cycle[lowest]), place=at(int(line[lowest]))
         )
     return int(cycle.max())
+
+
+def _check_error_codes(at: Callable[..., Place], deviation: FloatArray, line: IntArray) -> None:
+    """Refuse equal values far beyond all others: codes of errors, not readings."""
+    distance = np.abs(deviation - np.nanmedian(deviation))
+    ranked = np.sort(distance[~np.isnan(distance)])
+    least = ranked.size // 2
+    jumps = np.flatnonzero((ranked[1:] > _BEYOND * ranked[:-1]) & (ranked[:-1] > 0.0))
+    jumps = jumps[jumps >= least]
+    if not jumps.size:
+        return
+    far = np.flatnonzero(distance > ranked[jumps[0]])
+    value, count = np.unique(deviation[far], return_counts=True)
+    most = int(np.argmax(count))
+    if count[most] < 2:
+        return
+    rows = line[far[deviation[far] == value[most]]]
+    raise MeasurementFileError(
+        "error_code_as_reading",
+        count=int(count[most]),
+        value=f"{value[most]:.10g}",
+        others=float(ranked[jumps[0]]),
+        rows=first_few([str(row) for row in rows.tolist()]),
+        place=at(int(rows[0])),
+    )
 
 
 def _check_size(

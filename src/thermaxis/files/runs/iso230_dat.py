@@ -163,7 +163,9 @@ def _read_unit(source: SourceText, content: _Content) -> Unit:
     text, number = content.settings.get("UNIT", ("", None))
     unit = unit_named(text or DEFAULT_UNIT)
     if unit is None or unit not in map(unit_named, _UNITS):
-        raise MeasurementFileError("unknown_unit", unit=text, place=source.at(number, "UNIT"))
+        raise MeasurementFileError(
+            "unknown_length_or_angle", unit=text, place=source.at(number, "UNIT")
+        )
     return unit
 
 

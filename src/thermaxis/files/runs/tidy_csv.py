@@ -91,7 +91,7 @@ def tidy_test(table: Table) -> PositioningTest:
     if order is None:
         turn_remarks += rows_against_direction(row_target, cycle, approach)
     target, target_index, target_remarks = one_target_each(
-        table, row_target, np.column_stack((cycle, approach)), given
+        table, row_target, np.column_stack((cycle, approach)), given, unit.kind.units.position
     )
     assembled = assemble_readings(
         at=table.source.at,

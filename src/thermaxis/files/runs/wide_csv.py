@@ -39,6 +39,9 @@ from thermaxis.positioning import (
 
 _IntArray: TypeAlias = NDArray[np.int64]
 
+_LEAST_PLAUSIBLE = 0.05
+"""Largest deviation below which no machine stays; own choice. [µm or arcsec]"""
+
 
 def wide_test(table: Table) -> PositioningTest:
     """Make a positioning test from a table with one target per row and one run per column."""
@@ -51,6 +54,8 @@ def wide_test(table: Table) -> PositioningTest:
     runs = _run_columns(table)
     unit, remarks = _unit_of_runs(table, runs, target_unit)
     values = np.column_stack([table.numbers(column) for column in runs.values()])
+    if any(one.code == "remark-unit_assumed" for one in remarks):
+        _check_assumed(table, values, unit)
     _check_not_positions(table, values, row_target, unit)
     remarks += _left_out(table, target_column, runs, values)
     headed = (table.headings[k] for k in runs.values())
@@ -175,6 +180,24 @@ def _unit_of_runs(
     word = assumed.kind.units.deviation_suffix
     said = remark("unit_assumed", unit=assumed.name, word=word)
     return assumed, [said]
+
+
+def _check_assumed(table: Table, values: FloatArray, unit: Unit) -> None:
+    """Refuse deviations that are too small for the unit that nothing states."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if not 0.0 < largest < _LEAST_PLAUSIBLE:
+        return
+    units = unit.kind.units
+    raise MeasurementFileError(
+        "unit_implausible",
+        largest=largest,
+        unit=units.deviation,
+        other=units.position,
+        converted=largest * units.deviations_per_position,
+        word=units.deviation_suffix,
+        other_word=units.position_suffix,
+        place=table.at(),
+    )
 
 
 def _check_not_positions(

@@ -182,7 +182,7 @@ class _Rows:
         for k in needed:
             if units[k] is None:
                 place = self.source.at(first[0], k, block.headings[k].text)
-                raise MeasurementFileError("unknown_unit", unit=cells[k], place=place)
+                raise MeasurementFileError("unknown_length_or_angle", unit=cells[k], place=place)
         block.headings = tuple(
             replace(h, unit=units[k]) if k in needy else h for k, h in enumerate(block.headings)
         )

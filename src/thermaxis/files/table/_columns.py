@@ -41,6 +41,7 @@ _ROLE_WORDS: dict[Role, str] = {
     Role.TARGET: """
         target target_position nominal nominal_position position pos set set_position setpoint
         soll sollposition sollpos sollwert ziel zielposition nennposition
+        cible position_cible
         cil cilova_poloha cilova_pozice poloha pozice zadana_poloha zadana_pozice pozadovana_poloha
         jmenovita_poloha
     """,
@@ -50,9 +51,9 @@ _ROLE_WORDS: dict[Role, str] = {
         skutecna_poloha skutecna_pozice
     """,
     Role.DEVIATION: """
-        deviation dev positional_deviation error err positional_error positioning_error
+        deviation deviations dev positional_deviation error err positional_error positioning_error
         abweichung abw positionsabweichung positionierabweichung lageabweichung fehler
-        positionsfehler positionierfehler
+        positionsfehler positionierfehler ecart ecarts ecart_de_position
         odchylka odchylka_polohy polohova_odchylka uchylka uchylka_polohy polohova_uchylka chyba
         chyba_polohy chyba_polohovani
     """,
@@ -66,7 +67,7 @@ _ROLE_WORDS: dict[Role, str] = {
     Role.DIRECTION: """
         direction approach approach_direction direction_of_approach
         richtung anfahrrichtung bewegungsrichtung fahrtrichtung messrichtung verfahrrichtung
-        smer smer_najezdu smer_pohybu
+        smer smer_najezdu smer_pohybu sens sens_d_approche
     """,
     Role.ORDER: "order sequence reihenfolge messreihenfolge poradi",
     Role.TIME: """
@@ -114,6 +115,10 @@ _UNITS: tuple[tuple[Unit, tuple[str, ...]], ...] = (
     (Unit("mm", _LINEAR, (1, 1), (1e3, 1), 3), ("mm",)),
     (Unit("µm", _LINEAR, (1, 1e3), (1, 1), 0), ("um", "micron", "microns", "micrometer")),
     (Unit("nm", _LINEAR, (1, 1e6), (1, 1e3), -3), ("nm",)),
+    (
+        Unit("µin", _LINEAR, (25.4, 1e6), (25.4, 1e3), None),
+        ("uin", "microinch", "microinches"),
+    ),
     (Unit("inch", _LINEAR, (25.4, 1), (25400, 1), None), ("in", "inch", "inches")),
     (Unit("deg", _ROTARY, (1, 1), (3600, 1), None), ("deg", "degree", "degrees", "°")),
     (Unit("arcmin", _ROTARY, (1, 60), (60, 1), None), ("arcmin", "arcminute", "arcminutes")),
@@ -163,7 +168,7 @@ _SIGMAS = re.compile(r"[+±-]?\s*[0-9]*\s*(?:s|σ|sigma)(?!\w)")
 _POSITION_NUMBER = re.compile(r"(?:pos|neg)(?<![^\W_]...)[\W_]*[0-9]")
 
 _FORWARD_WORDS = """
-    forward forwards fwd up go positive pos plus + ↑ aller
+    forward forwards fwd up go positive pos plus + ↑ aller cw
     hin vor hinlauf hinfahrt vorwarts vorwaerts aufwarts aufwaerts positiv
     vpred dopredu tam nahoru kladny kladna kladne
 """
@@ -172,7 +177,7 @@ _LEADING_SIGNS = frozenset(f"+{_DASHES}")
 _BACKWARD_WORDS = """
     backward backwards back bwd reverse rev return down negative neg minus ↓
     - \N{MINUS SIGN} \N{EN DASH}
-    her ruck rueck retour
+    her ruck rueck retour ccw
     zuruck zurueck rucklauf ruecklauf ruckfahrt rueckfahrt ruckwarts rueckwaerts abwarts abwaerts
     negativ
     vzad dozadu zpet dolu zaporny zaporna zaporne

@@ -57,7 +57,7 @@ def group_targets(row_target: FloatArray) -> tuple[FloatArray, _IntArray]:
 
 
 def one_target_each(
-    table: Table, row_target: FloatArray, passes: _IntArray, given: NDArray[np.bool_]
+    table: Table, row_target: FloatArray, passes: _IntArray, given: NDArray[np.bool_], unit: str
 ) -> tuple[FloatArray, _IntArray, list[Message]]:
     """Return the targets, (m,), and the index of each row's, with a tolerance where one is stated.
 
@@ -75,8 +75,9 @@ def one_target_each(
     spread = target[last] - target[first]
     widest = int(np.argmax(spread))
     shown = {
-        "first": float(target[first[widest]]),
-        "second": float(target[first[widest]] + spread[widest]),
+        "first": f"{target[first[widest]]:.10g}",
+        "second": f"{target[last[widest]]:.10g}",
+        "unit": unit,
     }
     merged = (np.cumsum(apart, dtype=np.int64) - 1)[index]
     if tolerance is None:
@@ -87,7 +88,7 @@ def one_target_each(
             "targets_nearly_equal",
             targets=target.size,
             fewer=first.size,
-            tolerance=float(np.ceil(spread[widest] * 1e6) / 1e6),
+            tolerance=_rounded_up(float(spread[widest])),
             place=table.at(),
             **shown,
         )
@@ -99,7 +100,14 @@ def one_target_each(
     said = remark(
         "targets_merged", targets=target.size, fewer=first.size, largest=float(spread[widest])
     )
-    return np.round(mean, 6), merged, [said]
+    decimals = int(np.ceil(-np.log10(spread[widest])))  # as many as the positions agree in
+    return np.round(mean, max(decimals, 0)) + 0.0, merged, [said]
+
+
+def _rounded_up(value: float) -> float:
+    """Return a tolerance of two digits that is not smaller."""
+    digits = 1 - int(np.floor(np.log10(value)))
+    return round(float(np.ceil(value * 10.0**digits - 1e-6)) / 10.0**digits, digits)
 
 
 def _least_tolerance(target: FloatArray) -> float | None:
@@ -125,11 +133,11 @@ def _known_unit(table: Table, column: int, example: str) -> Unit:
         return heading.unit
     place = table.at(column=column)
     if heading.unit_text:
-        raise MeasurementFileError("unknown_unit", unit=heading.unit_text, place=place)
+        raise MeasurementFileError("unknown_length_or_angle", unit=heading.unit_text, place=place)
     named = unit_elsewhere(table, heading.role)
     unit = unit_named(named)
     if unit is None:
-        code = "unknown_unit" if named else "unit_not_stated"
+        code = "unknown_length_or_angle" if named else "unit_not_stated"
         raise MeasurementFileError(code, unit=named, example=example, place=place)
     table.metadata.remarks.append(remark("unit_elsewhere", name=heading.text, unit=unit.name))
     return unit

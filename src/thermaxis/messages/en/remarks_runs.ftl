@@ -87,6 +87,7 @@ remark-not_measured = { $count ->
     } no measured position, first in { $where }: there the column of deviations is used
 remark-unit_elsewhere = the column { $name } states no unit: { $unit } was stated elsewhere
 remark-unit_assumed = no unit of the deviations is stated: { $unit } was assumed; to state it, write a line '# unit: { $word }' above the headings, or head the runs as run_1_{ $word }
+    .short = no unit of the deviations is stated: { $unit } was assumed
 remark-columns_of_no_run = columns that hold no run were left out: { $names }
 
 ## Sections and environment

@@ -21,6 +21,7 @@ _LINES, _WIDTH = 20, 80
 """What a small terminal shows at once. [1]"""
 _LONGEST_NAME = 40
 _NO_MODEL = "warning-no_drift_model"
+_UNIT_ASSUMED = "remark-unit_assumed"  # every figure hangs on it
 _HEADS = {"value": "measured", "drift-free": "without drift"}
 _LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
 
@@ -44,14 +45,14 @@ def summary_of(report: PositioningReport) -> str:
     of_chart = () if adjacent is None else adjacent.warnings
     events = [one for one in of_drift if _short(one) is not one]
     others = [one for one in report.warnings if one.code != _NO_MODEL and one not in events]
-    others.sort(key=lambda one: one not in of_drift)
+    others.sort(key=lambda one: (one.code != _UNIT_ASSUMED, one not in of_drift))
     urgent = [one for one in others if one not in of_chart and one.code not in _LESS_URGENT]
     head = _lines(_run(report), *_verdict(report, table))
     figures = [*_figures(report, table)]
     drift = _lines(*_other_standard(report), *_drift(report))
     named, warnings, findings = _fitting(
         [_lines(_short(one)) for one in events],
-        [_lines(one, before="warning: ") for one in urgent],
+        [_lines(_short(one), before="warning: ") for one in urgent],
         [_lines(_short(one.message), before="finding: ") for one in report.diagnosis],
         room=_LINES - len([*head, *figures, *drift]) - 2,
     )
@@ -210,6 +211,6 @@ def _drift(report: PositioningReport) -> Iterator[Message]:
 
 def _amount(value: float, band: float) -> str:
     """Return an amount with its band, or what it is less than where its band contains zero."""
-    if abs(value) <= band:
+    if 0.0 < band and abs(value) <= band:
         return f"less than {two_digits(abs(value) + band)}"
     return f"{'+' * (value > 0.0)}{with_u(value, band).replace('-', '−')}"
