@@ -35,6 +35,8 @@ def adder(to: AddsArguments) -> Callable[..., None]:
     def add(usage: str, text: str, kind: Kind = str, *, many: bool = False, **more: object) -> None:
         words = usage.split(" ")
         count = max(1, sum(word.startswith("-") for word in words))
+        if "type" in more:
+            raise TypeError("the kind of a value is the third argument")
         names, metavar = [word.rstrip(",") for word in words[:count]], " ".join(words[count:])
         if kind is bool:
             more["action"] = "store_true"

@@ -94,6 +94,32 @@ def test_a_leap_that_comes_with_a_switch_or_comes_back_is_no_new_zero() -> None:
     assert without_faults(ThermalLog.from_columns(columns, time_s=log.time_s)).remarks == ()
 
 
+def on_and_off(unit: str, leap_um: float, step_s: float = 300.0) -> ThermalLog:
+    """Return 48 h of coarse rows whose temperature leaps with the heat, and a leap hours later."""
+    random = np.random.default_rng(5)
+    time_s = np.arange(0.0, 48 * 3600.0, step_s)
+    since, after = (np.maximum(time_s - edge_s, 0.0) for edge_s in (3600.0, 24 * 3600.0))
+    tau_s = np.array([120.0, 3000.0, 150.0, 4000.0])[:, None]
+    rise = np.exp(-after / tau_s) - np.exp(-since / tau_s)
+    t = 20.0 + np.array([10.0, 6.0]) @ rise[:2] + random.normal(0.0, 0.05, time_s.size)
+    z = np.array([12.0, 24.0]) @ rise[2:] + random.normal(0.0, 0.2, time_s.size)
+    z[time_s > 36 * 3600.0] += leap_um
+    columns = {
+        "T": t,
+        f"Z_{unit}": z * {"um": 1.0, "mm": 1e-3}[unit],
+        "X_um": np.full(t.size, np.nan),
+    }
+    return ThermalLog.from_columns(columns, time_s=time_s, units={"T": "degC"})
+
+
+@pytest.mark.parametrize("unit", ["um", "mm"])
+def test_a_leap_with_the_temperature_is_heat_and_one_without_is_a_new_zero(unit: str) -> None:
+    assert without_faults(on_and_off(unit, 0.0)).remarks == ()
+    (said,) = without_faults(on_and_off(unit, 37.0)).remarks
+    assert (said.code, said.values["unit"]) == ("remark-displacement_joined", unit)
+    assert said.values["row"] == 433
+
+
 def test_as_logged_masks_what_is_no_measurement_only() -> None:
     z = made(0, 1).columns["Z_um"]
     log = changed("Z_um", slice(900, None), z[900:] + 37.0, seed=1)
@@ -148,12 +174,17 @@ def test_displacements_by_the_same_clock_stay(plan: int) -> None:
     assert with_one_clock(log, INPUTS, ["Z_um"]).columns["Z_um"] is log.columns["Z_um"]
 
 
-def test_a_smaller_shift_may_be_the_machine_and_is_told_only() -> None:
+def test_a_smaller_shift_may_be_the_machine_and_is_left() -> None:
     log = stamped(-200.0)
-    found = with_one_clock(log, INPUTS, ["Z_um"])
-    assert [one.code for one in found.remarks] == ["remark-displacements_may_be_early"]
-    assert found.remarks[0].values["shift_s"] == pytest.approx(200.0, abs=75.0)
-    assert found.columns["Z_um"] is log.columns["Z_um"]
+    assert with_one_clock(log, INPUTS, ["Z_um"]) is log
+
+
+def test_what_judges_a_model_is_told_of_its_clock_and_stays() -> None:
+    log = stamped(900.0)
+    (said,) = (told := with_one_clock(log, INPUTS, ["Z_um"], told_only=True)).remarks
+    assert said.code == "remark-displacements_seem_late"
+    assert said.values["shift_s"] == pytest.approx(900.0, abs=75.0)
+    assert told.columns["Z_um"] is log.columns["Z_um"]
 
 
 @pytest.mark.parametrize("seed", [1, 4])

@@ -365,3 +365,19 @@ def test_a_fitted_start_sees_no_row_that_counts() -> None:
     assert starts[0].start_rows == starts[1].start_rows == 400
     assert list(starts[0].start.states_k) == list(starts[1].start.states_k)
     assert starts[0].figures.rmse_um < 1.0
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("start", [None, *LogStart])
+def test_an_input_that_is_missing_at_first_counts_from_its_first_value(
+    start: LogStart | None,
+) -> None:
+    part = replace(PART, static_gain_um_per_k=15.0)
+    model = CompensationModel(outputs=(Output("Z_um", (part,)),))
+    log = began((0.0, 0.0))
+    t = np.array(log.columns["T"])
+    t[:5] = np.nan
+    late = ThermalLog.from_columns({"T": t, "Z_um": log.columns["Z_um"]}, time_s=log.time_s)
+    figures = [verify(model, [e], start=start).pooled["Z_um"] for e in (log, late)]
+    assert figures[1].rmse_um == pytest.approx(figures[0].rmse_um, rel=0.1)
+    assert figures[1].static_rmse_um == pytest.approx(figures[0].static_rmse_um, rel=0.05)

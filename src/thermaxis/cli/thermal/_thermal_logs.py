@@ -12,18 +12,20 @@ import numpy as np
 
 from thermaxis.cli._arguments import TIME, UNITS_S, add_mapping, adder, diameter, positive_seconds
 from thermaxis.codes import Place, message_as_json
-from thermaxis.compensation import TrainingLog
+from thermaxis.compensation import CompensationModel, TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
 from thermaxis.messages import remedy_of, sentence_of
 from thermaxis.report.tables import Value
 from thermaxis.thermal import (
+    InputDefinition,
     LogFinding,
     LogStart,
     MeasuredOutput,
     ThermalLog,
     check_log,
     mask_rows,
+    with_one_clock,
     without_faults,
 )
 
@@ -124,8 +126,8 @@ def add_start(parser: argparse.ArgumentParser) -> None:
         "the machine at the first row: rest, steady (inputs were for long what they are then), or"
         " fitted to the measured rows before --span, or to all of them (default: rest, unless the"
         " measured rows make another start far more likely; it is said)",
+        LogStart,
         choices=tuple(LogStart),
-        type=LogStart,
     )
 
 
@@ -166,6 +168,22 @@ def read_logs(
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
         found.append(ReadLog(log, TrainingLog(path.name, digest, log.rows, first)))
     return found
+
+
+def with_clocks_told(
+    logs: Sequence[ThermalLog],
+    models: Sequence[CompensationModel],
+    measured: Sequence[MeasuredOutput] | None,
+    reference_s: float,
+) -> list[ThermalLog]:
+    """Return logs that judge models, told where their clocks differ or a channel drifts."""
+    outputs = [output for model in models for output in model.outputs]
+    parts = {part.name: part for output in outputs for part in output.parts}
+    inputs = [InputDefinition(p.name, p.plus, p.minus or None) for p in parts.values()]
+    names = [one.channel for one in measured or ()] or [output.name for output in outputs]
+    return [
+        with_one_clock(log, inputs, names, reference_s=reference_s, told_only=True) for log in logs
+    ]
 
 
 def remarks_of(logs: Sequence[ThermalLog]) -> list[str]:

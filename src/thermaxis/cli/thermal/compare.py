@@ -16,6 +16,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     read_logs,
     reading_codes,
     remarks_of,
+    with_clocks_told,
 )
 from thermaxis.cli.thermal.verify import figures_of
 from thermaxis.files import model_sha256, read_model
@@ -55,6 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
             as_logged=arguments.as_logged,
         )[0].log
         models = [(path, read_model(path)) for path in arguments.files]
+        (log,) = with_clocks_told(
+            [log], [model for _, model in models], arguments.measured, arguments.reference
+        )
         results: list[tuple[Path, str, Verification]] = []
         for k, (path, model) in enumerate(models):
             progress(f"simulating {path.name}", k, len(models))

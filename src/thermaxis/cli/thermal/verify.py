@@ -19,9 +19,10 @@ from thermaxis.cli.thermal._thermal_logs import (
     rows_of_span,
     sensor_warnings,
     span,
+    with_clocks_told,
 )
 from thermaxis.codes import Place, printable
-from thermaxis.compensation import CompensationModel, Limits
+from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_correction_limits, read_model
 from thermaxis.messages import text_of
@@ -86,8 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
                 as_logged=arguments.as_logged,
             )
         ]
-        if not arguments.as_logged:
-            logs = [_with_one_clock(model, log, arguments) for log in logs]
+        logs = with_clocks_told(logs, [model], arguments.measured, arguments.reference)
         progress("simulating", 0, 0)
         rows = None if arguments.span is None else rows_of_span(logs, arguments.span)
         result = thermal.verify(
@@ -109,17 +109,6 @@ def run(arguments: argparse.Namespace) -> int:
     shown = described(result, title, model_sha256(model), remarks)
     show([*shown, reading_codes(logs)], arguments.json, arguments.report)
     return 0
-
-
-def _with_one_clock(
-    model: CompensationModel, log: thermal.ThermalLog, arguments: argparse.Namespace
-) -> thermal.ThermalLog:
-    """Shift displacements whose clock is not that of the temperatures."""
-    parts = {part.name: part for output in model.outputs for part in output.parts}
-    inputs = [thermal.InputDefinition(p.name, p.plus, p.minus or None) for p in parts.values()]
-    channels = [one.channel for one in arguments.measured or ()]
-    outputs = channels or [output.name for output in model.outputs]
-    return thermal.with_one_clock(log, inputs, outputs, reference_s=arguments.reference)
 
 
 def _limits(path: Path | None, outputs: list[str]) -> dict[str, Limits]:
@@ -178,9 +167,10 @@ def described(
     etve = _etve(logs[0]) if len(logs) == 1 else ", all logs"
     rows = [_row(name, figures) for name, figures in pooled.items()]
     folds = [figures.reduction for figures in pooled.values()]
+    fit = result.mean_fit_percent
     mean = (
-        f"mean fit {result.mean_fit_percent:.1f} %, peak-to-peak reduced {min(folds):.1f} to"
-        f" {max(folds):.1f}-fold"
+        f"mean fit {'–' if fit is None else f'{fit:.1f} %'}, peak-to-peak reduced"
+        f" {min(folds):.1f} to {max(folds):.1f}-fold"
     )
     return [
         Value("version", __version__),

@@ -13,10 +13,10 @@ remark-rows_masked = masked as asked for: { $rows } rows of { $name }, from { $r
 remark-all_rows_masked = masked as asked for: { $rows } rows of all channels, from { $row } to { $last }, count as missing
 remark-rows_stuck = { $name } stays at { $value } { $unit } for { $lasts_s } s while it should have moved: { $rows } rows, from { $row } to { $last }, count as missing
 remark-displacement_joined = { $name } leaps by { $size } ± { $within } { $unit } at row { $row }, { $at_s } s after the start, which heat cannot do (a probe set to zero, a machine moved): the rows from there on were carried on from the zero before
-remark-displacements_late = { $names } follow the temperatures as if stamped { $shift_s } s too late (within { $within_s } s): they were shifted back; where the machine itself answers so late, keep them by --as-logged
-remark-displacements_early = { $names } go before the temperatures as if stamped { $shift_s } s too early (within { $within_s } s): they were shifted on, by more than sensors away from the heat are late
-remark-displacements_may_be_late = { $names } follow the temperatures as if stamped { $shift_s } s too late (within { $within_s } s): left as they are, for a machine may answer so; compare the clocks of the recorders
-remark-displacements_may_be_early = { $names } go before the temperatures as if stamped { $shift_s } s too early (within { $within_s } s): left as they are, for sensors away from the heat may answer so late; compare the clocks of the recorders
+remark-displacements_late = { $names } follow the temperatures as if stamped { $shift_s } s too late: they were shifted back; where the machine itself answers so late, keep them by --as-logged
+remark-displacements_early = { $names } go before the temperatures as if stamped { $shift_s } s too early: they were shifted on, by more than sensors away from the heat are late
+remark-displacements_seem_late = { $names } follow the temperatures as if stamped { $shift_s } s too late: nothing was shifted, the figures are those of the log as it is; compare the clocks of the recorders
+remark-displacements_seem_early = { $names } go before the temperatures as if stamped { $shift_s } s too early: nothing was shifted, the figures are those of the log as it is; compare the clocks of the recorders
 remark-channel_drifts = one of { $names } drifts throughout: with a steady rise that no other channel shares the record is much more likely (it is used as it is; check sensors and probe against another one)
 
 ## Order and times

@@ -15,22 +15,21 @@ from scipy.linalg import qr  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.codes import remark
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray, significant
+from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._records import has_output, records_of
 from thermaxis.thermal.log import Experiment, InputDefinition, ThermalLog, shift_displacements
 from thermaxis.thermal.modal import response_evidence
 from thermaxis.thermal.verification import REFERENCE_S
 
 LEAST_EVIDENCE = 10.0
-"""Gain of the logarithm of the evidence from which a shift is told. [1]"""
+"""Gain of the logarithm of the evidence from which a shift is believed. [1]"""
 LEAST_SHIFT_S = 400.0
-"""A smaller shift is told and left. Default: with one clock a real machining centre, whose sensors
+"""A smaller shift is left, not told. Default: with one clock a real machining centre, whose sensors
 are away from the heat, shows 240 s, and rods that conduct heat 120 s. [s]"""
 RAMP_EVIDENCE = 7.0
 """The same gain, by a steady rise beside the inputs, from which a drift is told. [1]"""
 LARGEST_SHIFT_S = 7200.0
 """Largest shift that is looked for. [s]"""
-_TOLD_S = 75.0
 _STEP_S = 90.0
 _SHORTEST_S = 7200.0
 _FEWEST_ROWS = 100
@@ -45,6 +44,7 @@ def with_one_clock(
     outputs: Sequence[str],
     *,
     reference_s: float = REFERENCE_S,
+    told_only: bool = False,
 ) -> ThermalLog:
     """Return a log whose displacements are stamped by the clock of its temperatures.
 
@@ -58,13 +58,15 @@ def with_one_clock(
         Channels of the displacements; the first that the log has is looked at.
     reference_s : float
         As of `records_of`. [s]
+    told_only : bool
+        Whether the remark alone is made: what judges a model is not changed.
 
     Returns
     -------
     ThermalLog
         The log itself where its clocks are one, or where it is too short to tell (two hours, a
         hundred rows). With displacements off by 400 s or more they are shifted; less is left, as
-        the machine may answer so. A remark says either, or else that a channel drifts: a steady
+        the machine may answer so. A remark says a shift, or else that a channel drifts: a steady
         rise beside the inputs makes the record much more likely.
     """
     names = [name for name in outputs if has_output(log, name)]
@@ -72,7 +74,7 @@ def with_one_clock(
         return log
     step_s = min(max(log.usual_step_s, log.duration_s / 5000.0), _MOST_STEP_S)
     try:
-        rows, gained, within = _found(log, inputs, names[0], step_s, reference_s)
+        rows, gained = _found(log, inputs, names[0], step_s, reference_s)
     except DataError:  # too little was measured: estimators and verification say what
         return log
     if not rows and gained >= RAMP_EVIDENCE:
@@ -80,13 +82,12 @@ def with_one_clock(
         told = remark("channel_drifts", names=", ".join(list(channels)[:_MOST_NAMED]))
         return replace(log, remarks=(*log.remarks, told))
     shift_s = round(round(rows * step_s / log.usual_step_s) * log.usual_step_s, 3)
-    if gained < LEAST_EVIDENCE or abs(shift_s) < max(_TOLD_S, 1.5 * step_s):
+    if gained < LEAST_EVIDENCE or abs(shift_s) < LEAST_SHIFT_S + 2.0 * step_s:
         return log
-    within_s = significant(within * step_s, 2)
-    if abs(shift_s) >= LEAST_SHIFT_S + 2.0 * step_s:
-        return shift_displacements(log, outputs, shift_s, within_s=within_s)
-    code = "displacements_may_be_late" if shift_s > 0.0 else "displacements_may_be_early"
-    told = remark(code, names=names[0], shift_s=abs(shift_s), within_s=within_s)
+    if not told_only:
+        return shift_displacements(log, outputs, shift_s)
+    code = "displacements_seem_late" if shift_s > 0.0 else "displacements_seem_early"
+    told = remark(code, names=names[0], shift_s=abs(shift_s))
     return replace(log, remarks=(*log.remarks, told))
 
 
@@ -96,17 +97,15 @@ def _found(
     output: str,
     step_s: float,
     reference_s: float,
-) -> tuple[int, float, float]:
+) -> tuple[int, float]:
     records = records_of([log], inputs, [output], sample_time_s=step_s, reference_s=reference_s)
     (experiment,) = records.experiments[output]
     u = _independent(experiment.u)
     if np.count_nonzero(~np.isnan(experiment.y)) < _FEWEST_ROWS or not u.shape[1]:
-        return 0, 0.0, 0.0
+        return 0, 0.0
     search = _Search(step_s, u, experiment.y)
-    rows, gained, within = search.found()
-    if rows:
-        return rows, gained, within
-    return 0, search.gained_by_ramp(), 0.0
+    rows, gained = search.found()
+    return (rows, gained) if rows else (0, search.gained_by_ramp())
 
 
 def _independent(u: FloatArray) -> FloatArray:
@@ -158,23 +157,20 @@ class _Search:
         own = response_evidence([risen], lasting_drift=False).log_evidence()
         return self._found.design.readings * (own - self._at(0))
 
-    def found(self) -> tuple[int, float, float]:
-        """Return rows, the evidence they gain, and rows within which two of it are lost.
+    def found(self) -> tuple[int, float]:
+        """Return rows, and the evidence they gain.
 
-        Steps from none double, then halve; sizes are found anew where evidence is gained.
+        The best of steps that double is refined by steps that halve, with sizes found anew where
+        evidence is gained.
         """
         step = max(round(_STEP_S / self._step_s), 1)
         farthest = int(min(LARGEST_SHIFT_S / self._step_s, self._y.size / 4))
-        best = max((0, step, -step), key=self._at)
-        while best and 2 * abs(best) <= farthest and self._at(2 * best) > self._at(best):
-            best *= 2
+        doubled = [step << k for k in range(farthest.bit_length()) if step << k <= farthest]
+        best = max((0, *doubled, *(-rows for rows in doubled)), key=self._at)
         best = self._near(best, max(abs(best) // 2, step // 2))
         blocks, unshifted = self._found.design.readings, self._at(0)
         if blocks * (self._at(best) - unshifted) < 0.5 * LEAST_EVIDENCE:
-            return 0, 0.0, 0.0
+            return 0, 0.0
         self._use_sizes_at(best)
         best = self._near(best, 2 * step)
-        side = max(step // 2, 1)
-        bend = blocks * (2.0 * self._at(best) - self._at(best - side) - self._at(best + side))
-        within = side * float(np.sqrt(4.0 / bend)) if bend > 0.0 else float(side)
-        return best, blocks * (self._at(best) - unshifted), max(within, 0.5)
+        return best, blocks * (self._at(best) - unshifted)

@@ -25,6 +25,8 @@ LARGEST_RANGE_UM = 2000.0
 _LEAP_STDS = 7.0
 _CLEAR = 2.5
 _SIDES: Final = (2, 4, 8, 16, 32, 64)
+_SWITCHED: Final = (0.05, 0.3)
+"""Share of its range by which a channel changes at a switch: a temperature by more. [1]"""
 _NORMAL_MEDIAN = 1.4826
 _PER_UM = {"um": 1.0, "mm": 1e-3, "nm": 1e3, "m": 1e-6}
 
@@ -211,12 +213,14 @@ def _clear_leaps(leaps: FloatArray, side: int, least: float) -> list[int]:
 
 
 def _switched(log: ThermalLog, row: int) -> bool:
-    """Say whether a speed, a position or a current changed with the displacement."""
+    """Say whether what moves or heats the machine changed with the displacement."""
     for name, values in log.columns.items():
-        if log.units[name] in (*TEMPERATURES, "um"):
-            continue
+        unit, known = log.units[name], values[~np.isnan(values)]
         near = values[max(row - 3, 0) : row + 3]
-        near, known = near[~np.isnan(near)], values[~np.isnan(values)]
-        if near.size and float(np.ptp(near)) > 0.05 * float(np.ptp(known)) > 0.0:
+        near = near[~np.isnan(near)]
+        change, most = (float(np.ptp(v)) if v.size else 0.0 for v in (near, known))
+        if unit in LENGTHS and most < LARGEST_RANGE_UM * _PER_UM[unit]:
+            continue  # a displacement
+        if change > _SWITCHED[unit in TEMPERATURES] * most > 0.0:
             return True
     return False

@@ -198,15 +198,13 @@ def join_rates(logs: Sequence[ThermalLog]) -> ThermalLog:
     return joined
 
 
-def shift_displacements(
-    log: ThermalLog, names: Sequence[str], shift_s: float, *, within_s: float
-) -> ThermalLog:
+def shift_displacements(log: ThermalLog, names: Sequence[str], shift_s: float) -> ThermalLog:
     """Return a log with some channels so much earlier; its rows are those of the others' times."""
     known = [name for name in log.columns if name.casefold() in {n.casefold() for n in names}]
     late = log.select(known)
     others = replace(log, columns={n: v for n, v in log.columns.items() if n not in known})
     code = "displacements_late" if shift_s > 0.0 else "displacements_early"
-    told = remark(code, names=", ".join(known), shift_s=abs(shift_s), within_s=within_s)
+    told = remark(code, names=", ".join(known), shift_s=abs(shift_s))
     joined = _joined(others, late, -shift_s, [told])
     begin_s = max(shift_s, 0.0)
     kept = joined.between(begin_s, begin_s + others.duration_s + _SAME_S)

@@ -397,28 +397,31 @@ def _verify_output(
             )
     before = both & (np.arange(both.size) < np.argmax(counted))
     known = before if int(np.sum(before)) >= FEWEST_ROWS else both
+    inputs = _inputs_of(model, entry.output, log)
     part, fading = _fading(model, entry, log.time_s)
     fading -= np.mean(fading[at_start], axis=0)
-    left = [measured - r.displacement_um for r in (rest, steady)]
-    left = [np.where(known, e - np.mean(e[at_start]), np.nan) for e in left]
-    inputs = _inputs_of(model, entry.output, log)
-    rise = inputs - np.nanmean(inputs[at_start], axis=0)
-    spread_k = part @ np.sqrt(np.nanmean(rise**2, axis=0))
-    first_k = np.abs(rise[np.flatnonzero(np.all(~np.isnan(rise), axis=1))[:1]])
-    moved = bool(np.any(first_k > AT_REFERENCE * np.sqrt(np.nanmean(rise**2, axis=0))))
-    lefts = (left[0], left[1] if moved else None)
-    start = start_of_log(log.time_s, measured, lefts, fading, spread_k, asked.start)
-    simulated = steady if start.start is LogStart.STEADY else rest
+    simulated, level = rest, at_start
+    start = StartOfLog(LogStart.REST, np.zeros(0), 0.0)
+    if asked.start is not LogStart.REST:
+        left = [measured - r.displacement_um for r in (rest, steady)]
+        left = [np.where(known, e - np.mean(e[at_start]), np.nan) for e in left]
+        rise = inputs - _first_of(inputs, at_start)
+        rms_k = np.sqrt(np.nansum(rise**2, axis=0) / np.maximum(np.sum(~np.isnan(rise), axis=0), 1))
+        first_k = np.abs(rise[np.flatnonzero(np.all(~np.isnan(rise), axis=1))[:1]])
+        lefts = (left[0], left[1] if bool(np.any(first_k > AT_REFERENCE * rms_k)) else None)
+        start = start_of_log(log.time_s, measured, lefts, fading, part @ rms_k, asked.start)
+        simulated = steady if start.start is LogStart.STEADY else rest
+        level = known if start.start is LogStart.FITTED else at_start
     displacement = simulated.displacement_um - float(np.mean(simulated.displacement_um[at_start]))
-    displacement += fading @ start.states_k + start.zero_um
     contribution = simulated.contribution_um - np.mean(simulated.contribution_um[at_start], axis=0)
-    contribution += (fading * start.states_k) @ part
+    if start.start is LogStart.FITTED:
+        displacement += fading @ start.states_k + start.zero_um
+        contribution += (fading * start.states_k) @ part
     static = _static_of(model, entry, inputs)
-    level = known if start.start is LogStart.FITTED else at_start
     static_rmse = (
         _own_static_rmse(measured[counted], inputs[counted])
         if static is None
-        else _rmse((e := measured - static)[counted] - np.nanmean(e[level]))
+        else _rmse((e := measured - static)[counted] - _first_of(e[:, None], level)[0])
     )
     times, seen = [log.time_s[counted]], [measured[counted]]
     limited: VerificationFigures | None = None
@@ -438,6 +441,16 @@ def _verify_output(
         start_rows=int(np.sum(known)),
         limited=limited,
     )
+
+
+def _first_of(inputs: FloatArray, at_start: NDArray[np.bool_]) -> FloatArray:
+    """Return the mean of each column at the start, or its first value where it has none there."""
+    found = np.zeros(inputs.shape[1])
+    for k, column in enumerate(inputs.T):
+        known = ~np.isnan(column)
+        there = column[known & at_start]
+        found[k] = np.mean(there) if there.size else next(iter(column[known]), 0.0)
+    return found
 
 
 def _fading(

@@ -1,0 +1,92 @@
+"""What `verify` and `compare` are asked for they do, and they change nothing of what judges."""
+
+import json
+from argparse import ArgumentParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermaxis.cli import main
+from thermaxis.cli._arguments import adder
+from thermaxis.compensation import CompensationModel, Output, Part, Section
+from thermaxis.files import write_model, write_thermal_log
+from thermaxis.thermal import ThermalLog
+
+LAGS = (Section(8.0, 900.0), Section(12.0, 5000.0))
+MODEL = CompensationModel(outputs=(Output("Z_um", (Part("spindle", "T_C", "", 0.0, LAGS),)),))
+
+
+def written(folder: Path, *, states_k: float = 4.0, late_rows: int = 0) -> tuple[str, str]:
+    """Write the model, and 9 h of warming that began with its lags so warm."""
+    random = np.random.default_rng(7)
+    time_s = np.arange(0.0, 9 * 3600.0, 60.0)
+    rise = np.zeros(time_s.size)
+    z = random.normal(0.0, 0.2, time_s.size)
+    for edge_s, step_k in ((0.0, 2.0), (3600.0, 6.0), (4 * 3600.0, -5.0), (6 * 3600.0, 3.0)):
+        since_s = np.maximum(time_s - edge_s, 0.0)
+        rise += step_k * (time_s >= edge_s)
+        z += sum(s.gain_um_per_k * step_k * -np.expm1(-since_s / s.time_constant_s) for s in LAGS)
+    z += sum(s.gain_um_per_k * states_k * np.exp(-time_s / s.time_constant_s) for s in LAGS)
+    if late_rows:
+        z = np.concatenate((random.normal(0.0, 0.2, late_rows), z[:-late_rows]))
+    t = 20.0 + rise + random.normal(0.0, 0.02, rise.size)
+    t[0] = 20.0
+    write_model(MODEL, folder / "model.json")
+    write_thermal_log(
+        ThermalLog.from_columns({"T_C": t, "Z_um": z}, time_s=time_s), folder / "log.csv"
+    )
+    return str(folder / "model.json"), str(folder / "log.csv")
+
+
+def result(folder: Path, command: str, *words: str) -> dict:
+    assert main([command, *words, "--json", str(folder / "out.json")]) == 0
+    return json.loads((folder / "out.json").read_text(encoding="ascii"))
+
+
+def test_each_start_that_is_asked_for_is_run_and_said(tmp_path, capsys):
+    words = written(tmp_path)
+    rmse: dict[str, float] = {}
+    for start in ("rest", "steady", "fitted"):
+        found = result(tmp_path, "verify", *words, "--start", start)
+        shown = capsys.readouterr().out
+        assert ("did not begin at rest" in shown) == (start != "rest")
+        assert "remark-start" not in shown
+        rmse[start] = found["outputs"]["Z_um"]["rmse_um"]
+        assert found["logs"][0]["outputs"]["Z_um"]["start"] == start
+        (compared,) = result(tmp_path, "compare", *words, "--start", start)["models"]
+        assert compared["outputs"]["Z_um"]["rmse_um"] == rmse[start]
+    assert len({round(value, 3) for value in rmse.values()}) == 3
+    assert rmse["fitted"] == pytest.approx(0.2, rel=0.5)
+
+
+def test_displacements_by_another_clock_are_named_and_judged_as_they_are(tmp_path):
+    words = written(tmp_path, states_k=0.0, late_rows=20)
+    log = np.loadtxt(words[1], delimiter=",", skiprows=1)
+    rows = int(np.sum(np.isfinite(log[:, -1])))
+    verified = result(tmp_path, "verify", *words, "--start", "rest")
+    compared = result(tmp_path, "compare", *words, "--start", "rest")
+    for found in (verified, compared):
+        (said,) = found["reading_codes"]
+        assert said["code"] == "remark-displacements_seem_late"
+        assert said["values"]["shift_s"] == pytest.approx(1200.0, abs=120.0)
+    figures = compared["models"][0]["outputs"]["Z_um"]
+    assert figures == verified["outputs"]["Z_um"]
+    assert figures["rows"] == rows
+
+
+def test_a_displacement_that_never_changes_has_no_fit(tmp_path, capsys):
+    model, log = written(tmp_path)
+    text = Path(log).read_text(encoding="utf-8").splitlines()
+    still = [text[0], *(f"{line.rsplit(',', 1)[0]},3.0" for line in text[1:])]
+    Path(log).write_text("\n".join(still), encoding="utf-8")
+    several = ("--measured", "Z_um", "--measured", "Z_um=Z_um@10")
+    found = result(tmp_path, "verify", model, log, *several)
+    assert found["mean_fit_percent"] is None
+    assert "fit" in capsys.readouterr().out
+
+
+def test_an_argument_states_its_kind_once():
+
+    with pytest.raises(TypeError, match="third argument"):
+        adder(ArgumentParser())("--start", "how", type=int)
