@@ -334,6 +334,25 @@ def test_periods_that_equidistant_targets_cannot_tell_apart_are_all_named() -> N
     assert "others would fit about as well: " in text(found)
 
 
+def test_a_smooth_error_rounded_at_distant_targets_is_neither_periodic_nor_scatter() -> None:
+    rng = np.random.default_rng(23)
+    target = 100.0 * np.arange(11) + rng.uniform(-2.5, 2.5, 11)
+    smooth = 3.0 * np.sin(2.0 * np.pi * target / 800.0) + 0.006 * target
+    deviation = smooth[:, None, None] - [0.0, 2.0] + rng.normal(0.0, 0.15, (11, 5, 2))
+    test = run(np.round(deviation), target)
+    assert {"periodic_error", "spread"}.isdisjoint(keys(without_drift_model(test)))
+
+
+def test_a_target_that_repeats_exactly_is_named_where_the_display_would_show_the_scatter() -> None:
+    deviation = np.random.default_rng(6).normal(0.0, 0.3, (9, 5, 2))
+    for step, named in ((1e-3, True), (0.1, True), (1.0, False)):
+        shown = np.round(deviation / step) * step
+        assert "frozen_readings" not in keys(without_drift_model(run(shown)))
+        shown[4] = 2.0
+        found = keys(without_drift_model(run(shown)))
+        assert (found[:1] == ["frozen_readings"]) == named
+
+
 def test_only_the_stated_pitch_and_its_half_are_tried() -> None:
     test = measured(with_geometry(COLD, periodic_error=2.0, period=6.35), 3)
     stated = only(without_drift_model(replace(test, header={"pitch_mm": "6,35"})), "periodic_error")

@@ -11,6 +11,7 @@ finding-backlash_variation = Reverzní hodnota se podél osy mění o { FIXED($r
 finding-spread = Cílová poloha { $target } ({ $position } { $position_unit }) má rozptyl { $compared }, se směrodatnou odchylkou { FIXED($std) } { $unit }.
 finding-spread_drift_included = Cílová poloha { $target } ({ $position } { $position_unit }) má rozptyl { $compared }, se směrodatnou odchylkou { FIXED($std) } { $unit } včetně driftu.
 finding-spread_drifts_otherwise = Cílová poloha { $target } ({ $position } { $position_unit }) má rozptyl { $compared }, se směrodatnou odchylkou { FIXED($std) } { $unit }; také její drift je jiný než u zbytku osy.
+finding-frozen_readings = Poloha { $target } ({ $position } { $position_unit }) se ve všech { $readings } odečtech opakuje přesně, zatímco ostatní mají směrodatnou odchylku { FIXED($others) } { $unit }: zamrzlý displej?
 finding-drift_reversal = Drift v poloze { $position } { $position_unit } obrací směr: { SIGNED($there) } { $unit } za { $after }, potom { SIGNED($back) } { $unit }; dvě části stroje se ohřívají proti sobě.
 finding-temperature_channel = Drift sleduje kanál „{ $channel }“ bez zpoždění: korelace { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-temperature_channel_delayed = Drift sleduje kanál „{ $channel }“ se zpožděním { $delay }: korelace { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.

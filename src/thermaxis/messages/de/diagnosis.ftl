@@ -11,6 +11,7 @@ finding-backlash_variation = Die Umkehrspanne ändert sich entlang der Achse um 
 finding-spread = Zielposition { $target } ({ $position } { $position_unit }) streut { $compared }, mit einer Standardabweichung von { FIXED($std) } { $unit }.
 finding-spread_drift_included = Zielposition { $target } ({ $position } { $position_unit }) streut { $compared }, mit einer Standardabweichung von { FIXED($std) } { $unit }, einschließlich der Drift.
 finding-spread_drifts_otherwise = Zielposition { $target } ({ $position } { $position_unit }) streut { $compared }, mit einer Standardabweichung von { FIXED($std) } { $unit }; auch driftet sie anders als die übrige Achse.
+finding-frozen_readings = Ziel { $target } ({ $position } { $position_unit }) wiederholt sich in allen { $readings } Ablesungen genau, während die anderen eine Standardabweichung von { FIXED($others) } { $unit } haben: eine eingefrorene Anzeige?
 finding-drift_reversal = Die Drift kehrt bei { $position } { $position_unit } ihre Richtung um: { SIGNED($there) } { $unit } nach { $after }, dann { SIGNED($back) } { $unit }; zwei Teile der Maschine erwärmen sich gegeneinander.
 finding-temperature_channel = Die Drift folgt dem Kanal „{ $channel }“ ohne Verzögerung: Korrelation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-temperature_channel_delayed = Die Drift folgt dem Kanal „{ $channel }“ mit einer Verzögerung von { $delay }: Korrelation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.

@@ -15,6 +15,7 @@ finding-backlash_variation = The reversal value varies by { FIXED($range) } { $u
 finding-spread = Target { $target } ({ $position } { $position_unit }) scatters { $compared }, with a standard deviation of { FIXED($std) } { $unit }.
 finding-spread_drift_included = Target { $target } ({ $position } { $position_unit }) scatters { $compared }, with a standard deviation of { FIXED($std) } { $unit }, drift included.
 finding-spread_drifts_otherwise = Target { $target } ({ $position } { $position_unit }) scatters { $compared }, with a standard deviation of { FIXED($std) } { $unit }; it also drifts otherwise than the rest of the axis.
+finding-frozen_readings = Target { $target } ({ $position } { $position_unit }) repeats exactly in all { $readings } readings, where the others have a standard deviation of { FIXED($others) } { $unit }: a frozen display?
 finding-drift_reversal = The drift reverses its direction at { $position } { $position_unit }: { SIGNED($there) } { $unit } up to { $after }, then { SIGNED($back) } { $unit }; two parts of the machine warm up against each other.
 finding-temperature_channel = The drift follows the channel '{ $channel }' without delay: correlation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.
 finding-temperature_channel_delayed = The drift follows the channel '{ $channel }' { $delay } later: correlation { SIGNED($correlation, decimals: 3) }, { SIGNED($gain) } { $unit }/K.

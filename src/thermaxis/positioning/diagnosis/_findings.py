@@ -36,7 +36,12 @@ from thermaxis.positioning.diagnosis._periods import (
     waves_of,
 )
 from thermaxis.positioning.diagnosis._reversal import Shape, reversal_shape, without_step
-from thermaxis.positioning.diagnosis._spread import spreads_with_drift, spreads_without_drift
+from thermaxis.positioning.diagnosis._spread import (
+    frozen_targets,
+    spreads_with_drift,
+    spreads_without_drift,
+    within_one_step,
+)
 from thermaxis.positioning.run import FloatArray, PositioningTest
 from thermaxis.quantities import AxisKind
 
@@ -62,11 +67,13 @@ class Finding:
 
     finding: str
     """Key that stays: scale_error, once_per_turn_error, periodic_error, backlash, backlash_step,
-    backlash_variation, spread, drift_reversal, temperature_channel or hidden_period."""
+    backlash_variation, spread, frozen_readings, drift_reversal, temperature_channel or
+    hidden_period."""
     value: float
     """The number behind it: straight-line error, amplitude once per turn or of the periodic error,
     mean reversal value, step of the reversal value, its range along the axis, standard deviation
-    at the target, way back of the drift, drift per kelvin, or hidden period. [unit in `unit`]"""
+    at the target (frozen_readings: of the others), way back of the drift, drift per kelvin, or
+    hidden period. [unit in `unit`]"""
     unit: str
     """Unit of the number as printed."""
     message: Message
@@ -293,7 +300,7 @@ def _spread_findings(axis: Axis) -> list[_Ranked]:
     named = spreads_with_drift(test) if drift is None else spreads_without_drift(drift)
     found: list[_Ranked] = []
     for spread in named:
-        if spread.ratio < LEAST_SPREAD_RATIO:
+        if spread.ratio < LEAST_SPREAD_RATIO or within_one_step(test, spread.target):
             continue
         compared = Message("diagnosis-unlike_others")
         if np.isfinite(spread.ratio):
@@ -313,6 +320,27 @@ def _spread_findings(axis: Axis) -> list[_Ranked]:
         finding = Finding("spread", spread.std, axis.unit, Message(code, values), spread.p_value)
         more = spread.std * (1.0 - 1.0 / spread.ratio)
         found.append(_Ranked(finding, 0, 4.0 * more))
+    return found
+
+
+def _frozen_findings(test: PositioningTest) -> list[_Ranked]:
+    """Name targets that repeat exactly where the others scatter: no readings at all."""
+    if test.target.size < FEWEST_TARGETS or test.repeats_exactly:
+        return []
+    found: list[_Ranked] = []
+    for i, others, p_value in frozen_targets(test):
+        units = test.kind.units
+        values = {
+            "target": i + 1,
+            "position": float(test.target[i]),
+            "position_unit": units.position,
+            "unit": units.deviation,
+            "readings": int(np.sum(test.readings[i])),
+            "others": others,
+        }
+        message = Message("finding-frozen_readings", values)
+        finding = Finding("frozen_readings", others, units.deviation, message, p_value)
+        found.append(_Ranked(finding, 0, np.inf))
     return found
 
 
@@ -443,6 +471,7 @@ def diagnose(test: PositioningTest, drift: "DriftResult | None") -> tuple[Findin
             *_periodic_findings(level, found),
             *_backlash_findings(axis, shape),
             *_spread_findings(axis),
+            *_frozen_findings(test),
             *_drift_reversal_findings(axis),
             *_temperature_findings(axis),
             *_hidden_findings(test, found),

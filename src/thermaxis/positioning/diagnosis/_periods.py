@@ -98,6 +98,23 @@ def visibility(target: FloatArray, period: float) -> tuple[float, float]:
     return worst, best
 
 
+def _alias(target: FloatArray, period: float) -> tuple[float, ...]:
+    """Return the longer period that looks like a short one at the targets, if there is one."""
+    interval = float(np.mean(np.diff(target)))
+    folded = abs(1.0 / period - round(interval / period) / interval)
+    if period >= 2.0 * interval or folded * (target[-1] - target[0]) < 1e-3:
+        return ()
+    waves = waves_of(target, period)
+    longer = np.column_stack((np.ones_like(target), waves_of(target, 1.0 / folded)))
+    rest = waves - longer @ (np.linalg.pinv(longer) @ waves)
+    return (float(f"{1.0 / folded:.3g}"),) if np.sum(rest**2) < VISIBLE * target.size else ()
+
+
+def _seems_smooth(target: FloatArray, period: float) -> bool:
+    """Say whether the alias of a period is as long as the waves of a smooth error."""
+    return any(longer > 4.0 * np.mean(np.diff(target)) for longer in _alias(target, period))
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trials:
@@ -174,11 +191,13 @@ def strongest_period(axis: Axis) -> Periodic | None:
             mean=axis.mean[kept],
             mean_covariance=axis.mean_covariance[np.ix_(kept, kept)],
         )
-    target, m = axis.target, axis.target.size
+    target, m, stated = axis.target, axis.target.size, stated_periods(axis.test)
     periods = [
         p
         for p in candidate_periods(axis.test)
-        if p * _PERIODS_PER_LENGTH <= axis.length and visibility(target, p)[1] > VISIBLE**2
+        if p * _PERIODS_PER_LENGTH <= axis.length
+        and visibility(target, p)[1] > VISIBLE**2
+        and (p in stated or not _seems_smooth(target, p))
     ]
     if m < FEWEST_TARGETS_FOR_PERIODS or not periods:
         return None
@@ -195,4 +214,6 @@ def strongest_period(axis: Axis) -> Periodic | None:
         return None
     likely = tried.criterion < tried.criterion[first] + _AS_LIKELY
     others = tuple(p for i, p in enumerate(periods) if likely[i] and i != first)
+    if periods[first] not in stated:
+        others += tuple(p for p in _alias(target, periods[first]) if p not in others)
     return Periodic(periods[first], amplitude, p_value, others)

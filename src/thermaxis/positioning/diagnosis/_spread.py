@@ -1,11 +1,12 @@
 """Targets that scatter more than the others."""
 
 from dataclasses import dataclass
+from math import erf, sqrt
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from thermaxis.positioning.diagnosis._levels import FEWEST_TARGETS, SPREAD_LEVEL, f_tail
+from thermaxis.positioning.diagnosis._levels import FEWEST_TARGETS, LEVEL, SPREAD_LEVEL, f_tail
 from thermaxis.positioning.run import BACKWARD, FORWARD, FloatArray, PositioningTest
 from thermaxis.positioning.standard import find_spread_anomalies
 
@@ -71,6 +72,30 @@ def spreads_without_drift(drift: "DriftResult") -> list[_Spread]:
         found.append(_Spread(int(kept[worst]), std, std / others, p_value))
         kept = np.delete(kept, worst)
     return found
+
+
+def within_one_step(test: PositioningTest, target: int) -> bool:
+    """Say whether the readings of a target lie in two neighbouring steps of the display."""
+    readings = test.deviation[target]
+    apart = np.nanmax(readings, axis=0, initial=-np.inf) - np.nanmin(
+        readings, axis=0, initial=np.inf
+    )
+    return bool(np.max(apart) < 1.5 * test.resolution)
+
+
+def frozen_targets(test: PositioningTest) -> list[tuple[int, float, float]]:
+    """Return targets that repeat exactly, the others' standard deviation and the probability.
+
+    With the step q and the standard deviation s of the others a reading falls into the same step
+    as the others of its target with at most erf(q / (2 sqrt(2) s)).
+    """
+    square, free = _squares(test.deviation)
+    others = float(np.median(np.sqrt(square[free > 0.0] / free[free > 0.0]))) if free.any() else 0.0
+    if others == 0.0:
+        return []
+    alike = erf(max(test.resolution, 1e-6) / (2.0 * sqrt(2.0) * others))
+    found = [(int(i), test.target.size * alike ** float(free[i])) for i in np.flatnonzero(free)]
+    return [(i, others, p) for i, p in found if square[i] < 1e-12 and p < LEVEL]
 
 
 def spreads_with_drift(test: PositioningTest) -> list[_Spread]:
