@@ -301,6 +301,20 @@ def _heads() -> list[Nasty]:
             ),
         ),
         Nasty(
+            "a caption with the unit above each block",
+            text(
+                [
+                    ["Forward deviations in nm"],
+                    [target, 1, 2, 3],
+                    *[[one, *cells[:3]] for one, *cells in nm],
+                    [],
+                    ["Backward deviations in nm"],
+                    [target, 1, 2, 3],
+                    *[[one, *cells[3:]] for one, *cells in nm],
+                ]
+            ),
+        ),
+        Nasty(
             "cycles over directions",
             text([pairs, [target, *["vor", "rück"] * 3], *wide(PASSES)]),
         ),

@@ -84,7 +84,12 @@ class _Block:
         self.width = len(self.headings)
         while self.width and not self.headings[self.width - 1].text:
             self.width -= 1
-        self.headings = self.headings[: self.width]
+        self.headings = tuple(
+            replace(h, unit=self.label.unit)
+            if self.label.unit and h.role is not Role.TARGET and _lacks_unit(h)
+            else h
+            for h in self.headings[: self.width]
+        )
         self.columns = [[] for _ in range(self.width)]
         roles = [heading.role for heading in self.headings]
         self.target = roles.index(Role.TARGET) if Role.TARGET in roles else 0

@@ -274,6 +274,8 @@ class Pass(NamedTuple):
     """Whether one letter alone states it."""
     counted: Role | None = None
     """Whether runs or cycles are counted, if a word says so."""
+    unit: Unit | None = None
+    """Unit of its deviations, if stated: Forward deviations in um."""
 
 
 NO_PASS = Pass()
@@ -307,10 +309,15 @@ def pass_named(folded: str) -> Pass | None:
 
 def label_named(cells: Sequence[str]) -> Pass | None:
     """Return the pass that a row of words above a block of readings names, None if none."""
-    found = pass_named(_folded(" ".join(cells))) if len(cells) <= 3 else None
+    written, unit_word, _ = _split_unit(" ".join(cells))
+    unit = _UNIT_WORDS.get(unit_word)
+    of_deviations = _SEPARATORS.sub("_", written).strip("_").removesuffix("_in").split("_")
+    if unit is None or not _PASS_FILLERS & {*of_deviations[-1:]}:
+        unit, of_deviations = None, [_folded(" ".join(cells))]
+    found = pass_named(" ".join(of_deviations)) if len(cells) <= 3 else None
     if found is None or found.by_letter or (found.approach is None and found.counted is None):
         return None
-    return found
+    return found._replace(unit=unit)
 
 
 def is_summary(text: str) -> bool:
