@@ -5,6 +5,7 @@ Terminal, PDF, HTML, JSON and DCC take these numbers and, where they print text,
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import isclose
 from typing import TYPE_CHECKING, final
 
 from thermaxis.codes import Message
@@ -120,14 +121,21 @@ def figure_table(report: "PositioningReport") -> FigureTable:
         columns.append(("U", [_u(r.value, r.expanded_uncertainty) for r in rows]))
         columns.append(("k", [fixed(r.coverage_factor, 2, absent="") for r in rows]))
     if report.drift is not None:
-        columns.append(("drift-free", [_free(r, r.drift_free, decimals) for r in rows]))
+        free = [fixed(r.drift_free, _free_decimals(r, decimals), absent="") for r in rows]
+        columns.append(("drift-free", free))
     if report.uncertainty is not None and report.uncertainty.drift_free is not None:
-        free = [_u(r.drift_free, r.drift_free_expanded_uncertainty) for r in rows]
-        effect = [_effect(r.drift_effect, r.drift_effect_expanded_uncertainty) for r in rows]
-        columns += [("U", free), ("effect of drift", effect)]
+        of_free = [
+            _u(r.drift_free, r.drift_free_expanded_uncertainty, _free_decimals(r, decimals))
+            for r in rows
+        ]
+        columns.append(("its U", of_free))
     if any(row.drift_free_with_outliers is not None for row in rows):
-        of_all = [_free(r, r.drift_free_with_outliers, decimals) for r in rows]
-        columns.append(("with outliers", of_all))
+        of_all = ((r.drift_free_with_outliers, r.expanded_uncertainty) for r in rows)
+        texts = [fixed(value, _decimals(u, decimals), absent="") for value, u in of_all]
+        columns.append(("with outliers", texts))
+    if "its U" in dict(columns):
+        effect = [_effect(r.drift_effect, r.drift_effect_expanded_uncertainty) for r in rows]
+        columns.append(("effect of drift", effect))
     if report.limits is not None:
         limits = ["" if r.limit is None else _limit(r, decimals) for r in rows]
         verdicts = ["" if r.verdict is None else str(r.verdict) for r in rows]
@@ -202,8 +210,14 @@ def _decimals(u: float | None, without: int) -> int:
     return decimals_of_u(u) if u else without
 
 
-def _free(row: FigureRow, value: float | None, decimals: int) -> str:
-    return fixed(value, _decimals(row.drift_free_expanded_uncertainty, decimals), absent="")
+def _free_decimals(row: FigureRow, decimals: int) -> int:
+    """Return the decimals of the drift-free figure: as measured where it is the same number."""
+    measured, free = (
+        _decimals(u, decimals)
+        for u in (row.expanded_uncertainty, row.drift_free_expanded_uncertainty)
+    )
+    same = isclose(row.value or 0.0, row.drift_free or 0.0, rel_tol=1e-9)
+    return measured if same and abs(measured - free) == 1 else free
 
 
 def _limit(row: FigureRow, decimals: int) -> str:
@@ -212,10 +226,12 @@ def _limit(row: FigureRow, decimals: int) -> str:
     return given if len(given.partition(".")[2]) >= decimals else fixed(row.limit, decimals)
 
 
-def _u(value: float | None, u: float | None) -> str:
+def _u(value: float | None, u: float | None, decimals: int | None = None) -> str:
     if value is None:
         return ""
-    return _NOT_EVALUATED if u is None else two_digits(u)
+    if u is None:
+        return _NOT_EVALUATED
+    return two_digits(u) if decimals is None else fixed(u, decimals)
 
 
 def _effect(effect: float | None, u: float | None) -> str:
@@ -257,6 +273,14 @@ def _legend(report: "PositioningReport", labels: Sequence[str]) -> Iterator[Mess
             yield Message("note-u_without", {"terms": lacking})
     if "drift-free" in labels:
         yield Message("note-drift_free")
+        if report.test.order_deduced:
+            yield Message("note-order_assumed")
+    if report.drift is not None and report.drift.outliers:
+        told = [one for one in report.drift.warnings if one.code == "warning-outlier_left_out"]
+        readings = tuple(Message("outlier-reading", one.values) for one in told)
+        count = len(report.drift.outliers)
+        more = {"count": count, "more": count - len(told)}
+        yield Message("note-outliers", {**more, "readings": readings})
 
 
 def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Message]:
@@ -276,8 +300,6 @@ def _notes(report: "PositioningReport", rows: tuple[FigureRow, ...]) -> list[Mes
         notes.append(Message("note-u_bias", values))
     if result.drift_free is not None:
         notes.append(Message("note-drift_effect"))
-    if report.drift is not None and report.drift.outliers:
-        notes.append(Message("note-with_outliers", {"count": len(report.drift.outliers)}))
     return notes
 
 

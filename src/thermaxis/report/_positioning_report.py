@@ -112,6 +112,32 @@ class PositioningReport:
         return self.issued or (self.performed or (None, None))[1]
 
     @property
+    def impossible_dates(self) -> tuple[Message, ...]:
+        """Stated dates that cannot be, beside the days of the measurement."""
+        if self.performed is None:
+            return ()
+        first, last = self.performed
+        calibrated, received = (
+            day_of(self.header.get(key, ""))
+            for key in ("instrument_calibration_date", "date_of_receipt")
+        )
+        issue = "certificate.date_of_issue" if self.date is None else "--date"
+        stated = (
+            ("instrument.calibration_date", calibrated, "after", first),
+            ("machine.received", received, "after", first),
+            ("time.end", last, "before", first),
+            (issue, self.issued, "before", last),
+        )
+        return tuple(
+            Message(
+                "warning-date_impossible",
+                {"key": key, "day": str(day), "side": side, "tested": str(tested)},
+            )
+            for key, day, side, tested in stated
+            if day is not None and (day > tested if side == "after" else day < tested)
+        )
+
+    @property
     def missing_fields(self) -> tuple[str, ...]:
         """Places in the header file that a certificate needs and nobody stated; empty: no draft."""
         from thermaxis.files.settings import HEADER_FIELDS  # noqa: PLC0415  a run alone needs none

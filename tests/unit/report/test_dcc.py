@@ -587,6 +587,20 @@ def test_the_command_says_that_it_is_a_draft_and_refuses_it_as_final(
         ),
         encoding="utf-8",
     )
+    for dated, key in (
+        (["--date", "2026-03-01"], "--date"),
+        ([], "instrument.calibration_date"),
+    ):
+        wrong = tmp_path / "wrong.toml"
+        late = "" if dated else "[instrument]\ncalibration_date = 2026-03-03\n"
+        wrong.write_text(head.read_text(encoding="utf-8") + late, encoding="utf-8")
+        command = [*asked, "--header", str(wrong), *dated]
+        assert main([*command, "--final"]) == 2
+        assert key in capsys.readouterr().err
+        assert main(command) == 0
+        capsys.readouterr()
+        codes = {one["code"] for one in json.loads(js.read_text())["warning_codes"]}
+        assert "warning-date_impossible" in codes
     assert main([*asked, "--final", "--header", str(head)]) == 0
     assert capsys.readouterr().err == ""
     assert not found(etree.parse(xml), "//dcc:statement[@refType='thermaxis_draft']")

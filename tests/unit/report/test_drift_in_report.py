@@ -352,6 +352,14 @@ def test_a_run_that_does_not_drift_is_left_as_it_was() -> None:
     assert "the later visit" not in words
     assert "Model:" not in words
     figure = draw(report)
+    std = drift.common_std
+    (band,) = figure.axes[2].collections
+    assert np.max(band.get_paths()[0].vertices[:, 1]) == pytest.approx(3.0 * np.max(std))
+    assert "±3 standard uncertainties" in legend_of(figure)
+    assert "± 3 standard uncertainties" in tables_of(section_of(report))[0].caption
+    rows = figure_table(report)
+    places = [rows.labels.index(label) for label in ("value", "drift-free")]
+    assert all(cells[places[0]] == cells[places[1]] for cells in rows.cells)
     assert "Drift: none is seen" in figure.get_suptitle()
     assert [label for label in legend_of(figure) if label.startswith("drift")] == [
         "drift: none is seen"
@@ -372,6 +380,13 @@ def test_the_order_as_time_is_named_in_figure_and_certificate() -> None:
     said = words_of(section_of(report))
     assert words[1:] in said
     assert "t₀, at reading 45.5 in the order of acquisition." in said
+    for deduced, word in ((False, "known"), (True, "assumed")):
+        one = replace(report, test=replace(test, order_deduced=deduced))
+        (table, *_) = [b for b in document_of(one).opening if isinstance(b, Table)]
+        assert ("The order of the readings is assumed" in table.caption) is deduced
+        assert f"no times, order {word}" in " ".join(summary_of(one).split())
+        assert f"the order of readings is {word}" in str(document_of(one).sections)
+        assert ("the assumed order" in draw(one).axes[3].get_xlabel()) is deduced
     assert "time_s" not in readings_table(report)
     assert float(curves_table(report)["order"][-1]) == test.deviation.size
 
@@ -407,6 +422,11 @@ def test_an_outlier_is_named_in_the_certificate_and_marked_in_the_figure() -> No
     assert "The reading of target 7 backward in cycle 5 lies" in words
     figure = draw(report)
     assert "outliers, left out (on the edge: farther out)" in legend_of(figure)
+    (first_page, *_) = [b for b in document_of(report).opening if isinstance(b, Table)]
+    (outlier,) = report.drift.outliers
+    named = f"target 7 backward in cycle 5 ({outlier.residual:+.2f} µm off)"
+    assert named in first_page.caption
+    assert "left out of the drift-free ones" in first_page.caption
     low, high = figure.axes[0].get_ylim()
     assert high - low < 20.0
     (cross,) = [line for line in figure.axes[0].get_lines() if line.get_marker() == "x"]
@@ -436,7 +456,7 @@ def test_one_table_has_the_measured_and_the_drift_free_figures_with_their_u(
     drift, uncertainty = report.drift, report.uncertainty
     (table, *_) = [b for b in document_of(report).opening if isinstance(b, Table)]
     labels = [column.label for column in table.columns]
-    assert labels[2:] == [*("value", "U", "k", "drift-free", "U", "effect of drift")]
+    assert labels[2:] == [*("value", "U", "k", "drift-free", "its U", "effect of drift")]
     without = figures_by_key(drift.figures)
     measured, free = uncertainty.measured, uncertainty.drift_free
     for key, row in zip(FIGURE_KEYS, table.rows, strict=True):

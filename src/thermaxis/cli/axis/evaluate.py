@@ -244,9 +244,9 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
         date=arguments.date,
         options=_options(arguments, reading),
     )
-    if not wants_charts:
-        return evaluated
-    return replace(evaluated, warnings=(*evaluated.warnings, *report.unshowable(evaluated)))
+    noticed = [*evaluated.warnings, *evaluated.impossible_dates]
+    noticed += report.unshowable(evaluated) if wants_charts else ()
+    return replace(evaluated, warnings=tuple(noticed))
 
 
 def _check_complete(arguments: argparse.Namespace, evaluated: PositioningReport) -> None:
@@ -255,6 +255,9 @@ def _check_complete(arguments: argparse.Namespace, evaluated: PositioningReport)
     if missing and arguments.final:
         place = Place(file=str(arguments.header or ""), key="--final")
         raise ConfigurationError("certificate_incomplete", place=place, missing=missing)
+    if arguments.final and (dates := evaluated.impossible_dates):
+        place = Place(file=str(arguments.header or ""), key=str(dates[0].values["key"]))
+        raise ConfigurationError("certificate_date_impossible", place=place, dates=dates)
     if missing and any(path.suffix.lower() == ".xml" for path in arguments.report):
         draft = sentence_of(Message("warning-draft", {"missing": missing}))
         sys.stderr.write(f"warning: {printable(draft, _LONGEST_WARNING)}\n")

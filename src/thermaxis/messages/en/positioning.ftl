@@ -46,7 +46,7 @@ warning-change_unsure = { $when } all targets moved by { SIGNED($size, decimals:
 change-at = at { FIXED($time_min, decimals: 1) } min, in cycle { $cycle },
 change-in_order = in cycle { $cycle }
 change-in_pause = in the { FIXED($pause_min, decimals: 1) } min without a reading about { FIXED($time_min, decimals: 1) } min, before cycle { $cycle } went on, at once or slowly,
-warning-order_as_time = the readings have no times: their acquisition order serves as time
+warning-order_as_time = the readings have no times: their order serves as time
 warning-axis_bows = the axis bows with time: a parabola of the position was added to the drift
 warning-swing_too_fast = the whole axis swings with a period of about { FIXED($time, decimals: 1) } { $unit }, { FIXED($cycles, decimals: 1) } cycles: too fast to be told surely from the mean deviations, whose uncertainties may be too small; shorter cycles would help, with fewer targets or shorter stops
 warning-noise_correlated = the noise of successive readings is alike for about { FIXED($time, decimals: 0) } { $time_unit } (standard deviation of this part { FIXED($std, decimals: 2) } { $unit }), as by turbulent air or a disturbance too fast to follow: the uncertainties are widened by it, which more cycles help against, but more readings in a cycle hardly
@@ -102,6 +102,10 @@ warning-single_run_rule = the axis is longer than 2000 mm: s, R and A are not ev
         [1] {""}
        *[other] {" "}although { $cycles } runs exist (means of all of them)
     }; ask for them with --full
+warning-date_impossible = { $key } ({ $day }) lies { $side ->
+        [after] after
+       *[before] before
+    } the test ({ $tested })
 warning-draft = the digital calibration certificate is a draft: the file of --header does not state { $missing }
 warning-not_in_pdf = { $count ->
         [1] 1 character
@@ -119,11 +123,7 @@ note-u_of_run = The true figure as measured is that of this run without the nois
 note-u_without_drift = The drift of this run is not known and counts as scatter: the true figure is that of the mean deviations which many such runs would have. With the times or the order of the readings the drift would belong to the true figure, so that U of the same readings would be another, as a rule smaller.
 note-u_larger = U of { $symbols } is larger than the figure, which cannot be negative: the readings only say that it is not larger than figure + U.
 note-u_bias = The largest of noisy values is too large on average: the bias of a figure is the mean of figure minus true figure. The figures are not corrected for it; U contains it. Of the main figures it is largest for { $symbol }: { SIGNED($bias, decimals: 3) } { $unit }.
-note-with_outliers = { $count ->
-        [1] One reading lies out. It counts in the measured figures
-       *[other] { $count } readings lie out. They count in the measured figures
-    }, not in the drift-free ones; the column 'with outliers' has the drift-free figures of all readings, from which the effect of drift is taken.
-note-drift_effect = The drift-free figures are of the mean deviations in one thermal state, with their own U. The effect of drift is the figure less the drift-free one, with the U of this difference.
+note-drift_effect = The drift-free figures are of the mean deviations in one thermal state, with their own U. The effect of drift is the figure less the drift-free one of the same readings, with the U of this difference.
 note-u_stated = U of { $symbols } is stated in the limits file (k = 2) in place of the evaluated one.
 note-u_none = The measurement uncertainty was not evaluated.
 note-u = U is the expanded uncertainty: the true figure lies within figure ± U with a probability of 95.45 %.
@@ -133,4 +133,13 @@ doubt-swing = the axis swings too fast to be followed
 note-u_contains = U contains: { $terms }.
 note-u_without = U is without: { $terms }.
 note-drift_free = Drift-free figures are no results of ISO 230-2.
+note-order_assumed = The order of the readings is assumed, not stated by the file: U and drift-free figures hold if they were taken in the order of the standard test cycle.
+note-outliers = { $count ->
+        [1] Outlier
+       *[other] { $count } outliers
+    }, in the measured figures but left out of the drift-free ones: { $readings }{ $more ->
+        [0] {""}
+       *[other] ; { $more } more
+    }. 'With outliers': drift-free figures of all readings; the effect of drift is the value less these.
+outlier-reading = target { $target } { $approach } in cycle { $cycle } ({ SIGNED($residual, decimals: 2) } { $unit } off)
 verdict-u_lacks = U of { $symbols } is without { $terms }

@@ -2,8 +2,14 @@
 
 summary-run = { $name }: { $kind } axis{ $axis }, { $targets } targets from { $first } to { $last } { $unit }, { $cycles } cycles { $approaches }, { $times ->
         [file] { DURATION($lasting_s) }
-        [interpolated] { DURATION($lasting_s) } (times spread evenly: see the remark)
-        [order] no times, order known
+        [interpolated] { DURATION($lasting_s) } (times spread evenly{ $assumed ->
+                [yes] , order assumed
+               *[no] : see the remark
+            })
+        [order] no times, order { $assumed ->
+                [yes] assumed (standard cycle)
+               *[no] known
+            }
        *[none] no times
     }
 
@@ -40,11 +46,11 @@ summary-other_standard = { $name } ({ $mark }): { $figures } { $unit }
 summary-drift_linear = drift: { $found ->
         [yes] significant
        *[no] not significant
-    } ({ $p }); thermal growth over the run { $growth } µm/m ({ $grown } µm over { $length } mm), shift of the whole axis { $shift } µm
+    } ({ $p }); thermal growth over the run { $growth } µm/m ({ $grown } µm over { $length } mm), shift at the mean position { $shift } µm
 summary-drift_rotary = drift: { $found ->
         [yes] significant
        *[no] not significant
-    } ({ $p }); change of scale over the run { $growth } arcsec per 1000° ({ $grown } arcsec over { $length }°), turn of the whole axis { $shift } arcsec
+    } ({ $p }); change of scale over the run { $growth } arcsec per 1000° ({ $grown } arcsec over { $length }°), turn at the mean position { $shift } arcsec
 summary-drift_swings = swing: the whole axis moved within { $swing } { $unit } in between
 summary-drift_not_evaluated = drift: not evaluated
 

@@ -60,8 +60,8 @@ _CAPTIONS = {
     "iso230_2": "Means, bands of ±2s, single runs, and the extents of the figures.",
     "drift": (
         "The run in time order as measured and without drift, each less the mean of its target,"
-        " on the same scale; below, the estimated drift relative to t₀ with bands of ±2 standard"
-        " uncertainties."
+        " on the same scale; below, the estimated drift relative to t₀ with bands of as"
+        " many standard uncertainties as in the table."
     ),
     "figure_10_standard_deviation": (
         "Spread between adjacent positions (figure 10 of the paper). Above: standard uncertainty"

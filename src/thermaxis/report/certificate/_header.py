@@ -171,7 +171,7 @@ def _time_source(test: PositioningTest) -> str:
     return {
         "file": "a time for every reading",
         "interpolated": "spread evenly within stated times; see the remarks",
-        "order": "none; the order of readings is known",
+        "order": f"none; the order of readings is {'assumed' if test.order_deduced else 'known'}",
         "none": "none",
     }[str(test.time_source)]
 

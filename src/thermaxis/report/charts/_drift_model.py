@@ -93,7 +93,8 @@ def time_words(report: PositioningReport) -> str:
     """Return what the times of the readings rest on; empty where the file states each."""
     source = drift_result(report).time_source
     if source is TimeSource.ORDER:
-        return "no times: the order of the readings serves as time"
+        assumed = "assumed " * report.test.order_deduced
+        return f"no times: the {assumed}order of the readings serves as time"
     if source is not TimeSource.INTERPOLATED or report.test.time_s is None:
         return ""
     known = np.sort(report.test.time_s[np.isfinite(report.test.time_s)])
@@ -304,7 +305,7 @@ def _draw_curves(
     panels: dict[str, Axes], report: PositioningReport, scale: _Scale
 ) -> list[Line2D | Patch]:
     drift = drift_result(report)
-    unit = report.test.kind.units.deviation
+    unit, factor = report.test.kind.units.deviation, drift.coverage_factor
     curves = [
         ("a", drift.common, drift.common_std, f"a(t) - a(t₀)\n[{unit}]"),
         (
@@ -315,10 +316,10 @@ def _draw_curves(
     for name, values, std, label in curves:
         axes = panels[name]
         axes.fill_between(
-            scale.curve, values - 2.0 * std, values + 2.0 * std, color=_BAND, linewidth=0.0
+            scale.curve, values - factor * std, values + factor * std, color=_BAND, linewidth=0.0
         )
-        for sign in (-2.0, 2.0):
-            axes.plot(scale.curve, values + sign * std, color=GREY, linestyle="--", linewidth=0.7)
+        for bound in (-factor, factor):
+            axes.plot(scale.curve, values + bound * std, color=GREY, linestyle="--", linewidth=0.7)
         axes.plot(scale.curve, values, color="black")
         axes.set_ylabel(label)
         zero_line(axes)
@@ -326,7 +327,7 @@ def _draw_curves(
         panels["bow"].plot(scale.curve, drift.bow, color="black")
         panels["bow"].set_ylabel(f"bow: middle\nto ends [{unit}]")
         zero_line(panels["bow"])
-    label = "±2 standard uncertainties"
+    label = f"±{factor:g} standard uncertainties"
     return [Patch(facecolor=_BAND, edgecolor=GREY, linestyle="--", linewidth=0.7, label=label)]
 
 

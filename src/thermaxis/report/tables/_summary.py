@@ -23,6 +23,7 @@ _LONGEST_NAME = 40
 _NO_MODEL = "warning-no_drift_model"
 _UNIT_ASSUMED = "remark-unit_assumed"  # every figure hangs on it
 _HEADS = {"value": "measured", "drift-free": "without drift"}
+_SAID_OF_FIGURES = {"note-u_stated", "note-order_assumed"}
 _LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
 
 
@@ -102,6 +103,7 @@ def _run(report: PositioningReport) -> Message:
         "cycles": test.cycles,
         "approaches": " and ".join(APPROACHES[a] for a in test.approaches),
         "times": str(test.time_source),
+        "assumed": "yes" if test.order_deduced else "no",
         "lasting_s": None if test.time_s is None else float(np.nanmax(test.time_s)),
     }
     return Message("summary-run", values)
@@ -139,14 +141,14 @@ def _figures(report: PositioningReport, table: FigureTable) -> Iterator[str]:
         cells = [table.cells[i][k] for i in shown]
         if label in {"value", "drift-free"}:
             columns.append((_HEADS[label], cells))
-        elif label == "U":
+        elif label in {"U", "its U"}:
             head, values = columns.pop()
             columns.append((head, _with_u(values, cells)))
         elif label in {"limit", "verdict"}:
             columns.append((label, cells))
     heads, texts = zip(*columns, strict=True)
     yield from aligned_lines(heads, list(zip(*texts, strict=True)), words=1)
-    yield from _lines(*(one for one in table.legend if one.code == "note-u_stated"))
+    yield from _lines(*(one for one in table.legend if one.code in _SAID_OF_FIGURES))
     if any(table.rows[i].expanded_uncertainty is not None for i in shown):
         lacking = [one.values["terms"] for one in table.legend if one.code == "note-u_without"]
         doubts = [one.values for one in table.legend if one.code == "note-u_doubted"]
