@@ -105,6 +105,23 @@ def test_one_run_is_judged_by_its_later_part_and_promises_no_other() -> None:
     assert identify(records_of([few], INPUTS, ["Z_um"])).outputs[0].held_out is None
 
 
+def test_a_model_of_inputs_that_say_nothing_is_not_to_be_used() -> None:
+    said: list[str] = []
+    for seed in range(6):
+        random = np.random.default_rng(seed)
+        z = warmed(seed).columns["Z_um"]
+        noise = 20.0 + random.normal(size=(2, ROWS))
+        (own,) = identify(records(noise[0], noise[1], {"Z_um": z})).outputs
+        assert own.held_out is not None
+        codes = {w.code for w in own.warnings}
+        condemned = codes & {"warning-explains_nothing", "warning-no_better_than_static"}
+        assert bool(condemned) == (own.held_out.fit_percent <= 0.0)
+        said += condemned
+    assert "warning-explains_nothing" in said
+    true = identify(records_of([warmed(3)], INPUTS, ["Z_um"])).outputs[0]
+    assert "warning-explains_nothing" not in {w.code for w in true.warnings}
+
+
 def test_polynomials_that_lags_cannot_follow_are_refused_with_the_reason() -> None:
     """A pair of poles that rings fast is left out of a model file: rows that show it refuse it."""
     random = np.random.default_rng(5)

@@ -17,6 +17,7 @@ warning-parts_short = the parts held out are { FIXED($duration_min, decimals: 0)
 warning-gains_held_small = the gains were held as small as was allowed: the temperatures hardly explain the displacement
 warning-inputs_opposed = { $first } and { $second } move together (correlation { FIXED($correlation, decimals: 3) }) and act against each other ({ SIGNED($first_um_per_k, decimals: 2) } and { SIGNED($second_um_per_k, decimals: 2) } µm/K): only their sum is known well
 warning-no_better_than_static = on rows held out the model leaves { $model_um } um, a static regression { $static_um } um: do not use it; check sensors, inputs and rows first, or give another test
+warning-explains_nothing = on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um): it explains nothing there, do not use it; check sensors, inputs and rows first, or give another test
 warning-averages_better = on rows held out fixed exponential averages leave far less ({ $averages_um } against { $model_um } um): fitted to the other rows the model does not carry on; verify it on another test before it is used
 warning-no_lags = no model file can hold this model, and none of its figures is shown: { $cause }
 

@@ -37,6 +37,9 @@ SEEN_SHARE = 0.5
 """A run judges others' models where these saw so much of the range of every input. [1]"""
 MUCH_WORSE = 3.0
 """More than so many times what fixed averages leave of rows held out is told. [1]"""
+LEAST_LEFT = 0.2
+"""Rows held out in which the displacement hardly moves condemn no model that leaves less than this
+share of its standard deviation in the training. [1]"""
 _MOST_GAIN = 1e5
 """An input that hardly moves may get gains that no model file holds. [µm/K]"""
 
@@ -121,7 +124,7 @@ def with_figures(
                 trained=trained,
                 training_rmse_um=_rmse(trained, averages, one_step=trained.persistence_rmse_um),
                 held_out=held_out,
-                warnings=(*output.warnings, *_verdict(held_out)),
+                warnings=(*output.warnings, *_verdict(held_out, trained)),
             )
         outputs.append(output)
     return replace(found, outputs=tuple(outputs))
@@ -229,16 +232,22 @@ def _hold(runs: Sequence[VerifiedOutput]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
-def _verdict(held_out: HeldOut | None) -> tuple[Message, ...]:
-    """Return a warning where simple rules leave less of the rows held out than the model."""
+def _verdict(held_out: HeldOut | None, trained: VerificationFigures) -> tuple[Message, ...]:
+    """Return a warning where simple rules, or none, do for rows held out what the model does."""
     if held_out is None:
         return ()
-    rmse = held_out.rmse_um
-    for rule, code, factor in (
-        ("static", "warning-no_better_than_static", 1.0),
-        ("averages", "warning-averages_better", MUCH_WORSE),
-    ):
-        if rule in rmse and rmse["model"] > factor * rmse[rule]:
-            values = {f"{k}_um": significant(rmse[k], 3) for k in ("model", rule)}
-            return (Message(code, values),)
+    rmse = {name: significant(value, 3) for name, value in held_out.rmse_um.items()}
+    worse = held_out.rmse_um["model"]
+    if worse > held_out.rmse_um.get("static", worse):
+        values = {"model_um": rmse["model"], "static_um": rmse["static"]}
+        return (Message("warning-no_better_than_static", values),)
+    explained = held_out.fit_percent is None or held_out.fit_percent > 0.0
+    # By equation (4), what is left is (1 - fit) times the standard deviation.
+    std_um = trained.rmse_um / max(1.0 - (trained.fit_percent or 0.0) / 100.0, 1e-9)
+    if not explained and trained.fit_percent is not None and worse > LEAST_LEFT * std_um:
+        values = {"model_um": rmse["model"], "std_um": significant(std_um, 3)}
+        return (Message("warning-explains_nothing", values),)
+    if worse > MUCH_WORSE * held_out.rmse_um.get("averages", worse):
+        values = {"model_um": rmse["model"], "averages_um": rmse["averages"]}
+        return (Message("warning-averages_better", values),)
     return ()
