@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-from scipy.linalg import (
-    cho_solve_banded,  # pyright: ignore[reportUnknownVariableType]
-    cholesky_banded,  # pyright: ignore[reportUnknownVariableType]
+from scipy.linalg import cholesky_banded  # pyright: ignore[reportUnknownVariableType]
+from scipy.linalg.lapack import (
+    dtbtrs,  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType]
 )
 
 from thermaxis.thermal._arrays import FloatArray
@@ -128,10 +128,9 @@ def weighted_products(
     factor, log_drift = _factor(weight, times_s, drifts)
     count = len(drifts)
     states = np.repeat(weighted, count, axis=0)
-    inner = np.asarray(
-        cho_solve_banded((factor, False), states, check_finite=False), dtype=np.float64
-    )
-    gram -= states.T @ inner
+    # With U'U = Q + D^-1, X' (U'U)^-1 X is the square of U'^-1 X.
+    whitened = np.asarray(dtbtrs(factor, states, uplo="U", trans="T")[0], dtype=np.float64)
+    gram -= whitened.T @ whitened
     log_determinant += 2.0 * float(np.sum(np.log(factor[-1]))) + log_drift
     return Products((gram + gram.T) / 2.0, log_determinant)
 
