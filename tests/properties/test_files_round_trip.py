@@ -64,7 +64,8 @@ moments = st.datetimes(datetime(1950, 1, 1), datetime(2150, 1, 1))  # noqa: DTZ0
 def readings(draw: st.DrawFn, shape: tuple[int, int, int]) -> np.ndarray:
     """Deviations with gaps, at least two per target and measured approach; maybe one approach."""
     values = np.array(draw(st.lists(numbers, min_size=6, max_size=40)))
-    deviation = np.resize(values, shape)
+    # equal values far beyond all others are refused as an instrument's codes
+    deviation = np.resize(values, shape) * (1.0 - 1e-4 * np.arange(np.prod(shape)).reshape(shape))
     gaps = np.resize(draw(st.lists(st.booleans(), min_size=1, max_size=40)), shape)
     gaps[:, :2, :] = False
     deviation[gaps] = np.nan

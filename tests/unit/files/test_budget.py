@@ -91,7 +91,8 @@ def test_a_wrong_budget_is_an_error_that_names_file_and_key(tmp_path: Path) -> N
 def test_the_example_states_every_term(root: Path) -> None:
     budget = read_budget(root / "examples" / "budget.toml", AxisKind.LINEAR)
     target = np.linspace(0.0, 300.0, 5)
-    deviation = np.zeros((5, 1, 2)) + 0.02 * target[:, None, None]
+    scatter = np.random.default_rng(1).normal(0.0, 0.3, (5, 3, 2))
+    deviation = scatter + 0.02 * target[:, None, None]
     test = PositioningTest(
         kind=AxisKind.LINEAR,
         target=target,

@@ -41,6 +41,8 @@ _MOSTLY = 0.5
 """Part of the rows in which a column of readings has a number. [1]"""
 _BEYOND = 1000.0
 """How many times as far from the median as all others equal readings are none. [1]"""
+_FEWEST_OTHERS = 12
+"""Fewer readings do not tell how far one may lie. [1]"""
 
 
 def _no_channels() -> dict[str, FloatArray]:
@@ -238,7 +240,7 @@ def _check_error_codes(at: Callable[..., Place], deviation: FloatArray, line: In
     """Refuse equal values far beyond all others: codes of errors, not readings."""
     distance = np.abs(deviation - np.nanmedian(deviation))
     ranked = np.sort(distance[~np.isnan(distance)])
-    least = ranked.size // 2
+    least = max(ranked.size // 2, _FEWEST_OTHERS)
     jumps = np.flatnonzero((ranked[1:] > _BEYOND * ranked[:-1]) & (ranked[:-1] > 0.0))
     jumps = jumps[jumps >= least]
     if not jumps.size:
