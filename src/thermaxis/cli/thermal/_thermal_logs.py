@@ -170,6 +170,17 @@ def read_logs(
     return found
 
 
+def logs_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[ThermalLog]:
+    """Read logs as the options of `add_log_options` say."""
+    entries = read_logs(
+        paths,
+        mapping=arguments.mapping,
+        masks=arguments.mask,
+        as_logged=arguments.as_logged,
+    )
+    return [entry.log for entry in entries]
+
+
 def with_clocks_told(
     logs: Sequence[ThermalLog],
     models: Sequence[CompensationModel],

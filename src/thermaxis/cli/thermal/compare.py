@@ -12,8 +12,8 @@ from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     add_start,
+    logs_of,
     measured_output,
-    read_logs,
     reading_codes,
     remarks_of,
     with_clocks_told,
@@ -49,12 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     with Progress() as progress:
         progress("reading", 0, 0)
-        log = read_logs(
-            [arguments.log],
-            mapping=arguments.mapping,
-            masks=arguments.mask,
-            as_logged=arguments.as_logged,
-        )[0].log
+        (log,) = logs_of(arguments, [arguments.log])
         models = [(path, read_model(path)) for path in arguments.files]
         (log,) = with_clocks_told(
             [log], [model for _, model in models], arguments.measured, arguments.reference

@@ -12,8 +12,8 @@ from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     add_start,
+    logs_of,
     measured_output,
-    read_logs,
     reading_codes,
     remarks_of,
     rows_of_span,
@@ -78,15 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
         progress("reading", 0, 0)
         model = read_model(arguments.model)
         limits = _limits(arguments.limits, [output.name for output in model.outputs])
-        logs: list[thermal.ThermalLog] = [
-            entry.log
-            for entry in read_logs(
-                arguments.logs,
-                mapping=arguments.mapping,
-                masks=arguments.mask,
-                as_logged=arguments.as_logged,
-            )
-        ]
+        logs = logs_of(arguments, arguments.logs)
         logs = with_clocks_told(logs, [model], arguments.measured, arguments.reference)
         progress("simulating", 0, 0)
         rows = None if arguments.span is None else rows_of_span(logs, arguments.span)

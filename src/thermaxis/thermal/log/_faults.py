@@ -28,7 +28,6 @@ _SIDES: Final = (2, 4, 8, 16, 32, 64)
 _SWITCHED: Final = (0.05, 0.3)
 """Share of its range by which a channel changes at a switch: a temperature by more. [1]"""
 _NORMAL_MEDIAN = 1.4826
-_PER_UM = {"um": 1.0, "mm": 1e-3, "nm": 1e3, "m": 1e-6}
 
 
 def mask_rows(log: ThermalLog, first: int, last: int, channel: str = "") -> ThermalLog:
@@ -144,7 +143,7 @@ def _on_one_zero(
     log: ThermalLog, name: str, values: FloatArray, remarks: list[Message]
 ) -> FloatArray:
     rows = np.flatnonzero(~np.isnan(values))
-    per_um = _PER_UM[log.units[name]]
+    per_um = LENGTHS[log.units[name]]
     if rows.size < 4 * _SIDES[0] or not 0 < float(np.ptp(values[rows])) < LARGEST_RANGE_UM * per_um:
         return values
     time_s, y = log.time_s[rows], values[rows]
@@ -219,7 +218,7 @@ def _switched(log: ThermalLog, row: int) -> bool:
         near = values[max(row - 3, 0) : row + 3]
         near = near[~np.isnan(near)]
         change, most = (float(np.ptp(v)) if v.size else 0.0 for v in (near, known))
-        if unit in LENGTHS and most < LARGEST_RANGE_UM * _PER_UM[unit]:
+        if unit in LENGTHS and most < LARGEST_RANGE_UM * LENGTHS[unit]:
             continue  # a displacement
         if change > _SWITCHED[unit in TEMPERATURES] * most > 0.0:
             return True

@@ -46,7 +46,8 @@ _ONE_WAY = 0.8
 _NORMAL_MEDIAN = 1.4826
 _MOST_PAIRED = 64
 TEMPERATURES = ("degC", "K", "degF")
-LENGTHS = ("um", "mm", "nm", "m")
+LENGTHS = {"um": 1.0, "mm": 1e-3, "nm": 1e3, "m": 1e-6}
+"""Units of a displacement, and how many of each are a micrometre. [1]"""
 
 
 class FindingKind(StrEnum):
@@ -239,11 +240,10 @@ def out_of_range(values: FloatArray, unit: str) -> Flags:
         beyond = (celsius < low) | (celsius > high)
         least = LEAST_JUMP_K
     elif unit in LENGTHS:
-        factor = {"um": 1.0, "mm": 1e3, "nm": 1e-3, "m": 1e6}[unit]
-        beyond = np.abs(values) * factor > DISPLACEMENT_LIMIT_UM
+        beyond = np.abs(values) > DISPLACEMENT_LIMIT_UM * LENGTHS[unit]
         if unit != "um" and bool(np.mean(beyond) > 0.5):  # a position of an axis, or a diameter
             beyond = np.zeros(values.size, dtype=np.bool_)
-        least = LEAST_JUMP_UM / factor
+        least = LEAST_JUMP_UM * LENGTHS[unit]
     else:
         return np.zeros(values.size, dtype=np.bool_)
     for sentinel in SENTINELS:
@@ -511,7 +511,7 @@ def _carries_on(run: _Run) -> bool:
 def _find_jumps(channel: _Channel) -> list[LogFinding]:
     if not (channel.is_temperature or channel.is_length) or channel.values.size < 10:
         return []
-    factor = {"mm": 1e-3, "nm": 1e3, "m": 1e-6}.get(channel.unit, 1.0)
+    factor = LENGTHS.get(channel.unit, 1.0)
     least = LEAST_JUMP_K if channel.is_temperature else LEAST_JUMP_UM * factor
     good = np.flatnonzero(~channel.suspect)
     if good.size < 10:
