@@ -32,6 +32,9 @@ from .charts import (
     write_montecarlo_figures as write_montecarlo_figures,
 )
 from .thermal import (
+    ComparedModel as ComparedModel,
+    write_comparison_figures as write_comparison_figures,
+    write_comparison_report as write_comparison_report,
     write_identification_figures as write_identification_figures,
     write_identification_report as write_identification_report,
     write_verification_figures as write_verification_figures,

@@ -60,6 +60,28 @@ def test_each_start_that_is_asked_for_is_run_and_said(tmp_path, capsys):
     assert rmse["fitted"] == pytest.approx(0.2, rel=0.5)
 
 
+def test_models_of_one_file_name_are_compared_in_one_chart_and_one_table(tmp_path, capsys):
+    model, log = written(tmp_path, states_k=0.0)
+    (tmp_path / "weak").mkdir()
+    lags = (Section(8.0, 900.0), Section(6.0, 5000.0))
+    weak = tmp_path / "weak" / "model.json"
+    write_model(
+        CompensationModel(outputs=(Output("Z_um", (Part("spindle", "T_C", "", 0.0, lags),)),)), weak
+    )
+    drawn = ["--report", str(tmp_path / "c.html"), "--figures", str(tmp_path / "c")]
+    found = result(tmp_path, "compare", str(weak), model, log, "--start", "rest", *drawn)
+    names = ["weak/model.json", f"{tmp_path.name}/model.json"]
+    assert [one["name"] for one in found["models"]] == names
+    fits = [one["outputs"]["Z_um"]["fit_percent"] for one in found["models"]]
+    page = (tmp_path / "c.html").read_text(encoding="utf-8")
+    assert page.index(f"<td>{fits[1]:.1f}") < page.index(f"<td>{fits[0]:.1f}")  # best first
+    lines = (tmp_path / "c" / "compared_output_1.csv").read_text(encoding="utf-8").splitlines()
+    errors = [line.rpartition(",")[2] for line in lines if f"fit {fits[0]:.1f}" in line]
+    largest = found["models"][0]["outputs"]["Z_um"]["max_um"]
+    assert max(abs(float(value)) for value in errors[len(errors) // 2 :]) == pytest.approx(largest)
+    assert "c.html" in capsys.readouterr().out
+
+
 def test_displacements_by_another_clock_are_named_and_judged_as_they_are(tmp_path):
     words = written(tmp_path, states_k=0.0, late_rows=20)
     log = np.loadtxt(words[1], delimiter=",", skiprows=1)

@@ -4,8 +4,8 @@ import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from thermaxis import __version__
-from thermaxis.cli._arguments import add_json, adder
+from thermaxis import __version__, report
+from thermaxis.cli._arguments import add_figures, add_json, add_report, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
@@ -22,7 +22,7 @@ from thermaxis.cli.thermal.verify import figures_of
 from thermaxis.files import model_sha256, read_model
 from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of
-from thermaxis.thermal import ThermalLog, Verification, verify
+from thermaxis.thermal import ThermalLog, verify
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,13 +39,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_start(parser)
     add_json(parser)
+    add_report(parser)
+    add_figures(parser)
     add_log_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Compare and show."""
     check_outputs(
-        [("--json", arguments.json)], [*arguments.files, arguments.log, arguments.mapping]
+        [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
+        [*arguments.files, arguments.log, arguments.mapping],
+        charts=arguments.figures,
     )
     with Progress() as progress:
         progress("reading", 0, 0)
@@ -54,7 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
         (log,) = with_clocks_told(
             [log], [model for _, model in models], arguments.measured, arguments.reference
         )
-        results: list[tuple[Path, str, Verification]] = []
+        names = _names(arguments.files)
+        results: list[report.ComparedModel] = []
         for k, (path, model) in enumerate(models):
             progress(f"simulating {path.name}", k, len(models))
             result = verify(
@@ -64,24 +69,41 @@ def run(arguments: argparse.Namespace) -> int:
                 reference_s=arguments.reference,
                 start=arguments.start,
             )
-            results.append((path, model_sha256(model), result))
-    show(_described(log, results), arguments.json)
+            results.append(report.ComparedModel(names[k], model, result))
+        written = [*arguments.report]
+        if arguments.report or arguments.figures is not None:
+            progress("report", 0, 0)
+        for path in arguments.report:
+            report.write_comparison_report(results, path)
+        if arguments.figures is not None:
+            report.write_comparison_figures(results, arguments.figures)
+            written.append(arguments.figures)
+    show(_described(log, results), arguments.json, written)
     return 0
 
 
-def _described(log: ThermalLog, results: Sequence[tuple[Path, str, Verification]]) -> list[Part]:
+def _names(paths: Sequence[Path]) -> list[str]:
+    """Return the names of files, with as many of their folders as tell them apart."""
+    parts = [path.absolute().parts for path in paths]
+    depth = 1
+    while len({each[-depth:] for each in parts}) < len(set(parts)):
+        depth += 1
+    return ["/".join(each[-depth:]) for each in parts]
+
+
+def _described(log: ThermalLog, results: Sequence[report.ComparedModel]) -> list[Part]:
     remarks = remarks_of([log])
     models = [
         {
-            "name": path.name,
-            "model_sha256": digest,
-            "outputs": {n: as_json(figures_of(f)) for n, f in result.pooled.items()},
+            "name": one.name,
+            "model_sha256": model_sha256(one.model),
+            "outputs": {n: as_json(figures_of(f)) for n, f in one.result.pooled.items()},
         }
-        | as_json(messages_of("warnings", result.warnings))
-        for path, digest, result in results
+        | as_json(messages_of("warnings", one.result.warnings))
+        for one in results
     ]
-    names = dict.fromkeys(name for _, _, result in results for name in result.pooled)
-    warnings = [f"{path.name[:40]}: {text_of(w)}" for path, _, r in results for w in r.warnings]
+    names = dict.fromkeys(name for one in results for name in one.result.pooled)
+    warnings = [f"{one.name[:40]}: {text_of(w)}" for one in results for w in one.result.warnings]
     return [
         Value("version", __version__),
         Value("log", log.name),
@@ -93,22 +115,20 @@ def _described(log: ThermalLog, results: Sequence[tuple[Path, str, Verification]
     ]
 
 
-def _table(
-    name: str, log: ThermalLog, results: Sequence[tuple[Path, str, Verification]]
-) -> Iterator[Part]:
-    known = [(p, r.pooled[name]) for p, _, r in results if name in r.pooled]
+def _table(name: str, log: ThermalLog, results: Sequence[report.ComparedModel]) -> Iterator[Part]:
+    known = [(o.name, o.result.pooled[name]) for o in results if name in o.result.pooled]
     known.sort(key=lambda entry: entry[1].rmse_um)
     uncompensated = known[0][1].uncompensated_um
     rows = [
         [
-            Value("", path.name[:40], "model"),
+            Value("", model[:40], "model"),
             Value("", f.fit_percent, "fit %", ".1f"),
             Value("", f.residual_um, "left um", ".2f"),
             Value("", f.rmse_um, "RMSE um", ".2f"),
             Value("", f.mae_um, "MAE um", ".2f"),
             Value("", f.max_um, "max um", ".2f"),
         ]
-        for path, f in known
+        for model, f in known
     ]
     title = f"{name[:30]} of {log.name[:40]}, best first; p-p without"
     yield Table(f"{title} compensation {uncompensated:.2f} um", rows, words=1)

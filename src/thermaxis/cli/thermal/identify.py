@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from thermaxis import __version__, report, thermal
-from thermaxis.cli._arguments import add_json, add_report, adder, day, positive_seconds
+from thermaxis.cli._arguments import add_figures, add_json, add_report, adder, day, positive_seconds
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
@@ -122,6 +122,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--model OUT.json", "write the compensation model", Path)
     add_json(parser)
     add_report(parser)
+    add_figures(parser)
     add(
         "--date YYYY-MM-DD",
         "date, kept in the model: the program reads no clock, so that same input gives same bytes",
@@ -181,13 +182,18 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.model is not None:
             model = result.to_compensation_model(records, provenance, sentence=text_of)
             write_model(model, arguments.model)
-        if arguments.report:
+        if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
-            for path in arguments.report:
-                report.write_identification_report(
-                    result, records, logs, provenance, path, reference_s=arguments.reference
-                )
-    written = [path for path in (arguments.model, *arguments.report) if path is not None]
+        for path in arguments.report:
+            report.write_identification_report(
+                result, records, logs, provenance, path, reference_s=arguments.reference
+            )
+        if arguments.figures is not None:
+            report.write_identification_figures(
+                result, records, logs, arguments.figures, reference_s=arguments.reference
+            )
+    files = (arguments.model, *arguments.report, arguments.figures)
+    written = [path for path in files if path is not None]
     shown = [*described(result, records, findings, remarks), reading_codes(logs)]
     show(shown, arguments.json, written)
     return 0
@@ -221,6 +227,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
             *(("--report", path) for path in arguments.report),
         ],
         [*arguments.logs, arguments.mapping],
+        charts=arguments.figures,
     )
     alone = len(arguments.output) == 1 and arguments.method == "modal" and not arguments.candidates
     if arguments.joint is not None and not alone:

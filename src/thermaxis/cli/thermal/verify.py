@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from thermaxis import __version__, report, thermal
-from thermaxis.cli._arguments import add_json, add_report, adder
+from thermaxis.cli._arguments import add_figures, add_json, add_report, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
@@ -65,6 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_json(parser)
     add_report(parser)
+    add_figures(parser)
     add_log_options(parser)
 
 
@@ -73,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_outputs(
         [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
         [arguments.model, *arguments.logs, arguments.mapping, arguments.limits],
+        charts=arguments.figures,
     )
     with Progress() as progress:
         progress("reading", 0, 0)
@@ -91,15 +93,19 @@ def run(arguments: argparse.Namespace) -> int:
             limits=limits,
             start=arguments.start,
         )
-        if arguments.report:
+        written = [*arguments.report]
+        if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
-            for path in arguments.report:
-                report.write_verification_report(model, logs, result, path)
+        for path in arguments.report:
+            report.write_verification_report(model, logs, result, path)
+        if arguments.figures is not None:
+            report.write_verification_figures(model, logs, result, arguments.figures)
+            written.append(arguments.figures)
     remarks = (*remarks_of(logs), *sensor_warnings(logs, model.channels))
     counted = "" if arguments.span is None else f", {arguments.span.text}"
     title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
     shown = described(result, title, model_sha256(model), remarks)
-    show([*shown, reading_codes(logs)], arguments.json, arguments.report)
+    show([*shown, reading_codes(logs)], arguments.json, written)
     return 0
 
 

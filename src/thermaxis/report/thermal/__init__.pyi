@@ -1,4 +1,9 @@
+from ._compared import (
+    ComparedModel as ComparedModel,
+)
 from ._output import (
+    write_comparison_figures as write_comparison_figures,
+    write_comparison_report as write_comparison_report,
     write_identification_figures as write_identification_figures,
     write_identification_report as write_identification_report,
     write_verification_figures as write_verification_figures,

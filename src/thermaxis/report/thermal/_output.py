@@ -11,6 +11,11 @@ from thermaxis.report._document import Document
 from thermaxis.report._output import make_folder, write_bytes
 from thermaxis.report._style import write_chart
 from thermaxis.report.certificate import document_pdf, render_html
+from thermaxis.report.thermal._compared import (
+    ComparedModel,
+    comparison_charts,
+    comparison_document,
+)
 from thermaxis.report.thermal._comparison import verification_charts
 from thermaxis.report.thermal._identification import identification_document
 from thermaxis.report.thermal._identification_charts import identification_charts
@@ -131,6 +136,33 @@ def write_identification_figures(
     """
     charts = identification_charts(result, records, logs, reference_s=reference_s)
     return write_charts(charts, folder)
+
+
+def write_comparison_report(models: Sequence[ComparedModel], path: Path) -> None:
+    """Write the report of models on one log as PDF or HTML, as the suffix of the file says.
+
+    A file that exists is replaced.
+
+    Raises
+    ------
+    ConfigurationError
+        If the suffix is none of ``.pdf``, ``.html`` and ``.htm``, or the file cannot be written.
+    """
+    as_pdf = _check_suffix(path)
+    _write(comparison_document(models), path, as_pdf=as_pdf)
+
+
+def write_comparison_figures(models: Sequence[ComparedModel], folder: Path) -> tuple[Path, ...]:
+    """Write one chart per measured output, of all models, as PNG and SVG with its numbers as CSV.
+
+    The folder is made if it does not exist, and the same results give the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+    """
+    return write_charts(comparison_charts(models), folder)
 
 
 def write_charts(charts: Sequence[ThermalChart], folder: Path) -> tuple[Path, ...]:

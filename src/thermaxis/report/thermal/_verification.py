@@ -41,7 +41,7 @@ _OPEN = (
     "The free run goes through the cycle that acts on the machine, with its limits open and with"
     " weight 1. What limits would cut off is not in these figures."
 )
-_NOTES = (
+FREE_RUN_NOTES = (
     (
         "Free run: the model is simulated from the first row of each log without any measured"
         " displacement. Measured and simulated displacement are relative to the start of the log."
@@ -54,6 +54,10 @@ _NOTES = (
         "Peak-to-peak reduced: range of the measured displacement over the range of the residual"
         " (measured minus simulated), which is the compensated machine."
     ),
+)
+"""What the figures of a free run are."""
+_NOTES = (
+    *FREE_RUN_NOTES,
     (
         "Static RMSE: left by the static regression on the same inputs that the model carries from"
         " its training; where it carries none, by one that is fitted to this very log."
