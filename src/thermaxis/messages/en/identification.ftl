@@ -44,7 +44,7 @@ candidate-noisy = candidate { $name }: has { FIXED($noise_mk, decimals: 0) } mK 
 rule-modal = number of lags by blocked cross-validation of the free run, time constants by variable projection, gains held small where a mode is weakly excited
 rule-orders_stated = orders na, nb, nk = { $na }, { $nb }, { $nk } as stated
 rule-orders_searched = orders up to three, with lags only, by the free run in parts that the fit did not see
-rule-joint = parts common to all diameters, gain of the part { $part } by least squares, in turn; errors on the training rows are those at { $reference }
+rule-joint = parts common to all diameters, gain of the part { $part } by least squares over fixed lags; errors on the training rows are those at { $reference }
 rule-averaged = The record is cut into { $parts } parts of { FIXED($part_h, decimals: 1) } h. Each is predicted in free run from the temperatures by models learned from all other parts, each of the later half also from the parts before it. Models with the time constants { NAME($lag_sets_s) } s, common to all channels, are averaged. Their score is the mean absolute error over that of each output's best, mean over all outputs; their weight is the score to the power of -{ $parts }, one independent observation per part, and less than { $least_percent } % is left out. Each takes the uncertainty of the temperatures ({ NAME($uncertainties_k) } K, as ridge penalty, with the noise of each sensor on its direct gain) with the best score. The displacement at the reference is { $reference }; { $channels }.
 rule-all_kept = all { $healthy } healthy candidates are kept
 rule-some_kept = { $kept } of { $healthy } healthy candidates are kept, the least useful left out one by one

@@ -9,19 +9,18 @@ import numpy as np
 from thermaxis.codes import Place
 from thermaxis.compensation import GainPoint
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._records import Records
 from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.modal import ModalOptions, ModalResult, modal
-from thermaxis.thermal.transfer_function import (
-    DiameterGain,
-    ThermalModel,
-    held,
-    simulate_from_rest,
-)
+from thermaxis.thermal.transfer_function import DiameterGain, held, section_response
 
-MOST_ROUNDS = 12
-"""Rounds of parts and gains in turn; three or four suffice. [1]"""
-_SAME = 1e-4
+MOST_ROUNDS = 50
+"""Rounds of gains and coefficients in turn; six to ten suffice. [1]"""
+_SAME = 1e-5
+_LAGS_S = (300.0, 600.0, 1200.0, 2400.0, 4800.0, 9600.0)
+_RIDGE = 1e-5
+_TINY = 1e-300
 
 
 @final
@@ -52,9 +51,9 @@ def joint_gains(
 ) -> JointGains:
     """Estimate the parts of displacements at several diameters, and the gain of one part.
 
-    All displacements share the transfer functions; one part acts g times at each diameter. Parts
-    and gains are estimated in turn: the parts with `modal` from all displacements, the gained
-    input times its gain; then each gain by least squares of what the other parts leave.
+    All displacements share the transfer functions; one part acts g times at each diameter. The
+    gains are found first, without a choice of lags; then the parts with `modal` from all
+    displacements, the gained input times its gain.
 
     Parameters
     ----------
@@ -102,18 +101,8 @@ def joint_gains(
     known = {c: d for c, d in diameters_mm.items() if d is not None}
     tool = [c for c, d in diameters_mm.items() if d is None]
     reference = tool[0] if tool else min(known, key=lambda c: known[c])
-    gains = dict.fromkeys(diameters_mm, 1.0)
-    result = _parts(records, column, gains, names, options)
-    for _ in range(MOST_ROUNDS):
-        before = dict(gains)
-        gains = {c: _gain(records.experiments[c], result.model, column) for c in diameters_mm}
-        if abs(gains[reference]) < 1e-6:
-            raise DataError("part_without_effect", part=part, place=Place(channel=reference))
-        scale = gains[reference]
-        gains = {c: g / scale for c, g in gains.items()}
-        result = _parts(records, column, gains, names, options)
-        if max(abs(gains[c] - before[c]) for c in gains) < _SAME:
-            break
+    gains = _gains(records, column, tuple(diameters_mm), part, reference)
+    result = modal(_scaled(records, column, gains), input_names=names, options=options)
     points = tuple(GainPoint(known[c], gains[c]) for c in sorted(known, key=lambda c: known[c]))
     tool_gain = gains[tool[0]] if tool else 1.0
     return JointGains(
@@ -121,41 +110,67 @@ def joint_gains(
     )
 
 
-def _parts(
-    records: Records,
-    column: int,
-    gains: Mapping[str, float],
-    names: list[str],
-    options: ModalOptions | None,
-) -> ModalResult:
-    """Return the parts from all displacements, the gained input times its gain."""
+def _scaled(records: Records, column: int, gains: Mapping[str, float]) -> list[Experiment]:
+    """Return all displacements as experiments, the gained input times its gain."""
     scaled: list[Experiment] = []
     for channel, gain in gains.items():
         for experiment in records.experiments[channel]:
             u = np.array(experiment.u)
             u[:, column] *= gain
             scaled.append(replace(experiment, u=u, name=f"{experiment.name} {channel}".strip()))
-    return modal(scaled, input_names=names, options=options)
+    return scaled
 
 
-def _gain(experiments: tuple[Experiment, ...], model: ThermalModel, column: int) -> float:
-    """Return by how much the part acts, by least squares with a constant per experiment.
+def _gains(
+    records: Records, column: int, channels: tuple[str, ...], part: str, reference: str
+) -> dict[str, float]:
+    """Return by how much the part acts at every channel, 1 at the reference.
 
     Notes
     -----
-    With the part's displacement x and the others' z, both less their mean over the rows e of an
-    experiment that were measured, g = sum over e of x (y - z) / sum over e of x^2.
+    With the regressors X of the part and Z of the other inputs (each input and its lags of five
+    minutes to nearly three hours), all and y less their means over an experiment, the gains are
+    those of the least sum over channels c of
+
+        |y_c - g_c X a - Z b|^2,
+
+    found from products of columns: in turn a and b at given gains, with a ridge so small that it
+    only matters where inputs repeat each other, and every g_c at given a and b.
     """
-    product = square = 0.0
-    for experiment in experiments:
-        u, _ = held(experiment.u)
-        step_s, parts = experiment.sample_time_s, model.parts
-        part, rest = parts[column], (*parts[:column], *parts[column + 1 :])
-        alone = simulate_from_rest(ThermalModel((part,)), step_s, u[:, [column]])
-        others = simulate_from_rest(ThermalModel(rest), step_s, np.delete(u, column, axis=1))
-        seen = ~np.isnan(experiment.y)
-        x, y = alone[seen], (experiment.y - others)[seen]
-        x, y = x - np.mean(x), y - np.mean(y)
-        product += float(x @ y)
-        square += float(x @ x)
-    return product / square if square > 0 else 0.0
+    every = {c: [_products(e, column) for e in records.experiments[c]] for c in channels}
+    products: dict[str, FloatArray] = {c: np.sum(p, axis=0) for c, p in every.items()}
+    x = slice(0, 1 + len(_LAGS_S))
+    z = slice(x.stop, -1)
+    gains = dict.fromkeys(channels, 1.0)
+    for _ in range(MOST_ROUNDS):
+        total = np.zeros_like(products[reference])
+        for c, gain in gains.items():
+            scale = np.ones(total.shape[0])
+            scale[x] = gain
+            total += scale[:, None] * products[c] * scale
+        total += np.diag(_RIDGE * np.diag(total))
+        solved = np.linalg.lstsq(total[:-1, :-1], total[:-1, -1])[0]
+        a, b = solved[x], solved[x.stop :]
+        found = {
+            c: float(a @ (p[x, -1] - p[x, z] @ b)) / max(float(a @ p[x, x] @ a), _TINY)
+            for c, p in products.items()
+        }
+        if abs(found[reference]) < 1e-6:
+            raise DataError("part_without_effect", part=part, place=Place(channel=reference))
+        before, gains = gains, {c: g / found[reference] for c, g in found.items()}
+        if max(abs(gains[c] - before[c]) for c in gains) < _SAME:
+            break
+    return gains
+
+
+def _products(experiment: Experiment, column: int) -> FloatArray:
+    """Return the products of all columns of [X Z y] less their means over measured rows."""
+    u, step_s = held(experiment.u)[0].T, experiment.sample_time_s
+    columns = [
+        part
+        for values in (u[column], *np.delete(u, column, axis=0))
+        for part in (values, *(section_response(values, lag, step_s, 0.0) for lag in _LAGS_S))
+    ]
+    rows = np.stack([*columns, experiment.y], axis=1)[~np.isnan(experiment.y)]
+    rows -= np.mean(rows, axis=0)
+    return np.asarray(rows.T @ rows)
