@@ -404,6 +404,15 @@ def test_line_ends_and_encodings_make_no_difference(tmp_path: Path) -> None:
                 np.testing.assert_array_equal(log.columns["T"], [1.5, 2.5])
 
 
+def test_values_that_stand_for_a_fault_are_masked_before_means_are_taken(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{k},{850.0 if k % 10 > 6 else 21.0 + k / 60}" for k in range(60)]
+    path.write_text("\n".join(["time_s,T_C", *rows]) + "\n")
+    log = read_thermal_log(path, sample_time_s=10.0)
+    assert [one.code for one in log.remarks] == ["remark-values_no_measurement"]
+    np.testing.assert_allclose(log.columns["T_C"], 21.0 + (10.0 * np.arange(6) + 3.0) / 60)
+
+
 def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
     path = tmp_path / "m.mat"
     matrix = np.arange(15.0).reshape(5, 3)

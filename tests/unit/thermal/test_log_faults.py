@@ -59,15 +59,19 @@ def test_a_sensor_that_is_stuck_from_mid_test_is_masked_but_for_its_last_reading
     assert missing.size == log.remarks[0].values["rows"]
 
 
-def test_850_degrees_for_half_the_log_are_masked_and_hardly_any_other_value_is_a_wrong_unit() -> (
-    None
-):
-    log = without_faults(changed("T_spindle_c", slice(1440, None), 850.0))
+@pytest.mark.parametrize("first", [0, 60, 1440])
+def test_850_degrees_are_masked_however_often_they_come(first: int) -> None:
+    log = without_faults(changed("T_spindle_c", slice(first, None), 850.0))
     assert codes(log) == [("remark-values_no_measurement", "T_spindle_c")]
-    assert np.isnan(log.columns["T_spindle_c"][1440:]).all()
-    assert (log.columns["T_spindle_c"][:1440] == made(0, 0).columns["T_spindle_c"][:1440]).all()
-    kept = without_faults(changed("T_spindle_c", slice(60, None), 850.0))
-    assert np.isfinite(kept.columns["T_spindle_c"]).all()
+    assert np.isnan(log.columns["T_spindle_c"][first:]).all()
+    own = made(0, 0).columns["T_spindle_c"][:first]
+    assert (log.columns["T_spindle_c"][:first] == own).all()
+
+
+def test_values_that_differ_and_are_all_impossible_are_of_another_unit_and_stay() -> None:
+    kelvins = made(0, 0).columns["T_spindle_c"] + 273.15
+    log = changed("T_spindle_c", slice(None), kelvins)
+    assert without_faults(log) is log
 
 
 @pytest.mark.parametrize("size_um", [37.0, 5.0, -5.0])
@@ -82,6 +86,49 @@ def test_a_probe_that_was_set_to_zero_is_carried_on(size_um: float, row: int) ->
     left = log.columns["Z_um"] - z
     assert (left[:row] == 0.0).all()
     assert np.abs(left[row:]).max() < 1.0
+
+
+@pytest.mark.parametrize("every", [240, 360])
+def test_a_probe_set_to_zero_time_and_again_is_carried_on_each_time(every: int) -> None:
+    z = np.array(made(0, 3).columns["Z_um"])
+    rows = range(every, z.size - 20, every)
+    for row in rows:
+        z[row:] -= z[row]
+    log = without_faults(changed("Z_um", slice(None), z, seed=3))
+    assert {one.code for one in log.remarks} == {"remark-displacement_joined"}
+    joined = {one.values["row"] for one in log.remarks}
+    assert joined <= set(rows)
+    assert len(joined) >= len(rows) - 2  # less than the noise, or beside a switch
+    assert np.ptp(log.columns["Z_um"] - made(0, 3).columns["Z_um"]) < 5.0
+
+
+def test_leaps_that_cancel_are_no_new_zero_and_are_told() -> None:
+    columns = {n: np.array(v) for n, v in made(0, 2).columns.items() if "rpm" not in n}
+    columns["Z_um"] += 6.0 * (made(0, 2).columns["spindle_rpm"] > 0.0)
+    log = without_faults(ThermalLog.from_columns(columns, time_s=made(0, 2).time_s))
+    (said,) = log.remarks
+    assert (said.code, said.values["why"]) == ("remark-displacement_leaps", "back")
+    assert said.values["size"] == pytest.approx(6.0, abs=1.0)
+    assert (log.columns["Z_um"] == columns["Z_um"]).all()
+
+
+def test_a_channel_that_switches_all_the_time_forbids_no_joining() -> None:
+    z = made(0, 1).columns["Z_um"]
+    columns = dict(changed("Z_um", slice(900, None), z[900:] + 37.0, seed=1).columns)
+    columns["heater_percent"] = np.where(np.arange(z.size) % 7 < 3, 100.0, 0.0)
+    log = without_faults(ThermalLog.from_columns(columns, time_s=made(0, 1).time_s))
+    assert [one.values["row"] for one in log.remarks] == [900]
+
+
+def test_a_mean_over_both_zeros_is_masked() -> None:
+    z = np.array(made(0, 1).columns["Z_um"])
+    z[1000:] += 37.0
+    z[1000] -= 18.0
+    log = without_faults(changed("Z_um", slice(None), z, seed=1))
+    assert [one.values["row"] for one in log.remarks] == [1001]
+    left = log.columns["Z_um"] - made(0, 1).columns["Z_um"]
+    assert np.flatnonzero(np.isnan(left)).tolist() == [1000]
+    assert np.nanmax(np.abs(left)) < 1.0
 
 
 def test_a_leap_that_comes_with_a_switch_or_comes_back_is_no_new_zero() -> None:

@@ -29,6 +29,8 @@ from thermaxis.thermal import (
     without_faults,
 )
 
+_ASSUMED = "remark-seconds_assumed"
+
 
 class Span(NamedTuple):
     """Part of a log: rows, or times since its first row."""
@@ -197,14 +199,20 @@ def with_clocks_told(
     ]
 
 
-def remarks_of(logs: Sequence[ThermalLog]) -> list[str]:
-    """Return what was noticed while logs were read, each sentence with its log."""
-    return [f"{log.where}: {sentence_of(one)}" for log in logs for one in log.remarks]
+def remarks_of(logs: Sequence[ThermalLog], *, assumed: bool = False) -> list[str]:
+    """Return what was noticed while logs were read, or what was assumed: it stands first."""
+    remarks = [(log, one) for log in logs for one in log.remarks]
+    chosen = [pair for pair in remarks if (pair[1].code == _ASSUMED) == assumed]
+    return [f"{log.where}: {sentence_of(one)}" for log, one in chosen]
 
 
 def reading_codes(logs: Sequence[ThermalLog]) -> Value:
     """Return what was noticed and done while logs were read, as JSON has it."""
-    codes = [{"log": log.where} | message_as_json(one) for log in logs for one in log.remarks]
+    codes = [
+        {"log": log.where, "text": sentence_of(one)} | message_as_json(one)
+        for log in logs
+        for one in log.remarks
+    ]
     return Value("reading_codes", codes)
 
 

@@ -105,6 +105,7 @@ def _described(log: ThermalLog, results: Sequence[report.ComparedModel]) -> list
     names = dict.fromkeys(name for one in results for name in one.result.pooled)
     warnings = [f"{one.name[:40]}: {text_of(w)}" for one in results for w in one.result.warnings]
     return [
+        *remarks_of([log], assumed=True),
         Value("version", __version__),
         Value("log", log.name),
         *(Section("", list(_table(name, log, results))) for name in names),

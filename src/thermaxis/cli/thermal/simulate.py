@@ -49,6 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
                 columns[f"{stem}_{part}_um"] = simulated.contribution_um[:, p]
     plain = ThermalLog.from_columns(columns, time_s=log.time_s)
     write_thermal_log(plain, output, first_time_s=log.origin_s)
+    for first in remarks_of([log], assumed=True):
+        sys.stdout.write(f"{printable(first, 400)}\n")
     named = ", ".join(printable(name, 40) for name in columns)
     sys.stdout.write(f"written: {printable(str(output))} ({log.rows} rows: {named})\n")
     for remark in remarks_of([log]):

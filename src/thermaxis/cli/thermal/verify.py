@@ -105,7 +105,8 @@ def run(arguments: argparse.Namespace) -> int:
     counted = "" if arguments.span is None else f", {arguments.span.text}"
     title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
     shown = described(result, title, model_sha256(model), remarks)
-    show([*shown, reading_codes(logs)], arguments.json, written)
+    first = remarks_of(logs, assumed=True)
+    show([*first, *shown, reading_codes(logs)], arguments.json, written)
     return 0
 
 

@@ -36,6 +36,7 @@ from thermaxis.thermal.log import (
     StraightTimes,
     block_means,
     block_numbers,
+    measured_values,
     straighten_times,
     unit_named,
     unit_of_name,
@@ -369,6 +370,7 @@ def _channels(
             numbers = numbers * channel.factor + channel.offset
         numbers = straight.take(numbers)
         if block is not None:
+            numbers = measured_values(channel.name, numbers, channel.unit, remarks)
             numbers = block_means(numbers, block, int(block[-1]) + 1)
         columns[channel.name], units[channel.name] = numbers, channel.unit
     words_left = [name for name in words_left if not re.fullmatch(r"column [0-9]+", name)]

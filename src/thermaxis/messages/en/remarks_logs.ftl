@@ -13,6 +13,10 @@ remark-rows_masked = masked as asked for: { $rows } rows of { $name }, from { $r
 remark-all_rows_masked = masked as asked for: { $rows } rows of all channels, from { $row } to { $last }, count as missing
 remark-rows_stuck = { $name } stays at { $value } { $unit } for { $lasts_s } s while it should have moved: { $rows } rows, from { $row } to { $last }, count as missing
 remark-displacement_joined = { $name } leaps by { $size } ± { $within } { $unit } at row { $row }, { $at_s } s after the start, which heat cannot do (a probe set to zero, a machine moved): the rows from there on were carried on from the zero before
+remark-displacement_leaps = { $name } leaps { $count } times, by up to { $size } { $unit }, between rows { $row } and { $last }, and { $why ->
+        [back] comes back, as when something is switched
+       *[often] too often for a probe set to zero
+    }: it was left as it is; cut the log by --span, or mask rows by --mask
 remark-displacements_late = { $names } follow the temperatures as if stamped { $shift_s } s too late: they were shifted back; where the machine itself answers so late, keep them by --as-logged
 remark-displacements_early = { $names } go before the temperatures as if stamped { $shift_s } s too early: they were shifted on, by more than sensors away from the heat are late
 remark-displacements_seem_late = { $names } follow the temperatures as if stamped { $shift_s } s too late: nothing was shifted, the figures are those of the log as it is; compare the clocks of the recorders

@@ -9,6 +9,7 @@ from ._experiment import (
 )
 from ._faults import (
     mask_rows as mask_rows,
+    measured_values as measured_values,
     without_faults as without_faults,
 )
 from ._input import (

@@ -3,10 +3,14 @@
 Only what a channel shows without any model is acted upon; whatever is done is a remark of the log.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, remark
 from thermaxis.thermal._arrays import FloatArray, significant
@@ -15,18 +19,24 @@ from thermaxis.thermal.log._resample import even_step_s
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
 LEAST_MEASURED_SHARE = 0.05
-"""A channel with a smaller share of good values is not masked: its unit is wrong. [1]"""
+"""A channel with a smaller share of good values, whose others differ, is not masked: its unit is
+wrong. [1]"""
 LEAST_LEAP_UM = 2.0
 """Smaller leaps of a displacement are left as they are. [µm]"""
-MOST_LEAPS = 3
+MOST_LEAPS = 24
 """A displacement that leaps more often was not re-zeroed: it is made so. [1]"""
 LARGEST_RANGE_UM = 2000.0
 """A length that changes by more is a position, no thermal displacement. [µm]"""
+_MOST_ALIKE = 3
 _LEAP_STDS = 7.0
 _CLEAR = 2.5
 _SIDES: Final = (2, 4, 8, 16, 32, 64)
 _SWITCHED: Final = (0.05, 0.3)
 """Share of its range by which a channel changes at a switch: a temperature by more. [1]"""
+_NEAR = 4
+_SEARCHES = 8
+_OFTEN = 0.2
+"""A channel that changes so in more of all rows may do so at a leap by chance. [1]"""
 _NORMAL_MEDIAN = 1.4826
 
 
@@ -80,14 +90,15 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
     -------
     ThermalLog
         The same rows. Values that no sensor measures or that stand for a fault (-999, 850, ...)
-        are NaN, unless hardly any other is left: there the unit is wrong. So are those of a sensor
-        that stood still while it should have moved, but for the first. A displacement that leaps
-        from one row to the next, as when a probe is set to zero, is carried on from its former
-        zero. A remark says each of them with its rows.
+        are NaN, unless they differ and hardly any other is left: there the unit is wrong. So are
+        those of a sensor that stood still while it should have moved, but for the first. A
+        displacement that leaps from one row to the next, as when a probe is set to zero, is carried
+        on from its former zero, unless its leaps cancel one another, as those of a spindle do. A
+        remark says each of them with its rows.
     """
     columns, remarks = dict(log.columns), list[Message]()
     for name, values in log.columns.items():
-        columns[name] = _measured(log, name, values, remarks)
+        columns[name] = measured_values(name, values, log.units[name], remarks)
     masked = replace(log, columns=columns)
     for finding in () if as_logged else check_log(masked):
         if finding.certain and finding.rows is not None:
@@ -118,12 +129,17 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
     return replace(log, columns=columns, remarks=(*log.remarks, *remarks))
 
 
-def _measured(log: ThermalLog, name: str, values: FloatArray, remarks: list[Message]) -> FloatArray:
+def measured_values(name: str, values: FloatArray, unit: str, remarks: list[Message]) -> FloatArray:
+    """Return a channel without values that are no measurement; a remark says which.
+
+    They are kept where hardly any other is left and they differ: there the unit is wrong.
+    """
     present = np.flatnonzero(~np.isnan(values))
     if not present.size:
         return values
-    wrong = present[out_of_range(values[present], log.units[name])]
-    if not 0 < wrong.size <= (1.0 - LEAST_MEASURED_SHARE) * present.size:
+    wrong = present[out_of_range(values[present], unit)]
+    many = wrong.size > (1.0 - LEAST_MEASURED_SHARE) * present.size
+    if not wrong.size or (many and np.unique(values[wrong]).size > _MOST_ALIKE):
         return values
     masked = np.array(values)
     masked[wrong] = np.nan
@@ -146,20 +162,25 @@ def _on_one_zero(
     per_um = LENGTHS[log.units[name]]
     if rows.size < 4 * _SIDES[0] or not 0 < float(np.ptp(values[rows])) < LARGEST_RANGE_UM * per_um:
         return values
-    time_s, y = log.time_s[rows], values[rows]
-    side, leaps = _sharpest(time_s, y)
-    spread = _NORMAL_MEDIAN * float(np.nanmedian(np.abs(leaps)))
-    found = _clear_leaps(leaps, side, max(_LEAP_STDS * spread, LEAST_LEAP_UM * per_um))
+    sizes, mixed, spread = _steps(log, rows, values, LEAST_LEAP_UM * per_um)
+    back = _come_back(list(sizes.values()), spread)
+    if back or len(sizes) > MOST_LEAPS:
+        most = max(sizes.values(), key=abs)
+        said = remark(
+            "displacement_leaps",
+            name=name,
+            why="back" if back else "often",
+            count=len(sizes),
+            size=significant(abs(most), 3),
+            unit=log.units[name],
+            row=min(sizes),
+            last=max(sizes),
+        )
+        remarks.append(replace(said, place=Place(channel=name)))
+        return values
     joined = np.array(values)
-    for place in sorted(found):
-        size = float(leaps[place])
-        # A leap takes one step, and stays.
-        at_once, beyond = float(y[place + 1] - y[place]), slice(place + 2, place + 2 + side)
-        stays = float(np.median(y[beyond]) - np.median(y[max(place - side, 0) : place]))
-        unlike = max(abs(at_once - size), abs(stays - size) - abs(size) * 0.2)
-        row = int(rows[place + 1])
-        if unlike > 0.35 * abs(size) + 3.0 * spread or _switched(log, row):
-            continue
+    joined[mixed] = np.nan
+    for row, size in sizes.items():
         joined[row:] -= size
         said = remark(
             "displacement_joined",
@@ -174,6 +195,83 @@ def _on_one_zero(
     return joined
 
 
+def _steps(
+    log: ThermalLog, rows: NDArray[np.int64], values: FloatArray, least_um: float
+) -> tuple[dict[int, float], list[int], float]:
+    """Return leaps by row that nothing switched, means over one of them, and the leaps' noise.
+
+    Large leaps hide smaller ones, and are found anew more sharply when these are joined.
+    """
+    time_s, y = log.time_s[rows], values[rows]
+    steps: dict[int, float] = {}
+    mixed: dict[int, int] = {}
+    spread = 0.0
+    for _ in range(_SEARCHES):
+        side, leaps = _sharpest(time_s, y)
+        spread = _NORMAL_MEDIAN * float(np.nanmedian(np.abs(leaps)))
+        by_row = np.zeros(log.rows)
+        by_row[rows[1:]] = np.nan_to_num(leaps)
+        least = max(_LEAP_STDS * spread, least_um)
+        peaks = _peaks(leaps, side)
+        if not peaks:
+            break
+        tried = [_step_at(y, place, side, spread) for place in peaks]
+        heights = np.abs(leaps[peaks])
+        others = (heights < least) | np.array([not size for size, _, _ in tried])
+        others[min(len(peaks) // 2, MOST_LEAPS) :] = True
+        least = max(least, _CLEAR * float(np.max(heights[others])))
+        found: list[tuple[float, int]] = []
+        for seen, (size, last, first) in zip(heights.tolist(), tried, strict=True):
+            row = int(rows[first])
+            if seen < least or not 0.0 < abs(size) < 2.0 * seen or _switched(log, row, by_row):
+                continue
+            found.append((size, first))
+            steps[row] = steps.get(row, 0.0) + size
+            if first - last == 2:
+                mixed[row] = int(rows[first - 1])
+                y[first - 1] = y[last]
+        if not found:
+            break
+        for size, first in found:
+            y[first:] -= size
+    kept = {row: size for row, size in sorted(steps.items()) if abs(size) >= least_um}
+    return kept, [middle for row, middle in mixed.items() if row in kept], spread
+
+
+def _step_at(y: FloatArray, place: int, side: int, spread: float) -> tuple[float, int, int]:
+    """Return the size of a leap and the readings around it, 0 where it takes longer or goes back.
+
+    A reading between the two is a mean over a time in which the zero changed.
+    """
+    weights = _weights(side)
+
+    def at(last: int, first: int) -> tuple[float, float, int, int]:
+        before, behind = y[max(last + 1 - side, 0) : last + 1], y[first : first + side]
+        if before.size < side or behind.size < side:
+            return np.inf, 0.0, last, first
+        size = float(weights @ np.concatenate((before, behind)))
+        slope = float(np.median(np.concatenate((np.diff(before), np.diff(behind)))))
+        stays = float(np.median(behind[1:]) - np.median(before[:-1])) - slope * (
+            first - last + side
+        )
+        unlike = abs(float(behind[0] - before[-1]) - size)
+        return max(unlike, abs(stays - size) - 0.2 * abs(size)), size, last, first
+
+    once, *others = (
+        at(*ends) for ends in ((place, place + 1), (place - 1, place + 1), (place, place + 2))
+    )
+    best = min(others)
+    unlike, size, last, first = once if once[0] < best[0] + 2.0 * spread else best
+    return (size if unlike <= 0.35 * abs(size) + 3.0 * spread else 0.0), last, first
+
+
+def _come_back(sizes: Sequence[float], spread: float) -> bool:
+    """Say whether more than half of the leaps, or both of two, cancel the one before or behind."""
+    pair = [abs(a + b) < 0.2 * abs(a) + 3.0 * spread for a, b in pairwise(sizes)]
+    cancel = sum(a or b for a, b in zip([False, *pair], [*pair, False], strict=True))
+    return bool(sizes) and (2 * cancel > len(sizes))
+
+
 def _sharpest(time_s: FloatArray, y: FloatArray) -> tuple[int, FloatArray]:
     """Return leaps over the number of rows at each side that leaves the smallest of them."""
     tried = [(side, _leaps(time_s, y, side)) for side in _SIDES if 4 * side <= y.size]
@@ -186,40 +284,56 @@ def _leaps(time_s: FloatArray, y: FloatArray, side: int) -> FloatArray:
     Straight lines through the rows at either side meet in the middle between two rows, but for
     the leap.
     """
-    apart = np.arange(side) + 0.5
-    off = apart - np.mean(apart)
-    weights = 1.0 / side - np.mean(apart) * off / np.sum(off**2)
-    both = np.concatenate((-weights[::-1], weights))
     leaps = np.full(y.size - 1, np.nan)
-    leaps[side - 1 : y.size - side] = np.correlate(y - y[0], both, "valid")
+    leaps[side - 1 : y.size - side] = np.correlate(y - y[0], _weights(side), "valid")
     width = time_s[2 * side - 1 :] - time_s[: time_s.size - 2 * side + 1]
     leaps[side - 1 : y.size - side][width > 1.5 * np.median(width)] = np.nan
     return leaps
 
 
-def _clear_leaps(leaps: FloatArray, side: int, least: float) -> list[int]:
-    """Return places of the few leaps that stand out from all others."""
+def _weights(side: int) -> FloatArray:
+    """Return what times the readings at both sides is the leap in the middle between them."""
+    apart = np.arange(side) + 0.5
+    off = apart - np.mean(apart)
+    weights = 1.0 / side - np.mean(apart) * off / np.sum(off**2)
+    return np.concatenate((-weights[::-1], weights))
+
+
+def _peaks(leaps: FloatArray, side: int) -> list[int]:
+    """Return places of the largest leaps, apart from one another."""
     left = np.nan_to_num(np.abs(leaps))
     peaks: list[int] = []
-    sizes: list[float] = []
-    for _ in range(MOST_LEAPS + 1):
-        peak = int(np.argmax(left))
+    while len(peaks) < 2 * MOST_LEAPS and left[peak := int(np.argmax(left))] > 0.0:
         peaks.append(peak)
-        sizes.append(float(left[peak]))
         left[max(peak - 2 * side, 0) : peak + 2 * side + 1] = 0.0
-    clear = [n for n in range(1, MOST_LEAPS + 1) if sizes[n - 1] > max(least, _CLEAR * sizes[n])]
-    return peaks[: max(clear, default=0)]
+    return peaks
 
 
-def _switched(log: ThermalLog, row: int) -> bool:
-    """Say whether what moves or heats the machine changed with the displacement."""
+def _switched(log: ThermalLog, row: int, leaps: FloatArray) -> bool:
+    """Say whether what moves or heats the machine changed with the displacement.
+
+    What changes most of the time, and mostly without a leap, says nothing.
+    """
+    near = slice(max(row - 2, 0), row + 2)
     for name, values in log.columns.items():
         unit, known = log.units[name], values[~np.isnan(values)]
-        near = values[max(row - 3, 0) : row + 3]
-        near = near[~np.isnan(near)]
-        change, most = (float(np.ptp(v)) if v.size else 0.0 for v in (near, known))
+        most = float(np.ptp(known)) if known.size else 0.0
         if unit in LENGTHS and most < LARGEST_RANGE_UM * LENGTHS[unit]:
             continue  # a displacement
-        if change > _SWITCHED[unit in TEMPERATURES] * most > 0.0:
+        least = _SWITCHED[unit in TEMPERATURES] * most
+        if not _spans(values[near])[0] > least > 0.0:
+            continue
+        here = slice(max(row - _NEAR + 1, 0), row + 1)
+        elsewhere = np.delete(_spans(values) > least, here)
+        moved = np.delete(_spans(leaps), here)[elsewhere]
+        often = moved.size > _OFTEN * elsewhere.size
+        if not often or float(np.median(moved)) > 0.25 * abs(float(leaps[row])):
             return True
     return False
+
+
+def _spans(values: FloatArray) -> FloatArray:
+    """Return largest less smallest measured value around each row, or of fewer rows, at once."""
+    rows = min(_NEAR, values.size)
+    windows = sliding_window_view(values, rows)
+    return np.fmax.reduce(windows, axis=1) - np.fmin.reduce(windows, axis=1)
