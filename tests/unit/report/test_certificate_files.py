@@ -4,8 +4,6 @@ import hashlib
 import re
 import subprocess
 import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -26,11 +24,9 @@ from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, PositioningReport, wr
 from thermaxis.report._document import Document, ItemList, Picture, Section, Table, columns_of
 from thermaxis.report.certificate import render_html
 from thermaxis.report.certificate._certificate import build_certificate
-from thermaxis.report.certificate._files import certificate_html, certificate_pdf
+from thermaxis.report.certificate._files import certificate_document, certificate_pdf
 from thermaxis.report.certificate._pdf import document_pdf
 from thermaxis.report.tables import results_sha256
-
-DrawnOnce = Callable[[], AbstractContextManager[None]]
 
 HOSTILE = (
     '<script>alert(1)</script>"><img src=x onerror=alert(1)>]]> --> <!-- &amp; &#60;b&#62;',
@@ -47,6 +43,14 @@ STATED = {
 HIDDEN = {"authorised_as", "reproduction", *(key for key in STATED if key.startswith("laborat"))}
 """Fields whose values stand on the first page without their labels."""
 LIMITS = FigureLimits({"B": 4.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+
+
+def pdf_of(report: PositioningReport) -> bytes:
+    return certificate_pdf(report, certificate_document(report))
+
+
+def page_of(report: PositioningReport) -> str:
+    return render_html(certificate_document(report))
 
 
 def squeezed(text: str) -> str:
@@ -105,9 +109,12 @@ def small() -> PositioningReport:
 
 
 @pytest.fixture(scope="module")
-def small_files(small: PositioningReport, drawn_once: DrawnOnce) -> tuple[bytes, str]:
-    with drawn_once():
-        return certificate_pdf(small), certificate_html(small)
+def small_files(
+    small: PositioningReport, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[bytes, str]:
+    paths = [tmp_path_factory.mktemp("small") / f"certificate.{kind}" for kind in ("pdf", "html")]
+    write_report(small, *paths)
+    return paths[0].read_bytes(), paths[1].read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -129,8 +136,8 @@ def printed_figures(report: PositioningReport) -> list[tuple[str, str, str]]:
 
 @pytest.mark.usefixtures("no_charts")  # test_figures asks it of them
 def test_two_renderings_of_a_report_are_the_same_bytes(small: PositioningReport) -> None:
-    assert certificate_pdf(small) == certificate_pdf(small)
-    assert certificate_html(small) == certificate_html(small)
+    assert pdf_of(small) == pdf_of(small)
+    assert page_of(small) == page_of(small)
 
 
 def test_the_pdf_holds_every_label_every_figure_and_the_hash(
@@ -172,7 +179,7 @@ def test_every_page_has_its_number_and_the_hash(small_pdf: bytes) -> None:
 
 @pytest.mark.usefixtures("no_charts")
 def test_the_pdf_embeds_its_fonts_and_states_its_date(small: PositioningReport) -> None:
-    pdf = certificate_pdf(replace(small, date="2026-11-20"))
+    pdf = pdf_of(replace(small, date="2026-11-20"))
     document = pypdfium2.PdfDocument(pdf)
     metadata = document.get_metadata_dict()
     size = document[0].get_size()
@@ -212,11 +219,11 @@ def test_the_pdf_is_an_archive_that_carries_readings_and_results(
 
 @pytest.mark.usefixtures("no_charts")
 def test_a_pdf_without_attachments_or_without_a_date_is_made_too(small: PositioningReport) -> None:
-    alone = certificate_pdf(small, attachments=False)
+    alone = certificate_pdf(small, certificate_document(small), attachments=False)
     assert attachments_of(alone) == {}
     assert b"<pdfaid:part>3</pdfaid:part>" in alone
     undated = replace(small, header={}, test=replace(small.test, start=None, end=None))
-    pdf = certificate_pdf(undated)
+    pdf = pdf_of(undated)
     assert b"pdfaid" not in pdf
     assert set(attachments_of(pdf)) >= {"results.json", "readings.csv"}
 
@@ -230,7 +237,7 @@ def test_every_character_can_stand_in_an_archive(small: PositioningReport) -> No
         for k in range(first, end, 300)
     ]
     header = {**small.header, **{f"text {k}": text for k, text in enumerate(texts)}}
-    pdf = certificate_pdf(replace(small, header=header))
+    pdf = pdf_of(replace(small, header=header))
     assert b"<pdfaid:part>3</pdfaid:part>" in pdf
     assert "□" in squeezed(" ".join(pdf_pages(pdf)))
 
@@ -239,7 +246,7 @@ def test_every_character_can_stand_in_an_archive(small: PositioningReport) -> No
 def test_a_hundred_cycles_fill_a_reasonable_number_of_pages(
     hundred_cycles: PositioningReport,
 ) -> None:
-    pages = pdf_pages(certificate_pdf(hundred_cycles))
+    pages = pdf_pages(pdf_of(hundred_cycles))
     assert 5 <= len(pages) <= 10  # without charts
     targets = f"{hundred_cycles.test.target[-1]:.3f}"
     assert sum("Cycle" in page and targets in page for page in pages) >= 2
@@ -286,7 +293,7 @@ def test_hostile_text_is_shown_and_not_obeyed(text: str) -> None:
     page = render_html(build_certificate(report, {}))
     assert_harmless(page)
     shown = PageReader(page).text
-    pdf = squeezed(" ".join(pdf_pages(certificate_pdf(report))))
+    pdf = squeezed(" ".join(pdf_pages(pdf_of(report))))
     for sign in ("\x00", "\x1b", "\u202e", "\u2066"):
         assert sign not in page
         assert sign not in pdf
@@ -302,7 +309,7 @@ def test_a_hostile_title_stays_text_in_the_charts_too() -> None:
     report = make_report(
         make_run(3, 1, length=2750.0), header=header, source_name=text, adjacent_difference=None
     )
-    assert_harmless(certificate_html(report))
+    assert_harmless(page_of(report))
 
 
 def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_page: str) -> None:
@@ -342,8 +349,9 @@ def test_every_kind_of_run_has_a_certificate(
     targets: int, cycles: int, options: dict[str, object]
 ) -> None:
     report = make_report(make_run(targets, cycles, **options), against_cycles=None)
-    assert len(pdf_pages(certificate_pdf(report))) >= 3
-    assert_harmless(certificate_html(report))
+    document = certificate_document(report)
+    assert len(pdf_pages(certificate_pdf(report, document))) >= 3
+    assert_harmless(render_html(document))
 
 
 @pytest.mark.usefixtures("no_charts")

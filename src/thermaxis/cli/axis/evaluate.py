@@ -285,8 +285,8 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stdout.write(summary_of(evaluated))
             everything = describe_evaluation(evaluated)
             show(everything, arguments.json, quiet=not arguments.full_tables)
-        for path in reports:
-            report.write_report(evaluated, path, progress=progress)
+        if reports:
+            report.write_report(evaluated, *reports, progress=progress)
         if arguments.figures is not None:
             report.write_figures(evaluated, arguments.figures, progress=progress)
     if quiet:  # one value alone: the result, or the error of a report

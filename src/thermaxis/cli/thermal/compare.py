@@ -73,8 +73,8 @@ def run(arguments: argparse.Namespace) -> int:
         written = [*arguments.report]
         if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
-        for path in arguments.report:
-            report.write_comparison_report(results, path)
+        if arguments.report:
+            report.write_comparison_report(results, *arguments.report)
         if arguments.figures is not None:
             report.write_comparison_figures(results, arguments.figures)
             written.append(arguments.figures)

@@ -184,9 +184,14 @@ def run(arguments: argparse.Namespace) -> int:
             write_model(model, arguments.model)
         if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
-        for path in arguments.report:
+        if arguments.report:
             report.write_identification_report(
-                result, records, logs, provenance, path, reference_s=arguments.reference
+                result,
+                records,
+                logs,
+                provenance,
+                *arguments.report,
+                reference_s=arguments.reference,
             )
         if arguments.figures is not None:
             report.write_identification_figures(

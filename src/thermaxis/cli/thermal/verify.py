@@ -96,8 +96,8 @@ def run(arguments: argparse.Namespace) -> int:
         written = [*arguments.report]
         if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
-        for path in arguments.report:
-            report.write_verification_report(model, logs, result, path)
+        if arguments.report:
+            report.write_verification_report(model, logs, result, *arguments.report)
         if arguments.figures is not None:
             report.write_verification_figures(model, logs, result, arguments.figures)
             written.append(arguments.figures)

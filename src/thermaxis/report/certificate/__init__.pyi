@@ -1,7 +1,4 @@
-from ._files import (
-    certificate_pdf as certificate_pdf,
-    write_report as write_report,
-)
+from ._files import write_report as write_report
 from ._header import statements as statements
 from ._html import render_html as render_html
 from ._pdf import document_pdf as document_pdf

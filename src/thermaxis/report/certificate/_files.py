@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeVar
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
@@ -19,42 +18,27 @@ from thermaxis.report.certificate._pdf import Attachment, document_pdf
 from thermaxis.report.dcc import dcc_xml
 from thermaxis.report.tables import results_json
 
-_Rendered = TypeVar("_Rendered")
 
-
-def _rendered(
-    report: PositioningReport, render: Callable[[Document], _Rendered], progress: Progress | None
-) -> _Rendered:
-    """Return the certificate of a run, drawn and rendered."""
+def certificate_document(
+    report: PositioningReport, *, progress: Progress | None = None
+) -> Document:
+    """Return the certificate of a run with its charts, for any format."""
     tell = progress or silent
     pictures = draw_pictures(report, tell)
-    made = render(build_certificate(report, pictures))
+    made = build_certificate(report, pictures)
     tell("certificate", len(pictures) + 1, len(pictures) + 1)
     return made
 
 
 def certificate_pdf(
-    report: PositioningReport, *, attachments: bool = True, progress: Progress | None = None
+    report: PositioningReport, document: Document, *, attachments: bool = True
 ) -> bytes:
-    """Return the certificate as PDF/A-3b.
+    """Return a certificate as PDF/A-3b, or as plain PDF where no date is known.
 
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    attachments : bool
-        Whether readings, results and a Digital Calibration Certificate are attached.
-    progress : callable, optional
-        Called before each step and at the end.
-
-    Returns
-    -------
-    bytes
-        The file. A run without any date gives a plain PDF: PDF/A asks for one.
+    Readings, results and a Digital Calibration Certificate are attached unless told otherwise.
     """
     files = _attachments(report) if attachments else ()
-    date = report.document_date
-    return _rendered(report, lambda made: document_pdf(made, date, files), progress)
+    return document_pdf(document, report.document_date, files)
 
 
 def _attachments(report: PositioningReport) -> tuple[Attachment, ...]:
@@ -71,45 +55,43 @@ def _attachments(report: PositioningReport) -> tuple[Attachment, ...]:
     return tuple(files)
 
 
-def certificate_dcc(report: PositioningReport, *, progress: Progress | None = None) -> bytes:
+def certificate_dcc(report: PositioningReport, document: Document) -> bytes:
     """Return the Digital Calibration Certificate, which carries the PDF without attachments."""
-    pdf = certificate_pdf(report, attachments=False, progress=progress)
+    pdf = certificate_pdf(report, document, attachments=False)
     return dcc_xml(report, statements=statements(report), document=pdf)
 
 
-def certificate_html(report: PositioningReport, *, progress: Progress | None = None) -> str:
-    """Return the certificate as one HTML page."""
-    return _rendered(report, render_html, progress)
-
-
-def write_report(
-    report: PositioningReport, path: Path, *, progress: Progress | None = None
-) -> None:
-    """Write the certificate of a run in the format that the file's suffix names.
+def write_report(report: PositioningReport, *paths: Path, progress: Progress | None = None) -> None:
+    """Write the certificate of a run in the formats that the files' suffixes name.
 
     Parameters
     ----------
     report : PositioningReport
         What was evaluated.
-    path : Path
-        A file that ends in ``.pdf``, ``.html``, ``.htm``, or ``.xml``: PTB's Digital Calibration
-        Certificate with the PDF inside.
+    paths : Path
+        Files that end in ``.pdf``, ``.html``, ``.htm``, or ``.xml``: PTB's Digital Calibration
+        Certificate with the PDF inside. The charts are drawn once for all.
     progress : callable, optional
         Called before each step and at the end.
 
     Raises
     ------
     ConfigurationError
-        If the suffix is another one, or the file cannot be written.
+        If a suffix is another one, or a file cannot be written.
     """
-    match path.suffix.lower():
-        case ".pdf":
-            write_bytes(path, certificate_pdf(report, progress=progress))
-        case ".html" | ".htm":
-            write_bytes(path, certificate_html(report, progress=progress).encode("utf-8"))
-        case ".xml":
-            write_bytes(path, certificate_dcc(report, progress=progress))
-        case _:
+    for path in paths:
+        if path.suffix.lower() not in _FORMATS:
             raise ConfigurationError(
                 "report_suffix", place=Place(file=str(path)), suffix=path.suffix
             )
+    document = certificate_document(report, progress=progress)
+    for path in paths:
+        write_bytes(path, _FORMATS[path.suffix.lower()](report, document))
+
+
+_FORMATS: dict[str, Callable[[PositioningReport, Document], bytes]] = {
+    ".pdf": certificate_pdf,
+    ".html": lambda _, document: render_html(document).encode("utf-8"),
+    ".htm": lambda _, document: render_html(document).encode("utf-8"),
+    ".xml": certificate_dcc,
+}

@@ -24,12 +24,12 @@ from thermaxis.report.thermal._verification import verification_document
 from thermaxis.thermal import Identification, Records, ThermalLog, Verification
 
 
-def _check_suffix(path: Path) -> bool:
-    """Return whether the file is to be a PDF."""
-    suffix = path.suffix.lower()
-    if suffix not in {".pdf", ".html", ".htm"}:
-        raise ConfigurationError("report_suffix", place=Place(file=str(path)), suffix=path.suffix)
-    return suffix == ".pdf"
+def _check_suffixes(paths: Sequence[Path]) -> None:
+    for path in paths:
+        suffix = path.suffix.lower()
+        if suffix not in {".pdf", ".html", ".htm"}:
+            place = Place(file=str(path))
+            raise ConfigurationError("report_suffix", place=place, suffix=path.suffix)
 
 
 def _check_same(logs: Sequence[ThermalLog], result: Verification) -> None:
@@ -40,11 +40,12 @@ def _check_same(logs: Sequence[ThermalLog], result: Verification) -> None:
 
 
 def write_verification_report(
-    model: CompensationModel, logs: Sequence[ThermalLog], result: Verification, path: Path
+    model: CompensationModel, logs: Sequence[ThermalLog], result: Verification, *paths: Path
 ) -> None:
-    """Write the report of a verification as PDF or HTML, as the suffix of the file says.
+    """Write the report of a verification as PDF or HTML, as the suffix of each file says.
 
-    The logs are those of the result, in its order. A file that exists is replaced.
+    The logs are those of the result, in its order; charts are drawn once for all files. A file
+    that exists is replaced.
 
     Raises
     ------
@@ -56,9 +57,9 @@ def write_verification_report(
     ----------
     Mareš and Horejš 2021, figures 4 and 7 to 13, Table 3.
     """
-    as_pdf = _check_suffix(path)
+    _check_suffixes(paths)
     _check_same(logs, result)
-    _write(verification_document(model, logs, result), path, as_pdf=as_pdf)
+    _write(verification_document(model, logs, result), paths)
 
 
 def write_identification_report(
@@ -66,11 +67,10 @@ def write_identification_report(
     records: Records,
     logs: Sequence[ThermalLog],
     provenance: Provenance,
-    path: Path,
-    *,
+    *paths: Path,
     reference_s: float,
 ) -> None:
-    """Write the report of an identification as PDF or HTML, as the suffix of the file says.
+    """Write the report of an identification as PDF or HTML, as the suffix of each file says.
 
     The logs are those that the records were made of; inputs and outputs are relative to their mean
     over the first time, `reference_s`. A file that exists is replaced.
@@ -84,17 +84,18 @@ def write_identification_report(
     ----------
     Mareš and Horejš 2021, figures 3 and 4, Tables 1 and 2.
     """
-    as_pdf = _check_suffix(path)
+    _check_suffixes(paths)
     document = identification_document(result, records, logs, provenance, reference_s=reference_s)
-    _write(document, path, as_pdf=as_pdf)
+    _write(document, paths)
 
 
-def _write(document: Document, path: Path, *, as_pdf: bool) -> None:
-    if as_pdf:
-        date = None if document.date is None else dt.date.fromisoformat(document.date)
-        write_bytes(path, document_pdf(document, date))
-    else:
-        write_bytes(path, render_html(document).encode("utf-8"))
+def _write(document: Document, paths: Sequence[Path]) -> None:
+    date = None if document.date is None else dt.date.fromisoformat(document.date)
+    for path in paths:
+        if path.suffix.lower() == ".pdf":
+            write_bytes(path, document_pdf(document, date))
+        else:
+            write_bytes(path, render_html(document).encode("utf-8"))
 
 
 def write_verification_figures(
@@ -138,8 +139,8 @@ def write_identification_figures(
     return write_charts(charts, folder)
 
 
-def write_comparison_report(models: Sequence[ComparedModel], path: Path) -> None:
-    """Write the report of models on one log as PDF or HTML, as the suffix of the file says.
+def write_comparison_report(models: Sequence[ComparedModel], *paths: Path) -> None:
+    """Write the report of models on one log as PDF or HTML, as the suffix of each file says.
 
     A file that exists is replaced.
 
@@ -148,8 +149,8 @@ def write_comparison_report(models: Sequence[ComparedModel], path: Path) -> None
     ConfigurationError
         If the suffix is none of ``.pdf``, ``.html`` and ``.htm``, or the file cannot be written.
     """
-    as_pdf = _check_suffix(path)
-    _write(comparison_document(models), path, as_pdf=as_pdf)
+    _check_suffixes(paths)
+    _write(comparison_document(models), paths)
 
 
 def write_comparison_figures(models: Sequence[ComparedModel], folder: Path) -> tuple[Path, ...]:
