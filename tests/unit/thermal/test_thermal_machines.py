@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 
 from tests.thermal_machines import KINDS, TRUE_TAU_S, log, machine
-from thermaxis.thermal import Experiment, ThermalLog, modal, parse_input, records_of
+from thermaxis.thermal import (
+    Baseline,
+    Experiment,
+    ThermalLog,
+    fit_baseline,
+    modal,
+    parse_input,
+    records_of,
+    simulate_baseline,
+    simulate_from_rest,
+)
 
 
 def test_the_direct_machine_is_a_sum_of_its_three_lags() -> None:
@@ -69,6 +79,20 @@ def test_a_probe_that_drifts_does_not_move_dc_gains() -> None:
 def test_intervals_hold_on_a_machine_with_complex_poles_and_a_drift_that_follows_the_hall() -> None:
     errors, stds = _errors("remote", hall_um_per_k=1.0)
     assert np.all(np.abs(errors) < 3.0 * stds)
+
+
+def test_heat_that_lags_do_not_hold_is_no_drift_of_days() -> None:
+    """Taken for a random walk, what complex poles leave cost more than half of the slow heat."""
+    learnt, other = (log("coolant", 72.0, seed, step_s=120.0) for seed in (4, 50_004))
+    experiment = Experiment(120.0, learnt.u_k, learnt.z_um)
+    result = modal([experiment], input_names=("spindle", "table"))
+    averages = fit_baseline(Baseline.AVERAGES_RIDGE, [experiment], offset=False)
+    runs = (
+        simulate_from_rest(result.model, 120.0, other.u_k),
+        simulate_baseline(averages, other.u_k, 120.0),
+    )
+    own, simple = (float(np.mean(np.abs(other.z_um - run))) for run in runs)
+    assert own < 1.1 * simple
 
 
 def test_the_channel_that_all_inputs_are_relative_to_is_the_ambient() -> None:

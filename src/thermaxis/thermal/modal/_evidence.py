@@ -343,15 +343,18 @@ def log_evidence_of(design: Design, products: tuple[FloatArray, float], sizes: S
 
 MOST_LOG_CHANGE = 2.4
 """Logarithm by which the correlation time may differ from the most plausible one. [1]"""
+MOST_LOG_CHANGE_GAINS = 0.6
+"""By how much it may be longer where gains are fitted: what lasts longer than three hours is left
+for the inputs to explain, or a model that lacks fast lags is taken for a drift. [1]"""
 _SMALLEST_STEP = 0.15
 
 
-LINE_AND_WALK = (12.0, 3.0)
+LINE, WALK = 12.0, 3.0
 """Logarithms of the sizes from which line and walk are searched: a line is found from above. [1]"""
 AMBIENT = 3.0
 """The same of what follows the ambient. [1]"""
 DRIFT_ODDS = 3.0
-"""Logarithm of how much more likely a drift that lasts makes a record that has one. [1]"""
+"""Logarithm of how much more likely a line makes a record that has one. [1]"""
 
 
 def _climbed(
@@ -383,9 +386,9 @@ def most_likely_sizes(
     """Return the sizes under which the record is most likely: a search along every size in turn.
 
     A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely. The
-    first sizes are those of the gains, with line and walk only where the record shows them: what
-    follows the ambient in one log does so in the next, and a model of it errs less. The second are
-    those of intervals, with all that a drift may be.
+    first sizes are those of the gains, with a line where the record shows one and without the rest
+    that lasts: what follows the ambient in one log does so in the next, and a model of it errs
+    less. The second are those of intervals, with all that a drift may be.
     """
     middle, free = float(np.log(hyperprior.correlation_s)), design.transients
     # gain, ratio, correlation time, fast ratio, then line, walk and ambient, then the transients:
@@ -393,7 +396,8 @@ def most_likely_sizes(
     start = np.array([4.0, 5.0, middle, 1.0, OFF, OFF, OFF, *[0.0] * free])
     steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * 3, *[2.0] * free])
     low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-8.0] * 3, *[AT_REST] * free])
-    high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[20.0] * 3, *[12.0] * free])
+    longest = middle + (MOST_LOG_CHANGE_GAINS if design.basis else MOST_LOG_CHANGE)
+    high = np.array([14.0, 14.0, longest, 12.0, *[20.0] * 3, *[12.0] * free])
     joint = cache(design.joint)
 
     @cache
@@ -423,9 +427,11 @@ def most_likely_sizes(
             high[place] = 12.0
     if not design.basis:
         return sizes_at(best), sizes_at(best)
-    lasting, there = climbed(np.concatenate([best[:4], LINE_AND_WALK, best[6:]]))
+    lined, there = climbed(np.concatenate([best[:4], [LINE, OFF], best[6:]]))
     if there > found + DRIFT_ODDS:
-        best = lasting
+        best = lined
+    high[2] = middle + MOST_LOG_CHANGE
+    lasting, _ = climbed(np.concatenate([best[:4], [LINE, WALK], best[6:]]))
     if design.basis[0].shape[1] > 1 + WALK_PARTS:
         lasting[6] = AMBIENT
         lasting, _ = climbed(lasting)
