@@ -122,6 +122,7 @@ from .transfer_function import (
 from .verification import (
     Baseline as Baseline,
     BaselineModel as BaselineModel,
+    LeftOver as LeftOver,
     LogStart as LogStart,
     MeasuredOutput as MeasuredOutput,
     SimulatedLog as SimulatedLog,
@@ -131,6 +132,8 @@ from .verification import (
     VerifiedLog as VerifiedLog,
     VerifiedOutput as VerifiedOutput,
     fit_baseline as fit_baseline,
+    left_over as left_over,
+    left_over_messages as left_over_messages,
     simulate_baseline as simulate_baseline,
     simulate_log as simulate_log,
     verify as verify,

@@ -566,7 +566,7 @@ def test_every_figure_of_a_verification_and_an_identification_is_written(
 
     monkeypatch.setattr("thermaxis.report.thermal._output.write_chart", only_named)
     verified = write_verification_figures(MODEL, [log], result, tmp_path)
-    assert len({path.stem for path in verified}) == len(verified) == 6
+    assert len({path.stem for path in verified}) == len(verified) == 8
     identified = write_identification_figures(found, records, [log], tmp_path, reference_s=60.0)
     assert [path.stem for path in identified] == [
         "figure_04_fit_output_1",

@@ -25,6 +25,7 @@ from thermaxis.thermal import (
     ModalPart,
     ThermalLog,
     ThermalModel,
+    left_over_messages,
     simulate_log,
     simulate_modal,
     verify,
@@ -154,6 +155,20 @@ def test_several_outputs_at_diameters_give_table_3_with_its_mean() -> None:
     result = verify(MODEL, [both], measured)
     assert list(result.pooled) == ["Z_um", "Z_D3000_um"]
     assert result.mean_fit_percent == pytest.approx(100.0, abs=1e-6)
+
+
+def test_an_input_that_a_model_does_not_explain_is_named_at_its_lag_and_no_other() -> None:
+    test = log(3, rows=1200, noise_um=0.3)
+    (said,) = left_over_messages(verify(MODEL, [test]))
+    assert said.code in {"residual-white", "residual-slow"}
+    late = np.concatenate([np.zeros(24), test.columns["T_table_C"][:-24] - 20.0])
+    columns = {**test.columns, "Z_um": test.columns["Z_um"] + 2.0 * late}
+    other = ThermalLog.from_columns(columns, sample_time_s=60.0, name="late")
+    _, said = left_over_messages(verify(MODEL, [other], start=LogStart.REST))
+    assert (said.code, said.values["name"]) == ("residual-input", "table")
+    assert said.values["from_min"] == pytest.approx(24.0, abs=3.0)
+    (refused_,) = left_over_messages(verify(MODEL, [test.span(0, 30)]))
+    assert refused_.code == "error-too_few_residuals"
 
 
 def test_logs_are_pooled_about_their_own_means() -> None:

@@ -180,6 +180,7 @@ def described(
         Value("mean_fit_percent", result.mean_fit_percent),
         Table("With the correction within its limits", list(_limited(result)), words=1),
         Section("", [_EXPLAINED]),
+        *messages_of("left_over", thermal.left_over_messages(result), "left over"),
         Value("logs", [as_json(_log(log)) for log in logs]),
         Value("", remarks, "reading"),
         Value("", [*map(text_of, result.warnings)], "warning"),

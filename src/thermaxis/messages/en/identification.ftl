@@ -48,3 +48,9 @@ rule-joint = parts common to all diameters, gain of the part { $part } by least 
 rule-averaged = The record is cut into { $parts } parts of { FIXED($part_h, decimals: 1) } h. Each is predicted in free run from the temperatures by models learned from all other parts, each of the later half also from the parts before it. Models with the time constants { NAME($lag_sets_s) } s, common to all channels, are averaged. Their score is the mean absolute error over that of each output's best, mean over all outputs; their weight is the score to the power of -{ $parts }, one independent observation per part, and less than { $least_percent } % is left out. Each takes the uncertainty of the temperatures ({ NAME($uncertainties_k) } K, as ridge penalty, with the noise of each sensor on its direct gain) with the best score. The displacement at the reference is { $reference }; { $channels }.
 rule-all_kept = all { $healthy } healthy candidates are kept
 rule-some_kept = { $kept } of { $healthy } healthy candidates are kept, the least useful left out one by one
+
+## What the residual of a free run says
+
+residual-white = { $channel }: what is left is white, means over { FIXED($step_min, decimals: 1) } min do not follow each other
+residual-slow = { $channel }: what is left is slow, { $rows } means over { FIXED($step_min, decimals: 1) } min are worth { FIXED($worth, decimals: 0) } (neighbours correlate by { FIXED($correlation, decimals: 2) })
+residual-input = { $channel }: what { $name } does is not all explained, most clearly from { FIXED($from_min, decimals: 0) } to { FIXED($to_min, decimals: 0) } min later

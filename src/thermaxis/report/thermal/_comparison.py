@@ -15,6 +15,7 @@ from thermaxis.report.thermal._conditions import (
     lines_panel,
     speed_panel,
 )
+from thermaxis.report.thermal._fit import leftover_chart
 from thermaxis.report.thermal._lines import largest, shaded_spans, span_of
 from thermaxis.report.thermal._panels import (
     LOOKS,
@@ -33,6 +34,7 @@ from thermaxis.report.thermal._steps import step_chart
 from thermaxis.report.thermal._words import hours, name_text
 from thermaxis.thermal import ThermalLog, Verification, VerifiedLog, VerifiedOutput
 from thermaxis.thermal.log import block_means, block_numbers
+from thermaxis.thermal.verification import runs_of
 
 MOST_LOGS = 4
 """Logs that are drawn; the tables hold all. [1]"""
@@ -64,6 +66,9 @@ def verification_charts(
             _after_parts(model, verified),
         )
         charts += [replace(chart, name=chart.name + ending) for chart in of_log]
+    for number, name in enumerate(list(result.pooled)[:MOST_OUTPUTS]):
+        chart = leftover_chart(f"residuals_output_{number + 1}", runs_of(result, name))
+        charts += [] if chart is None else [chart]
     horizon = max(float(log.time_s[-1]) for log in logs)
     return (*charts, step_chart(model, record_s=horizon, record_name="length of the log"))
 
@@ -138,7 +143,8 @@ def contribution_panel(time_s: FloatArray, contributions: Mapping[str, FloatArra
     return Panel(title=title, quantity="displacement [µm]", traces=tuple(traces), height_in=1.7)
 
 
-def _by_part(output: VerifiedOutput) -> dict[str, FloatArray]:
+def by_part(output: VerifiedOutput) -> dict[str, FloatArray]:
+    """Return what every part contributes, by its name."""
     return dict(zip(output.parts, output.contribution_um.T, strict=True))
 
 
@@ -152,7 +158,7 @@ def _one_output(verified: VerifiedLog, output: VerifiedOutput) -> ThermalChart:
         source=verified.name,
         panels=(
             replace(comparison, shaded=shaded),
-            replace(contribution_panel(verified.time_s, _by_part(output)), shaded=shaded),
+            replace(contribution_panel(verified.time_s, by_part(output)), shaded=shaded),
         ),
     )
     number = next(k for k, o in enumerate(verified.outputs) if o is output)
@@ -230,7 +236,7 @@ def _alone_panels(
     """Return the residuals after each of the largest parts alone; none where there is one part."""
     if len(parts) < 2:
         return []
-    shares = [_by_part(output) for output in shown]
+    shares = [by_part(output) for output in shown]
     weight = {n: max(span_of(s[n]) for s in shares if n in s) for n in parts}
     chosen = sorted(parts, key=lambda name: -weight[name])[:_MOST_PARTS]
     return [

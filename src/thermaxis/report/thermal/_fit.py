@@ -1,127 +1,133 @@
-"""What an identified model says along its training records: free run, parts, what is left over."""
+"""What a report says of the residuals of a model, along its training or another test."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 
 from thermaxis.errors import DataError
-from thermaxis.messages import sentence_of
+from thermaxis.messages import sentence_of, text_of
 from thermaxis.positioning import FloatArray
-from thermaxis.thermal import (
-    IdentifiedOutput,
-    Linearity,
-    Records,
-    ResidualAnalysis,
-    ThermalModel,
-    analyse_residuals,
-    check_linearity,
-    simulate_from_rest,
+from thermaxis.report._document import Block, ItemList, Table, columns_of
+from thermaxis.report._text import fixed, plain_text
+from thermaxis.report.thermal._panels import (
+    Area,
+    Look,
+    Panel,
+    PanelGrid,
+    ThermalChart,
+    Trace,
+    panel_chart,
 )
-from thermaxis.thermal.log import block_means
-from thermaxis.thermal.transfer_function import held
+from thermaxis.report.thermal._words import hours, name_text
+from thermaxis.thermal import IdentifiedOutput, LeftOver, VerifiedOutput, left_over
 
-_ANALYSED_ROWS = 400
-"""Means of a record on which residuals are analysed: 25 lags of them are a sixteenth of it. [1]"""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class FittedExperiment:
-    """A model along one training record."""
-
-    name: str
-    """Name of the record."""
-    time_s: FloatArray
-    """Times, (n,). [s]"""
-    measured_um: FloatArray
-    """Displacement, (n,); NaN where not measured. [µm]"""
-    simulated_um: FloatArray
-    """Free run, (n,). [µm]"""
-    contributions_um: Mapping[str, FloatArray]
-    """Contribution by input, (n,) each. [µm]"""
-    inputs: FloatArray
-    """The model's inputs, missing ones held, (n, k). [K]"""
-
-    @property
-    def residual_um(self) -> FloatArray:
-        """Measured minus simulated, (n,). [µm]"""
-        return self.measured_um - self.simulated_um
+_MOST_CROSS = 5
+"""Inputs whose correlation with the residual is drawn. [1]"""
+_STEMS = Look("#0072b2", width=0.9, stems=True)
 
 
-def input_names_of(output: IdentifiedOutput) -> tuple[str, ...]:
-    """Return the inputs of a model, in its order; none where it is not stable."""
-    if output.model is not None:
-        return output.model.input_names
-    return () if output.polynomials is None else tuple(output.polynomials.model.input_names)
+def by_channel(outputs: Sequence[IdentifiedOutput]) -> dict[str, list[VerifiedOutput]]:
+    """Return the free runs along the training logs by measured channel."""
+    found: dict[str, list[VerifiedOutput]] = {}
+    for run in (run for output in outputs for run in output.runs):
+        found.setdefault(run.measured.name, []).append(run)
+    return found
 
 
-def fitted_experiments(output: IdentifiedOutput, records: Records) -> tuple[FittedExperiment, ...]:
-    """Return the free run of a stable model along each of its records."""
-    model = output.model
-    if model is None:
-        return ()
-    names = [definition.name for definition in records.inputs]
-    columns = [names.index(name) for name in model.input_names]
-    found: list[FittedExperiment] = []
-    for experiment in records.experiments[output.name]:
-        u, _ = held(experiment.u[:, columns])
-        step_s = experiment.sample_time_s
-        parts = {
-            part.input_name: simulate_from_rest(ThermalModel((part,)), step_s, u[:, [k]])
-            for k, part in enumerate(model.parts)
-        }
-        found.append(
-            FittedExperiment(
-                name=experiment.name,
-                time_s=np.arange(experiment.y.size) * np.float64(step_s),
-                measured_um=experiment.y,
-                simulated_um=np.sum(list(parts.values()), axis=0) + model.offset_um,
-                contributions_um=parts,
-                inputs=u,
+def leftover_of(runs: Sequence[VerifiedOutput]) -> LeftOver | str:
+    """Analyse what a model left over, or say why that says nothing."""
+    try:
+        return left_over(runs)
+    except DataError as error:
+        return sentence_of(error.message).rstrip(".")
+
+
+def leftover_blocks(runs: Mapping[str, Sequence[VerifiedOutput]]) -> list[Block]:
+    """Return the table of the residual analyses of outputs, and what they mean."""
+    said: list[str] = []
+    rows: list[tuple[str, ...]] = []
+    for name, along in runs.items():
+        left = leftover_of(along)
+        if isinstance(left, str):
+            said.append(f"{name_text(name)}: {plain_text(left)}.")
+            continue
+        said += [plain_text(text_of(message), 400) for message in left.messages]
+        found = left.analysis
+        rows += [
+            (
+                name_text(name),
+                hours(left.step_s),
+                fixed(float(found.autocorrelation[1]), 2),
+                fixed(found.residual_effective_rows, 0),
+                name_text(input_name, 30),
+                f"{p:.2g}" if p > 1e-6 else "< 1e-6",
+                "may be" if independent else "no",
             )
+            for input_name, p, independent in zip(
+                left.inputs, found.input_p.tolist(), found.independent, strict=True
+            )
+        ]
+    columns = columns_of(
+        "*Output | Means over | Neighbours | Worth rows | *Input | p | All explained"
+    )
+    words = (
+        "Residual analysis at the 1 % level: correlation of neighbouring means; the independent"
+        " ones that they are worth; probability that an input without influence tells so much of"
+        " the residual beyond the residual's own past."
+    )
+    tables: list[Block] = [Table(columns, tuple(rows), words)] if rows else []
+    return [*tables, ItemList(tuple(said))]
+
+
+def leftover_chart(name: str, runs: Sequence[VerifiedOutput]) -> ThermalChart | None:
+    """Return the correlations of the residual of an output; None where too little was measured."""
+    left = leftover_of(runs)
+    if isinstance(left, str):
+        return None
+    analysis, names = left.analysis, left.inputs
+    chosen = sorted(np.argsort(analysis.input_p, kind="stable")[:_MOST_CROSS].tolist())
+    lag_s = analysis.lags * left.step_s
+    panels = [
+        _correlation_panel(
+            "residual with itself", lag_s, analysis.autocorrelation, analysis.autocorrelation_band
         )
-    return tuple(found)
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Leftover:
-    """Residual analysis of one output."""
-
-    analysis: ResidualAnalysis
-    """Correlations and their bands."""
-    step_s: float
-    """Means over so much time were analysed. [s]"""
-
-
-def leftover_of(experiments: Sequence[FittedExperiment]) -> Leftover | str:
-    """Analyse what a model left over, on means of its records."""
-    longest = max(experiment.time_s.size for experiment in experiments)
-    block = max(1, longest // _ANALYSED_ROWS)
-    step_s = block * float(experiments[0].time_s[1] - experiments[0].time_s[0])
-    residuals: list[FloatArray] = []
-    inputs: list[FloatArray] = []
-    for experiment in experiments:
-        numbers = np.arange(experiment.time_s.size, dtype=np.int64) // block
-        blocks = int(numbers[-1]) + 1
-        residuals.append(block_means(experiment.residual_um, numbers, blocks))
-        columns = [block_means(column, numbers, blocks) for column in experiment.inputs.T]
-        inputs.append(np.stack(columns, axis=1))
-    try:
-        return Leftover(analyse_residuals(residuals, inputs), step_s)
-    except DataError as error:
-        return sentence_of(error.message).rstrip(".")
-
-
-def linearity_of(
-    output: IdentifiedOutput, records: Records, experiments: Sequence[FittedExperiment]
-) -> Linearity | str:
-    """Compare the gains in heating and in cooling."""
-    try:
-        return check_linearity(
-            records.experiments[output.name], [e.simulated_um for e in experiments]
+    ]
+    panels += [
+        _correlation_panel(
+            f"residual with {names[k]}",
+            lag_s,
+            analysis.input_correlation[:, k],
+            np.full(lag_s.size, analysis.input_band[k]),
         )
-    except DataError as error:
-        return sentence_of(error.message).rstrip(".")
+        for k in chosen
+    ]
+    grid = PanelGrid(
+        heading=f"What the model left over, on means over {hours(left.step_s)}",
+        source=left.channel,
+        panels=tuple(panels),
+        axis="residual later by [h]",
+        columns=3 if len(panels) > 2 else 2,
+        one_scale=True,
+        one_legend=True,
+    )
+    caption = (
+        f"{name_text(left.channel)}: autocorrelation of the residual, and correlation of what its"
+        " own past does not tell with the inputs. Pale: 99 % band of a white residual, and of one"
+        " that is independent of the input; an input is judged by all lags together."
+    )
+    if len(chosen) < len(names):
+        caption += f" The {len(chosen)} of {len(names)} inputs that tell most."
+    return panel_chart(name, caption, grid)
+
+
+def _correlation_panel(
+    title: str, lag_s: FloatArray, values: FloatArray, band: FloatArray
+) -> Panel:
+    lag_h = lag_s / 3600.0
+    return Panel(
+        title=title,
+        quantity="correlation",
+        traces=(Trace("correlation", lag_h, values, _STEMS),),
+        areas=(Area("99 % band", lag_h, -band, band),),
+        height_in=1.6,
+    )

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from thermaxis import __version__
 from thermaxis.compensation import Provenance
+from thermaxis.errors import DataError
 from thermaxis.messages import sentence_of, text_of
 from thermaxis.report._document import (
     Block,
@@ -18,13 +19,7 @@ from thermaxis.report._document import (
     columns_of,
 )
 from thermaxis.report._text import fixed, plain_text
-from thermaxis.report.thermal._fit import (
-    FittedExperiment,
-    fitted_experiments,
-    input_names_of,
-    leftover_of,
-    linearity_of,
-)
+from thermaxis.report.thermal._fit import by_channel, leftover_blocks
 from thermaxis.report.thermal._identification_charts import (
     MOST_LOGS,
     MOST_OUTPUTS,
@@ -45,7 +40,18 @@ from thermaxis.report.thermal._words import (
     warning_blocks,
     with_interval,
 )
-from thermaxis.thermal import Identification, IdentifiedOutput, Records, ThermalLog, check_log
+from thermaxis.thermal import (
+    Experiment,
+    Identification,
+    IdentifiedOutput,
+    Records,
+    ThermalLog,
+    ThermalModel,
+    check_linearity,
+    check_log,
+    simulate_from_rest,
+)
+from thermaxis.thermal.transfer_function import held
 
 _MOST_CURVE = 40
 _MOST_FINDINGS = 40
@@ -93,7 +99,6 @@ def identification_document(
     """Return the content of the report of an identification."""
     charts = identification_charts(result, records, logs, reference_s=reference_s)
     pictures = pictures_of(charts)
-    fitted = {o.name: fitted_experiments(o, records) for o in result.outputs}
     names = ", ".join(name_text(log.name, 40) for log in logs[:3])
     outputs = ", ".join(name_text(o.name, 30) for o in result.outputs[:6])
     sections = [
@@ -103,7 +108,7 @@ def identification_document(
             "The model",
             (*_model_blocks(result), *_with(pictures, "figure_04_step", "poles")),
         ),
-        _residual_section(result, records, fitted, pictures),
+        _residual_section(result, records, pictures),
         _records_section(records, logs, reference_s, pictures),
         provenance_section(provenance),
         Section("How to read this report", (ItemList(_NOTES, numbered=True),)),
@@ -331,51 +336,20 @@ def _polynomial_tables(output: IdentifiedOutput) -> list[Block]:
 
 
 def _residual_section(
-    result: Identification,
-    records: Records,
-    fitted: Mapping[str, Sequence[FittedExperiment]],
-    pictures: Mapping[str, Picture],
+    result: Identification, records: Records, pictures: Mapping[str, Picture]
 ) -> Section:
     said: list[str] = []
-    rows: list[tuple[str, ...]] = []
     for output in result.outputs:
-        experiments = fitted[output.name]
         name = name_text(output.name)
-        if not experiments:
+        if output.model is None:
             said.append(f"{name}: the model is not stable, so nothing was simulated.")
-            continue
-        left = leftover_of(experiments)
-        if isinstance(left, str):
-            said.append(f"{name}: {plain_text(left)}.")
         else:
-            names = input_names_of(output)
-            linked = [
-                name_text(n, 30)
-                for n, free in zip(names, left.analysis.independent, strict=True)
-                if not free
-            ]
-            rows.append(
-                (
-                    name,
-                    hours(left.step_s),
-                    "may be white" if left.analysis.white else "coloured",
-                    fixed(left.analysis.residual_effective_rows, 0),
-                    ", ".join(linked[:8]) or "none",
-                )
-            )
-        said.append(f"{name}: {_linearity_words(output, records, experiments)}")
-    columns = columns_of(
-        "*Output | Means over | <Residual | Worth rows | *Inputs it still depends on"
-    )
-    words = (
-        "Residual analysis at the 1 % level; the independent rows that the mean of the residual is"
-        " worth."
-    )
-    tables: list[Block] = [Table(columns, tuple(rows), words)] if rows else []
+            experiments = records.experiments[result.reference_of(output.name)]
+            said.append(f"{name}: {_linearity_words(output.model, records, experiments)}")
     return Section(
         "What the model left over",
         (
-            *tables,
+            *leftover_blocks(by_channel(result.outputs)),
             Paragraph("Heating against cooling (the paper's check of linearity):"),
             ItemList(tuple(said)),
             *_with(pictures, "residuals"),
@@ -384,11 +358,17 @@ def _residual_section(
 
 
 def _linearity_words(
-    output: IdentifiedOutput, records: Records, fitted: Sequence[FittedExperiment]
+    model: ThermalModel, records: Records, experiments: Sequence[Experiment]
 ) -> str:
-    found = linearity_of(output, records, fitted)
-    if isinstance(found, str):
-        return f"not compared, {plain_text(found)}."
+    names = [definition.name for definition in records.inputs]
+    columns = [names.index(name) for name in model.input_names]
+    simulated = [
+        simulate_from_rest(model, e.sample_time_s, held(e.u[:, columns])[0]) for e in experiments
+    ]
+    try:
+        found = check_linearity(experiments, simulated)
+    except DataError as error:
+        return f"not compared, {plain_text(sentence_of(error.message).rstrip('.'))}."
     heating = with_interval(found.heating_gain, found.heating_gain_std, INTERVAL)
     cooling = with_interval(found.cooling_gain, found.cooling_gain_std, INTERVAL)
     share = abs(found.difference) / max(abs(found.heating_gain), abs(found.cooling_gain), 1e-9)

@@ -25,6 +25,7 @@ from thermaxis.report.thermal._figures_table import (
     table_3,
     validity_table,
 )
+from thermaxis.report.thermal._fit import leftover_blocks
 from thermaxis.report.thermal._panels import ThermalChart
 from thermaxis.report.thermal._words import (
     hours,
@@ -35,7 +36,7 @@ from thermaxis.report.thermal._words import (
     warning_blocks,
 )
 from thermaxis.thermal import ThermalLog, Verification, VerifiedLog
-from thermaxis.thermal.verification import OUTSIDE_SHARE
+from thermaxis.thermal.verification import OUTSIDE_SHARE, runs_of
 
 _OPEN = (
     "The free run goes through the cycle that acts on the machine, with its limits open and with"
@@ -95,6 +96,13 @@ def verification_document(
     sections = [
         _result_section(model, result, pictures),
         *_log_sections(result, pictures),
+        Section(
+            "What the model left over",
+            (
+                *leftover_blocks({name: runs_of(result, name) for name in result.pooled}),
+                *(p for name, p in pictures.items() if name.startswith("residuals")),
+            ),
+        ),
         _model_section(model, pictures),
         _validity_section(model, logs, result),
         provenance_section(model.provenance, _hashes(logs, result, sha256)),
@@ -162,7 +170,9 @@ def _log_sections(result: Verification, pictures: Mapping[str, Picture]) -> list
         own = [
             picture
             for name, picture in pictures.items()
-            if name.endswith(ending) and not name.startswith("figure_04") and name not in _FIRST
+            if name.endswith(ending)
+            and not name.startswith(("figure_04", "residuals"))
+            and name not in _FIRST
         ]
         if number >= MOST_LOGS:
             own = []

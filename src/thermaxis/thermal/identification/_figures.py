@@ -122,6 +122,7 @@ def with_figures(
             output = replace(  # noqa: PLW2901 - the same output, with its figures
                 output,
                 trained=trained,
+                runs=tuple(runs),
                 training_rmse_um=_rmse(trained, averages, one_step=trained.persistence_rmse_um),
                 held_out=held_out,
                 warnings=(*output.warnings, *_verdict(held_out, trained)),

@@ -14,7 +14,11 @@ from thermaxis.thermal.identification._records import Records, compensation_mode
 from thermaxis.thermal.modal import PartStd
 from thermaxis.thermal.selection import SelectionResult
 from thermaxis.thermal.transfer_function import PolynomialResult, ThermalModel, combine_models
-from thermaxis.thermal.verification import MeasuredOutput, VerificationFigures
+from thermaxis.thermal.verification import (
+    MeasuredOutput,
+    VerificationFigures,
+    VerifiedOutput,
+)
 
 
 class Method(StrEnum):
@@ -61,6 +65,8 @@ class IdentifiedOutput:
     trained: VerificationFigures | None = None
     """Figures of the free run along the training logs, of the model as it is written: those that
     `verify` finds there. None where there is no model."""
+    runs: tuple[VerifiedOutput, ...] = ()
+    """That free run along every training log that has the output."""
     training_rmse_um: Mapping[str, float] = field(default_factory=dict[str, float])
     """Root mean square error along the training logs: of the ``model`` in free run, of a ``static``
     regression and of fixed exponential ``averages`` (both with a ridge) run alike, and of

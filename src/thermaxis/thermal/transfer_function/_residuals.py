@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknownVariableType]
-from scipy.special import gammaincc
+from scipy.special import fdtrc, gammaincc
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError
@@ -28,6 +28,9 @@ LEVEL = 0.99
 CANCELLING = 0.02
 """A pole and a zero that are closer than this share of the pole's distance from one are said to
 cancel. [1]"""
+OWN_LAGS, INPUT_LAGS = (1, 2, 3, 4, 5), (0, 1, 2, 4, 8, 16)
+"""Lags of the residual's own past, and of the inputs, in the test of their influence. [row]"""
+_LEAST_NEW = 1e-9
 _LARGEST_SHARE_OF_ROWS = 0.25
 
 
@@ -88,25 +91,23 @@ def portmanteau_p(autocorrelation: FloatArray, pairs: FloatArray, parameters: in
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ResidualAnalysis:
-    """Correlations of a residual with itself and with the inputs."""
+    """Correlations of a residual with itself and with the past of the inputs."""
 
     lags: FloatArray
-    """0 ... L. [row]"""
+    """0 ... L: the residual is so much later. [row]"""
     autocorrelation: FloatArray
     """Of the residual, (L + 1,). [1]"""
     autocorrelation_band: FloatArray
     """Half width of the band of a white residual, (L + 1,). [1]"""
     white_p: float
     """Probability of such autocorrelations of a white residual. [1]"""
-    cross_lags: FloatArray
-    """-L ... L: residual later than the input where positive. [row]"""
-    cross_correlation: FloatArray
-    """Of residual and every input, (2 L + 1, k). [1]"""
-    cross_band: FloatArray
-    """Half width of the band of a residual that is independent of the input, (k,); at most 1. [1]
-    """
-    effective_rows: FloatArray
-    """Independent rows that residual and input are worth, (k,). [1]"""
+    input_correlation: FloatArray
+    """Of what the residual's own past does not tell with every input, both through the filter that
+    makes that white, (L + 1, k). [1]"""
+    input_band: FloatArray
+    """Half width of the band of a residual that is independent of the input, (k,). [1]"""
+    input_p: FloatArray
+    """Probability that an input without influence tells so much of the residual, (k,). [1]"""
     residual_effective_rows: float
     """Independent rows that the mean of the residual is worth. [1]"""
     rows: int
@@ -119,14 +120,13 @@ class ResidualAnalysis:
 
     @property
     def independent(self) -> tuple[bool, ...]:
-        """Whether the residual may be independent of each input's past, 1 % level of all lags."""
-        half = self.cross_lags.size // 2
-        quantile = NormalDist().inv_cdf(0.5 + 0.5 * LEVEL)
-        strict = NormalDist().inv_cdf(1.0 - 0.5 * (1.0 - LEVEL) / (half + 1)) / quantile
-        past = np.max(np.abs(self.cross_correlation[half:]), axis=0)
-        return tuple(
-            bool(v <= min(b * strict, 1.0)) for v, b in zip(past, self.cross_band, strict=True)
-        )
+        """Whether the residual may be independent of each input's past, 1 % level of all inputs."""
+        return tuple((self.input_p * self.input_p.size > 1.0 - LEVEL).tolist())
+
+    @property
+    def input_lags(self) -> FloatArray:
+        """Lag at which each input's correlation is the largest, (k,). [row]"""
+        return self.lags[np.argmax(np.abs(self.input_correlation), axis=0)]
 
 
 def analyse_residuals(
@@ -157,49 +157,89 @@ def analyse_residuals(
     Raises
     ------
     DataError
-        If there is no test, shapes do not fit, or fewer rows than lags have a residual.
+        If there is no test, shapes do not fit, or too few rows have a residual.
 
     Notes
     -----
-    Slow series are worth few rows. With r and s the autocorrelations of residual and input, their
-    cross-correlation scatters by 1/sqrt(n_e), n_e = n / sum of r s over all lags, not by
-    1/sqrt(n). The sum runs over a quarter of the rows with a triangular weight.
+    A drift that no input explains is slow, and so are inputs: two such series correlate by chance.
+    So every input u is asked what it adds to the residual's own past (Granger's test):
+
+        e(t) = c + sum over k = 1 ... 5 of a_k e(t - k) + sum over k = 0, 1, 2, 4, 8, 16
+               of b_k u(t - k) + white noise,
+
+    all b zero or not, by the F distribution. The correlations that are shown are those of
+    e(t) - sum a_k e(t - k) and u(t) - sum a_k u(t - k); they scatter by 1/sqrt(n).
 
     References
     ----------
-    M. S. Bartlett 1935 and 1946 (from memory).
+    C. Granger 1969; Ljung 1999, section 16.6; M. S. Bartlett 1946 (from memory).
     """
     _check_series(residuals_um, inputs, lags)
     residuals = _centred(residuals_um)
     rows = sum(int(np.count_nonzero(~np.isnan(e))) for e in residuals)
     own, pairs = correlation(residuals, residuals, lags)
-    longest = max(e.size for e in residuals)
-    reach = max(int(_LARGEST_SHARE_OF_ROWS * longest), 1)
+    reach = max(int(_LARGEST_SHARE_OF_ROWS * max(e.size for e in residuals)), 1)
     weight = 1.0 - np.abs(np.arange(-reach, reach + 1)) / (reach + 1.0)
     wide, _ = correlation(residuals, residuals, reach)
     quantile = NormalDist().inv_cdf(0.5 + 0.5 * LEVEL)
-    cross: list[FloatArray] = []
-    effective: list[float] = []
+    p: list[float] = []
+    bands: list[float] = []
+    found: list[FloatArray] = []
     for column in range(inputs[0].shape[1]):
         series = _centred([held(u)[0][:, column] for u in inputs])
-        values, _ = correlation(residuals, series, lags)
-        input_wide, _ = correlation(series, series, reach)
-        total = float(np.sum(weight * wide * input_wide))
-        effective.append(rows / max(total, 1.0))
-        cross.append(values)
-    counts = np.array(effective)
+        added_p, past = _beyond_own_past(residuals, series)
+        whitened = [
+            [np.convolve(values, np.append(1.0, -past), "valid") for values in each]
+            for each in (residuals, series)
+        ]
+        values, both = correlation(whitened[0], whitened[1], lags)
+        p.append(added_p)
+        found.append(values[lags:])
+        bands.append(quantile / np.sqrt(max(both[lags], 1.0)))
     return ResidualAnalysis(
         lags=np.arange(lags + 1, dtype=np.float64),
         autocorrelation=own[lags:],
         autocorrelation_band=quantile / np.sqrt(np.maximum(pairs[lags:], 1.0)),
         white_p=portmanteau_p(own[lags + 1 :], pairs[lags + 1 :], parameters),
-        cross_lags=np.arange(-lags, lags + 1, dtype=np.float64),
-        cross_correlation=np.stack(cross, axis=1),
-        cross_band=np.minimum(quantile / np.sqrt(counts), 1.0),
-        effective_rows=counts,
+        input_correlation=np.stack(found, axis=1),
+        input_band=np.array(bands),
+        input_p=np.array(p),
         residual_effective_rows=rows / max(float(np.sum(weight * wide)), 1.0),
         rows=rows,
     )
+
+
+def _beyond_own_past(
+    residuals: Sequence[FloatArray], series: Sequence[FloatArray]
+) -> tuple[float, FloatArray]:
+    """Return the probability that an input adds nothing, and what the residual's own past does."""
+    first = max(*OWN_LAGS, *INPUT_LAGS)
+    tables = [
+        np.column_stack(
+            [np.ones(e.size - first)]
+            + [e[first - k : e.size - k] for k in OWN_LAGS]
+            + [u[first - k : u.size - k] for k in INPUT_LAGS]
+            + [e[first:]]
+        )
+        for e, u in zip(residuals, series, strict=True)
+        if e.size > first
+    ]
+    table = np.vstack(tables) if tables else np.zeros((0, 2 + len(OWN_LAGS) + len(INPUT_LAGS)))
+    table = table[~np.any(np.isnan(table), axis=1)]
+    columns, known = table.shape[1] - 1, 1 + len(OWN_LAGS)
+    free = table.shape[0] - columns
+    if free < columns:
+        raise DataError("too_few_residuals", rows=table.shape[0], lags=first)
+    basis, triangle = np.linalg.qr(table[:, :-1])
+    there = np.abs(np.diag(triangle)) > _LEAST_NEW * np.linalg.norm(table[:, :-1], axis=0)
+    told = np.where(there, basis.T @ table[:, -1], 0.0)
+    left = float(np.sum(table[:, -1] ** 2) - np.sum(told**2))
+    added, count = float(np.sum(told[known:] ** 2)), int(np.sum(there[known:]))
+    past = np.linalg.lstsq(triangle, told, rcond=None)[0][1:known]
+    if count == 0 or added == 0.0:
+        return 1.0, past
+    f = (added / count) / max(left / free, 1e-300)
+    return float(fdtrc(count, free, f)), past
 
 
 def _check_series(residuals: Sequence[FloatArray], inputs: Sequence[FloatArray], lags: int) -> None:

@@ -11,6 +11,12 @@ from ._free_run import (
     SimulatedOutput as SimulatedOutput,
     simulate_log as simulate_log,
 )
+from ._left_over import (
+    LeftOver as LeftOver,
+    left_over as left_over,
+    left_over_messages as left_over_messages,
+    runs_of as runs_of,
+)
 from ._start import (
     LogStart as LogStart,
     StartOfLog as StartOfLog,

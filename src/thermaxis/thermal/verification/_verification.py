@@ -103,6 +103,12 @@ class VerifiedOutput:
 
     measured: MeasuredOutput
     """What was compared."""
+    log: str
+    """Name of the log."""
+    time_s: FloatArray
+    """Times, (n,). [s]"""
+    input_k: FloatArray
+    """Input of every part, not relative to anything, (n, parts). [K]"""
     figures: VerificationFigures
     """Its figures."""
     measured_um: FloatArray
@@ -431,6 +437,9 @@ def _verify_output(
         limited = _figures(times, seen, [allowed[counted]], static_rmse)
     return VerifiedOutput(
         measured=entry,
+        log=log.name,
+        time_s=log.time_s,
+        input_k=inputs,
         figures=_figures(times, seen, [displacement[counted]], static_rmse),
         measured_um=measured,
         simulated_um=displacement,
