@@ -3,7 +3,7 @@
 asyncua makes all of its seven thousand nodes, which takes 40 MB and most of a second [run]; a
 status server needs the Server object, the types of what it shows, and the reference types. The
 rest is left out as it is read: two passes over the standard, the first to see what hangs where,
-the second to make what is wanted.
+the second to keep what is wanted.
 """
 
 # asyncua leaves the members of its requests and the makers of its nodes without types:
@@ -127,30 +127,32 @@ class _Survey:
 
 @final
 class _Some:
-    """Second pass: makes the wanted nodes and the references between them."""
+    """Second pass: keeps the wanted nodes and the references between them."""
 
-    def __init__(self, inner: NodeManagementService, wanted: frozenset[int]) -> None:
-        self._inner = inner
+    def __init__(self, wanted: frozenset[int]) -> None:
         self._wanted = wanted
+        self.nodes: list[ua.AddNodesItem] = []
+        self.references: list[ua.AddReferencesItem] = []
 
     def try_add_nodes(
         self, items: Iterable[ua.AddNodesItem], *, check: bool = True
     ) -> Iterator[ua.AddNodesItem]:
-        """Make the wanted ones; return what has to wait for its parent."""
-        kept = [item for item in items if _number(item.RequestedNewNodeId) in self._wanted]
-        return self._inner.try_add_nodes(kept, check=check)
+        """Keep the wanted ones; nothing is left over."""
+        del check
+        self.nodes += [i for i in items if _number(i.RequestedNewNodeId) in self._wanted]
+        return iter(())
 
     def try_add_references(
         self, items: Iterable[ua.AddReferencesItem]
     ) -> Iterator[ua.AddReferencesItem]:
-        """Make those between wanted nodes; return what has to wait."""
-        kept = [
+        """Keep those between wanted nodes; nothing is left over."""
+        self.references += [
             item
             for item in items
             if _number(item.SourceNodeId) in self._wanted
             and _number(item.TargetNodeId) in self._wanted
         ]
-        return self._inner.try_add_references(kept)
+        return iter(())
 
 
 def _number(node: ua.NodeId) -> int:
@@ -158,11 +160,13 @@ def _number(node: ua.NodeId) -> int:
 
 
 @cache
-def _wanted() -> frozenset[int]:
-    """Return the nodes to make, found once in a program."""
+def _wanted() -> _Some:
+    """Return what to make, found once in a program."""
     survey = _Survey()
     standard_address_space.fill_address_space(survey)
-    return survey.wanted()
+    some = _Some(survey.wanted())
+    standard_address_space.fill_address_space(some)
+    return some
 
 
 def fill_address_space(service: NodeManagementService) -> int:
@@ -172,6 +176,8 @@ def fill_address_space(service: NodeManagementService) -> int:
     ----------
     OPC UA Part 5 (information model), as asyncua carries it.
     """
-    wanted = _wanted()
-    standard_address_space.fill_address_space(_Some(service, wanted))
-    return len(wanted)
+    some = _wanted()
+    with standard_address_space.PostponeReferences(service) as later:
+        later.add_nodes(some.nodes)
+        later.add_references(some.references)
+    return len(some.nodes)
