@@ -4,11 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev demo test system check format bench
+.PHONY: help setup setup-dev demo test system commands timed check format bench
 
 # Tests run side by side: threads inside each would only get in each other's way. One program more
 # than two cores have, because some tests wait for others.
-test system check: export OMP_NUM_THREADS = 1
+test commands timed check: export OMP_NUM_THREADS = 1
 WORKERS ?= 3
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -29,9 +29,9 @@ $(VENV)/.setup: $(VENV)/.made pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[screen]'
 	@touch $@
 
-$(VENV)/.setup-dev: $(VENV)/.setup
+$(VENV)/.setup-dev: $(VENV)/.made pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	@touch $@
+	@touch $(VENV)/.setup $@
 
 setup: $(VENV)/.setup
 
@@ -45,10 +45,14 @@ demo: setup
 	@echo "The certificate is demo/certificate.pdf; the same as a page: demo/certificate.html"
 
 test: setup-dev
-	$(BIN)/python -m pytest -m "not system" -n $(WORKERS) -q
+	$(BIN)/python -m pytest -m "not system" --ignore tests/system -n $(WORKERS) -q
 
-system: setup-dev
+system: commands timed
+
+commands: setup-dev
 	$(BIN)/python -m pytest -m "system and not real_time" -n $(WORKERS) --dist loadfile -q
+
+timed: setup-dev
 	$(BIN)/python -m pytest -m "system and real_time" -n 2 --dist loadfile -q tests/system
 
 check: setup-dev
@@ -56,7 +60,7 @@ check: setup-dev
 	$(BIN)/ruff check .
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -m "not system" -n $(WORKERS) -q
+	$(BIN)/python -m pytest -m "not system" --ignore tests/system -n $(WORKERS) -q
 
 format: setup-dev
 	$(BIN)/ruff format .

@@ -55,10 +55,11 @@ def test_make_demo_on_a_clean_clone_writes_the_certificate(clone: Path) -> None:
 
 def test_a_plain_installation_carries_every_file(clone: Path, tmp_path: Path) -> None:
     """As on a machine without make: pip installs the folder, the command runs elsewhere."""
-    venv.create(tmp_path / "env", with_pip=True)
+    venv.create(tmp_path / "env")
     python = tmp_path / "env" / ("Scripts" if os.name == "nt" else "bin") / "python"
+    pip = [sys.executable, "-m", "pip", "--python", python]
     subprocess.run(
-        [python, "-m", "pip", "install", "--quiet", "-c", clone / "constraints.txt", clone],
+        [*pip, "install", "--quiet", "-c", clone / "constraints.txt", clone],
         env={**clean_environment(), "PIP_NO_COMPILE": "1"},  # nobody waits for it here
         check=True,
     )
