@@ -354,7 +354,8 @@ LINE, WALK = 12.0, 3.0
 AMBIENT = 3.0
 """The same of what follows the ambient. [1]"""
 DRIFT_ODDS = 3.0
-"""Logarithm of how much more likely a line makes a record that has one. [1]"""
+"""Logarithm of how much more likely a line makes a record that has one, and of how much more a walk
+beside it may. [1]"""
 
 
 def _climbed(
@@ -386,9 +387,11 @@ def most_likely_sizes(
     """Return the sizes under which the record is most likely: a search along every size in turn.
 
     A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely. The
-    first sizes are those of the gains, with a line where the record shows one and without the rest
-    that lasts: what follows the ambient in one log does so in the next, and a model of it errs
-    less. The second are those of intervals, with all that a drift may be.
+    first sizes are those of the gains, with a line where the record shows a probe that drifts and
+    without the rest that lasts. Where a walk is likelier than the line, what is slow is not a
+    probe's but what the inputs do not explain, and a line would take from them what they do. What
+    follows the ambient in one log does so in the next, and a model of it errs less. The second are
+    those of intervals, with all that a drift may be.
     """
     middle, free = float(np.log(hyperprior.correlation_s)), design.transients
     # gain, ratio, correlation time, fast ratio, then line, walk and ambient, then the transients:
@@ -427,11 +430,11 @@ def most_likely_sizes(
             high[place] = 12.0
     if not design.basis:
         return sizes_at(best), sizes_at(best)
-    lined, there = climbed(np.concatenate([best[:4], [LINE, OFF], best[6:]]))
-    if there > found + DRIFT_ODDS:
-        best = lined
+    lined, of_line = climbed(np.concatenate([best[:4], [LINE, OFF], best[6:]]))
     high[2] = middle + MOST_LOG_CHANGE
-    lasting, _ = climbed(np.concatenate([best[:4], [LINE, WALK], best[6:]]))
+    lasting, there = climbed(np.concatenate([best[:4], [LINE, WALK], best[6:]]))
+    if of_line > found + DRIFT_ODDS and there < of_line + DRIFT_ODDS:
+        best = lined
     if design.basis[0].shape[1] > 1 + WALK_PARTS:
         lasting[6] = AMBIENT
         lasting, _ = climbed(lasting)
