@@ -17,7 +17,9 @@ All count from the start of the log: none has an offset. Sections:
 bench       the machine `direct`: 8 h with 40 tests, 72 h with 20, 1 Hz
 rivals      every machine: error of `modal` over that of the best of ridge, ARX and static
 intervals   every machine, and a probe that drifts by 1 um/h: share of DC gains with an interval,
-            share of intervals that hold the truth, width beside that with true lags given
+            share of intervals that hold the truth, width beside that with true lags given; of
+            that fit the share that holds, and how much wider it is where the number of lags is
+            given and their time constants are not (to first order, at the truth)
 time        seconds of one fit and memory of a program of its own
 
     python benchmarks/thermal_machines.py [--sections bench,rivals] [--tests 40]
@@ -118,8 +120,11 @@ RIVALS: dict[str, Callable[[Log, Log], Array]] = {
 }
 
 
-def true_lags(test: Log, other: Log) -> tuple[Array, Array]:
-    """Free run with the true time constants given, and standard deviations of its DC gains."""
+def true_lags(test: Log, other: Log) -> tuple[Array, Array, Array, Array]:
+    """Free run with the true time constants given, and its DC gains with standard deviations.
+
+    The second of these are with the number of lags given and their time constants estimated.
+    """
     evidence = response_evidence([experiment(test)])
     taus_s = np.array(TRUE_TAU_S)
     problem = Refinement(
@@ -136,7 +141,8 @@ def true_lags(test: Log, other: Log) -> tuple[Array, Array]:
     cov, n = refined.covariance, 2 * wide
     known = cov[:n, :n] - cov[:n, n:] @ np.linalg.solve(cov[n:, n:], cov[n:, :n])
     parts = [slice(k * wide, (k + 1) * wide) for k in range(2)]
-    return run, unit * np.sqrt([known[p, p].sum() for p in parts])
+    stds = [unit * np.sqrt([c[p, p].sum() for p in parts]) for c in (known, cov)]
+    return run, gains.sum(axis=1), *stds
 
 
 def pair(kind: str, hours: float, seed: int, **more: float) -> tuple[Log, Log]:
@@ -190,11 +196,12 @@ def intervals(tests: int) -> None:
     cases = [(kind, 0.0) for kind in KINDS] + [("direct", 1.0)]
     for hours in (72.0, 8.0):
         for kind, probe in cases:
-            have, errors, widths = [], [], []
+            have, errors, widths, given = [], [], [], []
             for seed in range(tests):
                 test = log(kind, hours, seed, step_s=10.0, probe_um_per_h=probe)
                 result = modal([experiment(test)], input_names=NAMES)
-                known = true_lags(test, test)[1] if kind == "direct" else np.full(2, np.nan)
+                _, dc, known, free = true_lags(test, test)
+                given += list(zip((dc - test.dc_gain) / known, free / known, strict=True))
                 for k, (part, std) in enumerate(zip(result.model.parts, result.std, strict=True)):
                     have.append(std.dc_gain is not None)
                     if std.dc_gain is not None:
@@ -202,10 +209,14 @@ def intervals(tests: int) -> None:
                         widths.append(std.dc_gain / known[k])
             inside = np.abs(errors) <= NORMAL_95
             label = kind + (", probe 1 um/h" if probe else "")
-            width = f"{np.median(widths):.2f}" if kind == "direct" else ""
+            beside = ""
+            if kind == "direct":
+                held, wider = np.abs(given)[:, 0] <= NORMAL_95, np.median(given, axis=0)[1]
+                beside = f"{np.median(widths):8.2f}  these hold {100 * np.mean(held):.0f} %; "
+                beside += f"lags not given {wider:.2f}"
             print(
                 f"  {label:20s} {hours:3g} {100 * np.mean(have):7.0f} {100 * np.mean(inside):14.1f}"
-                f" of {len(errors):3d} {np.max(np.abs(errors)):8.1f} {width:>8s}",
+                f" of {len(errors):3d} {np.max(np.abs(errors)):8.1f} {beside}",
                 flush=True,
             )
 

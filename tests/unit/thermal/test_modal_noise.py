@@ -99,13 +99,13 @@ def test_the_evidence_is_the_density_of_the_record_with_all_gains_integrated_out
     distance = np.abs(times_s[:, None] - times_s)
     found, expected = [], []
     for log_gain, ratio in ((-1.0, 0.5), (0.5, 8.0), (2.0, 30.0)):
-        drifts = np.array([3.0 * ratio, 0.7 * ratio, ratio / 3.0])
+        drifts = ratio * np.array([3.0, 0.7, 0.3, 2.0])
         sizes = Sizes(
             log_gain, (), np.log(ratio), np.log(3000.0), np.log(1e-9), 900.0, *np.log(drifts)
         )
         w = np.eye(n) + ratio * np.exp(-distance / 3000.0) + np.exp(2.0 * log_gain) * f @ f.T
         w += (ratio + 3.0) * np.ones((n, n)) + basis * np.repeat(
-            drifts, [1, WALK_PARTS, 2]
+            drifts, [1, WALK_PARTS, 1, 1]
         ) @ basis.T
         square = float(y @ np.linalg.solve(w, y))
         expected.append(-0.5 * (n * np.log(square / n) + np.linalg.slogdet(w)[1]))
@@ -124,3 +124,16 @@ def test_the_basis_holds_a_line_and_a_walk_from_the_first_reading() -> None:
     walk = basis[:, 1:] @ basis[:, 1:].T
     wanted = np.minimum(times_s[:, None], times_s) / 1000.0
     assert np.max(np.abs(walk - wanted)) < 2.1 / (np.pi**2 * WALK_PARTS)
+
+
+def test_what_the_ambients_sensor_does_vanishes_at_rest_and_a_lag_of_the_ambient_does_not() -> None:
+    count = 4000
+    step = (np.arange(count) >= 5).astype(np.float64)
+    experiment = Experiment(100.0, np.ones((count, 1)), np.ones(count), ambient_k=step)
+    (segment,) = segments_of([experiment], 500.0, (0.0,))
+    assert segment.ambient[-1] == pytest.approx([1.0, 0.0, 0.0, 0.0], abs=1e-5)
+    # The differences are of the channel and its lags, the next slower one each.
+    lagged = [1.0 - np.exp(-segment.times_s / tau_s) for tau_s in (1800.0, 7200.0)]
+    assert segment.ambient[:, 0] == pytest.approx(lagged[1], abs=1e-9)
+    assert segment.ambient[1:, 1] == pytest.approx(1.0 - lagged[0][1:], abs=1e-9)
+    assert segment.ambient[:, 2] == pytest.approx(lagged[0] - lagged[1], abs=1e-9)

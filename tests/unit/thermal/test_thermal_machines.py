@@ -7,6 +7,7 @@ from tests.thermal_machines import KINDS, TRUE_TAU_S, log, machine
 from thermaxis.thermal import (
     Baseline,
     Experiment,
+    ModalOptions,
     ThermalLog,
     fit_baseline,
     modal,
@@ -60,10 +61,12 @@ def test_a_log_shows_the_heat_the_hall_and_the_probe() -> None:
     assert still.temperatures_c == pytest.approx(np.round(still.temperatures_c, 1), abs=1e-9)
 
 
-def _errors(kind: str, **more: float) -> tuple[np.ndarray, np.ndarray]:
-    test = log(kind, 72.0, 7, step_s=300.0, **more)
+def _errors(
+    kind: str, hours: float = 72.0, seed: int = 7, step_s: float = 300.0, **more: float
+) -> tuple[np.ndarray, np.ndarray]:
+    test = log(kind, hours, seed, step_s=step_s, **more)
     column = test.temperatures_c[:, 2] - test.temperatures_c[0, 2]
-    experiment = Experiment(300.0, test.u_k, test.z_um, ambient_k=column)
+    experiment = Experiment(step_s, test.u_k, test.z_um, ambient_k=column)
     result = modal([experiment], input_names=("spindle", "table"))
     dc = np.array([part.dc_gain for part in result.model.parts])
     std = np.array([std.dc_gain or np.nan for std in result.std])
@@ -74,6 +77,23 @@ def test_a_probe_that_drifts_does_not_move_dc_gains() -> None:
     """72 um of drift in 72 h; left out of the noise they moved the gains by half and more."""
     errors, stds = _errors("direct", probe_um_per_h=1.0)
     assert np.all(np.abs(errors) < np.minimum(0.1, 3.0 * stds))
+
+
+def test_intervals_of_a_short_test_allow_for_a_drift_that_a_slow_lag_explains() -> None:
+    """8 um in 8 h: the record does not show the line, and the gain is half as large again."""
+    errors, stds = _errors("direct", 8.0, 6, 10.0, probe_um_per_h=1.0)
+    assert errors[0] > 0.5
+    assert np.all(np.abs(errors) < 2.5 * stds)
+
+
+def test_without_intervals_the_model_is_the_same_and_nothing_is_flagged_for_it() -> None:
+    test = log("coupled", 8.0, 1, step_s=60.0)
+    experiment, names = Experiment(60.0, test.u_k, test.z_um), ("spindle", "table")
+    whole = modal([experiment], input_names=names)
+    brief = modal([experiment], input_names=names, options=ModalOptions(intervals=False))
+    assert [p.dc_gain for p in brief.model.parts] == [p.dc_gain for p in whole.model.parts]
+    assert [std.dc_gain for std in brief.std] == [None, None]
+    assert not any(flag.code == "flag-dc_gain" for flags in brief.flags for flag in flags)
 
 
 def test_intervals_hold_on_a_machine_with_complex_poles_and_a_drift_that_follows_the_hall() -> None:

@@ -80,13 +80,21 @@ def identify(
     if method is Method.MODAL and orders is not None:
         raise ConfigurationError("method_without_orders", place=Place(key="orders"))
 
-    def estimated(part: Records) -> Identification:
+    def estimated(part: Records, options: ModalOptions | None) -> Identification:
         with _determined(part):
             if choose:
                 return _chosen(part, selection_options)
-            return _identified(part, method, orders, modal_options)
+            return _identified(part, method, orders, options)
 
-    return with_figures(estimated(records), records, estimated)
+    brief = _without_intervals(modal_options)
+    return with_figures(
+        estimated(records, modal_options), records, lambda part: estimated(part, brief)
+    )
+
+
+def _without_intervals(options: ModalOptions | None) -> ModalOptions:
+    """Return the options of a fit that is only judged, in about half of the time."""
+    return replace(options or ModalOptions(), intervals=False)
 
 
 @contextmanager
@@ -169,14 +177,17 @@ def identify_joint(
     Mareš and Horejš 2021, equation (8).
     """
 
-    def estimated(part_of: Records) -> Identification:
+    def estimated(part_of: Records, options: ModalOptions | None) -> Identification:
         with _determined(part_of):
-            found = joint_gains(part_of, part, diameters_mm, options=modal_options)
+            found = joint_gains(part_of, part, diameters_mm, options=options)
             one = replace(_from_modal(part_of, found.reference, found.result), name=output)
         rule = Message("rule-joint", {"part": part, "reference": found.reference})
         return Identification(Method.MODAL, rule, (one,), True, None, (), found)  # noqa: FBT003
 
-    return with_figures(estimated(records), records, estimated)
+    brief = _without_intervals(modal_options)
+    return with_figures(
+        estimated(records, modal_options), records, lambda part_of: estimated(part_of, brief)
+    )
 
 
 def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedOutput:

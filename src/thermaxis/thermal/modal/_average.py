@@ -39,9 +39,9 @@ MOST_ZEROS = 3
 """Gains of one set that are held at zero together, at most. [1]"""
 MOST_PATTERNS = 180
 """Ways to hold gains at zero that are tried per set. [1]"""
-TEMPER = 3.0
-"""Power of which the evidence is the root in the variance of a DC gain: the least at which
-intervals hold on machines that are no sum of few lags. [1]"""
+TRUSTED_BLOCKS = 1200.0
+"""Block means at which the evidence counts half in the variance of a DC gain: the most at which
+intervals of 72 h hold on machines that are no sum of few lags. [1]"""
 MANY_LAGS = 4
 """Lags beyond which further ones are not counted as such. [1]"""
 SPARSE_SETS = 24
@@ -299,17 +299,19 @@ def tempered_variance(components: Sequence[Component], dc_gain: FloatArray) -> F
     -----
     No machine is a sum of few lags with exactly this noise, and under a model that is a little
     wrong evidence is too sure: it leaves out weak slow lags, and the longer the record the surer.
-    Here it is raised to the power 1 / TEMPER, and further lags are no less plausible than few.
+    Of n block means it counts by the power 1 / (1 + n / TRUSTED_BLOCKS), and further lags are
+    rather more plausible than few.
 
     References
     ----------
-    Holmes and Walker 2017 (power likelihood of a model that is not exact).
+    Miller and Dunson 2019 (coarsening: the power of a likelihood that is not exact).
     """
     items = [c.compared for c in components]
     log_weight = np.concatenate(
-        [(c.log_weight + 2.0 * PER_LAG * min(c.lags, MANY_LAGS)) / TEMPER for c in items]
+        [c.log_weight + 2.0 * PER_LAG * min(c.lags, MANY_LAGS) for c in items]
     )
-    weight = np.exp(log_weight - np.max(log_weight))
+    power = 1.0 / (1.0 + components[0].design.readings / TRUSTED_BLOCKS)
+    weight = np.exp(power * (log_weight - np.max(log_weight)))
     dc = np.concatenate([c.subsets.gains.sum(axis=2) for c in items])
     within = np.concatenate([c.compared.subsets.dc_variance + c.dc_variance for c in components])
     return np.asarray(weight @ (within + (dc - dc_gain) ** 2) / weight.sum())

@@ -86,6 +86,13 @@ class Sizes:
     """Logarithm of the ratio of the random walk. [1]"""
     log_ambient: float = OFF
     """Logarithm of the ratio of what follows the ambient. [1]"""
+    log_reference: float = OFF
+    """Logarithm of the ratio of what the noise of the ambient's sensor does. [1]"""
+
+    @property
+    def lasting(self) -> tuple[float, ...]:
+        """Logarithms of the ratios of line, walk, ambient and its sensor. [1]"""
+        return self.log_trend, self.log_walk, self.log_ambient, self.log_reference
 
     @property
     def noise(self) -> SlowNoise:
@@ -95,9 +102,7 @@ class Sizes:
             float(np.exp(self.log_correlation)),
             float(np.exp(self.log_fast_ratio)),
             self.fast_correlation_s,
-            float(np.exp(self.log_trend)),
-            float(np.exp(self.log_walk)),
-            float(np.exp(self.log_ambient)),
+            *np.exp(self.lasting).tolist(),
         )
 
     def enlarged(self, larger: float) -> "Sizes":
@@ -277,11 +282,7 @@ class Hyperprior:
             + ((sizes.log_ratio - 5.0) / 4.0) ** 2
             + ((sizes.log_gain - 3.0) / 4.0) ** 2
             + ((sizes.log_fast_ratio - 1.0) / 3.0) ** 2
-            + sum(
-                ((one + 3.0 - sizes.log_ratio) / 6.0) ** 2
-                for one in (sizes.log_trend, sizes.log_walk, sizes.log_ambient)
-                if one > OFF
-            )
+            + sum(((one + 3.0 - sizes.log_ratio) / 6.0) ** 2 for one in sizes.lasting if one > OFF)
             + sum((one / 4.0) ** 2 for one in sizes.log_transients if one > AT_REST)
         )
 
@@ -347,15 +348,18 @@ MOST_LOG_CHANGE_GAINS = 0.6
 """By how much it may be longer where gains are fitted: what lasts longer than three hours is left
 for the inputs to explain, or a model that lacks fast lags is taken for a drift. [1]"""
 _SMALLEST_STEP = 0.15
+_LINE_STEP = 0.5
 
 
 LINE, WALK = 12.0, 3.0
 """Logarithms of the sizes from which line and walk are searched: a line is found from above. [1]"""
 AMBIENT = 3.0
-"""The same of what follows the ambient. [1]"""
+"""The same of what follows the ambient, and of what its sensor does. [1]"""
+POSSIBLE_ODDS = 2.0
+"""Logarithm of how much less likely a larger line may make a record for intervals to allow for it:
+a slow lag explains most of what a drifting probe does. Default: profile likelihood, 95 %. [1]"""
 DRIFT_ODDS = 3.0
-"""Logarithm of how much more likely a line makes a record that has one, and of how much more a walk
-beside it may. [1]"""
+"""Logarithm of how much more likely a line makes a record that has one. [1]"""
 
 
 def _climbed(
@@ -381,26 +385,39 @@ def _climbed(
     return best, found
 
 
+def _largest_line(
+    evidence_at: Callable[[FloatArray], float], best: FloatArray, least: float, highest: float
+) -> FloatArray:
+    """Return the place with the largest line under which the evidence is not below the least."""
+    raised = best.copy()
+    while raised[4] <= highest and evidence_at(raised) >= least:
+        best = raised.copy()
+        raised[4] += _LINE_STEP
+    return best
+
+
 def most_likely_sizes(
-    design: Design, hyperprior: Hyperprior, may_rest: Sequence[bool] = ()
-) -> tuple[Sizes, Sizes]:
+    design: Design,
+    hyperprior: Hyperprior,
+    may_rest: Sequence[bool] = (),
+    *,
+    wide: bool = True,
+) -> tuple[Sizes, Sizes | None]:
     """Return the sizes under which the record is most likely: a search along every size in turn.
 
     A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely. The
-    first sizes are those of the gains, with a line where the record shows a probe that drifts and
-    without the rest that lasts. Where a walk is likelier than the line, what is slow is not a
-    probe's but what the inputs do not explain, and a line would take from them what they do. What
-    follows the ambient in one log does so in the next, and a model of it errs less. The second are
-    those of intervals, with all that a drift may be.
+    first sizes are those of the gains, with a line where the record shows one and without the rest
+    that lasts: what follows the ambient in one log does so in the next, and a model of it errs
+    less. The second, where `wide`, are those of intervals: with all that a drift may be, and the
+    largest line that the evidence allows.
     """
     middle, free = float(np.log(hyperprior.correlation_s)), design.transients
-    # gain, ratio, correlation time, fast ratio, then line, walk and ambient, then the transients:
-    # all of them logarithms
-    start = np.array([4.0, 5.0, middle, 1.0, OFF, OFF, OFF, *[0.0] * free])
-    steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * 3, *[2.0] * free])
-    low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-8.0] * 3, *[AT_REST] * free])
+    # gain, ratio, correlation time, fast ratio, then what lasts, then the transients: logarithms
+    start = np.array([4.0, 5.0, middle, 1.0, *[OFF] * 4, *[0.0] * free])
+    steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * 4, *[2.0] * free])
+    low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-8.0] * 4, *[AT_REST] * free])
     longest = middle + (MOST_LOG_CHANGE_GAINS if design.basis else MOST_LOG_CHANGE)
-    high = np.array([14.0, 14.0, longest, 12.0, *[20.0] * 3, *[12.0] * free])
+    high = np.array([14.0, 14.0, longest, 12.0, *[20.0] * 4, *[12.0] * free])
     joint = cache(design.joint)
 
     @cache
@@ -409,8 +426,8 @@ def most_likely_sizes(
 
     def sizes_at(logarithms: FloatArray) -> Sizes:
         gain, ratio, correlation, fast_ratio, *others = logarithms.tolist()
-        fast_s, transients = hyperprior.fast_correlation_s, tuple(others[3:])
-        return Sizes(gain, transients, ratio, correlation, fast_ratio, fast_s, *others[:3])
+        fast_s, transients = hyperprior.fast_correlation_s, tuple(others[4:])
+        return Sizes(gain, transients, ratio, correlation, fast_ratio, fast_s, *others[:4])
 
     def evidence_at(logarithms: FloatArray) -> float:
         sizes = sizes_at(logarithms)
@@ -421,7 +438,7 @@ def most_likely_sizes(
         return _climbed(evidence_at, best, steps, (low, high))
 
     best, found = climbed(start)
-    for place in 7 + np.flatnonzero(may_rest):
+    for place in 8 + np.flatnonzero(may_rest):
         high[place] = AT_REST
         resting, there = climbed(np.minimum(best, high))
         if there > found - REST_ODDS:
@@ -429,13 +446,15 @@ def most_likely_sizes(
         else:
             high[place] = 12.0
     if not design.basis:
-        return sizes_at(best), sizes_at(best)
-    lined, of_line = climbed(np.concatenate([best[:4], [LINE, OFF], best[6:]]))
-    high[2] = middle + MOST_LOG_CHANGE
-    lasting, there = climbed(np.concatenate([best[:4], [LINE, WALK], best[6:]]))
-    if of_line > found + DRIFT_ODDS and there < of_line + DRIFT_ODDS:
+        return sizes_at(best), sizes_at(best) if wide else None
+    lined, there = climbed(np.concatenate([best[:4], [LINE], best[5:]]))
+    if there > found + DRIFT_ODDS:
         best = lined
-    if design.basis[0].shape[1] > 1 + WALK_PARTS:
-        lasting[6] = AMBIENT
-        lasting, _ = climbed(lasting)
+    if not wide:
+        return sizes_at(best), None
+    high[2] = middle + MOST_LOG_CHANGE
+    around = AMBIENT if design.basis[0].shape[1] > 1 + WALK_PARTS else OFF
+    lasting = np.concatenate([best[:4], [LINE, WALK, around, around], best[8:]])
+    lasting, there = climbed(lasting)
+    lasting = _largest_line(evidence_at, lasting, there - POSSIBLE_ODDS, high[4])
     return sizes_at(best), sizes_at(lasting)

@@ -101,6 +101,8 @@ class ModalOptions:
     """Whether every experiment starts in the steady state of its first row; else it is free."""
     block_s: float | None = None
     """Length of the blocks that are averaged; None chooses by the record's length. [s]"""
+    intervals: bool = True
+    """Whether DC gains get a standard deviation, which takes nearly half of the time."""
 
     def __post_init__(self) -> None:
         """Check that the options can be met."""
@@ -176,8 +178,8 @@ class ResponseEvidence:
     """Regressors over the grid."""
     sizes: Sizes
     """Sizes of the highest evidence."""
-    wide_sizes: Sizes
-    """The same with all that a drift may be, for intervals."""
+    wide_sizes: Sizes | None
+    """The same with all that a drift may be, for intervals; None where there are to be none."""
     longest_s: float
     """Length of the longest experiment. [s]"""
 
@@ -246,7 +248,7 @@ def response_evidence(
     correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
     hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
     may_rest = [segment.start_s == 0.0 for segment in segments] if design.transients else []
-    sizes = most_likely_sizes(design, hyperprior, may_rest)
+    sizes = most_likely_sizes(design, hyperprior, may_rest, wide=chosen.intervals)
     return ResponseEvidence(segments, scales, grid, design, *sizes, float(longest))
 
 
@@ -310,9 +312,11 @@ def modal(
     average = averaged(_components(evidence, evidence.sizes, found, candidates.values()))
     numbers = [lags] if chosen.lags else [n for n in sorted(candidates) if n >= lags]
     carried = _carried([candidates[n] for n in numbers], average)
-    wide = _sets(evidence, evidence.wide_sizes, chosen)
-    components = _components(evidence, evidence.wide_sizes, wide, candidates.values())
-    dc_variance = tempered_variance(components, carried[2].sum(axis=1))
+    dc_variance = np.full(len(input_names), np.nan)
+    if evidence.wide_sizes is not None:
+        wide = _sets(evidence, evidence.wide_sizes, chosen)
+        components = _components(evidence, evidence.wide_sizes, wide, candidates.values())
+        dc_variance = tempered_variance(components, carried[2].sum(axis=1))
     return _result(evidence, input_names, chosen, dc_variance, carried, validation)
 
 
@@ -442,8 +446,8 @@ def _part_std(
         if not known
     ]
     dc_std = unit * math.sqrt(float(dc_variance[number]))
-    known_dc = dc_std <= LARGEST_DC_SHARE * abs(dc_gain)
-    if not known_dc:
+    largest_std = LARGEST_DC_SHARE * abs(dc_gain)
+    if dc_std > largest_std:
         flags.append(Message("flag-dc_gain"))
     return PartStd(
         direct_gain=float(gains[0]),
@@ -454,7 +458,7 @@ def _part_std(
             float(t * s) if k else None
             for t, s, k in zip(refined.time_constants_s, log_tau, supported.tolist(), strict=True)
         ),
-        dc_gain=dc_std if known_dc else None,
+        dc_gain=dc_std if dc_std <= largest_std else None,
         flags=tuple(flags),
     )
 
@@ -515,7 +519,7 @@ def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[Mess
     count = 1 + max(s.experiment for s in evidence.segments)
     if len(started) == count:
         warnings.append(Message("warning-no_steady_start"))
-    if any(s.dc_gain is None for s in stds):
+    if any(flag.code == "flag-dc_gain" for s in stds for flag in s.flags):
         warnings.append(Message("warning-dc_gains_not_supported"))
     return tuple(warnings)
 

@@ -243,7 +243,10 @@ def _segment(
 def _ambient_means(
     experiment: Experiment, span: tuple[int, int], blocks: int, rows: int
 ) -> FloatArray:
-    """Return the ambient and its lags at the blocks: slow, so that means are lagged as they are."""
+    """Return a lag of the ambient, and what differs between it and others: means are lagged.
+
+    The differences, which vanish at rest, are what noise and rounding of its sensor do to inputs.
+    """
     if experiment.ambient_k is None or bool(np.all(np.isnan(experiment.ambient_k))):
         return np.empty((blocks, 0))
     ambient = _without_gaps(experiment.ambient_k[slice(*span)])
@@ -251,7 +254,7 @@ def _ambient_means(
     mean = _block_means(ambient[: blocks * rows], rows, None)
     keep = np.exp(-rows * experiment.sample_time_s / np.array(AMBIENT_LAGS_S))
     lagged = [lfilter([1.0 - k], [1.0, -k], mean, zi=[k * mean[0]])[0] for k in keep.tolist()]
-    return np.column_stack([mean, *lagged])
+    return np.column_stack([lagged[1], -np.diff([mean, *lagged], axis=0).T])
 
 
 def _zero_rows(experiment: Experiment, spans: Sequence[tuple[int, int]]) -> IntArray:

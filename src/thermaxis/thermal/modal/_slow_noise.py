@@ -6,7 +6,7 @@ few operations per block, whatever the record's length. What is not stationary (
 a random walk, what follows the ambient) is a few columns of a basis with a prior, integrated out.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -39,12 +39,14 @@ class SlowNoise:
     walk_ratio: float = 0.0
     """The same ratio of a random walk from the first reading, at its end. [1]"""
     ambient_ratio: float = 0.0
-    """The same ratio of what every column of the ambient, at unit spread, does. [1]"""
+    """The same ratio of what follows the ambient, at unit spread. [1]"""
+    reference_ratio: float = 0.0
+    """The same ratio of what the ambient's sensor does to all inputs and no rest shows. [1]"""
 
     @property
     def stationary(self) -> "SlowNoise":
         """The noise without line, walk and ambient."""
-        return replace(self, trend_ratio=0.0, walk_ratio=0.0, ambient_ratio=0.0)
+        return SlowNoise(self.ratio, self.correlation_s, self.fast_ratio, self.fast_correlation_s)
 
     @property
     def parts(self) -> tuple[tuple[float, float], ...]:
@@ -90,9 +92,10 @@ def with_drift(joint: Products, columns: int, noise: SlowNoise) -> Products:
     (K + B R B')^-1 = K^-1 - K^-1 B M^-1 B' K^-1 and |K + B R B'| = |K| |R| |M|,
     M = R^-1 + B' K^-1 B.
     """
-    ratios = np.full(joint.gram.shape[0] - columns, noise.ambient_ratio)
+    ratios = np.full(joint.gram.shape[0] - columns, noise.reference_ratio)
     ratios[:1] = noise.trend_ratio
     ratios[1 : 1 + WALK_PARTS] = noise.walk_ratio
+    ratios[1 + WALK_PARTS : 2 + WALK_PARTS] = noise.ambient_ratio
     kept = columns + np.flatnonzero(ratios > 0)
     ratios = ratios[ratios > 0]
     cross = joint.gram[kept, :columns]
