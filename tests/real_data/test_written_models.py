@@ -79,11 +79,13 @@ def test_the_written_model_does_what_is_printed_of_it(
     asked = [*inputs, "--output", "y_um", "--method", *method.split(), "--model", str(model)]
     said = run(["identify", str(log), *asked, "--json", str(tmp_path / "said.json")], capsys)
     shown = run(
-        ["verify", "--start", "rest", str(model), str(log), "--json", str(tmp_path / "done.json")],
+        ["verify", str(model), str(log), "--json", str(tmp_path / "done.json")],
         capsys,
     )
     own = json.loads((tmp_path / "said.json").read_text())["outputs"]["y_um"]
-    done = json.loads((tmp_path / "done.json").read_text())["outputs"]["y_um"]
+    verified = json.loads((tmp_path / "done.json").read_text())
+    done = verified["outputs"]["y_um"]
+    assert own["start"] == [verified["logs"][0]["outputs"]["y_um"]["start"]]
     assert own["fit_percent"] == done["fit_percent"]
     assert own["training_rmse_um"]["model"] == done["rmse_um"]
     assert own["training_rmse_um"]["static"] == done["static_rmse_um"]

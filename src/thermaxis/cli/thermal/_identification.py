@@ -138,6 +138,7 @@ def _held_out(result: thermal.Identification) -> Section:
             continue
         row = [
             Value("", output.name, "output"),
+            Value("", _starts(held.starts), "start"),
             Value("", held.fit_percent, "fit %", ".1f"),
             *(Value("", held.rmse_um.get(k), head, ".2f") for k, head in heads.items()),
         ]
@@ -187,9 +188,15 @@ def _output_text(output: thermal.IdentifiedOutput) -> Iterator[Part]:
     yield Value("", [f"{output.name[:30]}: {text_of(w)}" for w in output.warnings], "warning")
 
 
+def _starts(starts: Sequence[thermal.LogStart]) -> str:
+    return "/".join(dict.fromkeys(map(str, starts)))
+
+
 def _title(output: thermal.IdentifiedOutput) -> str:
     fit = "constant" if output.fit_percent is None else f"fit {output.fit_percent:.1f} %"
     title = f"{output.name[:30]}: {fit} on the training rows"
+    if output.starts:
+        title += f", start: {_starts(output.starts)}"
     if output.noise_std_um is not None:
         title += f", noise {output.noise_std_um:.2g} um"
     if output.slow_noise_std_um is not None:
@@ -211,6 +218,7 @@ def _output(output: thermal.IdentifiedOutput, sample_time_s: float) -> list[Valu
     held = output.held_out
     return [
         *values_of(output, "fit_percent", "noise_std_um", "slow_noise_std_um", "training_rmse_um"),
+        Value("start", [*map(str, output.starts)]),
         Value("held_out", None if held is None else _held_out_json(held)),
         *messages_of("warnings", output.warnings),
         Value("parts", [as_json(part) for part in _parts(output)]),
@@ -223,6 +231,7 @@ def _held_out_json(held: thermal.HeldOut) -> dict[str, object]:
     return {
         "what": text_of(held.what),
         "what_code": message_as_json(held.what),
+        "start": [*map(str, held.starts)],
         "fit_percent": held.fit_percent,
         "rmse_um": dict(held.rmse_um),
     }

@@ -18,7 +18,6 @@ from thermaxis.thermal.log import ThermalLog
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 from thermaxis.thermal.verification import (
     Baseline,
-    LogStart,
     MeasuredOutput,
     VerificationFigures,
     VerifiedOutput,
@@ -75,9 +74,7 @@ def _runs(
     for log, rows in judges:
         there = [m for m in measured if has_output(log, m.channel)]
         if there:
-            one = verify(
-                model, [log], there, reference_s=reference_s, rows=rows, start=LogStart.REST
-            )
+            one = verify(model, [log], there, reference_s=reference_s, rows=rows)
             for run in one.logs[0].outputs:
                 found.setdefault(run.measured.output, []).append(run)
     return found
@@ -125,7 +122,11 @@ def with_figures(
                 runs=tuple(runs),
                 training_rmse_um=_rmse(trained, averages, one_step=trained.persistence_rmse_um),
                 held_out=held_out,
-                warnings=(*output.warnings, *_verdict(held_out, trained)),
+                warnings=(
+                    *output.warnings,
+                    *(remark for run in runs for remark in run.start_remarks),
+                    *_verdict(held_out, trained),
+                ),
             )
         outputs.append(output)
     return replace(found, outputs=tuple(outputs))
@@ -219,7 +220,8 @@ def _group(
     for name, runs in own.items():
         figures = pooled_figures(runs)
         rmse = _rmse(figures, pooled_figures(beside[name]).rmse_um, hold=_hold(runs))
-        judged[name] = HeldOut(what, figures.fit_percent, rmse)
+        starts = tuple(run.start.start for run in runs)
+        judged[name] = HeldOut(what, figures.fit_percent, rmse, starts)
     return judged
 
 

@@ -15,6 +15,7 @@ from thermaxis.thermal.modal import PartStd
 from thermaxis.thermal.selection import SelectionResult
 from thermaxis.thermal.transfer_function import PolynomialResult, ThermalModel, combine_models
 from thermaxis.thermal.verification import (
+    LogStart,
     MeasuredOutput,
     VerificationFigures,
     VerifiedOutput,
@@ -45,6 +46,8 @@ class HeldOut:
     """Root mean square error in free run of the ``model``, of a ``static`` regression and of fixed
     exponential ``averages``, each fitted to the same rows and relative to the start of the log;
     of ``hold``, the last displacement before them, or none where another run is judged. [µm]"""
+    starts: tuple[LogStart, ...]
+    """How every run that judges began, by the evidence of `verify`."""
 
 
 @final
@@ -66,7 +69,8 @@ class IdentifiedOutput:
     """Figures of the free run along the training logs, of the model as it is written: those that
     `verify` finds there. None where there is no model."""
     runs: tuple[VerifiedOutput, ...] = ()
-    """That free run along every training log that has the output."""
+    """That free run along every training log that has the output, each from the start that `verify`
+    finds."""
     training_rmse_um: Mapping[str, float] = field(default_factory=dict[str, float])
     """Root mean square error along the training logs: of the ``model`` in free run, of a ``static``
     regression and of fixed exponential ``averages`` (both with a ridge) run alike, and of
@@ -84,6 +88,11 @@ class IdentifiedOutput:
     def fit_percent(self) -> float | None:
         """Fit of the written model's free run to the training logs; None without a model. [%]"""
         return None if self.trained is None else self.trained.fit_percent
+
+    @property
+    def starts(self) -> tuple[LogStart, ...]:
+        """How every training log began, by the evidence of `verify`."""
+        return tuple(run.start.start for run in self.runs)
 
 
 @final

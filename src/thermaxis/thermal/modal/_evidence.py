@@ -359,7 +359,8 @@ POSSIBLE_ODDS = 2.0
 """Logarithm of how much less likely a larger line may make a record for intervals to allow for it:
 a slow lag explains most of what a drifting probe does. Default: profile likelihood, 95 %. [1]"""
 DRIFT_ODDS = 3.0
-"""Logarithm of how much more likely a line makes a record that has one. [1]"""
+"""Logarithm of how much more likely a line makes a record that has one, and of how much more a walk
+beside it may. [1]"""
 
 
 def _climbed(
@@ -406,10 +407,12 @@ def most_likely_sizes(
     """Return the sizes under which the record is most likely: a search along every size in turn.
 
     A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely. The
-    first sizes are those of the gains, with a line where the record shows one and without the rest
-    that lasts: what follows the ambient in one log does so in the next, and a model of it errs
-    less. The second, where `wide`, are those of intervals: with all that a drift may be, and the
-    largest line that the evidence allows.
+    first sizes are those of the gains, with a line where the record shows a probe that drifts and
+    without the rest that lasts. Where a walk is likelier than the line, what is slow is not a
+    probe's but what the inputs do not explain, and a line would take from them what they do. What
+    follows the ambient in one log does so in the next, and a model of it errs less. The second,
+    where `wide`, are those of intervals: with all that a drift may be, and the largest line that
+    the evidence allows.
     """
     middle, free = float(np.log(hyperprior.correlation_s)), design.transients
     # gain, ratio, correlation time, fast ratio, then what lasts, then the transients: logarithms
@@ -447,14 +450,17 @@ def most_likely_sizes(
             high[place] = 12.0
     if not design.basis:
         return sizes_at(best), sizes_at(best) if wide else None
-    lined, there = climbed(np.concatenate([best[:4], [LINE], best[5:]]))
-    if there > found + DRIFT_ODDS:
+
+    def lasting(*logarithms: float) -> tuple[FloatArray, float]:
+        return climbed(np.concatenate([best[:4], logarithms, best[8:]]))
+
+    lined, there = lasting(LINE, OFF, OFF, OFF)
+    high[2] = middle + MOST_LOG_CHANGE
+    if there > found + DRIFT_ODDS and lasting(LINE, WALK, OFF, OFF)[1] < there + DRIFT_ODDS:
         best = lined
     if not wide:
         return sizes_at(best), None
-    high[2] = middle + MOST_LOG_CHANGE
     around = AMBIENT if design.basis[0].shape[1] > 1 + WALK_PARTS else OFF
-    lasting = np.concatenate([best[:4], [LINE, WALK, around, around], best[8:]])
-    lasting, there = climbed(lasting)
-    lasting = _largest_line(evidence_at, lasting, there - POSSIBLE_ODDS, high[4])
-    return sizes_at(best), sizes_at(lasting)
+    whole, there = lasting(LINE, WALK, around, around)
+    whole = _largest_line(evidence_at, whole, there - POSSIBLE_ODDS, high[4])
+    return sizes_at(best), sizes_at(whole)

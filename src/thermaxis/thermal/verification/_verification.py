@@ -1,6 +1,6 @@
 """Verify a compensation model on logs: free run, with limits beside it, and figures of both."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -132,6 +132,18 @@ class VerifiedOutput:
     def residual_um(self) -> FloatArray:
         """Measured minus simulated: the compensated machine, (n,). [µm]"""
         return self.measured_um - self.simulated_um
+
+    @property
+    def start_remarks(self) -> tuple[Message, ...]:
+        """How the log began, told where it was not at rest."""
+        if self.start.start is LogStart.REST:
+            return ()
+        values = {
+            "channel": self.measured.channel,
+            "zero_um": self.start.zero_um,
+            "rows": self.start_rows,
+        }
+        return (Message(f"remark-start_{self.start.start}", values),)
 
 
 @final
@@ -316,7 +328,11 @@ def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
         outputs=tuple(outputs),
         environmental=_standstill(log),
         outside=any_run.outside,
-        warnings=(*_warnings(runs), *_stopped(limited.values()), *_starts(outputs)),
+        warnings=(
+            *_warnings(runs),
+            *_stopped(limited.values()),
+            *(remark for output in outputs for remark in output.start_remarks),
+        ),
         reference_s=reference_s,
     )
 
@@ -352,17 +368,6 @@ def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[Message, ...]:
         if any(outcome in r.outcomes for r in runs.values())
     ]
     return tuple(said)
-
-
-def _starts(outputs: Sequence[VerifiedOutput]) -> Iterator[Message]:
-    for output in outputs:
-        if output.start.start is not LogStart.REST:
-            values = {
-                "channel": output.measured.channel,
-                "zero_um": output.start.zero_um,
-                "rows": output.start_rows,
-            }
-            yield Message(f"remark-start_{output.start.start}", values)
 
 
 def _stopped(runs: Iterable[LimitedRun]) -> tuple[Message, ...]:
