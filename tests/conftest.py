@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from asyncua.server.internal_server import InternalServer
 from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadFileScheduling
 
 from thermaxis import positioning
+from thermaxis.runtime.status._address_space import fill_address_space
 
 settings.register_profile("same", derandomize=True, deadline=None)  # the same cases everywhere
 settings.load_profile("same")
@@ -72,6 +74,21 @@ DRIFTS: dict[tuple[object, ...], Any] = {}
 def fitted_once() -> Callable[[], AbstractContextManager[None]]:
     """Return what lets the drift of the same readings be fitted once."""
     return remembered_drifts
+
+
+async def few_nodes(server: InternalServer, shelf_file: Path | None = None) -> None:
+    fill_address_space(server.node_mgt_service)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _few_nodes() -> Iterator[None]:
+    """Let OPC UA servers inside the tests make few nodes of the standard, not all seven thousand.
+
+    That is most of their start. Programs that system tests start make all.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(InternalServer, "load_standard_address_space", few_nodes)
+        yield
 
 
 @pytest.fixture(scope="session")

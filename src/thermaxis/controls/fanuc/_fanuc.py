@@ -69,7 +69,6 @@ LARGEST_BACKLASH = 9999
 
 _DECIMALS = 3
 _COMMENT_WIDTH = 64
-_AUTO = "auto"
 
 
 @final

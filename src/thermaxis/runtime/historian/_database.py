@@ -39,15 +39,6 @@ def parse_url(url: str, password: str = "") -> URL:
     return parsed
 
 
-def absolute_url(url: str, folder: Path) -> str:
-    """Return a URL whose file, if it is SQLite's and relative, is taken from a folder."""
-    parsed = parse_url(url)
-    if parsed.get_backend_name() != _SQLITE:
-        return url
-    path = (folder / str(parsed.database)).resolve()
-    return parsed.set(database=str(path)).render_as_string(hide_password=False)
-
-
 def sqlite_path(url: URL) -> Path | None:
     """Return the file of a database, None where it is no SQLite."""
     return Path(str(url.database)) if url.get_backend_name() == _SQLITE else None
