@@ -166,7 +166,7 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
     refused: set[str] = set()
     refusals: set[str] = set()
     moved = limited = weighted = 0
-    for seed in (*range(24), 51):  # the last finds an offset outside its limits
+    for seed in (*range(12), 51):  # the last finds an offset outside its limits
         said = moods(some_settings(seed), 700, 1000 + seed)
         states |= {(a.state, b.state) for a, b in pairwise(said)}
         for output in said:

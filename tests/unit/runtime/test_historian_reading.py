@@ -80,15 +80,15 @@ def test_a_trend_of_days_is_made_from_the_minutes_and_what_is_in_no_block_yet(
     tmp_path: Path,
 ) -> None:
     path = tmp_path / "h.db"
-    records = [cycle_record(k, cycle_s=60.0, good=k % 100 != 7) for k in range(4 * 1440)]
+    records = [cycle_record(k, cycle_s=60.0, good=k % 100 != 7) for k in range(2 * 1440)]
     write_history(path, records)
     with sqlite3.connect(path) as other:
         (open_rows,) = other.execute("SELECT count(*) FROM thermaxis_cycle").fetchone()
     other.close()
     assert 0 < open_rows < 256
-    trend = check_trend(path, records, 4 * DAY, 96)
+    trend = check_trend(path, records, 2 * DAY, 48)
     assert trend.step_us == 3_600_000_000
-    check_trend(path, records, 4 * DAY, 1)
+    check_trend(path, records, 2 * DAY, 1)
 
 
 def test_the_same_minutes_from_two_runs_are_added_up(tmp_path: Path) -> None:
