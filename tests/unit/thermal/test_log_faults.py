@@ -205,7 +205,7 @@ def test_displacements_by_another_clock_are_shifted_by_what_it_is_off(shift_s: f
     (said,) = found.remarks
     word = "late" if shift_s > 0 else "early"
     assert said.code == f"remark-displacements_{word}"
-    assert said.values["shift_s"] == pytest.approx(abs(shift_s), abs=75.0)
+    assert said.values["shift_s"] == pytest.approx(abs(shift_s), abs=45.0)
     assert (found.columns["T_table_c"] == log.columns["T_table_c"]).all()
     rows = round(said.values["shift_s"] / 10.0)
     z = found.columns["Z_um"]
@@ -221,9 +221,13 @@ def test_displacements_by_the_same_clock_stay(plan: int) -> None:
     assert with_one_clock(log, INPUTS, ["Z_um"]).columns["Z_um"] is log.columns["Z_um"]
 
 
-def test_a_smaller_shift_may_be_the_machine_and_is_left() -> None:
-    log = stamped(-200.0)
-    assert with_one_clock(log, INPUTS, ["Z_um"]) is log
+@pytest.mark.parametrize("shift_s", [90.0, -90.0, -200.0])
+def test_a_smaller_shift_may_be_the_machine_and_is_told_and_left(shift_s: float) -> None:
+    log = stamped(shift_s, seed=2)
+    (said,) = (told := with_one_clock(log, INPUTS, ["Z_um"])).remarks
+    assert said.code.endswith("seem_late" if shift_s > 0 else "seem_early")
+    assert said.values["shift_s"] == pytest.approx(abs(shift_s), abs=45.0)
+    assert told.columns["Z_um"] is log.columns["Z_um"]
 
 
 def test_what_judges_a_model_is_told_of_its_clock_and_stays() -> None:
@@ -241,8 +245,9 @@ def test_a_sensor_that_drifts_by_three_kelvins_is_named_among_the_channels(seed:
     log = changed("T_spindle_c", rows, spindle, seed)
     (said,) = with_one_clock(log, INPUTS, ["Z_um"]).remarks
     assert said.code == "remark-channel_drifts"
-    assert said.values == {"names": "Z_um, T_spindle_c, T_column_c, T_table_c"}
-    assert with_one_clock(made(0, seed), INPUTS, ["Z_um"]).remarks == ()
+    assert "T_spindle_c" in str(said.values["names"])
+    assert abs(float(said.values["rise_k"])) in {2.0, 3.0, 4.5}
+    assert with_one_clock(made(0, seed), INPUTS, ["Z_um"]) is made(0, seed)
 
 
 def test_a_log_that_is_too_short_or_says_nothing_is_not_asked_for_its_clock() -> None:

@@ -265,3 +265,18 @@ def test_options_names_and_records_that_cannot_be_are_refused():
         modal([exact()], input_names=("spindle",))
     with refused("displacement_constant"):
         modal([Experiment(10.0, steps(200, 1), np.ones(200))], input_names=NAMES)
+
+
+def test_evidence_of_a_record_with_ramps_is_that_of_the_record_made_with_them() -> None:
+    rng = np.random.default_rng(11)
+    u = np.cumsum(rng.normal(0.0, 0.1, (900, 2)), axis=0)
+    y = 3.0 * u[:, 0] + rng.normal(0.0, 0.3, 900)
+    record = Experiment(20.0, u, y)
+    found = response_evidence([record], lasting_drift=False)
+    added = np.array([[0.0, 0.0, 0.0], [2.0, -1.0, 0.0], [0.5, 0.0, 4.0]])
+    ramp = np.linspace(0.0, 1.0, 900)
+    made = [
+        found.log_evidence([Experiment(20.0, u + np.outer(ramp, row[:2]), y + ramp * row[2])])
+        for row in added
+    ]
+    np.testing.assert_allclose(found.with_ramps(record, added), made, rtol=1e-6)

@@ -1,10 +1,11 @@
-"""Find how far the clock of the displacements is from that of the temperatures, without a model.
+"""Find how far the clock of the displacements is from that of the temperatures, and what drifts.
 
-Gains over a grid of time constants answer any lag, but not a shift of time: the record's evidence,
-sizes and gains averaged out, is highest where the two clocks are one. The noise has no line and no
-walk here: they would pass for what a shift or a drift is known by. A small shift cannot be told
-from the machine: sensors away from the heat answer after the tool point, and coolant brings heat
-late.
+Gains over a grid of time constants answer any lag, but not a shift of time, nor a steady rise of
+one sensor: the record's evidence, sizes and gains averaged out, is highest where the two clocks are
+one and nothing drifts. The noise has no line and no walk here: they would pass for what a shift or
+a drift is known by. Inputs are shifted, and the blocks of the displacement stay. What a shift is
+due to cannot be told: sensors away from the heat answer after the tool point, and coolant brings
+heat late.
 """
 
 from collections.abc import Sequence
@@ -13,28 +14,41 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import qr  # pyright: ignore[reportUnknownVariableType]
 
-from thermaxis.codes import remark
+from thermaxis.codes import Message, remark
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.identification._records import has_output, records_of
-from thermaxis.thermal.log import Experiment, InputDefinition, ThermalLog, shift_displacements
-from thermaxis.thermal.modal import response_evidence
+from thermaxis.thermal.log import (
+    Experiment,
+    InputDefinition,
+    ThermalLog,
+    evaluate_input,
+    shift_displacements,
+)
+from thermaxis.thermal.modal import ModalOptions, response_evidence
 from thermaxis.thermal.verification import REFERENCE_S
 
 LEAST_EVIDENCE = 10.0
 """Gain of the logarithm of the evidence from which a shift is believed. [1]"""
 LEAST_SHIFT_S = 400.0
-"""A smaller shift is left, not told. Default: with one clock a real machining centre, whose sensors
-are away from the heat, shows 240 s, and rods that conduct heat 120 s. [s]"""
-RAMP_EVIDENCE = 7.0
-"""The same gain, by a steady rise beside the inputs, from which a drift is told. [1]"""
+"""A smaller shift is told, and left. Default: with one clock a real machining centre, whose sensors
+are away from the heat, shows 240 s. [s]"""
+TOLD_EVIDENCE, TOLD_SHIFT_S = 3.0, 60.0
+"""The same gain, and the shift, beyond which one is told. [1, s]"""
+DRIFT_EVIDENCE = 9.0
+"""The same gain, by a steady rise in a channel, from which a drift is told. [1]"""
 LARGEST_SHIFT_S = 7200.0
 """Largest shift that is looked for. [s]"""
+_RISES_K = (-6.0, -4.5, -3.0, -2.0, 2.0, 3.0, 4.5, 6.0)
+_RISES_OF_OUTPUT = (-0.5, -0.35, -0.2, -0.1, 0.1, 0.2, 0.35, 0.5)
+"""Drifts of the displacement that are tried beside, as shares of its range. [1]"""
+_COLD = 0.1
+"""Inputs that begin below this share of their range tell a cold start. [1]"""
 _STEP_S = 90.0
+_REACH_S = 300.0
 _SHORTEST_S = 7200.0
 _FEWEST_ROWS = 100
 _MOST_INPUTS = 4
-_MOST_NAMED = 6
 _MOST_STEP_S = 120.0
 
 
@@ -65,112 +79,159 @@ def with_one_clock(
     -------
     ThermalLog
         The log itself where its clocks are one, or where it is too short to tell (two hours, a
-        hundred rows). With displacements off by 400 s or more they are shifted; less is left, as
-        the machine may answer so. A remark says a shift, or else that a channel drifts: a steady
-        rise beside the inputs makes the record much more likely.
+        hundred rows). With displacements off by 400 s or more they are shifted; less is told and
+        left, as the machine may answer so. A remark says a shift, or else that a channel drifts: a
+        rise of 2 K and more in it makes the record much more likely.
     """
     names = [name for name in outputs if has_output(log, name)]
     if not names or log.duration_s < _SHORTEST_S:
         return log
     step_s = min(max(log.usual_step_s, log.duration_s / 5000.0), _MOST_STEP_S)
     try:
-        rows, gained = _found(log, inputs, names[0], step_s, reference_s)
+        records = records_of(
+            [log], inputs, [names[0]], sample_time_s=step_s, reference_s=reference_s
+        )
+        (record,) = records.experiments[names[0]]
+        kept = _independent(record.u)
+        if np.count_nonzero(~np.isnan(record.y)) < _FEWEST_ROWS or not kept:
+            return log
+        record = replace(record, u=record.u[:, kept])
+        told = _shift(log, record, names[0])
+        if told is None:
+            told = _drift(log, record, [inputs[k] for k in kept], names[0])
     except DataError:  # too little was measured: estimators and verification say what
         return log
-    if not rows and gained >= RAMP_EVIDENCE:
-        channels = dict.fromkeys([names[0], *(c for d in inputs for c in d.channels)])
-        told = remark("channel_drifts", names=", ".join(list(channels)[:_MOST_NAMED]))
-        return replace(log, remarks=(*log.remarks, told))
-    shift_s = round(round(rows * step_s / log.usual_step_s) * log.usual_step_s, 3)
-    if gained < LEAST_EVIDENCE or abs(shift_s) < LEAST_SHIFT_S + 2.0 * step_s:
+    if told is None:
         return log
-    if not told_only:
-        return shift_displacements(log, outputs, shift_s)
-    code = "displacements_seem_late" if shift_s > 0.0 else "displacements_seem_early"
-    told = remark(code, names=names[0], shift_s=abs(shift_s))
+    shift_s = told.values.get("shift_s", 0.0)
+    if isinstance(shift_s, float) and shift_s >= LEAST_SHIFT_S and not told_only:
+        late = told.code == "remark-displacements_seem_late"
+        return shift_displacements(log, outputs, shift_s if late else -shift_s)
     return replace(log, remarks=(*log.remarks, told))
 
 
-def _found(
-    log: ThermalLog,
-    inputs: Sequence[InputDefinition],
-    output: str,
-    step_s: float,
-    reference_s: float,
-) -> tuple[int, float]:
-    records = records_of([log], inputs, [output], sample_time_s=step_s, reference_s=reference_s)
-    (experiment,) = records.experiments[output]
-    u = _independent(experiment.u)
-    if np.count_nonzero(~np.isnan(experiment.y)) < _FEWEST_ROWS or not u.shape[1]:
-        return 0, 0.0
-    search = _Search(step_s, u, experiment.y)
-    rows, gained = search.found()
-    return (rows, gained) if rows else (0, search.gained_by_ramp())
+def _shift(log: ThermalLog, record: Experiment, name: str) -> Message | None:
+    rows, within, gained = _Search(record).found()
+    shift_s = round(round(rows * record.sample_time_s / log.usual_step_s) * log.usual_step_s, 3)
+    large = abs(shift_s) >= LEAST_SHIFT_S
+    if abs(shift_s) <= TOLD_SHIFT_S or gained < (LEAST_EVIDENCE if large else TOLD_EVIDENCE):
+        return None
+    return remark(
+        "displacements_seem_late" if shift_s > 0.0 else "displacements_seem_early",
+        names=name,
+        shift_s=abs(shift_s),
+        within_s=significant(2.0 * within * record.sample_time_s, 2),
+    )
 
 
-def _independent(u: FloatArray) -> FloatArray:
-    """Return the few inputs that say most of all, in rows in which each is measured or held."""
-    moving = np.nanstd(u, axis=0) > 0.0
-    u = u[:, moving]
-    if u.shape[1] <= _MOST_INPUTS:
-        return u
-    centred = np.nan_to_num(u - np.nanmean(u, axis=0))
+def _drift(
+    log: ThermalLog, record: Experiment, inputs: Sequence[InputDefinition], name: str
+) -> Message | None:
+    """Return a remark on the channels of which one drifts, the most likely first.
+
+    Sizes are found for the record as it is, and with the likeliest drift of a channel and of the
+    displacement; every drift has those that suit it best, none too.
+    """
+    channels = list(dict.fromkeys(c for d in inputs for c in d.channels))
+    sign = [[float(d.plus == c) - float(d.minus == c) for d in inputs] for c in channels]
+    rises = np.kron(np.array(sign), -np.array(_RISES_K)[:, None])
+    own = -float(np.ptp(record.y[~np.isnan(record.y)])) * np.array(_RISES_OF_OUTPUT)
+    added = np.zeros((1 + len(rises) + own.size, len(inputs) + 1))
+    added[1 : 1 + len(rises), :-1] = rises
+    added[1 + len(rises) :, -1] = own
+    options = ModalOptions(steady_start=_began_cold(log, inputs))
+    ramp = np.linspace(0.0, 1.0, record.y.size)
+    first = response_evidence([record], options, lasting_drift=False)
+    blocks, found = first.design.readings, first.with_ramps(record, added)
+    behind = 1 + len(rises)
+    for likely in (1 + np.argmax(found[1:behind]), behind + np.argmax(found[behind:])):
+        u, y = record.u + np.outer(ramp, added[likely, :-1]), record.y + ramp * added[likely, -1]
+        sizes = response_evidence([replace(record, u=u, y=y)], options, lasting_drift=False)
+        found = np.maximum(found, sizes.with_ramps(record, added))
+    gained = blocks * (found[1:behind] - found[0]).reshape(len(channels), -1)
+    best = np.max(gained, axis=1)
+    if np.max(best) < DRIFT_EVIDENCE:
+        return None
+    order = [int(k) for k in np.argsort(-best) if best[k] > np.max(best) - DRIFT_EVIDENCE]
+    return remark(
+        "channel_drifts",
+        names=", ".join(channels[k] for k in order),
+        output=name,
+        rise_k=_RISES_K[int(np.argmax(gained[order[0]]))],
+    )
+
+
+def _began_cold(log: ThermalLog, inputs: Sequence[InputDefinition]) -> bool:
+    for definition in inputs:
+        values = evaluate_input(log, definition)
+        start_k, known = log.start_of(values, REFERENCE_S), values[~np.isnan(values)]
+        if definition.minus is None or abs(start_k) > _COLD * float(np.ptp(known)):
+            return False
+    return True
+
+
+def _independent(u: FloatArray) -> list[int]:
+    """Return which few inputs say most of all, in rows in which each is measured or held."""
+    moving = np.flatnonzero(np.nanstd(u, axis=0) > 0.0)
+    if moving.size <= _MOST_INPUTS:
+        return [int(k) for k in moving]
+    centred = np.nan_to_num(u[:, moving] - np.nanmean(u[:, moving], axis=0))
     order = np.asarray(qr(centred, mode="economic", pivoting=True)[-1], dtype=np.intp)
-    return u[:, order[:_MOST_INPUTS]]
+    return [int(k) for k in np.sort(moving[order[:_MOST_INPUTS]])]
 
 
 class _Search:
     """Evidence of a record whose displacement is so many rows late, by the number."""
 
-    def __init__(self, step_s: float, u: FloatArray, y: FloatArray) -> None:
-        self._step_s, self._u, self._y = step_s, u, y
+    def __init__(self, record: Experiment) -> None:
+        self._record = record
         self._use_sizes_at(0)
 
     def _use_sizes_at(self, rows: int) -> None:
         """Find the sizes of gains and noise anew: elsewhere they cost much and change little."""
-        self._found = response_evidence([self._experiment(rows)], lasting_drift=False)
-        self._known = {rows: self._found.log_evidence()}
+        self._sizes = response_evidence([self._shifted(rows, rows)], lasting_drift=False)
+        self._known: dict[tuple[int, int], float] = {}
 
-    def _experiment(self, rows: int) -> Experiment:
-        """Return the record with the displacement so many rows earlier."""
-        gap = np.full(abs(rows), np.nan)
-        late, early = self._y[max(rows, 0) :], self._y[: self._y.size + min(rows, 0)]
-        y = np.concatenate((late, gap)) if rows > 0 else np.concatenate((gap, early))
-        return Experiment(self._step_s, self._u, y)
+    def _shifted(self, rows: int, earliest: int) -> Experiment:
+        """Return the record with its inputs so many rows later.
 
-    def _at(self, rows: int) -> float:
-        """Return the logarithm of the evidence per block. [1]"""
-        if rows not in self._known:
-            self._known[rows] = self._found.log_evidence([self._experiment(rows)])
-        return self._known[rows]
-
-    def _near(self, best: int, step: int) -> int:
-        while step:
-            best = max((best, best - step, best + step), key=self._at)
-            step //= 2
-        return best
-
-    def gained_by_ramp(self) -> float:
-        """Return the evidence that a steady rise beside the inputs gains. [1]"""
-        ramp = np.linspace(0.0, 1.0, self._y.size)[:, None]
-        risen = Experiment(self._step_s, np.hstack([self._u, ramp]), self._y)
-        own = response_evidence([risen], lasting_drift=False).log_evidence()
-        return self._found.design.readings * (own - self._at(0))
-
-    def found(self) -> tuple[int, float]:
-        """Return rows, and the evidence they gain.
-
-        The best of steps that double is refined by steps that halve, with sizes found anew where
-        evidence is gained.
+        The displacements stay, but for those at the end whose inputs came later than the log.
         """
-        step = max(round(_STEP_S / self._step_s), 1)
-        farthest = int(min(LARGEST_SHIFT_S / self._step_s, self._y.size / 4))
+        front, count = max(-earliest, 0), self._record.y.size
+        y = np.concatenate((np.full(front, np.nan), self._record.y))
+        y[count:] = np.nan
+        inputs = np.clip(np.arange(count + front) - front - rows, 0, count - 1)
+        return replace(self._record, u=self._record.u[inputs], y=y, ambient_k=None)
+
+    def _at(self, rows: int, earliest: int) -> float:
+        """Return the logarithm of the evidence per block. [1]"""
+        at = rows, max(-earliest, 0)
+        if at not in self._known:
+            self._known[at] = self._sizes.log_evidence([self._shifted(rows, earliest)])
+        return self._known[at]
+
+    def found(self) -> tuple[int, float, float]:
+        """Return rows, their standard deviation, and the evidence they gain.
+
+        The best of steps that double is refined by steps that halve, with sizes found anew and over
+        the same rows of the displacement.
+        """
+        step_s, count = self._record.sample_time_s, self._record.y.size
+        step = max(round(_STEP_S / step_s), 1)
+        farthest = int(min(LARGEST_SHIFT_S / step_s, count / 4))
         doubled = [step << k for k in range(farthest.bit_length()) if step << k <= farthest]
-        best = max((0, *doubled, *(-rows for rows in doubled)), key=self._at)
-        best = self._near(best, max(abs(best) // 2, step // 2))
-        blocks, unshifted = self._found.design.readings, self._at(0)
-        if blocks * (self._at(best) - unshifted) < 0.5 * LEAST_EVIDENCE:
-            return 0, 0.0
-        self._use_sizes_at(best)
-        best = self._near(best, 2 * step)
-        return best, blocks * (self._at(best) - unshifted)
+        best = max((0, *doubled, *(-r for r in doubled)), key=lambda r: self._at(r, r))
+        if best:
+            self._use_sizes_at(best)
+        reach = max(abs(best) // 2, round(_REACH_S / step_s), 1)
+        earliest, share = min(best - reach, 0), max(reach // 2, 1)
+        while share:
+            near = (best, best - share, best + share)
+            best = max((r for r in near if r >= earliest), key=lambda r: self._at(r, earliest))
+            share //= 2
+        blocks = self._sizes.design.readings
+        gained = blocks * (self._at(best, earliest) - self._at(0, earliest))
+        apart = max(step // 2, 1)
+        sides = [self._at(max(best + k, earliest), earliest) for k in (apart, -apart)]
+        bend = blocks * (2.0 * self._at(best, earliest) - sum(sides)) / apart**2
+        return best, float(np.sqrt(1.0 / max(bend, 1e-6))), gained

@@ -42,7 +42,6 @@ _STUCK_SHARE = 0.01
 _FEW_LARGE = 0.01
 _RUN_BLOCKS = 20
 _PEER_STEPS = 3.0
-_ONE_WAY = 0.8
 _NORMAL_MEDIAN = 1.4826
 _MOST_PAIRED = 64
 TEMPERATURES = ("degC", "K", "degF")
@@ -419,18 +418,18 @@ class _Run:
 
 def _should_have_moved(run: _Run) -> bool:
     """Say whether a run is longer than noise allows, or the other channels moved during it."""
-    channel, rest = run.channel, run.rest
+    channel, rest, expected = run.channel, run.rest, _expected(run)
     if rest.size and float(np.quantile(rest, 0.99)) * 10.0 < run.length:
         lively = float(np.mean(rest)) < 3.0  # noise changes nearly every value outside the run
         if lively and not _is_coarse(run):
             return True
-        if lively and _coarse_should_have_moved(run):
+        if lively and expected > _PEER_STEPS * channel.resolution:
             return not _carries_on(run)
     if not run.others or not channel.spread or _carries_on(run):
         return False
     if not channel.resolution and np.unique(channel.values).size == 2:  # one step, seen once
         went = [max(m) - min(m) for _, m in run.means()]
-        return bool(went) and float(np.median(went)) > _PEER_STEPS * float(np.ptp(channel.values))
+        return bool(went) and min(went) > _PEER_STEPS * float(np.ptp(channel.values))
     moved: list[float] = []
     for other in run.others:
         seen = run.seen_by(other)
@@ -469,14 +468,15 @@ def _is_coarse(run: _Run) -> bool:
     return bool(np.mean(outside > 1.5 * channel.resolution) < _FEW_LARGE) if outside.size else True
 
 
-def _coarse_should_have_moved(run: _Run) -> bool:
-    """Say whether channels that move as this one does moved by several of its steps in a run.
+def _expected(run: _Run) -> float:
+    """Return by how much channels that move as this one does moved in a run.
 
     Without other channels a rest must be far longer than all others.
     """
     channel = run.channel
     if not run.others:
-        return 10 * int(np.max(run.rest)) < run.length
+        far = run.rest.size and 10 * int(np.max(run.rest)) < run.length
+        return np.inf if far else 0.0
     own = np.delete(channel.values, slice(run.begin, run.end + 1))
     first_s, last_s = channel.time_s[[run.begin, run.end]]
     expected: list[float] = []
@@ -484,28 +484,18 @@ def _coarse_should_have_moved(run: _Run) -> bool:
         outside = other.values[(other.time_s < first_s) | (other.time_s > last_s)]
         alike = float(np.std(own)) / max(float(np.std(outside)), 1e-12) if outside.size else 1.0
         expected.append((max(means) - min(means)) * min(alike, 1.0))
-    return bool(expected) and float(np.median(expected)) > _PEER_STEPS * channel.resolution
+    return float(np.median(expected)) if expected else 0.0
 
 
 def _carries_on(run: _Run) -> bool:
-    """Say whether a coarse channel goes on behind a run as if it had seen all of it.
+    """Say whether a channel goes on behind a run within a step, as if it had seen all of it.
 
-    A dead sensor that lives again shows at once what it missed. One that rests half as long
-    elsewhere, and stays within a step where the others went several steps one way, missed nothing.
+    A dead sensor that lives again shows at once what it missed.
     """
-    channel, next_row = run.channel, run.end + 1
+    channel = run.channel
+    behind = channel.values[run.end + 1 : run.end + 1 + _STUCK_ROWS // 4]
     step = max(channel.resolution, channel.change)
-    rests = run.rest.size and 2 * int(np.max(run.rest)) >= run.length
-    behind = channel.values[next_row : next_row + max(_STUCK_ROWS, run.length // 4)]
-    if not rests or behind.size < _STUCK_ROWS:
-        return False
-    if float(np.max(np.abs(behind - channel.values[run.end]))) > 1.5 * step:
-        return False
-    went: list[float] = []
-    for _, means in run.means():
-        net = abs(means[-1] - means[0])
-        went.append(net if net > _ONE_WAY * (max(means) - min(means)) else 0.0)
-    return bool(went) and float(np.median(went)) > _PEER_STEPS * step
+    return behind.size > 0 and bool(np.all(np.abs(behind - channel.values[run.end]) <= 1.5 * step))
 
 
 def _find_jumps(channel: _Channel) -> list[LogFinding]:

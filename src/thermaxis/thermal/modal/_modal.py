@@ -199,6 +199,35 @@ class ResponseEvidence:
         products = design.products(self.sizes.noise)
         return log_evidence_of(design, products, self.sizes) / design.readings
 
+    def with_ramps(self, experiment: Experiment, added: FloatArray) -> FloatArray:
+        """Return the same of a record to which a steady rise was added, by row of `added`, (m,).
+
+        Its columns are the rise over the record of each input, and of the displacement, (m, k + 1).
+        All columns are linear in it, so that their products are taken once.
+        """
+        design, (count, inputs) = self.design, (1 + self.design.lags, self.design.inputs)
+        ramp = np.linspace(0.0, 1.0, experiment.y.size)[:, None]
+        risen = Experiment(experiment.sample_time_s, np.hstack([experiment.u, ramp]), experiment.y)
+        rows = self.segments[0].rows * self.segments[0].sample_time_s
+        wide = design_of(
+            segments_of([risen], rows, (0.0,) * (inputs + 1)),
+            self.time_constants_s,
+            replace(self.scales, u=np.append(self.scales.u, 1.0)),
+            free_start=design.transients > 0,
+            experiments=1,
+        )
+        gram, log_determinant = wide.products(self.sizes.noise)
+        own = np.delete(np.eye(len(gram)), np.s_[inputs * count : (inputs + 1) * count], axis=1)
+        found: list[float] = []
+        for row in added / np.append(self.scales.u, self.scales.y):
+            columns = own.copy()
+            block = columns[inputs * count : (inputs + 1) * count]
+            block[:, : inputs * count] = np.kron(row[:-1], np.eye(count))
+            block[0, -1] = row[-1]
+            products = columns.T @ gram @ columns, log_determinant
+            found.append(log_evidence_of(design, products, self.sizes) / design.readings)
+        return np.array(found)
+
 
 def default_block_s(experiments: Sequence[Experiment]) -> float:
     """Return the length of blocks that suits the longest experiment. [s]"""
