@@ -15,6 +15,7 @@ from xdist.scheduler import LoadFileScheduling
 from thermaxis import positioning
 from thermaxis.runtime.status._address_space import fill_address_space
 
+gc.disable()  # nothing of what is imported and collected is garbage
 settings.register_profile("same", derandomize=True, deadline=None)  # the same cases everywhere
 settings.load_profile("same")
 
@@ -39,9 +40,11 @@ class ByFile(LoadFileScheduling):
 
 
 def pytest_collection_finish() -> None:
-    """Keep thousands of collected tests out of every later search for garbage."""
+    """Keep thousands of collected tests out of every later search for garbage, and search less."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
+    gc.enable()
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> ByFile | None:
