@@ -279,3 +279,16 @@ def test_single_gaps_and_even_rows_are_no_bursts() -> None:
     log = without_faults(ThermalLog.from_columns(columns, time_s=rows.time_s[kept]))
     assert log.remarks == ()
     assert records_of([log], INPUTS, ["Z_um"]).sample_time_s == 10.0
+
+
+def test_lone_displacements_far_from_all_others_are_masked_and_no_others() -> None:
+    rng = np.random.default_rng(3)
+    time_s = 20.0 * np.arange(600)
+    z_um = 40.0 * (1.0 - np.exp(-time_s / 3000.0)) + rng.normal(0.0, 0.4, time_s.size)
+    healthy = ThermalLog.from_columns({"z_um": z_um.copy(), "t_C": 20.0 + z_um}, time_s=time_s)
+    assert without_faults(healthy).remarks == ()
+    wrong = [14, 15, 75, 400]
+    z_um[wrong] += 4300.0
+    log = without_faults(ThermalLog.from_columns({"z_um": z_um}, time_s=time_s))
+    assert np.flatnonzero(np.isnan(log.columns["z_um"])).tolist() == wrong
+    assert [m.code for m in log.remarks] == ["remark-values_no_measurement"]

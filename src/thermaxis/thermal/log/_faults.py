@@ -27,6 +27,10 @@ MOST_LEAPS = 24
 """A displacement that leaps more often was not re-zeroed: it is made so. [1]"""
 LARGEST_RANGE_UM = 2000.0
 """A length that changes by more is a position, no thermal displacement. [µm]"""
+FAR_RANGES = 10.0
+"""A lone displacement lies further from the median around it than so many times the range of all
+medians: no machine moves there and back between two readings. [1]"""
+_AROUND = 31
 _MOST_ALIKE = 3
 _LEAP_STDS = 7.0
 _CLEAR = 2.5
@@ -91,7 +95,8 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
     ThermalLog
         The same rows. Values that no sensor measures or that stand for a fault (-999, 850, ...)
         are NaN, unless they differ and hardly any other is left: there the unit is wrong. So are
-        those of a sensor that stood still while it should have moved, but for the first. A
+        those of a sensor that stood still while it should have moved, but for the first, and lone
+        displacements far from all others. A
         displacement that leaps from one row to the next, as when a probe is set to zero, is carried
         on from its former zero, unless its leaps cancel one another, as those of a spindle do. A
         remark says each of them with its rows.
@@ -119,6 +124,7 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
             remarks.append(replace(said, place=finding.message.place))
     for name, unit in log.units.items():
         if unit in LENGTHS and not as_logged:
+            columns[name] = _masked(name, columns[name], _lone(columns[name]), remarks)
             columns[name] = _on_one_zero(masked, name, columns[name], remarks)
     step_s = even_step_s(log.time_s)
     if step_s > log.usual_step_s:
@@ -140,6 +146,25 @@ def measured_values(name: str, values: FloatArray, unit: str, remarks: list[Mess
     wrong = present[out_of_range(values[present], unit)]
     many = wrong.size > (1.0 - LEAST_MEASURED_SHARE) * present.size
     if not wrong.size or (many and np.unique(values[wrong]).size > _MOST_ALIKE):
+        return values
+    return _masked(name, values, wrong, remarks)
+
+
+def _lone(values: FloatArray) -> NDArray[np.int64]:
+    """Return the rows of displacements that leave all others and come back at once."""
+    rows = np.flatnonzero(~np.isnan(values))
+    y = values[rows]
+    usual = float(np.ptp(np.quantile(y, (0.05, 0.95)))) if y.size else 0.0
+    if y.size <= _AROUND or not float(np.ptp(y)) > FAR_RANGES * usual > 0.0:
+        return rows[:0]
+    medians = np.median(sliding_window_view(np.pad(y, _AROUND // 2, "reflect"), _AROUND), axis=1)
+    return rows[np.abs(y - medians) > FAR_RANGES * max(float(np.ptp(medians)), usual)]
+
+
+def _masked(
+    name: str, values: FloatArray, wrong: NDArray[np.int64], remarks: list[Message]
+) -> FloatArray:
+    if not wrong.size:
         return values
     masked = np.array(values)
     masked[wrong] = np.nan
