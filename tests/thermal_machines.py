@@ -250,7 +250,7 @@ def _wander(count: int, step_s: float, std: float, tau_s: float, rng: np.random.
     return lfilter([1.0], [1.0, -keep], moves)
 
 
-def _power(count: int, step_s: float, rng: np.random.Generator) -> Array:
+def power(count: int, step_s: float, rng: np.random.Generator) -> Array:
     """Share of full power: speeds hold for 10 to 75 minutes, a third of them are stops."""
     power = np.zeros(count)
     begin = 0
@@ -287,8 +287,12 @@ def log(
     step_s: float = 1.0,
     probe_um_per_h: float = 0.0,
     hall_um_per_k: float = 0.6,
+    heat: Array | None = None,
 ) -> Log:
-    """Return a cold test; the hall moves by kelvins a day, the floor follows it by two hours."""
+    """Return a cold test; the hall moves by kelvins a day, the floor follows it by two hours.
+
+    `heat` are shares of the full power of both sources, (n, 2), in place of random ones.
+    """
     rng = np.random.default_rng([KINDS.index(kind), seed])
     count = round(hours * 3600.0 / step_s)
     time_s = step_s * np.arange(count)
@@ -298,7 +302,8 @@ def log(
     )
     hall -= hall[0]
     which = machine(kind)
-    heat = np.column_stack([_power(count, step_s, rng) for _ in range(2)])
+    drawn = np.column_stack([power(count, step_s, rng) for _ in range(2)])
+    heat = drawn if heat is None else heat
     none = np.zeros(count)
     by_heat = _states(which, np.column_stack([heat, none]), step_s)
     by_hall = _states(which, np.column_stack([none, none, hall]), step_s)

@@ -17,12 +17,10 @@ from thermaxis.thermal import (
     arx,
     fit_baseline,
     fit_percent,
-    information_criteria,
     oe,
     simulate_baseline,
     simulate_from_fitted_start,
     simulate_polynomial,
-    simulation_figures,
 )
 
 pytestmark = pytest.mark.real_data
@@ -52,8 +50,6 @@ def test_the_hair_dryer_gives_every_printed_digit(thermal: Path) -> None:
     )
     assert result.rows == 296
     assert result.mean_square == pytest.approx(0.00168531, abs=5e-9)
-    criteria = information_criteria(result.mean_square, result.rows, result.parameters.size)
-    assert criteria.fpe_um2 == pytest.approx(0.0017315, abs=5e-8)
     at_rest = simulate_polynomial(result.model, rows[:, :1], start=Start.REST)
     assert fit_percent(rows[:, 1], at_rest) == pytest.approx(88.74, abs=5e-3)
     assert result.stable
@@ -160,6 +156,6 @@ def test_simple_models_on_the_machining_centre_are_those_of_the_reference(therma
         train = [Experiment(15.0, u[:6669], y[:6669])]
         for baseline, errors in ((Baseline.PERSISTENCE, held), (Baseline.AVERAGES_RIDGE, averaged)):
             simulated = simulate_baseline(fit_baseline(baseline, train), u, 15.0)
-            errors.append(simulation_figures(y[6669:], simulated[6669:]).mae_um)
+            errors.append(np.nanmean(np.abs(y[6669:] - simulated[6669:])))
     np.testing.assert_allclose(held, [11.57, 8.73, 48.38, 47.93, 4.56], atol=6e-3)
     np.testing.assert_allclose(averaged, [4.34, 3.27, 5.72, 5.91, 3.10], rtol=0.02)

@@ -90,5 +90,5 @@ def test_the_written_model_does_what_is_printed_of_it(
     assert own["training_rmse_um"]["model"] == done["rmse_um"]
     assert own["training_rmse_um"]["static"] == done["static_rmse_um"]
     assert f"fit {done['fit_percent']:.1f} %" in said
-    assert f"{done['rmse_um']:.2f}" in said.partition("RMSE on the training rows")[2]
+    assert f"{done['rmse_um']:.2f}" in said.partition("RMSE in free run")[2]
     assert f"{done['rmse_um']:.2f}" in shown

@@ -14,7 +14,6 @@ from thermaxis.thermal import (
     fit_percent,
     simulate_baseline,
     simulate_modal,
-    simulation_figures,
 )
 from thermaxis.thermal.verification import AVERAGE_LAGS_S
 
@@ -30,14 +29,6 @@ def test_the_fit_is_equation_4_with_the_mean_of_the_measured_output() -> None:
     about_mean = np.array([1.0, 2.0, 4.0, 9.0]) - 4.0
     wanted = 100.0 * (1.0 - np.sqrt(np.sum(residual**2)) / np.sqrt(np.sum(about_mean**2)))
     assert fit_percent(measured, simulated) == pytest.approx(wanted)
-    figures = simulation_figures(measured, simulated)
-    assert figures.rows == 4
-    assert figures.peak_to_peak_um == 8.0
-    assert figures.residual_peak_to_peak_um == 2.5
-    assert figures.reduction == pytest.approx(3.2)
-    assert figures.rmse_um == pytest.approx(np.sqrt(np.mean(residual**2)))
-    assert figures.mae_um == pytest.approx(0.875)
-    assert figures.max_um == 2.0
 
 
 def test_a_perfect_model_fits_100_percent_and_the_mean_0_percent() -> None:
@@ -45,7 +36,6 @@ def test_a_perfect_model_fits_100_percent_and_the_mean_0_percent() -> None:
     assert fit_percent(y, y) == 100.0
     assert fit_percent(y, np.full(50, np.mean(y))) == pytest.approx(0.0, abs=1e-9)
     assert fit_percent(y, -5.0 * y) < 0.0
-    assert simulation_figures(y, y).reduction == np.inf
     for measured, code in (
         (np.full(5, 3.0), "fit_undefined"),
         (np.full(5, np.nan), "no_row_to_compare"),

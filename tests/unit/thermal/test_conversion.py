@@ -6,24 +6,25 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.printed_digits import (
+    PAPER_SPINDLE,
+    PAPER_TABLE,
+    PrintedTransferFunction,
+    rounding_loss,
+)
 from tests.refusals import refused
 from thermaxis.codes import Place
 from thermaxis.thermal import (
-    PAPER_SPINDLE,
-    PAPER_TABLE,
     ModalPart,
     PolynomialModel,
-    PrintedTransferFunction,
     Start,
     ThermalModel,
     TransferFunction,
-    change_sample_time,
     equivalent_part,
     left_after,
     modal_form,
     modal_part,
     polynomial_model_of,
-    rounding_loss,
     simulate_from_fitted_start,
     simulate_modal,
     simulate_polynomial,
@@ -204,16 +205,6 @@ def test_three_slow_poles_at_one_second_keep_their_digits() -> None:
     np.testing.assert_allclose(simulate_polynomial(polynomials, u), wanted, rtol=1e-4, atol=1e-3)
 
 
-def test_a_change_of_the_sample_time_keeps_every_pole_and_the_dc_gain() -> None:
-    for tf, new in ((EPS1, 10.0), (EPS1, 2.5), (EPS2, 2.5)):
-        changed = change_sample_time(tf, 1.0, new)
-        assert changed.dc_gain == pytest.approx(tf.dc_gain, abs=3e-10)
-    changed = simulate_transfer_function(change_sample_time(EPS1, 1.0, 10.0), np.ones(300))
-    np.testing.assert_allclose(
-        changed, simulate_transfer_function(EPS1, np.ones(3000))[::10], atol=1e-9
-    )
-
-
 def test_late_gains_negative_poles_and_delays_are_reported_as_such() -> None:
     tf = TransferFunction(np.array([0.0, 0.0, 1.0, 2.0, 3.0]), np.array([1.0, 0.5]))
     form = modal_form(tf, 5.0)
@@ -226,8 +217,6 @@ def test_late_gains_negative_poles_and_delays_are_reported_as_such() -> None:
     np.testing.assert_allclose(
         np.convolve(impulse, u)[:50], simulate_transfer_function(tf, u), atol=1e-12
     )
-    with refused("no_counterpart"):
-        change_sample_time(tf, 5.0, 10.0)
 
 
 def test_what_has_no_equivalent_or_defines_no_output_is_refused() -> None:
@@ -256,8 +245,6 @@ def test_what_has_no_equivalent_or_defines_no_output_is_refused() -> None:
             TransferFunction(one, np.array(b))
     with refused("delay_no_whole_rows", Place(channel="u")):
         transfer_function_of(ModalPart("u", 1.0, [], [], 90.0), 60.0)
-    with refused("count_not_coefficients", Place(key="decimals")):
-        rounding_loss(PrintedTransferFunction(EPS1, (5, 7), (None, 6, 6, 6)))
 
 
 def test_a_fitted_start_finds_the_state_that_a_cut_record_hides() -> None:

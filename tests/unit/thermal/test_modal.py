@@ -165,7 +165,7 @@ def test_a_time_constant_beyond_a_third_of_the_record_has_a_flag_and_no_interval
 def test_one_lag_explains_a_record_of_two_as_well_as_one_lag_can():
     """By a search over the time constant with plain least squares."""
     record = virtual(3)
-    result = modal([record], input_names=NAMES, options=ModalOptions(lags=1))
+    result = modal([record], input_names=NAMES, options=ModalOptions(most_lags=1))
     best = 0.0
     for tau_s in np.geomspace(300.0, 6000.0, 40):
         parts = [(1.0, 0.0), (0.0, 1.0)]
@@ -244,7 +244,7 @@ def test_white_noise_alone_is_covered_by_the_intervals():
 
 
 def test_a_number_of_lags_and_a_steady_start_may_be_asked_for():
-    result = modal([exact()], input_names=NAMES, options=ModalOptions(lags=1))
+    result = modal([exact()], input_names=NAMES, options=ModalOptions(most_lags=1))
     assert result.model.parts[0].gains.size == 1
     result = modal([exact()], input_names=NAMES, options=ModalOptions(steady_start=True))
     assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-5)
@@ -252,8 +252,9 @@ def test_a_number_of_lags_and_a_steady_start_may_be_asked_for():
 
 def test_options_names_and_records_that_cannot_be_are_refused():
     for says, options in (
-        ("lags_outside", {"lags": 0}),
-        ("lags_outside", {"most_lags": 9}),
+        ("outside_range", {"most_lags": 9}),
+        ("lags_too_close", {"time_constants_s": ((600.0, 700.0), (600.0,))}),
+        ("lags_not_possible", {"time_constants_s": ((600.0,), ())}),
         ("not_a_time", {"delays_s": (-1.0, 0.0)}),
         ("not_a_time", {"block_s": 0.0}),
     ):

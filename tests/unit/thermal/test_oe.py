@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tests.printed_digits import PAPER_SPINDLE, PAPER_TABLE
 from tests.refusals import refused
 from thermaxis.codes import Message
 from thermaxis.thermal import (
-    PAPER_SPINDLE,
-    PAPER_TABLE,
     Experiment,
     OeOptions,
     PolynomialModel,

@@ -4,13 +4,15 @@ from pathlib import Path
 
 import numpy as np
 
-from thermaxis.compensation import Reading, initial_state, model_step
-from thermaxis.files import format_model, read_model
-from thermaxis.thermal import (
+from tests.printed_digits import (
     PAPER_SPINDLE,
     PAPER_TABLE,
     paper_spindle_model,
     paper_table_model,
+)
+from thermaxis.compensation import Reading, initial_state, model_step
+from thermaxis.files import format_model, read_model
+from thermaxis.thermal import (
     simulate_transfer_function,
 )
 

@@ -14,7 +14,6 @@ from thermaxis.thermal import (
     analyse_residuals,
     arx,
     check_linearity,
-    information_criteria,
     pole_zero_map,
     simulate_polynomial,
     step_responses,
@@ -91,16 +90,6 @@ def test_series_that_do_not_fit_are_refused() -> None:
         analyse_residuals([np.zeros(50)], [np.zeros((40, 1))])
     with refused("too_few_residuals"):
         analyse_residuals([np.zeros(10)], [np.zeros((10, 1))])
-
-
-def test_criteria_are_their_formulas() -> None:
-    criteria = information_criteria(0.00168531, 296, 4)
-    assert criteria.fpe_um2 == pytest.approx(0.0017315, abs=5e-8)
-    assert information_criteria(0.00168531, 300, 4).fpe_um2 == pytest.approx(0.0017309, abs=5e-8)
-    assert criteria.bic - criteria.aic == pytest.approx(4 * (np.log(296) - 2.0))
-    assert information_criteria(1.0, 3, 4).fpe_um2 == np.inf
-    with refused("no_mean_square"):
-        information_criteria(1.0, 0, 1)
 
 
 def fitted(seed: int) -> object:

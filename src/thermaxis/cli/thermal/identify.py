@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from thermaxis.errors import ConfigurationError, DataError, require_unique
 from thermaxis.files import write_model
 from thermaxis.messages import text_of
 
+_T = TypeVar("_T")
 _DISPLACEMENTS = ("um", "mm", "nm", "m")
 _FEWEST_ROWS = 2
 _SHORTEST_STEP = 0.5
@@ -57,6 +59,20 @@ def _joint(text: str) -> tuple[str, dict[str, float | None]]:
             )
         found[channel] = diameter
     return part.strip(), found
+
+
+def _lags(text: str) -> tuple[str, tuple[float, ...]]:
+    name, _, listed = text.rpartition("=")
+    return name.strip(), tuple(positive_seconds(word) for word in listed.split(","))
+
+
+def _delay(text: str) -> tuple[str, float | None]:
+    name, sign, length = (word.strip() for word in text.rpartition("="))
+    if not sign or not name:
+        raise argparse.ArgumentTypeError(f"'{text}' is no INPUT=auto or INPUT=S")
+    if length.casefold() == "auto":
+        return name, None
+    return name, 0.0 if length == "0" else positive_seconds(length)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -113,6 +129,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         _orders,
     )
     add(
+        "--lags [INPUT=]S,S,...",
+        "time constants that are known, of all inputs or of one: 600,2h or spindle=600,2h; may be"
+        " given more than once; modal with --input only (default: those that the record shows)",
+        _lags,
+        many=True,
+    )
+    add(
+        "--delay INPUT=auto|S",
+        "dead time of an input: a time, or auto for the most likely one; no clock is then set; may"
+        " be given more than once; modal with --input only (default: none)",
+        _delay,
+        many=True,
+    )
+    add(
         "--joint PART=CHANNEL@MM,...",
         "estimate the gain of a part by workpiece diameter together with the parts, from"
         " displacements at several diameters: table=Z_D0_um@0,Z_D3000_um@3000, with @tcp for"
@@ -153,7 +183,13 @@ def run(arguments: argparse.Namespace) -> int:
         _check_logs(arguments, logs, inputs, outputs)
         if not arguments.as_logged:
             logs = [
-                thermal.with_one_clock(log, inputs, outputs, reference_s=arguments.reference)
+                thermal.with_one_clock(
+                    log,
+                    inputs,
+                    outputs,
+                    reference_s=arguments.reference,
+                    told_only=bool(arguments.delay),
+                )
                 for log in logs
             ]
         used = [*outputs, *(c for d in inputs for c in d.channels)]
@@ -213,14 +249,46 @@ def _identified(
         raise DataError(
             "no_input_changes", place=Place(file=", ".join(log.where for log in logs[:3]))
         )
+    options = _modal_options(arguments, [definition.name for definition in records.inputs])
     if arguments.joint is not None:
-        return thermal.identify_joint(records, arguments.output[0], *arguments.joint)
+        return thermal.identify_joint(
+            records, arguments.output[0], *arguments.joint, modal_options=options
+        )
     return thermal.identify(
         records,
         method=thermal.Method(arguments.method),
         choose=bool(arguments.candidates),
         orders=arguments.orders,
+        modal_options=options,
     )
+
+
+def _modal_options(
+    arguments: argparse.Namespace, names: Sequence[str]
+) -> thermal.ModalOptions | None:
+    """Return the lags and delays that were given, in the order of the inputs."""
+    lags: dict[str, tuple[float, ...]] = _by_input("--lags", arguments.lags, names)
+    delays: dict[str, float | None] = _by_input("--delay", arguments.delay, names)
+    every = [lags.get(name, lags.get("", ())) for name in names]
+    lacking = [name for name, its in zip(names, every, strict=True) if lags and not its]
+    if lacking:
+        place = Place(key="--lags")
+        raise ConfigurationError("lags_missing", names=", ".join(lacking), place=place)
+    return thermal.ModalOptions(
+        time_constants_s=tuple(every) if lags else None,
+        delays_s=tuple(delays.get(name, 0.0) for name in names) if delays else None,
+    )
+
+
+def _by_input(key: str, given: Sequence[tuple[str, _T]], names: Sequence[str]) -> dict[str, _T]:
+    known = {name.casefold(): name for name in names} | {"": ""}
+    require_unique(key, [name.casefold() for name, _ in given])
+    for name, _ in given:
+        if name.casefold() not in known:
+            raise ConfigurationError(
+                "unknown_name", name=name, known=tuple(names), place=Place(key=key)
+            )
+    return {known[name.casefold()]: value for name, value in given}
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
@@ -238,6 +306,9 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     alone = len(arguments.output) == 1 and arguments.method == "modal" and not arguments.candidates
     if arguments.joint is not None and not alone:
         raise ConfigurationError("joint_gains_need_one_output", place=Place(key="--joint"))
+    known = arguments.lags or arguments.delay
+    if known and (arguments.method != "modal" or arguments.candidates):
+        raise ConfigurationError("lags_of_modal_only", place=Place(key="--lags, --delay"))
     require_unique("--output", arguments.output)
 
 

@@ -19,16 +19,24 @@ warning-inputs_opposed = { $first } and { $second } move together (correlation {
 warning-no_better_than_static = on rows held out the model leaves { $model_um } um, a static regression { $static_um } um: do not use it; check sensors, inputs and rows first, or give another test
 warning-explains_nothing = on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um): it explains nothing there, do not use it; check sensors, inputs and rows first, or give another test
 warning-averages_better = on rows held out fixed exponential averages leave far less ({ $averages_um } against { $model_um } um): fitted to the other rows the model does not carry on; verify it on another test before it is used
+warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
 warning-no_lags = no model file can hold this model, and none of its figures is shown: { $cause }
+
+## The test that would help most
+
+next_test-run = Next test: run what heats { $input } alone (by { FIXED($level_k, decimals: 1) } K) for { DURATION($on_s) }, then let it cool for as long. In use, each source alone at its highest level, the gains are uncertain by { $before_um } um ({ $own_um } um by { $input }); with this test by { $after_um } um, with the best of the others by { $second_um } um
+next_test-only = Next test: run what heats { $input } (by { FIXED($level_k, decimals: 1) } K) for { DURATION($on_s) }, then let it cool for as long. In use, at its highest level, the gains are uncertain by { $before_um } um; with this test by { $after_um } um
+next_test-none = Next test: none of one source would help much. In use, each source alone at its highest level, the gains are uncertain by { $before_um } um, with the best of them by { $after_um } um; drift that no input explains is { $drift_um } um
 
 ## Rows that an identification held out
 
-held_out-later_part = Held out: the last { $percent } % of each run (no promise for another run), RMSE in free run, um
-held_out-other_runs = Held out: each of { $runs } runs, by a model of the others, RMSE in free run, um
+held_out-later_part = Held out: the last { $percent } % of each run, by a model of the rows before (no promise for another run)
+held_out-other_runs = Held out: each of { $runs } runs, by a model of the others
 
 ## What the record does not support of a part
 
 flag-time_constant = time constant not supported by the record: { FIXED($time_constant_s, decimals: 0) } s
+flag-delay_not_shown = delay indistinguishable from 0 (95 %: up to { $highest_s } s): none is used
 flag-dc_gain = DC gain not supported by the record
 
 ## Candidates that cannot be trusted

@@ -200,7 +200,7 @@ def _held_out_table(what: str, outputs: Sequence[IdentifiedOutput]) -> Table:
         if (held := o.held_out) is not None
     )
     columns = columns_of("*Output | Fit [%] | Model | Static | Fixed averages | Last value held")
-    return Table(columns, rows, f"{what[:1].upper()}{what[1:]}.")
+    return Table(columns, rows, f"{what[:1].upper()}{what[1:]}. RMSE in free run, in µm.")
 
 
 def _selection_section(result: Identification, pictures: Mapping[str, Picture]) -> list[Section]:

@@ -13,7 +13,14 @@ from thermaxis.thermal.identification._joint_gains import joint_gains
 from thermaxis.thermal.identification._records import Records, compensation_model
 from thermaxis.thermal.identification._result import Identification, IdentifiedOutput, Method
 from thermaxis.thermal.log import Experiment
-from thermaxis.thermal.modal import ModalOptions, ModalResult, PartStd, modal
+from thermaxis.thermal.modal import (
+    ModalOptions,
+    ModalResult,
+    PartStd,
+    modal,
+    next_test,
+    response_evidence,
+)
 from thermaxis.thermal.selection import SelectionOptions, select
 from thermaxis.thermal.transfer_function import (
     PolynomialResult,
@@ -87,9 +94,10 @@ def identify(
             return _identified(part, method, orders, options)
 
     brief = _without_intervals(modal_options)
-    return with_figures(
+    found = with_figures(
         estimated(records, modal_options), records, lambda part: estimated(part, brief)
     )
+    return _with_next_tests(found, records)
 
 
 def _without_intervals(options: ModalOptions | None) -> ModalOptions:
@@ -185,9 +193,28 @@ def identify_joint(
         return Identification(Method.MODAL, rule, (one,), True, None, (), found)  # noqa: FBT003
 
     brief = _without_intervals(modal_options)
-    return with_figures(
+    judged = with_figures(
         estimated(records, modal_options), records, lambda part_of: estimated(part_of, brief)
     )
+    return _with_next_tests(judged, records)
+
+
+def _with_next_tests(found: Identification, records: Records) -> Identification:
+    """Return an identification with the tests that would help most, where sources are named."""
+    if found.selection is not None:
+        return found
+    names = [definition.name for definition in records.inputs]
+    log = records.logs[0]
+    alike = [(log.units[log.name_of(d.plus)], d.minus is None) for d in records.inputs]
+    outputs: list[IdentifiedOutput] = []
+    for output in found.outputs:
+        if output.model is not None:
+            options = ModalOptions(delays_s=tuple(part.delay_s for part in output.model.parts))
+            experiments = records.experiments[found.reference_of(output.name)]
+            asked = next_test(response_evidence(experiments, options), names, alike)
+            output = replace(output, next_test=asked)  # noqa: PLW2901 - the same output
+        outputs.append(output)
+    return replace(found, outputs=tuple(outputs))
 
 
 def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedOutput:
@@ -198,6 +225,7 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=result.slow_noise_std_um,
         static_gains_um_per_k=static_gains(records, name),
+        trials=result.trials,
         warnings=result.warnings,
     )
 

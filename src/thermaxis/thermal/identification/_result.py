@@ -11,7 +11,7 @@ from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._joint_gains import JointGains
 from thermaxis.thermal.identification._records import Records, compensation_model
-from thermaxis.thermal.modal import PartStd
+from thermaxis.thermal.modal import LagTrial, NextTest, PartStd
 from thermaxis.thermal.selection import SelectionResult
 from thermaxis.thermal.transfer_function import PolynomialResult, ThermalModel, combine_models
 from thermaxis.thermal.verification import (
@@ -81,6 +81,11 @@ class IdentifiedOutput:
     """Gains of the static regression, one per input of the records. [µm/K]"""
     polynomials: PolynomialResult | None = None
     """Numerators and denominators of ARX and output error."""
+    trials: tuple[LagTrial, ...] = ()
+    """Sets of lags that `modal` tried; those of ARX and output error are in `polynomials`."""
+    next_test: NextTest | None = None
+    """What to measure next; None without a model, and where candidates were chosen among: which
+    of them are sources is not known."""
     warnings: tuple[Message, ...]
     """What the user must know of this output."""
 

@@ -2,11 +2,17 @@ from ._lags import (
     Refinement as Refinement,
 )
 from ._modal import (
+    LagTrial as LagTrial,
     ModalOptions as ModalOptions,
     ModalResult as ModalResult,
     PartStd as PartStd,
     modal as modal,
     response_evidence as response_evidence,
+)
+from ._next_test import (
+    NextTest as NextTest,
+    PossibleTest as PossibleTest,
+    next_test as next_test,
 )
 from ._regressors import (
     Segment as Segment,

@@ -227,23 +227,29 @@ class Component:
     """Variance of the DC gain from the time constants' uncertainty, scaled, (k,). [1]"""
 
 
-def refined_components(
-    problem: Refinement, refined: Refined, sizes: Sizes, span: float
-) -> list[Component]:
-    """Return the components of lags off the grid, some gains held at zero.
+def log_prior_of(refined: Refined, span: float) -> float:
+    """Return the logarithm of the prior mass of lags that the record cannot tell from these. [1]
 
     References
     ----------
     MacKay 1992 (Laplace's approximation of the evidence).
     """
     lags = refined.time_constants_s.size
+    # Sets are unordered: as many orders as there are describe the same lags.
+    orders = float(np.sum(np.log(np.arange(1, lags + 1))))
+    _, log_volume = np.linalg.slogdet(2.0 * np.pi * refined.covariance[-lags:, -lags:])
+    return 0.5 * float(log_volume) + orders - lags * float(np.log(span))
+
+
+def refined_components(
+    problem: Refinement, refined: Refined, sizes: Sizes, span: float
+) -> list[Component]:
+    """Return the components of lags off the grid, some gains held at zero."""
+    lags = refined.time_constants_s.size
     design = problem.design_at(refined.time_constants_s)
     products = design.products(sizes.noise)
     moves = refined.covariance[-lags:, -lags:]
-    # Sets are unordered: as many orders as there are describe the same lags.
-    orders = float(np.sum(np.log(np.arange(1, lags + 1))))
-    _, log_volume = np.linalg.slogdet(2.0 * np.pi * moves)
-    log_prior = 0.5 * float(log_volume) + orders - lags * float(np.log(span))
+    log_prior = log_prior_of(refined, span)
     gains = design.gains
     total = refined.covariance[:gains, :gains]
     # What the gains would vary if the time constants were known.

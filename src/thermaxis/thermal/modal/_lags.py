@@ -158,6 +158,8 @@ LEAST_LOG_RATIO = 0.2
 gains of opposite sign they would make a derivative. [1]"""
 WIDE_LOG_STD = 2.0
 """Prior standard deviation of the logarithm of a time constant: hardly any. [1]"""
+HELD = 1e12
+"""Prior precision of what is given: a gain that is zero, a time constant that does not move. [1]"""
 _DELTA = 1e-4
 
 
@@ -182,6 +184,15 @@ class Refinement:
     """Number of experiments. [1]"""
     bounds_s: tuple[float, float]
     """Shortest and longest time constant. [s]"""
+    acting: BoolArray | None = None
+    """Where time constants are given, and do not move: through which an input acts, (k, 1 + j)."""
+
+    def prior(self, design: Design) -> FloatArray:
+        """Return the prior precision of the coefficients, (q,)."""
+        found = prior_precision(design, self.sizes, design.lags)
+        if self.acting is not None:
+            found[: design.gains][~self.acting.ravel()] = HELD
+        return found
 
     def design_at(self, taus_s: FloatArray) -> Design:
         """Return the regressors for a few time constants."""
@@ -197,7 +208,7 @@ class Refinement:
         """Return design, coefficients and penalised sum of squares at these time constants."""
         design = self.design_at(taus_s)
         gram, _ = design.products(self.sizes.noise)
-        precision = gram[:-1, :-1] + np.diag(prior_precision(design, self.sizes, taus_s.size))
+        precision = gram[:-1, :-1] + np.diag(self.prior(design))
         mean = np.asarray(np.linalg.solve(precision, gram[:-1, -1]), dtype=np.float64)
         left = float(gram[-1, -1] - gram[:-1, -1] @ mean)
         return design, mean, max(left, 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
@@ -235,10 +246,10 @@ class Refinement:
         rows = tuple(
             np.hstack([r[:, :-1], d, r[:, -1:]]) for r, d in zip(design.rows, slopes, strict=True)
         )
-        prior = prior_precision(design, self.sizes, taus_s.size)
+        move = variance / WIDE_LOG_STD**2 if self.acting is None else HELD
         return Linearised(
             design=replace(design, rows=rows),
-            prior=np.concatenate([prior, np.full(taus_s.size, variance / WIDE_LOG_STD**2)]),
+            prior=np.concatenate([self.prior(design), np.full(taus_s.size, move)]),
         )
 
     def refined(self, start_s: FloatArray, steps: int = 15) -> Refined:

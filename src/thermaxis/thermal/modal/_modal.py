@@ -16,15 +16,17 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import final
 
 import numpy as np
 
 from thermaxis.codes import Message, Place
-from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.errors import ConfigurationError, DataError, require_range
+from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.modal._average import (
+    LARGER_GAINS,
     Average,
     Compared,
     Component,
@@ -33,9 +35,11 @@ from thermaxis.thermal.modal._average import (
     compare_grids,
     compare_sets,
     compare_sparse,
+    log_prior_of,
     refined_components,
     tempered_variance,
 )
+from thermaxis.thermal.modal._delays import likely_delays
 from thermaxis.thermal.modal._evidence import (
     AT_REST,
     Design,
@@ -47,8 +51,8 @@ from thermaxis.thermal.modal._evidence import (
     most_likely_sizes,
     scales_of,
 )
-from thermaxis.thermal.modal._lags import Refined, Refinement, prior_precision
-from thermaxis.thermal.modal._regressors import Segment, segments_of
+from thermaxis.thermal.modal._lags import LEAST_LOG_RATIO, Refined, Refinement, compared
+from thermaxis.thermal.modal._regressors import BoolArray, Segment, segments_of
 from thermaxis.thermal.modal._validation import BlockedValidation, validated
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 
@@ -76,6 +80,12 @@ DRIFT_CORRELATION_S = 5400.0
 """Most plausible correlation time of a slow drift: what machines in halls show. [s]"""
 LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
+AGAINST = 10.0
+"""Logarithm of how much less likely given lags make a record that speaks against them. [1]"""
+DELAY_BLOCKS = 3.0
+"""By how much shorter the blocks are that show a delay. [1]"""
+MOST_GIVEN, LONGEST_S = 6, 1e7
+"""Time constants that are given for one input, at most [1], and the longest. [s]"""
 LARGEST_DC_SHARE = 1.0 / 3.0
 """Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
 
@@ -92,11 +102,11 @@ class ModalOptions:
     """
 
     most_lags: int = 4
-    """Largest number of lags that is tried. Default: more were never told apart. [1]"""
-    lags: int | None = None
-    """Number of lags; None lets blocked cross-validation choose. [1]"""
-    delays_s: tuple[float, ...] | None = None
-    """Delay of every input; None for none. [s]"""
+    """Largest number of lags that is tried, up to 5. Default: more were never told apart. [1]"""
+    time_constants_s: tuple[tuple[float, ...], ...] | None = None
+    """Time constants of every input; None for those that the record shows. [s]"""
+    delays_s: tuple[float | None, ...] | None = None
+    """Delay of every input, None for the most likely one; None for none at all. [s]"""
     steady_start: bool = False
     """Whether every experiment starts in the steady state of its first row; else it is free."""
     block_s: float | None = None
@@ -106,11 +116,47 @@ class ModalOptions:
 
     def __post_init__(self) -> None:
         """Check that the options can be met."""
-        if not 1 <= self.most_lags <= 5 or not (self.lags is None or 1 <= self.lags <= 5):
-            raise ConfigurationError("lags_outside", most=5, place=Place(key="lags"))
-        times = [*(self.delays_s or ()), self.block_s if self.block_s is not None else 1.0]
+        require_range("most_lags", self.most_lags, 1, 5)
+        times = [
+            *(delay_s or 0.0 for delay_s in self.delays_s or ()),
+            self.block_s if self.block_s is not None else 1.0,
+        ]
         if not all(math.isfinite(t) and t >= 0 for t in times) or self.block_s == 0:
             raise ConfigurationError("not_a_time", place=Place(key="delays_s, block_s"))
+        for given in self.time_constants_s or ():
+            ordered = sorted(given)
+            place = Place(key="lags")
+            if not 0 < len(given) <= MOST_GIVEN or not 0 < ordered[0] <= ordered[-1] <= LONGEST_S:
+                values = {
+                    "given_s": ", ".join(f"{tau_s:g}" for tau_s in ordered),
+                    "most": MOST_GIVEN,
+                    "longest_s": LONGEST_S,
+                }
+                raise ConfigurationError("lags_not_possible", place=place, **values)
+            ratio = math.exp(LEAST_LOG_RATIO)
+            for one_s, next_s in pairwise(ordered):
+                if next_s < one_s * ratio:
+                    values = {"first_s": one_s, "second_s": next_s, "ratio": ratio}
+                    raise ConfigurationError("lags_too_close", place=place, **values)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LagTrial:
+    """One set of time constants that was tried, common to the inputs or given for each."""
+
+    time_constants_s: tuple[float, ...]
+    """The time constants, rising. [s]"""
+    log_evidence: float
+    """Logarithm of the record's density: sizes and gains integrated out, and the time constants
+    unless they are given. Only differences mean anything. [1]"""
+    held_out_um: float | None
+    """Root mean square of the free-run error over blocks that the fit has not seen, their start
+    and zero fitted; None where the record is too short for two blocks. [µm]"""
+    given: bool
+    """Whether the time constants were given."""
+    chosen: bool
+    """Whether the model has them."""
 
 
 @final
@@ -123,11 +169,13 @@ class PartStd:
     gains: tuple[float | None, ...]
     """Of the gains of the lags. [µm/K]"""
     time_constants_s: tuple[float | None, ...]
-    """Of the time constants. [s]"""
+    """Of the time constants; None also where they were given. [s]"""
     dc_gain: float | None
     """Of the DC gain. [µm/K]"""
     flags: tuple[Message, ...]
     """What the record does not support."""
+    delay_interval_s: tuple[float, float] | None = None
+    """95 % interval of a delay that was estimated. [s]"""
 
 
 @final
@@ -152,6 +200,8 @@ class ModalResult:
     begin included; no property of the machine, so the model does not hold it. [µm]"""
     validation: BlockedValidation
     """How the number of lags was chosen."""
+    trials: tuple[LagTrial, ...]
+    """The best set of every number of lags, and the given one behind them."""
     warnings: tuple[Message, ...]
     """What a user must know."""
     stable: bool = True
@@ -183,12 +233,14 @@ class ResponseEvidence:
     longest_s: float
     """Length of the longest experiment. [s]"""
 
-    def log_evidence(self, experiments: Sequence[Experiment] = ()) -> float:
+    def log_evidence(
+        self, experiments: Sequence[Experiment] = (), delays_s: Sequence[float] = ()
+    ) -> float:
         """Return the logarithm of the density, per block, of the record or of others alike. [1]"""
         design = self.design
         if experiments:
             rows = self.segments[0].rows * self.segments[0].sample_time_s
-            segments = segments_of(experiments, rows, (0.0,) * design.inputs)
+            segments = segments_of(experiments, rows, delays_s or (0.0,) * design.inputs)
             design = design_of(
                 segments,
                 self.time_constants_s,
@@ -247,12 +299,8 @@ def response_evidence(
     record shows that they do not.
     """
     chosen = options or ModalOptions()
-    inputs = common_shape(experiments)
-    delays = chosen.delays_s or (0.0,) * inputs
-    if len(delays) != inputs:
-        raise ConfigurationError(
-            "count_not_inputs", count=len(delays), inputs=inputs, place=Place(key="delays_s")
-        )
+    no_delay = (0.0,) * common_shape(experiments)
+    delays = tuple(delay_s or 0.0 for delay_s in chosen.delays_s or no_delay)
     block_s = chosen.block_s or default_block_s(experiments)
     segments = segments_of(experiments, block_s, delays)
     longest = max(e.duration_s for e in experiments)
@@ -318,42 +366,136 @@ def modal(
     to (3).
     """
     chosen = options or ModalOptions()
-    if len(input_names) != common_shape(experiments):
-        raise DataError(
-            "count_not_inputs",
-            count=len(input_names),
-            inputs=experiments[0].inputs,
-            place=Place(key="input_names"),
-        )
+    counted = {
+        "input_names": input_names,
+        "time_constants_s": chosen.time_constants_s,
+        "delays_s": chosen.delays_s,
+    }
+    for key, entries in counted.items():
+        inputs = common_shape(experiments)
+        if entries is not None and len(entries) != inputs:
+            values = {"count": len(entries), "inputs": inputs}
+            raise DataError("count_not_inputs", place=Place(key=key), **values)
+    if chosen.delays_s is None:
+        return _estimated(experiments, input_names, chosen)
+    delays_s, ends_s = _delays(experiments, chosen.delays_s, chosen)
+    result = _estimated(experiments, input_names, replace(chosen, delays_s=delays_s))
+    std = list(result.std)
+    for k, ends in enumerate(ends_s):
+        if ends is not None:
+            none = Message("flag-delay_not_shown", {"highest_s": ends[1]})
+            flags = (*std[k].flags, none) if ends[0] == 0.0 else std[k].flags
+            std[k] = replace(std[k], delay_interval_s=ends, flags=flags)
+    return replace(result, std=tuple(std))
+
+
+def _delays(
+    experiments: Sequence[Experiment], wanted: Sequence[float | None], options: ModalOptions
+) -> tuple[tuple[float, ...], list[tuple[float, float] | None]]:
+    """Return the delays of all inputs in whole rows, with the intervals of those not given. [s]"""
+    longest_s, step_s = (max(e.duration_s for e in experiments), experiments[0].sample_time_s)
+    longest_given_s = max(delay_s or 0.0 for delay_s in wanted)
+    if longest_given_s > longest_s / 2.0:
+        values = {"delay_s": longest_given_s, "longest_s": longest_s}
+        raise ConfigurationError("delay_beyond_record", place=Place(key="delay"), **values)
+    given = [None if delay_s is None else round(delay_s / step_s) for delay_s in wanted]
+    if None not in given:
+        return tuple(step_s * (rows or 0) for rows in given), [None] * len(given)
+    shorter_s = max(default_block_s(experiments) / DELAY_BLOCKS, longest_s / MOST_BLOCKS, step_s)
+    evidence = response_evidence(experiments, replace(options, block_s=shorter_s))
+
+    def log_evidence(rows: Sequence[int]) -> float:
+        late = [step_s * row for row in rows]
+        return evidence.design.readings * evidence.log_evidence(experiments, late)
+
+    late, ends = likely_delays(log_evidence, given, int(longest_s / step_s))
+    in_seconds = [None if e is None else (step_s * e[0], step_s * e[1]) for e in ends]
+    return tuple(step_s * row for row in late), in_seconds
+
+
+def _estimated(
+    experiments: Sequence[Experiment], input_names: Sequence[str], chosen: ModalOptions
+) -> ModalResult:
     evidence = response_evidence(experiments, chosen)
     found = _sets(evidence, evidence.sizes, chosen)
-    candidates = _refined_sets(evidence, found, chosen, len(experiments))
-    validation = validated([candidates[n] for n in sorted(candidates)])
-    lags = chosen.lags or validation.chosen
-    if lags not in candidates:
-        raise DataError("too_few_time_constants", lags=lags, place=Place(key="lags"))
+    candidates = _refined_sets(evidence, found, chosen)
+    every = [candidates[n] for n in sorted(candidates)]
+    if chosen.time_constants_s is not None:
+        every.append(_given(evidence, evidence.sizes, chosen))
+    validation = validated(every)
+    if chosen.time_constants_s is not None:
+        _, refined = _given(evidence, evidence.wide_sizes or evidence.sizes, chosen)
+        wide = 1 + refined.time_constants_s.size
+        parts = [slice(k * wide, (k + 1) * wide) for k in range(len(input_names))]
+        dc_variance = np.array([np.sum(refined.covariance[part, part]) for part in parts])
+        carried = (*every[-1], every[-1][1].gains)
+        return _result(evidence, input_names, chosen, dc_variance, carried, every, validation)
+    lags = validation.chosen
     block_s = max(s.rows * s.sample_time_s for s in evidence.segments)
     blocks = sum(s.blocks for s in evidence.segments)
     shortest_s = float(candidates[lags][1].time_constants_s[0])
     if chosen.block_s is None and shortest_s < SHORT_LAG * block_s and blocks < FEW_BLOCKS:
         shorter = replace(chosen, block_s=block_s / 3.0)
-        return modal(experiments, input_names=input_names, options=shorter)
+        return _estimated(experiments, input_names, shorter)
     average = averaged(_components(evidence, evidence.sizes, found, candidates.values()))
-    numbers = [lags] if chosen.lags else [n for n in sorted(candidates) if n >= lags]
-    carried = _carried([candidates[n] for n in numbers], average)
+    carried = _carried([candidates[n] for n in sorted(candidates) if n >= lags], average)
     dc_variance = np.full(len(input_names), np.nan)
     if evidence.wide_sizes is not None:
         wide = _sets(evidence, evidence.wide_sizes, chosen)
         components = _components(evidence, evidence.wide_sizes, wide, candidates.values())
         dc_variance = tempered_variance(components, carried[2].sum(axis=1))
-    return _result(evidence, input_names, chosen, dc_variance, carried, validation)
+    return _result(evidence, input_names, chosen, dc_variance, carried, every, validation)
+
+
+def _given(
+    evidence: ResponseEvidence, sizes: Sizes, options: ModalOptions
+) -> tuple[Refinement, Refined]:
+    """Return the fit of time constants that are given, at the most likely size of gains."""
+    given = options.time_constants_s or ()
+    taus_s = np.array(sorted({tau_s for each in given for tau_s in each}))
+    acting = np.array([[True, *(tau_s in each for tau_s in taus_s.tolist())] for each in given])
+    tried = [_problem(evidence, sizes.enlarged(one), options, acting) for one in LARGER_GAINS]
+    best = max(tried, key=lambda problem: _log_evidence(problem, taus_s))
+    return best, best.refined(taus_s, steps=0)
+
+
+def _log_evidence(problem: Refinement, taus_s: FloatArray) -> float:
+    """Return the logarithm of the record's density with these time constants. [1]"""
+    design = problem.design_at(taus_s)
+    members = np.arange(taus_s.size, dtype=np.intp)[None, :]
+    without = None if problem.acting is None else ~problem.acting.reshape(1, -1)
+    products = design.products(problem.sizes.noise)
+    return float(compared(design, products, problem.sizes, members, without).log_evidence[0])
+
+
+def _trials(
+    evidence: ResponseEvidence,
+    tried: Sequence[tuple[Refinement, Refined]],
+    chosen: Refined,
+    validation: BlockedValidation,
+) -> tuple[LagTrial, ...]:
+    span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
+    found: list[LagTrial] = []
+    for (problem, refined), rms in zip(tried, validation.rmse.tolist(), strict=True):
+        given = problem.acting is not None
+        log_evidence = _log_evidence(problem, refined.time_constants_s)
+        found.append(
+            LagTrial(
+                time_constants_s=tuple(refined.time_constants_s.tolist()),
+                log_evidence=log_evidence + (0.0 if given else log_prior_of(refined, span)),
+                held_out_um=evidence.scales.y * rms if math.isfinite(rms) else None,
+                given=given,
+                chosen=refined is chosen,
+            )
+        )
+    return tuple(found)
 
 
 def _sets(evidence: ResponseEvidence, sizes: Sizes, options: ModalOptions) -> list[Compared]:
     """Return all sets of lags of the grid under given sizes."""
     products = evidence.design.products(sizes.noise)
-    most_lags = max(options.most_lags, options.lags or 1)
-    return compare_sets(evidence.design, products, sizes, evidence.time_constants_s, most_lags)
+    grid_s = evidence.time_constants_s
+    return compare_sets(evidence.design, products, sizes, grid_s, options.most_lags)
 
 
 def _components(
@@ -377,27 +519,34 @@ def _components(
     return components
 
 
+def _problem(
+    evidence: ResponseEvidence,
+    sizes: Sizes,
+    options: ModalOptions,
+    acting: BoolArray | None = None,
+) -> Refinement:
+    grid_s = evidence.time_constants_s
+    return Refinement(
+        segments=evidence.segments,
+        scales=evidence.scales,
+        sizes=sizes,
+        free_start=not options.steady_start,
+        experiments=evidence.design.offsets,
+        bounds_s=(float(grid_s[0]) / 4.0, float(grid_s[-1])),
+        acting=acting,
+    )
+
+
 def _refined_sets(
     evidence: ResponseEvidence,
     found: Sequence[Compared],
     options: ModalOptions,
-    experiments: int,
 ) -> dict[int, tuple[Refinement, Refined]]:
     """Return the best set of every number of lags, moved between the points of the grid."""
     refined: dict[int, tuple[Refinement, Refined]] = {}
     for number in sorted({c.lags for c in found}):
         members, sizes = best_of(found, number)
-        problem = Refinement(
-            segments=evidence.segments,
-            scales=evidence.scales,
-            sizes=sizes,
-            free_start=not options.steady_start,
-            experiments=experiments,
-            bounds_s=(
-                float(evidence.time_constants_s[0]) / 4.0,
-                float(evidence.time_constants_s[-1]),
-            ),
-        )
+        problem = _problem(evidence, sizes, options)
         refined[number] = (problem, problem.refined(evidence.time_constants_s[members]))
     return refined
 
@@ -437,7 +586,7 @@ def _gains_carrying(problem: Refinement, refined: Refined, average: Average) -> 
     """
     own = problem.design_at(refined.time_constants_s)
     gram, _ = own.products(problem.sizes.noise)
-    precision = gram[:-1, :-1] + np.diag(prior_precision(own, problem.sizes, own.lags))
+    precision = gram[:-1, :-1] + np.diag(problem.prior(own))
     right = gram[:-1, -1].copy()
     rows, wide = np.vstack([r[:, : own.gains] for r in own.rows]), 1 + own.lags
     for i, variance in enumerate(average.dc_variance.tolist()):
@@ -459,19 +608,19 @@ def _part_std(
     dc_variance: FloatArray,
     dc_gain: float,
     evidence: ResponseEvidence,
+    acting: BoolArray | None,
 ) -> PartStd:
     longest_s = evidence.longest_s
-    lags = refined.time_constants_s.size
-    inputs = refined.gains.shape[0]
+    inputs, wide = refined.gains.shape
+    every = np.ones(wide - 1, dtype=np.bool_)
+    kept = np.flatnonzero(every if acting is None else acting[number, 1:])
     spread = np.sqrt(np.maximum(np.diag(refined.covariance), 0.0))
-    gains = unit * spread[number * (1 + lags) : (number + 1) * (1 + lags)]
-    log_tau = spread[inputs * (1 + lags) :]
-    supported = (log_tau < LARGEST_LOG_STD) & (
-        refined.time_constants_s <= SUPPORTED_SHARE * longest_s
-    )
+    gains = unit * spread[number * wide + np.append(0, 1 + kept)]
+    taus_s, log_tau = refined.time_constants_s[kept], spread[inputs * wide + kept]
+    supported = (log_tau < LARGEST_LOG_STD) & (taus_s <= SUPPORTED_SHARE * longest_s)
     flags = [
         Message("flag-time_constant", {"time_constant_s": tau_s})
-        for tau_s, known in zip(refined.time_constants_s.tolist(), supported, strict=True)
+        for tau_s, known in zip(taus_s.tolist(), supported, strict=True)
         if not known
     ]
     dc_std = unit * math.sqrt(float(dc_variance[number]))
@@ -484,8 +633,8 @@ def _part_std(
             float(g) if k else None for g, k in zip(gains[1:], supported.tolist(), strict=True)
         ),
         time_constants_s=tuple(
-            float(t * s) if k else None
-            for t, s, k in zip(refined.time_constants_s, log_tau, supported.tolist(), strict=True)
+            float(t * s) if k and acting is None else None
+            for t, s, k in zip(taus_s, log_tau, supported.tolist(), strict=True)
         ),
         dc_gain=dc_std if dc_std <= largest_std else None,
         flags=tuple(flags),
@@ -498,9 +647,12 @@ def _result(
     options: ModalOptions,
     dc_variance: FloatArray,
     carried: tuple[Refinement, Refined, FloatArray],
+    tried: Sequence[tuple[Refinement, Refined]],
     validation: BlockedValidation,
 ) -> ModalResult:
     problem, refined, gains = carried
+    trials = _trials(evidence, tried, refined, validation)
+    acting = np.ones(gains.shape, dtype=np.bool_) if problem.acting is None else problem.acting
     scales, delays = evidence.scales, options.delays_s or (0.0,) * len(input_names)
     parts: list[ModalPart] = []
     stds: list[PartStd] = []
@@ -509,16 +661,26 @@ def _result(
         part = ModalPart(
             input_name=name,
             direct_gain=float(unit * gains[i, 0]),
-            gains=unit * gains[i, 1:],
-            time_constants_s=refined.time_constants_s,
-            delay_s=delays[i],
+            gains=unit * gains[i, 1:][acting[i, 1:]],
+            time_constants_s=refined.time_constants_s[acting[i, 1:]],
+            delay_s=delays[i] or 0.0,
         )
         parts.append(part)
-        stds.append(_part_std(refined, i, unit, dc_variance, part.dc_gain, evidence))
+        stds.append(
+            _part_std(refined, i, unit, dc_variance, part.dc_gain, evidence, problem.acting)
+        )
     others = _starts_and_offsets(problem, refined, gains)
     zeros = problem.design_at(refined.time_constants_s).zeros
     at_zero = zeros[:, -1] - zeros[:, :-1] @ np.concatenate([gains.ravel(), others])
     offsets = scales.y * (at_zero + others[others.size - refined.offsets.size :])
+    warnings = _warnings(evidence, stds)
+    if against := _lags_against(trials):
+        # Their intervals hold if the lags do.
+        none = (None,) * max(part.gains.size for part in parts)
+        stds = [
+            replace(s, direct_gain=None, gains=none[: len(s.gains)], dc_gain=None) for s in stds
+        ]
+        warnings = (against, *warnings)
     model = ThermalModel(tuple(parts))
     rows = float(np.median([s.rows for s in evidence.segments]))
     block_std = scales.y * math.sqrt(refined.variance)
@@ -531,8 +693,20 @@ def _result(
         fit_percent=_fit_percent(problem, refined, gains),
         offsets_um=tuple(offsets.tolist()),
         validation=validation,
-        warnings=_warnings(evidence, stds),
+        trials=trials,
+        warnings=warnings,
     )
+
+
+def _lags_against(trials: Sequence[LagTrial]) -> Message | None:
+    """Return a warning where the record speaks against lags that were given."""
+    best = max(trials, key=lambda trial: trial.log_evidence)
+    less = best.log_evidence - trials[-1].log_evidence
+    if not trials[-1].given or less < AGAINST:
+        return None
+    own_s = ", ".join(f"{tau_s:.4g}" for tau_s in best.time_constants_s)
+    values = {"less": significant(less, 2), "own_s": own_s}
+    return Message("warning-lags_against_record", values)
 
 
 def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[Message, ...]:
@@ -558,7 +732,7 @@ def _starts_and_offsets(problem: Refinement, refined: Refined, gains: FloatArray
     own = problem.design_at(refined.time_constants_s)
     gram, _ = own.products(problem.sizes.noise)
     kept, fixed = slice(own.gains, -1), slice(0, own.gains)
-    prior = prior_precision(own, problem.sizes, refined.time_constants_s.size)[own.gains :]
+    prior = problem.prior(own)[own.gains :]
     right = gram[kept, -1] - gram[kept, fixed] @ gains.ravel()
     solved = np.linalg.solve(gram[kept, kept] + np.diag(prior), right)
     return np.asarray(solved, dtype=np.float64)

@@ -28,16 +28,20 @@ class BlockedValidation:
     """Mean square of the free-run error under the noise, per number of lags, (l,). [1]"""
     standard_error: FloatArray
     """Standard error of its difference to the best, (l,). [1]"""
+    rmse: FloatArray
+    """Root mean square of the same error without weights, scaled, (l,). [1]"""
     chosen: int
     """Smallest number of lags within one standard error of the best. [1]"""
 
 
-def _products_of_blocks(problem: Refinement, local: Linearised) -> tuple[FloatArray, FloatArray]:
-    """Return the products of every block, (f, q + 1, q + 1), and its readings, (f,)."""
+def _products_of_blocks(
+    problem: Refinement, local: Linearised
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Return the products of every block, (f, q + 1, q + 1), and its rows."""
     design, noise = local.design, problem.sizes.noise
     length = max(2, -(-design.readings // FOLDS))
     products: list[FloatArray] = []
-    counts: list[int] = []
+    blocks: list[FloatArray] = []
     for rows, white, times_s, basis in zip(
         design.rows, design.white_variance, design.times_s, design.basis, strict=True
     ):
@@ -49,12 +53,12 @@ def _products_of_blocks(problem: Refinement, local: Linearised) -> tuple[FloatAr
             joint = weighted_products(both, white[piece], times_s[piece], noise)
             found = with_drift(joint, rows.shape[1], noise)
             products.append(found.gram)
-            counts.append(last - first)
-    return np.array(products), np.array(counts, dtype=np.float64)
+            blocks.append(rows[piece])
+    return np.array(products), blocks
 
 
-def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArray]:
-    """Return the squared free-run error over every block and its readings, (f,).
+def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArray, float]:
+    """Return the squared free-run error over every block, its readings, (f,), and the plain rms.
 
     Notes
     -----
@@ -67,9 +71,10 @@ def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArr
     H being the columns of offset and start. All products are parts of G_k.
     """
     local = problem.linearised(refined)
-    blocks, counts = _products_of_blocks(problem, local)
+    blocks, pieces = _products_of_blocks(problem, local)
+    counts = np.array([piece.shape[0] for piece in pieces], dtype=np.float64)
     if counts.size < 2:
-        return np.zeros(counts.size), counts
+        return np.zeros(counts.size), counts, float("nan")
     size = int(blocks.shape[1]) - 1
     gains, lags = local.design.gains, local.design.lags
     diagonal = np.arange(int(size))
@@ -88,7 +93,12 @@ def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArr
     places = np.arange(own.size)
     start[:, places, places] += local.prior[own] + 1e-9
     solved = np.asarray(np.linalg.solve(start, right[:, :, None]), dtype=np.float64)[:, :, 0]
-    return total - np.einsum("fi,fi->f", right, solved), counts
+    mean[:, own] = solved
+    left = [
+        p[:, -1] - p[:, :-1] @ coefficients for p, coefficients in zip(pieces, mean, strict=True)
+    ]
+    rms = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    return total - np.einsum("fi,fi->f", right, solved), counts, rms
 
 
 def validated(candidates: Sequence[tuple[Refinement, Refined]]) -> BlockedValidation:
@@ -105,13 +115,14 @@ def validated(candidates: Sequence[tuple[Refinement, Refined]]) -> BlockedValida
     found = [_errors(problem, refined) for problem, refined in candidates]
     counts = found[0][1]
     unit = candidates[-1][1].variance
-    errors = np.array([e for e, _ in found]) / unit
+    errors = np.array([e for e, _, _ in found]) / unit
+    rms = np.array([r for _, _, r in found])
     mean = errors.sum(axis=1) / counts.sum()
     best = int(np.argmin(mean))
     folds = counts.size
     if folds < 2:
-        return BlockedValidation(numbers, mean, np.zeros(len(numbers)), numbers[0])
+        return BlockedValidation(numbers, mean, np.zeros(len(numbers)), rms, numbers[0])
     spread = np.std(errors - errors[best], axis=1, ddof=1) * np.sqrt(folds) / counts.sum()
     worse = mean - mean[best]
     within = np.flatnonzero((worse <= spread) | (worse * unit <= EXACT))
-    return BlockedValidation(numbers, mean, spread, numbers[int(within[0])])
+    return BlockedValidation(numbers, mean, spread, rms, numbers[int(within[0])])

@@ -5,26 +5,18 @@ from ._arx import (
     triangle as triangle,
 )
 from ._conversion import (
-    PAPER_SPINDLE as PAPER_SPINDLE,
-    PAPER_TABLE as PAPER_TABLE,
     ModalForm as ModalForm,
     OtherMode as OtherMode,
-    PrintedTransferFunction as PrintedTransferFunction,
-    RoundingLoss as RoundingLoss,
-    change_sample_time as change_sample_time,
     equivalent_part as equivalent_part,
     left_after as left_after,
     modal_form as modal_form,
     modal_part as modal_part,
     polynomial_model_of as polynomial_model_of,
-    rounding_loss as rounding_loss,
     thermal_model_of as thermal_model_of,
     transfer_function_of as transfer_function_of,
 )
 from ._figures import (
-    SimulationFigures as SimulationFigures,
     fit_percent as fit_percent,
-    simulation_figures as simulation_figures,
 )
 from ._linearity import (
     Linearity as Linearity,
@@ -33,10 +25,6 @@ from ._linearity import (
 from ._oe import (
     OeOptions as OeOptions,
     oe as oe,
-)
-from ._paper_models import (
-    paper_spindle_model as paper_spindle_model,
-    paper_table_model as paper_table_model,
 )
 from ._polynomial_model import (
     OrderTrial as OrderTrial,
@@ -50,12 +38,10 @@ from ._polynomial_model import (
     simulate_transfer_function as simulate_transfer_function,
 )
 from ._residuals import (
-    InformationCriteria as InformationCriteria,
     PoleZeroMap as PoleZeroMap,
     ResidualAnalysis as ResidualAnalysis,
     StepResponses as StepResponses,
     analyse_residuals as analyse_residuals,
-    information_criteria as information_criteria,
     pole_zero_map as pole_zero_map,
     step_responses as step_responses,
 )

@@ -1,9 +1,8 @@
-"""Numerator and denominator to gains and time constants and back; what printed digits lose."""
+"""Numerator and denominator to gains and time constants and back."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
-from math import fsum, log, log10
+from math import fsum, log
 from typing import final
 
 import numpy as np
@@ -27,11 +26,6 @@ FOLDED_ROWS = 3.0
 printed pairs of the paper do, in 1.02 and 2.56. [row]"""
 SAME_POLE = 1e-7
 """Poles that are closer than this share of their distance from one count as a double pole. [1]"""
-MOST_CORNERS = 1 << 12
-"""Largest number of corners of the rounding that are computed. [1]"""
-ROUNDING_DRAWS = 20_000
-"""Random roundings for the standard deviations. [1]"""
-_DRAW_SEED = 2021
 _WHOLE_ROWS = 1e-6
 
 
@@ -285,7 +279,7 @@ def transfer_function_of(part: ModalPart, sample_time_s: float) -> TransferFunct
 
     Notes
     -----
-    Ten digits of a and b may hold less than two of the DC gain: `rounding_loss` says how many.
+    Ten digits of a and b may hold less than two of the DC gain.
     """
     require_sample_time(sample_time_s)
     rows = part.delay_s / sample_time_s
@@ -301,43 +295,6 @@ def transfer_function_of(part: ModalPart, sample_time_s: float) -> TransferFunct
     gains = np.array([fsum(part.gains[part.time_constants_s == tau]) for tau in time_constants])
     alphas = -np.expm1(-sample_time_s / time_constants)
     return _joined(part.direct_gain, gains.tolist(), alphas.tolist(), round(rows))
-
-
-def change_sample_time(
-    transfer_function: TransferFunction, sample_time_s: float, new_sample_time_s: float
-) -> TransferFunction:
-    """Return the same model for another sample time: poles p^(new / old), gains unchanged.
-
-    Raises
-    ------
-    DataError
-        As in `modal_form`, or if a negative pole, a late gain or a delay has no counterpart at the
-        new sample time: late gains and delays must stay whole rows.
-    """
-    require_sample_time(new_sample_time_s)
-    form = modal_form(transfer_function, sample_time_s)
-    ratio = new_sample_time_s / sample_time_s
-    whole = abs(ratio - round(ratio)) < _WHOLE_ROWS
-    delay = form.delay_rows / ratio
-    real = [mode.pole.real for mode in form.other_modes if not mode.pair]
-    no_counterpart = (
-        form.late_gains.size > 0
-        or (not whole and any(pole < 0.0 for pole in real))
-        or abs(delay - round(delay)) > _WHOLE_ROWS * max(delay, 1.0)
-    )
-    if no_counterpart:
-        raise DataError(
-            "no_counterpart", delay_rows=form.delay_rows, sample_time_s=new_sample_time_s
-        )
-    distances = [
-        complex(-np.expm1(-new_sample_time_s / float(tau))) for tau in form.time_constants_s
-    ]
-    gains = [complex(c) for c in form.gains]
-    for mode in form.other_modes:
-        pole = mode.pole ** (round(ratio) if whole else ratio)
-        distances += [1.0 - pole, 1.0 - pole.conjugate()][: 2 if mode.pair else 1]
-        gains += [mode.gain, mode.gain.conjugate()][: 2 if mode.pair else 1]
-    return _joined(form.direct_gain, gains, distances, round(delay))
 
 
 def _joined(
@@ -381,148 +338,3 @@ def thermal_model_of(model: PolynomialModel) -> ThermalModel:
         ),
         offset_um=model.offset_um,
     )
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class PrintedTransferFunction:
-    """A transfer function as it was printed, with what its digits leave open."""
-
-    transfer_function: TransferFunction
-    """The printed coefficients."""
-    numerator_decimals: tuple[int | None, ...]
-    """Decimals of each a; None where the coefficient is exact. [1]"""
-    denominator_decimals: tuple[int | None, ...]
-    """Decimals of each b; None where the coefficient is exact, as b_0 = 1 is. [1]"""
-
-
-PAPER_SPINDLE = PrintedTransferFunction(
-    TransferFunction(
-        frozen_array([10.01220, -9.9895457, 0.0, 0.0]),
-        frozen_array([1.0, -0.877647, 0.020108, -0.141865]),
-    ),
-    (5, 7, None, None),
-    (None, 6, 6, 6),
-)
-"""Table 1 of the paper, the spindle's transfer function. Its sample time is stated nowhere."""
-PAPER_TABLE = PrintedTransferFunction(
-    TransferFunction(
-        frozen_array([-82.41672, 82.41479, 0.0, 0.0]),
-        frozen_array([1.0, -0.64533, 0.10375, -0.45835]),
-    ),
-    (5, 5, None, None),
-    (None, 5, 5, 5),
-)
-"""Table 2 of the paper, the table's transfer function. Its digits do not define its DC gain."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class RoundingLoss:
-    """What the printed digits of a transfer function leave of its DC gain and time constant."""
-
-    dc_gain: float
-    """DC gain of the printed coefficients. [µm/K]"""
-    dc_gain_between: tuple[float, float]
-    """Least and largest DC gain that rounds to these digits; infinite where the digits allow a
-    pole at z = 1. [µm/K]"""
-    dc_gain_relative_std: float
-    """Standard deviation over roundings that are equally likely; NaN where one is unstable. [1]"""
-    time_constant_rows: float
-    """Slowest time constant of the printed coefficients. [row]"""
-    time_constant_rows_between: tuple[float, float]
-    """Least and largest one that rounds to these digits; infinite where unstable. [row]"""
-    time_constant_relative_std: float
-    """Standard deviation over equally likely roundings; NaN where one is unstable. [1]"""
-    unstable_share: float
-    """Share of the roundings that are unstable. [1]"""
-    decimals_for_percent: float
-    """Decimals of b with which its worst corner moves the DC gain by one percent. [1]"""
-
-
-def rounding_loss(printed: PrintedTransferFunction) -> RoundingLoss:
-    """Return what the printed digits of a transfer function leave open.
-
-    Parameters
-    ----------
-    printed : PrintedTransferFunction
-        Coefficients and their decimals; each true coefficient lies within half a last digit.
-
-    Returns
-    -------
-    RoundingLoss
-        DC gain and slowest time constant: as printed, at the worst corners, and their scatter
-        over 20,000 equally likely roundings (seeded).
-
-    Raises
-    ------
-    DataError
-        If there are more than twelve rounded coefficients.
-    """
-    tf = printed.transfer_function
-    half = np.array(
-        [
-            0.0 if d is None else 0.5 * 10.0**-d
-            for d in (*printed.numerator_decimals, *printed.denominator_decimals)
-        ]
-    )
-    centre = np.concatenate([tf.numerator, tf.denominator])
-    if half.size != centre.size:
-        raise DataError(
-            "count_not_coefficients",
-            count=half.size,
-            coefficients=centre.size,
-            place=Place(key="decimals"),
-        )
-    open_at = np.flatnonzero(half)
-    if 1 << open_at.size > MOST_CORNERS:
-        raise DataError("too_many_corners", coefficients=open_at.size, place=Place(key="decimals"))
-    signs = np.zeros((1 << open_at.size, half.size))
-    signs[:, open_at] = np.array(list(product((-1.0, 1.0), repeat=open_at.size)))
-    at_corners = _gain_and_time_constant(centre + signs * half, tf.numerator.size)
-    draws = np.random.default_rng(_DRAW_SEED).uniform(-1.0, 1.0, (ROUNDING_DRAWS, half.size))
-    drawn = _gain_and_time_constant(centre + draws * half, tf.numerator.size)
-    below = half[tf.numerator.size :]
-    opened = int(np.count_nonzero(below))
-    sum_b = abs(fsum(tf.denominator / tf.denominator[0]))
-    own = _gain_and_time_constant(centre[None, :], tf.numerator.size)
-    return RoundingLoss(
-        dc_gain=tf.dc_gain,
-        dc_gain_between=_between(at_corners[0]),
-        dc_gain_relative_std=_relative_std(drawn[0], tf.dc_gain),
-        time_constant_rows=float(own[1][0]),
-        time_constant_rows_between=_between(at_corners[1]),
-        time_constant_relative_std=_relative_std(drawn[1], float(own[1][0])),
-        unstable_share=float(np.mean(np.isinf(drawn[1]))),
-        decimals_for_percent=log10(0.5 * opened / (0.01 * sum_b)) if opened and sum_b else 0.0,
-    )
-
-
-def _gain_and_time_constant(
-    coefficients: FloatArray, numerator_size: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return DC gains and slowest time constants in rows, (r,) each, infinite where unstable."""
-    below = coefficients[:, numerator_size:] / coefficients[:, numerator_size, None]
-    above = coefficients[:, :numerator_size] / coefficients[:, numerator_size, None]
-    order = below.shape[1] - 1
-    radius = np.zeros(coefficients.shape[0])
-    if order:
-        companion = np.zeros((coefficients.shape[0], order, order))
-        companion[:, 0, :] = -below[:, 1:]
-        companion[:, np.arange(1, order), np.arange(order - 1)] = 1.0
-        radius = np.max(np.abs(np.linalg.eigvals(companion)), axis=1)
-    stable = radius < 1.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.where(stable, np.sum(above, axis=1) / np.sum(below, axis=1), np.inf)
-        rows = np.where(stable, -1.0 / np.log(radius), np.inf)
-    return gain, rows
-
-
-def _between(values: FloatArray) -> tuple[float, float]:
-    return float(np.min(values)), float(np.max(values))
-
-
-def _relative_std(values: FloatArray, centre: float) -> float:
-    if not bool(np.all(np.isfinite(values))) or centre == 0.0:
-        return float("nan")
-    return float(np.std(values)) / abs(centre)

@@ -1,39 +1,9 @@
 """How well a simulated displacement follows the measured one."""
 
-from dataclasses import dataclass
-from typing import final
-
 import numpy as np
 
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class SimulationFigures:
-    """Figures of a free run against the measured displacement."""
-
-    rows: int
-    """Rows in which both were present. [1]"""
-    fit_percent: float
-    """100 (1 - norm of the residual / norm of the measured about its mean). [%]"""
-    peak_to_peak_um: float
-    """Range of the measured displacement: the machine without compensation. [µm]"""
-    residual_peak_to_peak_um: float
-    """Range of measured minus simulated: the machine with compensation. [µm]"""
-    rmse_um: float
-    """Root mean square of the residual. [µm]"""
-    mae_um: float
-    """Mean absolute residual. [µm]"""
-    max_um: float
-    """Largest absolute residual. [µm]"""
-
-    @property
-    def reduction(self) -> float:
-        """Peak-to-peak without over with compensation; infinite where nothing is left. [1]"""
-        left = self.residual_peak_to_peak_um
-        return self.peak_to_peak_um / left if left > 0 else float("inf")
 
 
 def paired(measured_um: FloatArray, simulated_um: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -89,25 +59,3 @@ def _spread(measured: FloatArray) -> float:
     if float(np.ptp(measured)) == 0.0:
         raise DataError("fit_undefined", rows=measured.size, value_um=float(measured[0]))
     return float(np.linalg.norm(measured - np.mean(measured)))
-
-
-def simulation_figures(measured_um: FloatArray, simulated_um: FloatArray) -> SimulationFigures:
-    """Evaluate a free run against the measured displacement, both (n,). [µm]
-
-    NaN where not measured; errors are those of `fit_percent`.
-
-    References
-    ----------
-    Mareš and Horejš 2021, equation (4) and the peak-to-peak approach of section 3.1.
-    """
-    measured, simulated = paired(measured_um, simulated_um)
-    residual = measured - simulated
-    return SimulationFigures(
-        rows=residual.size,
-        fit_percent=100.0 * (1.0 - float(np.linalg.norm(residual)) / _spread(measured)),
-        peak_to_peak_um=float(np.ptp(measured)),
-        residual_peak_to_peak_um=float(np.ptp(residual)),
-        rmse_um=float(np.sqrt(np.mean(residual**2))),
-        mae_um=float(np.mean(np.abs(residual))),
-        max_um=float(np.max(np.abs(residual))),
-    )

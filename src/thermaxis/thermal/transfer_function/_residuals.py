@@ -266,55 +266,6 @@ def _centred(series: Sequence[FloatArray]) -> list[FloatArray]:
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class InformationCriteria:
-    """Criteria that weigh what is left over against the number of parameters."""
-
-    fpe_um2: float
-    """Final prediction error V (1 + d/N) / (1 - d/N); infinite where N is not above d. [µm²]"""
-    aic: float
-    """Akaike: N ln V + 2 d. [1]"""
-    bic: float
-    """Schwarz: N ln V + d ln N. [1]"""
-
-
-def information_criteria(
-    mean_square_um2: float, rows: float, parameters: int
-) -> InformationCriteria:
-    """Return the criteria of a fit.
-
-    Parameters
-    ----------
-    mean_square_um2 : float
-        Mean square V of the residual. [µm²]
-    rows : float
-        Rows N; of a coloured residual the independent rows that it is worth. [1]
-    parameters : int
-        Parameters d. [1]
-
-    Returns
-    -------
-    InformationCriteria
-        Smaller is better; only differences on the same rows mean something.
-
-    Raises
-    ------
-    DataError
-        If the mean square is negative or there is no row.
-
-    References
-    ----------
-    H. Akaike 1969 and 1974, G. Schwarz 1978 (from memory).
-    """
-    if mean_square_um2 < 0 or rows <= 0:
-        raise DataError("no_mean_square", mean_square_um2=mean_square_um2, rows=rows)
-    logarithm = rows * float(np.log(max(mean_square_um2, np.finfo(float).tiny)))
-    d = parameters
-    fpe = mean_square_um2 * (1.0 + d / rows) / (1.0 - d / rows) if rows > d else float("inf")
-    return InformationCriteria(fpe, logarithm + 2.0 * d, logarithm + d * float(np.log(rows)))
-
-
-@final
 @dataclass(frozen=True, slots=True, eq=False)
 class StepResponses:
     """Responses to a lasting step of one kelvin in every input, with bands."""
