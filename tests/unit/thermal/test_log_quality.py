@@ -137,6 +137,22 @@ def test_a_coarse_channel_that_barely_moves_is_not_called_stuck() -> None:
     assert {f.kind for f in found(changed, time_s)} == {FindingKind.QUANTISED}
 
 
+@pytest.mark.parametrize("phase", [0.2, 0.4])
+@pytest.mark.parametrize("step_k", [0.1, 1.0])
+def test_a_display_of_coarse_steps_that_rests_overnight_is_not_called_stuck(
+    step_k: float, phase: float
+) -> None:
+    random = np.random.default_rng(3)
+    hours = np.arange(0.0, 24.0, 1 / 60)
+    hall = 1.2 * np.sin(2 * np.pi * (hours / 24 + phase))
+    heat = np.exp(-np.maximum(hours - 8, 0.0) / 0.6) - np.exp(-np.maximum(hours - 1, 0.0) / 0.6)
+    true = {"T1_C": hall + 9.0 * heat, "T2_C": hall + 5.0 * heat, "T3_C": hall}
+    noisy = {n: 20.0 + v + random.normal(0.0, 0.002, v.size) for n, v in true.items()}
+    shown = {n: step_k * np.round(v / step_k) for n, v in noisy.items()}
+    kinds = {f.kind for f in found(shown, 3600.0 * hours)}
+    assert kinds == {FindingKind.QUANTISED}
+
+
 def test_a_channel_of_two_values_is_stuck_where_the_others_move_by_three_steps() -> None:
     for seed in range(3):
         changed = {n: np.round(v) if n.startswith("T") else v for n, v in columns(seed).items()}

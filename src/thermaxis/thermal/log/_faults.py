@@ -12,7 +12,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place, remark
+from thermaxis.codes import Message, Place, Value, remark
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log._quality import LENGTHS, TEMPERATURES, check_log, out_of_range
 from thermaxis.thermal.log._resample import even_step_s
@@ -73,10 +73,8 @@ def mask_rows(log: ThermalLog, first: int, last: int, channel: str = "") -> Ther
         columns[name] = np.array(columns[name])
         columns[name][first:last] = np.nan
     last = first + rows - 1
-    told = remark("all_rows_masked", rows=rows, row=first, last=last)
-    if channel:
-        told = remark("rows_masked", name=names[0], rows=rows, row=first, last=last)
-        told = replace(told, place=Place(channel=names[0]))
+    at = {"rows": rows, "row": first, "last": last}
+    told = _said("rows_masked", names[0], **at) if channel else remark("all_rows_masked", **at)
     return replace(log, columns=columns, remarks=(*log.remarks, told))
 
 
@@ -111,17 +109,9 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
             kept = np.array(columns[finding.channel])
             kept[first + 1 : last] = np.nan
             columns[finding.channel] = kept
-            said = remark(
-                "rows_stuck",
-                name=finding.channel,
-                value=finding.message.values["value"],
-                unit=finding.message.values["unit"],
-                lasts_s=finding.message.values["lasts_s"],
-                rows=last - first - 1,
-                row=first + 1,
-                last=last - 1,
-            )
-            remarks.append(replace(said, place=finding.message.place))
+            values = {k: finding.message.values[k] for k in ("value", "unit", "lasts_s")}
+            values |= {"rows": last - first - 1, "row": first + 1, "last": last - 1}
+            remarks.append(_said("rows_stuck", finding.channel, **values))
     for name, unit in log.units.items():
         if unit in LENGTHS and not as_logged:
             columns[name] = _masked(name, columns[name], _lone(columns[name]), remarks)
@@ -168,16 +158,13 @@ def _masked(
         return values
     masked = np.array(values)
     masked[wrong] = np.nan
-    said = remark(
-        "values_no_measurement",
-        count=wrong.size,
-        name=name,
-        example=float(values[wrong[0]]),
-        row=int(wrong[0]),
-        last=int(wrong[-1]),
-    )
-    remarks.append(replace(said, place=Place(channel=name)))
+    at = {"example": float(values[wrong[0]]), "row": int(wrong[0]), "last": int(wrong[-1])}
+    remarks.append(_said("values_no_measurement", name, count=wrong.size, **at))
     return masked
+
+
+def _said(code: str, name: str, **values: Value) -> Message:
+    return replace(remark(code, name=name, **values), place=Place(channel=name))
 
 
 def _on_one_zero(
@@ -190,33 +177,19 @@ def _on_one_zero(
     sizes, mixed, spread = _steps(log, rows, values, LEAST_LEAP_UM * per_um)
     back = _come_back(list(sizes.values()), spread)
     if back or len(sizes) > MOST_LEAPS:
-        most = max(sizes.values(), key=abs)
-        said = remark(
-            "displacement_leaps",
-            name=name,
-            why="back" if back else "often",
-            count=len(sizes),
-            size=significant(abs(most), 3),
-            unit=log.units[name],
-            row=min(sizes),
-            last=max(sizes),
+        most, why = significant(max(map(abs, sizes.values())), 3), "back" if back else "often"
+        at = {"unit": log.units[name], "row": min(sizes), "last": max(sizes)}
+        remarks.append(
+            _said("displacement_leaps", name, why=why, count=len(sizes), size=most, **at)
         )
-        remarks.append(replace(said, place=Place(channel=name)))
         return values
     joined = np.array(values)
     joined[mixed] = np.nan
     for row, size in sizes.items():
         joined[row:] -= size
-        said = remark(
-            "displacement_joined",
-            name=name,
-            size=significant(size, 3),
-            within=significant(2.0 * spread, 2),
-            unit=log.units[name],
-            row=row,
-            at_s=float(log.time_s[row]),
-        )
-        remarks.append(replace(said, place=Place(channel=name)))
+        of = {"size": significant(size, 3), "within": significant(2.0 * spread, 2)}
+        at = {"unit": log.units[name], "row": row, "at_s": float(log.time_s[row])}
+        remarks.append(_said("displacement_joined", name, **of, **at))
     return joined
 
 
