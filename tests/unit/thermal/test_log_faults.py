@@ -230,6 +230,13 @@ def test_a_smaller_shift_may_be_the_machine_and_is_told_and_left(shift_s: float)
     assert told.columns["Z_um"] is log.columns["Z_um"]
 
 
+def test_displays_of_one_kelvin_are_late_by_themselves_and_tell_no_clock() -> None:
+    columns = dict(made(1, 2).columns)
+    columns |= {n: np.round(v) for n, v in columns.items() if n.startswith("T_")}
+    log = ThermalLog.from_columns(columns, time_s=made(1, 2).time_s)
+    assert with_one_clock(log, INPUTS, ["Z_um"]) is log  # 180 s early by the evidence
+
+
 def test_what_judges_a_model_is_told_of_its_clock_and_stays() -> None:
     log = stamped(900.0)
     (said,) = (told := with_one_clock(log, INPUTS, ["Z_um"], told_only=True)).remarks

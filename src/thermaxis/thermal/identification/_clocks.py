@@ -45,6 +45,7 @@ _RISES_OF_OUTPUT = (-0.5, -0.35, -0.2, -0.1, 0.1, 0.2, 0.35, 0.5)
 _COLD = 0.1
 """Inputs that begin below this share of their range tell a cold start. [1]"""
 _STEP_S = 90.0
+_FAST_S = 600.0
 _REACH_S = 300.0
 _SHORTEST_S = 7200.0
 _FEWEST_ROWS = 100
@@ -95,10 +96,8 @@ def with_one_clock(
         kept = _independent(record.u)
         if np.count_nonzero(~np.isnan(record.y)) < _FEWEST_ROWS or not kept:
             return log
-        record = replace(record, u=record.u[:, kept])
-        told = _shift(log, record, names[0])
-        if told is None:
-            told = _drift(log, record, [inputs[k] for k in kept], names[0])
+        record, chosen = replace(record, u=record.u[:, kept]), [inputs[k] for k in kept]
+        told = _shift(log, record, chosen, names[0]) or _drift(log, record, chosen, names[0])
     except DataError:  # too little was measured: estimators and verification say what
         return log
     if told is None:
@@ -110,11 +109,14 @@ def with_one_clock(
     return replace(log, remarks=(*log.remarks, told))
 
 
-def _shift(log: ThermalLog, record: Experiment, name: str) -> Message | None:
+def _shift(
+    log: ThermalLog, record: Experiment, inputs: Sequence[InputDefinition], name: str
+) -> Message | None:
     rows, within, gained = _Search(record).found()
     shift_s = round(round(rows * record.sample_time_s / log.usual_step_s) * log.usual_step_s, 3)
     large = abs(shift_s) >= LEAST_SHIFT_S
-    if abs(shift_s) <= TOLD_SHIFT_S or gained < (LEAST_EVIDENCE if large else TOLD_EVIDENCE):
+    least_s = max(TOLD_SHIFT_S, min(_display_s(log, one) for one in inputs))
+    if abs(shift_s) <= least_s or gained < (LEAST_EVIDENCE if large else TOLD_EVIDENCE):
         return None
     return remark(
         "displacements_seem_late" if shift_s > 0.0 else "displacements_seem_early",
@@ -122,6 +124,16 @@ def _shift(log: ThermalLog, record: Experiment, name: str) -> Message | None:
         shift_s=abs(shift_s),
         within_s=significant(2.0 * within * record.sample_time_s, 2),
     )
+
+
+def _display_s(log: ThermalLog, definition: InputDefinition) -> float:
+    """Return how long a display stays at a step while its input changes fast: so late it may be."""
+    values = log.plain_column(definition.plus)
+    steps = np.diff(np.unique(np.round(values[~np.isnan(values)], 6)))
+    rows = max(round(_FAST_S / log.usual_step_s), 1)
+    u = evaluate_input(log, definition)
+    fast = float(np.nanquantile(np.abs(u[rows:] - u[:-rows]), 0.95))
+    return _FAST_S * float(np.median(steps)) / fast if steps.size and fast > 0.0 else np.inf
 
 
 def _drift(
