@@ -34,11 +34,15 @@ from thermaxis.thermal import (
     Identification,
     InputDefinition,
     LogStart,
+    ModalPart,
     ThermalLog,
+    ThermalModel,
     identify,
     parse_input,
     records_of,
+    simulate_from_rest,
     simulate_modal,
+    simulate_switched,
     verify,
     with_one_clock,
     without_faults,
@@ -120,6 +124,28 @@ def drifting(columns: Columns, _: np.random.Generator) -> None:
     columns["T_spindle_c"] += 3.0 * columns["time_s"] / columns["time_s"][-1]
 
 
+def coolant(columns: Columns, rng: np.random.Generator) -> None:
+    """Switch a coolant every 20 to 90 minutes: 3000 s and 26 um/K dry are 900 s and 12 wet."""
+    time_s, step_s = columns["time_s"], float(columns["time_s"][1])
+    edges_s = np.cumsum(rng.uniform(1200.0, 5400.0, 1 + int(time_s[-1] / 1200.0)))
+    on = (np.searchsorted(edges_s, time_s) + rng.integers(2)) % 2 == 1
+    u = (columns["T_spindle_c"] - columns["T_column_c"])[:, None]
+    u = u - u[: max(1, round(60.0 / step_s))].mean()
+    dry, wet = (
+        ThermalModel((ModalPart("spindle", 0.0, np.array([gain]), np.array([tau_s])),))
+        for gain, tau_s in ((26.0, 3000.0), (12.0, 900.0))
+    )
+    columns["Z_um"] += simulate_switched((dry, wet), step_s, u, on)
+    columns["Z_um"] -= simulate_from_rest(dry, step_s, u)
+    columns["coolant_on"] = on.astype(np.float64)
+
+
+def unlogged(columns: Columns, rng: np.random.Generator) -> None:
+    """Switch the coolant, and log nothing of it."""
+    coolant(columns, rng)
+    del columns["coolant_on"]
+
+
 def nothing(_: Columns, __: np.random.Generator) -> None:
     """Leave the log as it is."""
 
@@ -138,8 +164,12 @@ FAULTS: dict[str, tuple[Change, Change]] = {
     "late_90": (late(90.0), together(90.0)),
     "early_90": (late(-90.0), together(-90.0)),
     "drift_3K": (drifting, nothing),
+    "coolant": (coolant, coolant),
+    "coolant_unlogged": (unlogged, unlogged),
 }
 """The fault, and what a person who knows of it would make of the log."""
+REGIMES = (coolant, unlogged)
+"""Changes that the test simulated has too: the free run switches where a column tells when."""
 
 
 @dataclass(frozen=True)
@@ -171,8 +201,14 @@ def trained(change: Change, seed: int, plan: ThermalTestPlan) -> Trained:
     log, found = identified(change, seed, plan)
     first = other.time_s <= 60.0
     u = other.u_k - other.u_k[first].mean(axis=0)
-    z = other.z_um - other.z_um[first].mean()
-    simulated = simulate_modal(found.outputs[0].model, plan.sample_time_s, u)
+    judged, output = other.columns(), found.outputs[0]
+    if change in REGIMES:
+        coolant(judged, np.random.default_rng([seed, 10]))
+    z = judged["Z_um"] - judged["Z_um"][first].mean()
+    simulated = simulate_modal(output.model, plan.sample_time_s, u)
+    if output.regimes is not None:
+        on = judged["coolant_on"] > 0.0
+        simulated = simulate_switched(output.regimes.models, plan.sample_time_s, u, on)
     return Trained(fit_percent(z, simulated), (*log.remarks, *found.messages))
 
 

@@ -8,6 +8,7 @@ from .identification import (
     JointGains as JointGains,
     Method as Method,
     Records as Records,
+    Regimes as Regimes,
     compensation_model as compensation_model,
     identify as identify,
     identify_joint as identify_joint,
@@ -56,6 +57,7 @@ from .modal import (
     PossibleTest as PossibleTest,
     SlowNoise as SlowNoise,
     modal as modal,
+    simulate_switched as simulate_switched,
 )
 from .selection import (
     ChannelScore as ChannelScore,

@@ -20,6 +20,9 @@ warning-no_better_than_static = on rows held out the model leaves { $model_um } 
 warning-explains_nothing = on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um): it explains nothing there, do not use it; check sensors, inputs and rows first, or give another test
 warning-averages_better = on rows held out fixed exponential averages leave far less ({ $averages_um } against { $model_um } um): fitted to the other rows the model does not carry on; verify it on another test before it is used
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
+warning-two_regimes_by = two regimes: gains and time constants at { $column } { $low } are others than at { $high } (rows { $rows } of { $log }); DC gains, um/K: { $gains }. No one model fits both; switched with the column they leave { $rmse_um } um of the last 30 % of the rows. --model writes one for each beside it
+warning-two_regimes = two regimes: { $log } is much more likely with gains and time constants that change while it runs, so no one model fits it; in which rows it does not show. What switches there (coolant, a door, a table)? Log it as a column of 0 and 1
+warning-one_regime = holds only while { $column } is { $value }: interlock the compensation with it, as nothing on the machine switches models
 warning-no_lags = no model file can hold this model, and none of its figures is shown: { $cause }
 
 ## The test that would help most

@@ -20,4 +20,5 @@ from ._result import (
     Identification as Identification,
     IdentifiedOutput as IdentifiedOutput,
     Method as Method,
+    Regimes as Regimes,
 )

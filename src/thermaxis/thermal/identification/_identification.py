@@ -11,6 +11,7 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal.identification._figures import static_gains, with_figures
 from thermaxis.thermal.identification._joint_gains import joint_gains
 from thermaxis.thermal.identification._records import Records, compensation_model
+from thermaxis.thermal.identification._regimes import with_regimes
 from thermaxis.thermal.identification._result import Identification, IdentifiedOutput, Method
 from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.modal import (
@@ -97,6 +98,7 @@ def identify(
     found = with_figures(
         estimated(records, modal_options), records, lambda part: estimated(part, brief)
     )
+    found = replace(found, outputs=tuple(with_regimes(o, records) for o in found.outputs))
     return _with_next_tests(found, records)
 
 

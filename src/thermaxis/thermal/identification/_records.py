@@ -127,7 +127,7 @@ def records_of(
         for name in names:
             y = log.column(name, unit="um")
             columns[f"y {name}"] = y - log.start_of(y, reference_s)
-        even = _even(ThermalLog.from_columns(columns, time_s=log.time_s, name=log.name), step_s)
+        even = even_log(ThermalLog.from_columns(columns, time_s=log.time_s, name=log.name), step_s)
         inputs_even = np.stack([even.columns[f"u{k}"] for k in range(len(inputs))], axis=1)
         ambient_even = even.columns.get("ambient")
         for name in names:
@@ -161,7 +161,7 @@ def has_output(log: ThermalLog, output: str) -> bool:
     return any(not bool(np.all(np.isnan(log.columns[name]))) for name in names)
 
 
-def _even(log: ThermalLog, step_s: float) -> ThermalLog:
+def even_log(log: ThermalLog, step_s: float) -> ThermalLog:
     """Return the log at even times of the wanted step; as it is where it has them already."""
     steps = np.diff(log.time_s)
     if steps.size and bool(np.all(np.abs(steps - step_s) <= _UNEVEN * step_s)):

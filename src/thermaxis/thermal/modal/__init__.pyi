@@ -15,11 +15,17 @@ from ._next_test import (
     next_test as next_test,
 )
 from ._regressors import (
+    BoolArray as BoolArray,
     Segment as Segment,
     segments_of as segments_of,
 )
 from ._slow_noise import (
     SlowNoise as SlowNoise,
+)
+from ._switched import (
+    SwitchedModel as SwitchedModel,
+    fit_switched as fit_switched,
+    simulate_switched as simulate_switched,
 )
 from ._validation import (
     BlockedValidation as BlockedValidation,
