@@ -82,6 +82,7 @@ def test_the_written_model_does_what_is_printed_of_it(
         ["verify", str(model), str(log), "--json", str(tmp_path / "done.json")],
         capsys,
     )
+    assert said.count("\n") <= 40
     own = json.loads((tmp_path / "said.json").read_text())["outputs"]["y_um"]
     verified = json.loads((tmp_path / "done.json").read_text())
     done = verified["outputs"]["y_um"]

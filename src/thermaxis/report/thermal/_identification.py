@@ -243,8 +243,7 @@ def _model_blocks(result: Identification) -> list[Block]:
     blocks: list[Block] = []
     for output in result.outputs[:20]:
         if output.model is not None:
-            blocks.append(_parts_table(output))
-            blocks += _flags(output)
+            blocks += [_parts_table(output), *_flags(output), *_trials(output)]
         if output.polynomials is not None:
             blocks += _polynomial_tables(output)
     return blocks
@@ -279,6 +278,28 @@ def _parts_table(output: IdentifiedOutput) -> Table:
         f" {'±: 95 % intervals.' if known else 'No intervals: nothing here supports one.'}"
     )
     return Table(columns, tuple(rows), words)
+
+
+def _trials(output: IdentifiedOutput) -> list[Block]:
+    """Return the lags that were tried, and the test to make next."""
+    best = max((trial.log_evidence for trial in output.trials), default=0.0)
+    rows = tuple(
+        (
+            "given" if trial.given else str(len(trial.time_constants_s)),
+            "; ".join(significant(tau_s) for tau_s in trial.time_constants_s),
+            fixed(trial.log_evidence - best, 1),
+            micrometres(trial.held_out_um),
+            "taken" if trial.chosen else "",
+        )
+        for trial in output.trials
+    )
+    columns = columns_of("<Lags | *Time constants [s] | Log evidence | Held out [µm] | *")
+    words = (
+        f"Lags tried for {name_text(output.name)}; evidence less the highest; free run held out."
+    )
+    asked = [] if output.next_test is None else [text_of(output.next_test.message)]
+    tables: list[Block] = [Table(columns, rows, words)] if rows else []
+    return [*tables, *(Paragraph(plain_text(f"{output.name}: {one}", 900)) for one in asked)]
 
 
 def _flags(output: IdentifiedOutput) -> list[Block]:
