@@ -415,6 +415,21 @@ def test_the_step_response_that_is_drawn_ends_near_the_dc_gain(
         drawn = np.array(points["Z_um", part.input_name])
         assert drawn[0, 1] == pytest.approx(part.direct_gain)
         assert drawn[-1, 1] == pytest.approx(part.dc_gain, rel=0.05)
+    low, high = (
+        np.array(points["Z_um", f"95 % band of spindle, {end}"]) for end in ("low", "high")
+    )
+    assert np.all(low[:, 1] < high[:, 1])
+    bode = next(c for c in charts if c.name == "bode")
+    gains = np.array(points_of(bode.numbers.as_csv())["Z_um", "spindle"])
+    assert gains[0, 1] == pytest.approx(abs(output.model.parts[0].dc_gain), rel=0.02)
+
+
+def test_a_model_file_has_its_responses_without_bands_and_says_so(
+    charts: dict[str, ThermalChart],
+) -> None:
+    for name in ("figure_04_step_responses", "bode"):
+        assert "No bands: a model file" in charts[name].caption
+        assert b"band" not in charts[name].numbers.as_csv()
 
 
 @pytest.mark.usefixtures("not_laid_out")
@@ -566,11 +581,12 @@ def test_every_figure_of_a_verification_and_an_identification_is_written(
 
     monkeypatch.setattr("thermaxis.report.thermal._output.write_chart", only_named)
     verified = write_verification_figures(MODEL, [log], result, tmp_path)
-    assert len({path.stem for path in verified}) == len(verified) == 8
+    assert len({path.stem for path in verified}) == len(verified) == 9
     identified = write_identification_figures(found, records, [log], tmp_path, reference_s=60.0)
     assert [path.stem for path in identified] == [
         "figure_04_fit_output_1",
         "figure_04_step_responses",
+        "bode",
         "poles",
         "residuals_output_1",
         "figure_03_conditions",
@@ -582,7 +598,7 @@ def test_the_shortest_logs_and_one_without_speeds_are_shown(log: ThermalLog) -> 
     for short in (log.span(0, 1), quiet.span(0, 2)):
         result = verify(MODEL, [short], MEASURED[:1])
         captions = captions_of(verification_document(MODEL, [short], result))
-        assert len(captions) == 5
+        assert len(captions) == 6
     assert any("no speeds" in caption for caption in captions)
 
 

@@ -14,6 +14,7 @@ from thermaxis.thermal import (
     analyse_residuals,
     arx,
     check_linearity,
+    frequency_deviations,
     pole_zero_map,
     simulate_polynomial,
     step_responses,
@@ -108,6 +109,16 @@ def test_deviations_of_step_response_dc_gain_and_time_constant_are_those_over_se
     ratio = np.std(steps, axis=0) / np.mean(stated, axis=0)
     assert 0.8 < ratio.min()
     assert ratio.max() < 1.25
+    hz = np.array([1e-4, 0.01, 0.1])
+    turn = np.exp(-2j * np.pi * hz * 2.0)
+    parts = [r.model.transfer_functions[0] for r in results]
+    sines = np.array([np.polyval(p.numerator[::-1], turn) for p in parts])
+    sines /= np.array([np.polyval(p.denominator[::-1], turn) for p in parts])
+    off = sines - np.mean(sines, axis=0)
+    expected = [frequency_deviations(r, hz) for r in results]
+    plain, square = (np.mean([e[k][:, 0] for e in expected], axis=0) for k in (0, 1))
+    np.testing.assert_allclose(np.mean(np.abs(off) ** 2, axis=0), plain, rtol=0.4)
+    np.testing.assert_allclose(np.abs(np.mean(off**2, axis=0) - square) / plain, 0.0, atol=0.4)
     gains = np.array([r.dc_gain[0] for r in results])
     assert np.std(gains) == pytest.approx(np.mean([r.dc_gain_std[0] for r in results]), rel=0.25)
     maps = [pole_zero_map(r)[0] for r in results]

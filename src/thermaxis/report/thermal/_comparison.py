@@ -30,7 +30,7 @@ from thermaxis.report.thermal._panels import (
     Trace,
     panel_chart,
 )
-from thermaxis.report.thermal._steps import step_chart
+from thermaxis.report.thermal._steps import response_charts
 from thermaxis.report.thermal._words import hours, name_text
 from thermaxis.thermal import ThermalLog, Verification, VerifiedLog, VerifiedOutput
 from thermaxis.thermal.log import block_means, block_numbers
@@ -70,7 +70,7 @@ def verification_charts(
         chart = leftover_chart(f"residuals_output_{number + 1}", runs_of(result, name))
         charts += [] if chart is None else [chart]
     horizon = max(float(log.time_s[-1]) for log in logs)
-    return (*charts, step_chart(model, record_s=horizon, record_name="length of the log"))
+    return (*charts, *response_charts(model, record_s=horizon, record_name="length of the log"))
 
 
 def worst_outputs(verified: VerifiedLog) -> tuple[VerifiedOutput, ...]:

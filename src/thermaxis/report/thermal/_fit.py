@@ -106,7 +106,7 @@ def leftover_chart(name: str, runs: Sequence[VerifiedOutput]) -> ThermalChart | 
         source=left.channel,
         panels=tuple(panels),
         axis="residual later by [h]",
-        columns=3 if len(panels) > 2 else 2,
+        columns=2 if len(panels) in {2, 4} else 3,
         one_scale=True,
         one_legend=True,
     )

@@ -106,7 +106,7 @@ def identification_document(
         *_selection_section(result, pictures),
         Section(
             "The model",
-            (*_model_blocks(result), *_with(pictures, "figure_04_step", "poles")),
+            (*_model_blocks(result), *_with(pictures, "figure_04_step", "bode", "poles")),
         ),
         _residual_section(result, records, pictures),
         _records_section(records, logs, reference_s, pictures),

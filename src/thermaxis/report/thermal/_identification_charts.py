@@ -26,7 +26,7 @@ from thermaxis.report.thermal._panels import (
     panel_chart,
 )
 from thermaxis.report.thermal._poles import pole_zero_chart, time_constant_chart
-from thermaxis.report.thermal._steps import identified_step_chart
+from thermaxis.report.thermal._steps import identified_response_charts
 from thermaxis.report.thermal._words import name_text
 from thermaxis.thermal import Identification, IdentifiedOutput, Records, SelectionResult, ThermalLog
 
@@ -45,7 +45,9 @@ def identification_charts(
     charts: list[ThermalChart | None] = [_fit(k, o) for k, o in enumerate(outputs) if o.runs]
     if result.selection is not None:
         charts.append(_selection(result.selection))
-    charts.append(identified_step_chart(result.outputs, record_s=record_s))
+    charts += identified_response_charts(
+        result.outputs, record_s=record_s, sample_time_s=records.sample_time_s
+    )
     charts.append(
         time_constant_chart(result.outputs, sample_time_s=records.sample_time_s, record_s=record_s)
         if all(output.polynomials is None for output in result.outputs)

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from thermaxis.files.table import protected
 from thermaxis.positioning import FloatArray
@@ -119,21 +120,10 @@ class Area:
     """Lower edge, (n,). [unit of the panel]"""
     high: FloatArray
     """Upper edge, (n,). [unit of the panel]"""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class ErrorBar:
-    """A value with an interval at one place."""
-
-    x: float
-    """Place. [unit of the panel]"""
-    y: float
-    """Value. [unit of the panel]"""
-    half: float
-    """Half the interval. [unit of the panel]"""
-    look: Look
-    """That of its line."""
+    colour: str = ""
+    """That of its line; none for grey."""
+    of: str = ""
+    """Name of its line, where there are several."""
 
 
 @final
@@ -149,8 +139,6 @@ class Panel:
     """The lines."""
     areas: tuple[Area, ...] = ()
     """Behind the lines."""
-    bars: tuple[ErrorBar, ...] = ()
-    """Beside the lines."""
     shaded: tuple[tuple[float, float], ...] = ()
     """Parts of the level axis that do not count. [unit of the panel]"""
     mark: float | None = None
@@ -159,6 +147,8 @@ class Panel:
     """What it stands for."""
     height_in: float = 1.55
     """Height. [in]"""
+    log_y: bool = False
+    """Whether its upright axis is logarithmic."""
     own_scale: bool = False
     """Whether its upright axis is its own in a chart that has one scale."""
 
@@ -200,6 +190,8 @@ class PanelGrid:
     """Panels side by side. [1]"""
     one_axis: bool = True
     """Whether the level axes are the same."""
+    log_x: bool = False
+    """Whether the level axes are logarithmic."""
     one_scale: bool = False
     """Whether the upright axes are the same."""
     one_legend: bool = False
@@ -222,11 +214,12 @@ def panel_numbers(grid: PanelGrid) -> NumberTable:
     for panel in grid.panels:
         lines = [(t.label, t.x, t.y) for t in panel.traces]
         for area in panel.areas:
-            lines += [(f"{area.label}, low", area.x, area.low)]
-            lines += [(f"{area.label}, high", area.x, area.high)]
+            name = f"{area.label} of {area.of}" if area.of else area.label
+            lines += [(f"{name}, low", area.x, area.low), (f"{name}, high", area.x, area.high)]
         for label, x, y in lines:
-            line = drawn_line(x, y)
+            line = drawn_line(np.log10(x) if grid.log_x else x, y)
             at = np.concatenate([line.x, line.alone_x])
+            at = 10.0**at if grid.log_x else at
             values = np.concatenate([line.y, line.alone_y])
             known = ~np.isnan(values)
             words = (shown_text(panel.title), panel.quantity, shown_text(label))
@@ -253,7 +246,7 @@ def draw_panels(grid: PanelGrid) -> Figure:
     ).tolist()
     axes = [a for row in table for a in row]
     for place, panel in zip(axes, grid.panels, strict=False):
-        _draw_panel(place, panel)
+        _draw_panel(place, panel, log_x=grid.log_x)
     for unused in axes[len(grid.panels) :]:
         unused.set_visible(False)
     if grid.one_scale:
@@ -334,35 +327,48 @@ def _sample(look: Look) -> Line2D:
     return Line2D([], [], **style, linestyle=line, linewidth=look.width, markersize=3.6)
 
 
-def _draw_panel(axes: Axes, panel: Panel) -> None:
+def _draw_panel(axes: Axes, panel: Panel, *, log_x: bool) -> None:
+    if log_x:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))  # the default one is a formula
+    if panel.log_y:
+        axes.set_yscale("log", subs=[])
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
     for first, last in panel.shaded:
         axes.axvspan(first, last, **_SHADE)
     for area in panel.areas:
-        axes.fill_between(area.x, area.low, area.high, color="#d9d9d9", linewidth=0.0, zorder=1.2)
+        axes.fill_between(area.x, area.low, area.high, **_pale(area), zorder=1.2)
     for number, trace in enumerate(panel.traces):
         if trace.look.stems:
             axes.vlines(trace.x, 0.0, trace.y, color=trace.look.colour, linewidth=trace.look.width)
             axes.plot(trace.x, trace.y, ".", color=trace.look.colour, markersize=2.5)
         else:
-            _draw_line(axes, trace, (number + 0.5) / len(panel.traces))
-    for bar in panel.bars:
-        style = _style(bar.look, ".", markersize=3.0, linewidth=1.0)
-        axes.errorbar([bar.x], [bar.y], yerr=[bar.half], capsize=2.5, **style)
+            _draw_line(axes, trace, (number + 0.5) / len(panel.traces), log_x=log_x)
     if panel.mark is not None:
         axes.axvline(panel.mark, **_MARK)
-    axes.axhline(0.0, color="black", linewidth=0.6, zorder=1.5)
+    if not panel.log_y:
+        axes.axhline(0.0, color="black", linewidth=0.6, zorder=1.5)
     axes.set_title(drawable(panel.title, 90), loc="left")
     axes.set_ylabel(panel.quantity)
     axes.margins(x=0.01)
 
 
-def _draw_line(axes: Axes, trace: Trace, turn: float) -> None:
-    look, line = trace.look, drawn_line(trace.x, trace.y)
+def _pale(area: Area) -> dict[str, Any]:
+    if not area.colour:
+        return {"color": "#d9d9d9", "linewidth": 0.0}
+    edge = {"edgecolor": (area.colour, 0.6), "linewidth": 0.4}
+    return {"facecolor": (area.colour, 0.16), **edge}
+
+
+def _draw_line(axes: Axes, trace: Trace, turn: float, *, log_x: bool) -> None:
+    look, line = trace.look, drawn_line(np.log10(trace.x) if log_x else trace.x, trace.y)
+    x, alone_x = (10.0**at if log_x else at for at in (line.x, line.alone_x))
     if line.x.size:
         style = _style(look, linestyle=look.line, linewidth=look.width)
         places = None if look.points else marked(line, turn)
-        axes.plot(line.x, line.y, **style, markersize=3.6, markeredgewidth=0.8, markevery=places)
+        axes.plot(x, line.y, **style, markersize=3.6, markeredgewidth=0.8, markevery=places)
     if line.alone_x.size:
         style = _style(look, "o", linestyle="", markeredgewidth=0.7)
         size = 3.0 if look.marker else 1.8 * look.width
-        axes.plot(line.alone_x, line.alone_y, **style, markersize=size)
+        axes.plot(alone_x, line.alone_y, **style, markersize=size)

@@ -1,4 +1,4 @@
-"""Charts of what a model is: step responses, time constants, poles."""
+"""Charts of what a model does to a step and to a sine, with what is known of the uncertainty."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from thermaxis.report.thermal._panels import (
     LOOKS,
     MOST_LINES,
     Area,
-    ErrorBar,
+    Look,
     Panel,
     PanelGrid,
     ThermalChart,
@@ -24,11 +24,13 @@ from thermaxis.report.thermal._panels import (
 from thermaxis.thermal import (
     IdentifiedOutput,
     ModalPart,
-    PolynomialResult,
     ThermalModel,
+    frequency_deviations,
+    frequency_response,
     step_response,
     step_responses,
 )
+from thermaxis.thermal.transfer_function import ComplexArray
 
 INTERVAL = 1.96
 """Standard deviations of a 95 % interval. [1]"""
@@ -37,6 +39,10 @@ MOST_PANELS = 6
 _SETTLED = 4.0
 """Steps are drawn for so many of the longest time constants. [1]"""
 _POINTS = 400
+_BODE = ("gain [µm/K]", "phase [deg]")
+_LEAST_GAIN = 1e-9
+_LOG_ROOM = 3.0
+"""A band of a gain that leaves the gains by more than this factor is cut. [1]"""
 _BAND_ROOM = 1.5
 """A band that leaves the responses by more than this share of them is cut. [1]"""
 _MOST_ROWS = 20_000
@@ -45,19 +51,17 @@ _MOST_ROWS = 20_000
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Steps:
-    """Step responses of one output."""
+class Responses:
+    """Curves of one output: the response to a step, or the gain or phase of that to a sine."""
 
     name: str
-    """The output."""
-    times_s: FloatArray
-    """Times since the step, (n,). [s]"""
-    response: Mapping[str, FloatArray]
-    """Response by input, (n,) each. [µm/K]"""
+    """Name of the output."""
+    x: FloatArray
+    """Times since the step, or frequencies, (n,). [h or 1/h]"""
+    curve: Mapping[str, FloatArray]
+    """Curve by input, (n,) each. [µm/K or deg]"""
     std: Mapping[str, FloatArray]
-    """Its standard deviation by input where it is known, (n,) each. [µm/K]"""
-    dc_gain: Mapping[str, tuple[float, float]]
-    """Lasting response and its standard deviation by input where it is known. [µm/K]"""
+    """Its standard deviation by input where it is known, (n,) each. [µm/K or deg]"""
 
 
 def thermal_model_of_output(output: Output) -> ThermalModel:
@@ -77,152 +81,215 @@ def thermal_model_of_output(output: Output) -> ThermalModel:
     )
 
 
-def step_chart(model: CompensationModel, *, record_s: float, record_name: str) -> ThermalChart:
-    """Return the step responses of a compensation model; the right part of figure 4."""
-    models = [(output.name, thermal_model_of_output(output)) for output in model.outputs]
-    horizon = _horizon([m for _, m in models], record_s)
-    steps = [_modal_steps(name, m, horizon) for name, m in models]
+def response_charts(
+    model: CompensationModel, *, record_s: float, record_name: str
+) -> tuple[ThermalChart, ...]:
+    """Return step responses (the right part of figure 4) and Bode diagrams of a model file."""
+    models = [(output.name, thermal_model_of_output(output), None) for output in model.outputs]
     gains = any(part.gain_by_diameter for output in model.outputs for part in output.parts)
-    note = " Gains by diameter are not applied." if gains else ""
-    return _chart(steps, record_s, record_name, note)
+    note = " No bands: a model file says nothing of its uncertainty." + (
+        " Gains by diameter are not applied." if gains else ""
+    )
+    return _charts(models, record_s, record_name, model.sample_time_s, note)
 
 
-def identified_step_chart(
-    outputs: Sequence[IdentifiedOutput], *, record_s: float
-) -> ThermalChart | None:
-    """Return the step responses of identified models with what is known of their uncertainty."""
-    stable = [(o, o.model) for o in outputs if o.model is not None]
+def identified_response_charts(
+    outputs: Sequence[IdentifiedOutput], *, record_s: float, sample_time_s: float
+) -> tuple[ThermalChart, ...]:
+    """Return step responses and Bode diagrams of identified models, with bands where known."""
+    stable = [(o.name, o.model, o) for o in outputs if o.model is not None]
     if not stable:
-        return None
-    horizon = _horizon([m for _, m in stable], record_s)
-    steps = [
-        _modal_steps(o.name, m, horizon, o)
-        if o.polynomials is None
-        else _polynomial_steps(o.name, o.polynomials, horizon)
-        for o, m in stable
-    ]
-    if any(s.std for s in steps):
-        note = " Pale: 95 % band, white residual assumed."
-    elif any(s.dc_gain for s in steps):
-        note = " Bars at the right end: 95 % interval of the lasting response."
+        return ()
+    if any(o.posterior is not None for o in outputs):
+        note = (
+            " Pale: 95 % band, by all sets of lags that the record leaves open; it can be too"
+            " narrow at periods of an hour and less."
+        )
+    elif any(o.polynomials is not None for o in outputs):
+        note = " Pale: 95 % band of the polynomials, white residual assumed."
     else:
-        note = " No interval: this choice of inputs and lags supports none."
-    return _chart(steps, record_s, "length of the record", note)
+        note = " No bands: this choice of inputs and lags supports none."
+    return _charts(stable, record_s, "length of the record", sample_time_s, note)
 
 
-def _horizon(models: Sequence[ThermalModel], record_s: float) -> float:
-    longest = [
-        float(np.max(part.time_constants_s)) + part.delay_s
-        for model in models
-        for part in model.parts
-        if part.time_constants_s.size
+_Model = tuple[str, ThermalModel, IdentifiedOutput | None]
+
+
+def _charts(
+    models: Sequence[_Model], record_s: float, record_name: str, sample_time_s: float, note: str
+) -> tuple[ThermalChart, ...]:
+    taus_s = np.concatenate([p.time_constants_s for _, m, _ in models for p in m.parts])
+    delay_s = max(p.delay_s for _, m, _ in models for p in m.parts)
+    longest_s = float(np.max(taus_s)) if taus_s.size else record_s / _SETTLED
+    shortest_s = float(np.min(taus_s)) if taus_s.size else longest_s
+    times_s = np.linspace(0.0, _SETTLED * longest_s + delay_s, _POINTS)
+    highest_hz = max(min(1.0 / shortest_s, 0.5 / sample_time_s), 1.0 / longest_s)
+    hz = np.geomspace(0.02 / longest_s, highest_hz, _POINTS)
+    steps = [_step(name, model, output, times_s) for name, model, output in models]
+    bodes = [_bode(name, model, output, hz) for name, model, output in models]
+    shown, count = _shown_inputs(steps)
+    looks = dict(zip(shown, LOOKS, strict=False))
+    drawn, records_h = len(models[:MOST_PANELS]), max(record_s, 1.0) / HOUR_S
+    more = f" The first {drawn} of {len(models)} outputs." if len(models) > drawn else ""
+    few = f": the {len(shown)} of {count} inputs that act most" if count > len(shown) else ""
+    step_panels = tuple(
+        _panel(one, looks, "response [µm/K]", mark=records_h, mark_label=record_name)
+        for one in steps[:MOST_PANELS]
+    )
+    step_grid = PanelGrid(
+        heading=f"Response to a lasting step of 1 K in one input{few}",
+        source="behind the mark the response is extrapolated"
+        if any(p.mark is not None for p in step_panels)
+        else "",
+        panels=step_panels,
+        axis="time since the step [h]",
+        columns=2 if drawn > 1 else 1,
+        one_legend=drawn > 1,
+    )
+    period = f"period = {record_name.rpartition(' ')[2]}"
+    bode_panels = [
+        _panel(one, looks, quantity, mark=1.0 / records_h, mark_label=period, log_y=log_y)
+        for both in bodes[:MOST_PANELS]
+        for one, quantity, log_y in zip(both, _BODE, (True, False), strict=True)
     ]
-    return _SETTLED * max(longest) if longest else record_s
-
-
-def _modal_steps(
-    name: str, model: ThermalModel, horizon_s: float, output: IdentifiedOutput | None = None
-) -> Steps:
-    times = np.linspace(0.0, horizon_s, _POINTS)
-    response = step_response(model, times)
-    known = [] if output is None else list(zip(model.parts, output.std, strict=False))
-    return Steps(
-        name,
-        times,
-        {part.input_name: response[:, k] for k, part in enumerate(model.parts)},
-        {},
-        {p.input_name: (p.dc_gain, s.dc_gain) for p, s in known if s.dc_gain is not None},
+    bode_grid = PanelGrid(
+        heading=f"Bode diagram: gain and phase of each input{few}",
+        source="",
+        panels=tuple(bode_panels),
+        axis="frequency [1/h]",
+        columns=2,
+        one_legend=True,
+        log_x=True,
+    )
+    caption = f"Step responses of the model (right part of figure 4 of the paper).{note}{more}"
+    bode_caption = (
+        f"Gain and phase of what a sine in one input does.{note} Left of the mark the record is"
+        f" shorter than one period.{more}"
+    )
+    return (
+        panel_chart("figure_04_step_responses", caption, step_grid),
+        panel_chart("bode", bode_caption, bode_grid),
     )
 
 
-def _polynomial_steps(name: str, result: PolynomialResult, horizon_s: float) -> Steps:
-    rows = int(np.clip(horizon_s / result.model.sample_time_s, 2, _MOST_ROWS))
-    found = step_responses(result, rows)
-    names = result.model.input_names
-    return Steps(
-        name,
-        found.times_s,
-        {n: found.response[:, k] for k, n in enumerate(names)},
-        {n: found.std[:, k] for k, n in enumerate(names)},
-        {},
+def _step(
+    name: str, model: ThermalModel, output: IdentifiedOutput | None, times_s: FloatArray
+) -> Responses:
+    response = step_response(model, times_s)
+    std: FloatArray | None = None
+    if output is not None and output.posterior is not None:
+        square, _ = output.posterior.deviations(lambda tau_s: -np.expm1(-times_s[:, None] / tau_s))
+        late = [times_s - part.delay_s for part in model.parts]
+        std = _interpolated(late, times_s, np.sqrt(np.maximum(square, 0.0)))
+    elif output is not None and output.polynomials is not None:
+        step_s = output.polynomials.model.sample_time_s
+        rows = int(np.clip(times_s[-1] / step_s + 1, 2, _MOST_ROWS))
+        found = step_responses(output.polynomials, rows)
+        std = _interpolated([times_s] * len(model.parts), found.times_s, found.std)
+    return _responses(name, model, times_s / HOUR_S, response, std)
+
+
+def _interpolated(
+    at_s: Sequence[FloatArray], times_s: FloatArray, columns: FloatArray
+) -> FloatArray:
+    each = zip(at_s, columns.T, strict=True)
+    return np.stack([np.asarray(np.interp(t, times_s, c), np.float64) for t, c in each], axis=1)
+
+
+def _bode(
+    name: str, model: ThermalModel, output: IdentifiedOutput | None, hz: FloatArray
+) -> tuple[Responses, Responses]:
+    """Return gain and phase.
+
+    With d the deviation of a response G of phase factor e = G / |G|, to first order gain and phase
+    vary by Re(d / e) and Im(d / e) / |G|.
+    """
+    response = frequency_response(model, hz)
+    gain = np.maximum(np.abs(response), _LEAST_GAIN)
+    phase = np.degrees(np.unwrap(np.angle(response), axis=0))
+    both: tuple[FloatArray, FloatArray] | None = None
+    if output is not None and output.posterior is not None:
+        plain, square = output.posterior.deviations(
+            lambda taus_s: 1.0 / (1.0 + 2j * np.pi * hz[:, None] * taus_s)
+        )
+        square = square * np.exp(
+            -4j * np.pi * hz[:, None] * np.array([p.delay_s for p in model.parts])
+        )
+        both = _gain_and_phase_std(response, plain, square)
+    elif output is not None and output.polynomials is not None:
+        both = _gain_and_phase_std(response, *frequency_deviations(output.polynomials, hz))
+    stds = (None, None) if both is None else both
+    per_hour = hz * HOUR_S
+    return (
+        _responses(name, model, per_hour, gain, stds[0]),
+        _responses(name, model, per_hour, phase, stds[1]),
     )
 
 
-def _shown_inputs(steps: Sequence[Steps]) -> tuple[list[str], int]:
+def _gain_and_phase_std(
+    response: ComplexArray, plain: FloatArray, square: ComplexArray
+) -> tuple[FloatArray, FloatArray]:
+    gain = np.maximum(np.abs(response), 1e-300)
+    along = (square * np.conj(response / gain) ** 2).real
+    of_gain, of_phase = (np.sqrt(np.maximum(plain + s * along, 0.0) / 2.0) for s in (1.0, -1.0))
+    return of_gain, np.minimum(np.degrees(of_phase / gain), 180.0 / INTERVAL)
+
+
+def _responses(
+    name: str, model: ThermalModel, x: FloatArray, curves: FloatArray, std: FloatArray | None
+) -> Responses:
+    names = model.input_names
+    by_input = {n: std[:, k] for k, n in enumerate(names)} if std is not None else {}
+    return Responses(name, x, {n: curves[:, k] for k, n in enumerate(names)}, by_input)
+
+
+def _shown_inputs(steps: Sequence[Responses]) -> tuple[list[str], int]:
     """Return the inputs that act most on some output, and how many there are."""
     weight: dict[str, float] = {}
     for output in steps:
-        most = max(float(np.max(np.abs(r))) for r in output.response.values()) or 1.0
-        for name, response in output.response.items():
+        most = max(float(np.max(np.abs(r))) for r in output.curve.values()) or 1.0
+        for name, response in output.curve.items():
             own = max(float(np.max(np.abs(response))), span_of(response)) / most
             weight[name] = max(weight.get(name, 0.0), own)
     order = sorted(weight, key=lambda name: -weight[name])[:MOST_LINES]
     return [name for name in weight if name in order], len(weight)
 
 
-def _chart(steps: Sequence[Steps], record_s: float, record_name: str, note: str) -> ThermalChart:
-    shown, count = _shown_inputs(steps)
-    looks = dict(zip(shown, LOOKS, strict=False))
-    drawn = steps[:MOST_PANELS]
-    panels = tuple(_step_panel(output, looks, record_s, record_name) for output in drawn)
-    side_by_side = len(panels) > 1
-    grid = PanelGrid(
-        heading="Response to a lasting step of 1 K in one input"
-        + (f": the {len(shown)} of {count} inputs that act most" if count > len(shown) else ""),
-        source="behind the mark the response is extrapolated"
-        if any(p.mark is not None for p in panels)
-        else "",
-        panels=panels,
-        axis="time since the step [h]",
-        columns=2 if side_by_side else 1,
-        one_legend=side_by_side,
-    )
-    more = f" The first {len(drawn)} of {len(steps)} outputs." if len(steps) > len(drawn) else ""
-    caption = f"Step responses of the model (right part of figure 4 of the paper).{note}{more}"
-    return panel_chart("figure_04_step_responses", caption, grid)
-
-
-def _step_panel(
-    output: Steps, looks: Mapping[str, object], record_s: float, record_name: str
+def _panel(
+    output: Responses,
+    looks: Mapping[str, Look],
+    quantity: str,
+    *,
+    mark: float,
+    mark_label: str,
+    log_y: bool = False,
 ) -> Panel:
-    hours = output.times_s / HOUR_S
-    traces: list[Trace] = []
-    areas: list[Area] = []
-    bars: list[ErrorBar] = []
-    for number, look in enumerate(LOOKS):
-        name = list(looks)[number] if number < len(looks) else ""
-        if name not in output.response:
-            continue
-        response = output.response[name]
-        traces.append(Trace(name, hours, response, look))
-        if name in output.std:
-            half = INTERVAL * output.std[name]
-            areas.append(Area("95 % band", hours, response - half, response + half))
-        if name in output.dc_gain:
-            gain, std = output.dc_gain[name]
-            place = float(hours[-1]) * (1.02 + 0.015 * number)
-            bars.append(ErrorBar(place, gain, INTERVAL * std, look))
+    traces = tuple(
+        Trace(name, output.x, output.curve[name], look)
+        for name, look in looks.items()
+        if name in output.curve
+    )
     low = min(float(np.min(trace.y)) for trace in traces)
     high = max(float(np.max(trace.y)) for trace in traces)
     room = _BAND_ROOM * max(high - low, abs(low), abs(high))
-    cut = any(bool(np.any((a.low < low - room) | (a.high > high + room))) for a in areas)
-    shown = tuple(
-        Area(
-            "95 % band, cut" if cut else "95 % band",
-            area.x,
-            np.maximum(area.low, low - room),
-            np.minimum(area.high, high + room),
-        )
-        for area in areas
-    )
-    within = record_s < float(output.times_s[-1])
+    least, most = (low / _LOG_ROOM, high * _LOG_ROOM) if log_y else (low - room, high + room)
+    areas: list[Area] = []
+    for trace in traces:
+        if trace.label not in output.std:
+            continue
+        half = INTERVAL * output.std[trace.label]
+        low, high = trace.y - half, trace.y + half
+        cut = bool(np.any((low < least) | (high > most)))
+        low, high = np.maximum(low, least), np.minimum(high, most)
+        label = "95 % band, cut" if cut else "95 % band"
+        areas.append(Area(label, output.x, low, high, trace.look.colour, trace.label))
     return Panel(
         title=output.name,
-        quantity="response [µm/K]",
-        traces=tuple(traces),
-        areas=shown,
-        bars=tuple(bars),
-        mark=record_s / HOUR_S if within else None,
-        mark_label=record_name,
+        quantity=quantity,
+        traces=traces,
+        areas=tuple(areas),
+        mark=mark if output.x[0] < mark < output.x[-1] else None,
+        mark_label=mark_label,
         height_in=1.8,
+        log_y=log_y,
     )

@@ -171,7 +171,7 @@ def _log_sections(result: Verification, pictures: Mapping[str, Picture]) -> list
             picture
             for name, picture in pictures.items()
             if name.endswith(ending)
-            and not name.startswith(("figure_04", "residuals"))
+            and not name.startswith(("figure_04", "residuals", "bode"))
             and name not in _FIRST
         ]
         if number >= MOST_LOGS:
@@ -203,7 +203,7 @@ def _log_words(log: VerifiedLog, *, drawn: bool) -> str:
 
 def _model_section(model: CompensationModel, pictures: Mapping[str, Picture]) -> Section:
     tables = [model_parts_table(model, k) for k in range(min(len(model.outputs), 20))]
-    steps = [p for name, p in pictures.items() if name.startswith("figure_04")]
+    steps = [p for name, p in pictures.items() if name.startswith(("figure_04", "bode"))]
     return Section("The model", (*tables, *steps))
 
 

@@ -224,6 +224,7 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
         name=name,
         model=result.model,
         std=result.std,
+        posterior=result.posterior,
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=result.slow_noise_std_um,
         static_gains_um_per_k=static_gains(records, name),

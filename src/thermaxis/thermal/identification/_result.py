@@ -11,7 +11,7 @@ from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._joint_gains import JointGains
 from thermaxis.thermal.identification._records import Records, compensation_model
-from thermaxis.thermal.modal import LagTrial, NextTest, PartStd
+from thermaxis.thermal.modal import LagTrial, NextTest, PartStd, ResponsePosterior
 from thermaxis.thermal.selection import SelectionResult
 from thermaxis.thermal.transfer_function import PolynomialResult, ThermalModel, combine_models
 from thermaxis.thermal.verification import (
@@ -77,6 +77,8 @@ class IdentifiedOutput:
     """Gains and time constants; None where the polynomials are no sum of stable lags."""
     std: tuple[PartStd, ...]
     """Standard deviations, one per part; None within where the record does not support one."""
+    posterior: ResponsePosterior | None = None
+    """How sure its responses are; None where that is not known, or by the polynomials."""
     noise_std_um: float | None = None
     """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
     slow_noise_std_um: float | None = None

@@ -14,6 +14,9 @@ from ._next_test import (
     PossibleTest as PossibleTest,
     next_test as next_test,
 )
+from ._posterior import (
+    ResponsePosterior as ResponsePosterior,
+)
 from ._regressors import (
     BoolArray as BoolArray,
     Segment as Segment,

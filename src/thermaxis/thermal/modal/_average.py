@@ -61,6 +61,8 @@ class Compared:
     """The sets with their evidence."""
     log_weight: FloatArray
     """Logarithm of the weight: evidence over the number of sets, (m,). [1]"""
+    unit: FloatArray | None = None
+    """One scaled gain of every column, (gains,), where they are not alike. [1]"""
 
     @property
     def lags(self) -> int:
@@ -190,7 +192,7 @@ def compare_grids(
             one = compared(design, scaled, those, every, dc=unit[: design.gains])
             gains = one.gains * unit[: design.gains].reshape(design.inputs, -1)
             weight = one.log_evidence - np.log(len(TILTS) * len(GRID_GAINS))
-            found.append(Compared(those, replace(one, gains=gains), weight))
+            found.append(Compared(those, replace(one, gains=gains), weight, unit[: design.gains]))
     return found
 
 
@@ -225,6 +227,12 @@ class Component:
     """Sets with their weights."""
     dc_variance: FloatArray
     """Variance of the DC gain from the time constants' uncertainty, scaled, (k,). [1]"""
+    time_constants_s: FloatArray
+    """Time constants of the regressors, (j,). [s]"""
+    moves: FloatArray | None = None
+    """Covariance of their logarithms off the grid, (j, j); None on it. [1]"""
+    moving: FloatArray | None = None
+    """What moving them does to the gains, scaled, (k, 1 + j, j). [1]"""
 
 
 def log_prior_of(refined: Refined, span: float) -> float:
@@ -254,13 +262,21 @@ def refined_components(
     total = refined.covariance[:gains, :gains]
     # What the gains would vary if the time constants were known.
     cross = refined.covariance[:gains, gains:]
-    added = cross @ np.linalg.solve(moves, cross.T)
+    moving = np.linalg.solve(moves, cross.T).T
+    added = moving @ cross.T
     parts = [slice(i * (1 + lags), (i + 1) * (1 + lags)) for i in range(design.inputs)]
     dc_variance = np.array([max(float(np.sum(added[p, p])), 0.0) for p in parts])
     bound = np.array([float(np.sum(total[p, p])) for p in parts])
     members = np.arange(lags, dtype=np.intp)[None, :]
     return [
-        Component(design, item, np.minimum(dc_variance, bound))
+        Component(
+            design,
+            item,
+            np.minimum(dc_variance, bound),
+            refined.time_constants_s,
+            moves,
+            np.asarray(moving.reshape(design.inputs, 1 + lags, lags), dtype=np.float64),
+        )
         for item in _with_zeros(design, products, sizes, members, log_prior)
     ]
 
@@ -298,8 +314,8 @@ def averaged(components: Sequence[Component]) -> Average:
     )
 
 
-def tempered_variance(components: Sequence[Component], dc_gain: FloatArray) -> FloatArray:
-    """Return the mean square by which DC gains may differ from those stated, scaled, (k,).
+def tempered_weights(components: Sequence[Component]) -> list[FloatArray]:
+    """Return the weights of all sets in the uncertainty, (m,) per component. [1]
 
     Notes
     -----
@@ -313,11 +329,15 @@ def tempered_variance(components: Sequence[Component], dc_gain: FloatArray) -> F
     Miller and Dunson 2019 (coarsening: the power of a likelihood that is not exact).
     """
     items = [c.compared for c in components]
-    log_weight = np.concatenate(
-        [c.log_weight + 2.0 * PER_LAG * min(c.lags, MANY_LAGS) for c in items]
-    )
+    log_weight = [c.log_weight + 2.0 * PER_LAG * min(c.lags, MANY_LAGS) for c in items]
+    highest = max(float(np.max(each)) for each in log_weight)
     power = 1.0 / (1.0 + components[0].design.readings / TRUSTED_BLOCKS)
-    weight = np.exp(power * (log_weight - np.max(log_weight)))
-    dc = np.concatenate([c.subsets.gains.sum(axis=2) for c in items])
+    return [np.exp(power * (each - highest)) for each in log_weight]
+
+
+def tempered_variance(components: Sequence[Component], dc_gain: FloatArray) -> FloatArray:
+    """Return the mean square by which DC gains may differ from those stated, scaled, (k,)."""
+    weight = np.concatenate(tempered_weights(components))
+    dc = np.concatenate([c.compared.subsets.gains.sum(axis=2) for c in components])
     within = np.concatenate([c.compared.subsets.dc_variance + c.dc_variance for c in components])
     return np.asarray(weight @ (within + (dc - dc_gain) ** 2) / weight.sum())

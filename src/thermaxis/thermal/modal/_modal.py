@@ -52,6 +52,7 @@ from thermaxis.thermal.modal._evidence import (
     scales_of,
 )
 from thermaxis.thermal.modal._lags import LEAST_LOG_RATIO, Refined, Refinement, compared
+from thermaxis.thermal.modal._posterior import ResponsePosterior
 from thermaxis.thermal.modal._regressors import BoolArray, Segment, segments_of
 from thermaxis.thermal.modal._validation import BlockedValidation, validated
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
@@ -202,6 +203,8 @@ class ModalResult:
     """How the number of lags was chosen."""
     trials: tuple[LagTrial, ...]
     """The best set of every number of lags, and the given one behind them."""
+    posterior: ResponsePosterior | None
+    """How sure its responses are; None where intervals were not asked for."""
     warnings: tuple[Message, ...]
     """What a user must know."""
     stable: bool = True
@@ -439,12 +442,14 @@ def _estimated(
         return _estimated(experiments, input_names, shorter)
     average = averaged(_components(evidence, evidence.sizes, found, candidates.values()))
     carried = _carried([candidates[n] for n in sorted(candidates) if n >= lags], average)
-    dc_variance = np.full(len(input_names), np.nan)
+    dc_variance, components = np.full(len(input_names), np.nan), list[Component]()
     if evidence.wide_sizes is not None:
         wide = _sets(evidence, evidence.wide_sizes, chosen)
         components = _components(evidence, evidence.wide_sizes, wide, candidates.values())
         dc_variance = tempered_variance(components, carried[2].sum(axis=1))
-    return _result(evidence, input_names, chosen, dc_variance, carried, every, validation)
+    return _result(
+        evidence, input_names, chosen, dc_variance, carried, every, validation, components
+    )
 
 
 def _given(
@@ -512,7 +517,8 @@ def _components(
         *compare_sparse(design, products, sizes, found),
         *compare_grids(design, products, sizes, grid_s),
     ]
-    components = [Component(design, item, np.zeros(design.inputs)) for item in every]
+    nothing = np.zeros(design.inputs)
+    components = [Component(design, item, nothing, grid_s) for item in every]
     span = float(np.log(grid_s[-1] / grid_s[0]))
     for problem, refined in candidates:
         components += refined_components(problem, refined, sizes, span)
@@ -649,15 +655,17 @@ def _result(
     carried: tuple[Refinement, Refined, FloatArray],
     tried: Sequence[tuple[Refinement, Refined]],
     validation: BlockedValidation,
+    components: Sequence[Component],
 ) -> ModalResult:
     problem, refined, gains = carried
     trials = _trials(evidence, tried, refined, validation)
     acting = np.ones(gains.shape, dtype=np.bool_) if problem.acting is None else problem.acting
+    units = evidence.scales.y / evidence.scales.u
     scales, delays = evidence.scales, options.delays_s or (0.0,) * len(input_names)
     parts: list[ModalPart] = []
     stds: list[PartStd] = []
     for i, name in enumerate(input_names):
-        unit = scales.y / float(scales.u[i])
+        unit = float(units[i])
         part = ModalPart(
             input_name=name,
             direct_gain=float(unit * gains[i, 0]),
@@ -693,6 +701,9 @@ def _result(
         fit_percent=_fit_percent(problem, refined, gains),
         offsets_um=tuple(offsets.tolist()),
         validation=validation,
+        posterior=ResponsePosterior(tuple(components), model, units, units * np.sqrt(dc_variance))
+        if components
+        else None,
         trials=trials,
         warnings=warnings,
     )

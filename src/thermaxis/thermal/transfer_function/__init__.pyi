@@ -42,8 +42,12 @@ from ._residuals import (
     ResidualAnalysis as ResidualAnalysis,
     StepResponses as StepResponses,
     analyse_residuals as analyse_residuals,
+    frequency_deviations as frequency_deviations,
     pole_zero_map as pole_zero_map,
     step_responses as step_responses,
+)
+from ._roots import (
+    ComplexArray as ComplexArray,
 )
 from ._superposition import (
     DiameterGain as DiameterGain,
@@ -54,6 +58,7 @@ from ._thermal_model import (
     ModalPart as ModalPart,
     ThermalModel as ThermalModel,
     delayed as delayed,
+    frequency_response as frequency_response,
     section_response as section_response,
     simulate_from_rest as simulate_from_rest,
     simulate_modal as simulate_modal,

@@ -319,6 +319,38 @@ def _step_and_gradient(
     return y, np.stack(columns, axis=1) if columns else np.zeros((u.size, 0))
 
 
+def frequency_deviations(
+    result: PolynomialResult, frequencies_hz: FloatArray
+) -> tuple[FloatArray, ComplexArray]:
+    """Return the means of |d|^2 and d^2 of the deviations d of frequency responses, (f, k) each.
+
+    Of a result of `arx` or `oe`, to first order in its coefficients. [µm²/K²]
+
+    Notes
+    -----
+    With G = a(z) / b(z) z^-delay at z = exp(2 pi i f T), dG/da_j = z^-(delay + j) / b(z) and
+    dG/db_j = -z^-j G / b(z).
+    """
+    back = np.exp(-2j * np.pi * frequencies_hz * result.model.sample_time_s)[:, None]
+    plain: list[FloatArray] = []
+    square: list[ComplexArray] = []
+    for part, a_at, b_at, delay in zip(
+        result.model.transfer_functions,
+        result.numerator_at,
+        result.denominator_at,
+        result.delays,
+        strict=True,
+    ):
+        below = np.polynomial.polynomial.polyval(back, part.denominator)
+        response = np.polynomial.polynomial.polyval(back, part.numerator) / below
+        by_a = back ** (delay + np.arange(len(a_at))) / below
+        by_b = -(back ** np.arange(1, 1 + len(b_at))) * response / below
+        spread = np.hstack([by_a, by_b]) @ result.covariance_root[[*a_at, *b_at]]
+        plain.append(np.sum(np.abs(spread) ** 2, axis=1))
+        square.append(np.sum(spread**2, axis=1))
+    return np.stack(plain, axis=1), np.stack(square, axis=1)
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class PoleZeroMap:

@@ -15,6 +15,7 @@ from thermaxis.thermal._arrays import (
     require_sample_time,
     rows_of_inputs,
 )
+from thermaxis.thermal.transfer_function._roots import ComplexArray
 
 
 @final
@@ -189,3 +190,17 @@ def step_response(model: ThermalModel, times_s: FloatArray) -> FloatArray:
         rise = -np.expm1(-np.maximum(since, 0.0)[:, None] / part.time_constants_s)
         response[:, i] = np.where(since >= 0, part.direct_gain + rise @ part.gains, 0.0)
     return response
+
+
+def frequency_response(model: ThermalModel, frequencies_hz: FloatArray) -> ComplexArray:
+    """Return amplitude and phase of what one kelvin of a sine does, input by input, (n, k). [µm/K]
+
+    Frequencies are in hertz, (n,): direct gain + sum of gain / (1 + 2 pi i f tau), times the delay.
+    """
+    s = 2j * np.pi * np.asarray(frequencies_hz, dtype=np.float64)[:, None]
+    parts = [
+        (p.direct_gain + (1.0 / (1.0 + s * p.time_constants_s)) @ p.gains)
+        * np.exp(-s[:, 0] * p.delay_s)
+        for p in model.parts
+    ]
+    return np.stack(parts, axis=1)
