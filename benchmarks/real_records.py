@@ -11,6 +11,8 @@ than the best.
 
     python benchmarks/real_records.py
     python benchmarks/real_records.py pairs     single and paired sensors of FL_THERMAL, from rest
+    python benchmarks/real_records.py starts    cold and warm training of machines whose truth is
+                                                known, by the odds at which a start is freed
 """
 
 import contextlib
@@ -26,6 +28,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.thermal_machines import log
 from thermaxis.cli import main as thermaxis
 from thermaxis.files import read_thermal_log, write_model
 from thermaxis.thermal import (
@@ -41,6 +45,7 @@ from thermaxis.thermal import (
     simulate_modal,
     without_faults,
 )
+from thermaxis.thermal.modal import _evidence
 
 DATA = Path(__file__).resolve().parents[2] / "shared/data/thermal"
 FRAME = """
@@ -124,11 +129,11 @@ def said(words: Sequence[str]) -> str:
 
 def simple(case: Case, mapping: Path, baseline: Baseline, path: Path) -> None:
     """Write a simple model, learned from what `identify` learns from."""
-    log = without_faults(read_thermal_log(case.learn, mapping=mapping))
+    read = without_faults(read_thermal_log(case.learn, mapping=mapping))
     first, _, last = case.spans[0].partition(":")
-    log = log.span(int(first), int(last or log.rows))
-    inputs = [parse_input(f"{n[:-2]}={n}", channels=log.columns) for n in case.inputs]
-    records = records_of([log], inputs, [case.output])
+    read = read.span(int(first), int(last or read.rows))
+    inputs = [parse_input(f"{n[:-2]}={n}", channels=read.columns) for n in case.inputs]
+    records = records_of([read], inputs, [case.output])
     fitted = fit_baseline(baseline, records.experiments[case.output], offset=False)
     pairs = zip(inputs, fitted.gains_um_per_k, strict=True)
     parts = (ModalPart(d.name, float(g[0]), g[1:], np.array(fitted.lags_s)) for d, g in pairs)
@@ -198,6 +203,32 @@ def pairs(every: int = 8) -> None:
         sys.exit("gains lose the level of records whose inputs explain part of the displacement")
 
 
+def starts(tests: int = 6) -> None:
+    """Learn from 8 h of synthetic tests, cold or from the fourth hour on; judge on another one."""
+    for kind, first in itertools.product(("direct", "coupled", "remote"), (0, 360)):
+        for odds in (5.0, 15.0, 30.0):
+            _evidence.REST_ODDS = odds
+            fits, freed = [], 0
+            for seed in range(300, 300 + tests):
+                test, other = (log(kind, 11.0, k, step_s=30.0) for k in (seed, 50_000 + seed))
+                ambient = test.temperatures_c[first:, 2]
+                u, z = test.u_k[first:], test.z_um[first:] - test.z_um[first : first + 2].mean()
+                u = u - (u[:2].mean(axis=0) if first else 0.0)
+                rows = slice(960)
+                learn = Experiment(30.0, u[rows], z[rows], ambient_k=(ambient - ambient[0])[rows])
+                result = modal([learn], input_names=("spindle", "table"))
+                rest = [np.zeros(part.gains.size) for part in result.model.parts]
+                left = other.z_um - simulate_modal(result.model, 30.0, other.u_k, rest)
+                spread = np.linalg.norm(other.z_um - other.z_um.mean())
+                fits.append(100.0 * (1.0 - np.linalg.norm(left) / spread))
+                freed += any(w.code == "warning-no_steady_start" for w in result.warnings)
+            print(
+                f"{kind:9s}{'warm' if first else 'cold':6s}e^{odds:<4g}freed {freed} of {tests}"
+                f"  fit, %: median {np.median(fits):6.1f}  worst {min(fits):7.1f}",
+                flush=True,
+            )
+
+
 def main() -> None:
     print(f"{'record':23s}{'method':8s}" + "".join(f"{name:>18s}" for name in STARTS))
     for case in cases():
@@ -207,4 +238,4 @@ def main() -> None:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    pairs() if sys.argv[1:] == ["pairs"] else main()
+    {"pairs": pairs, "starts": starts}.get((*sys.argv[1:], "")[0], main)()
