@@ -655,7 +655,7 @@ def _result(
     carried: tuple[Refinement, Refined, FloatArray],
     tried: Sequence[tuple[Refinement, Refined]],
     validation: BlockedValidation,
-    components: Sequence[Component],
+    components: Sequence[Component] = (),
 ) -> ModalResult:
     problem, refined, gains = carried
     trials = _trials(evidence, tried, refined, validation)
