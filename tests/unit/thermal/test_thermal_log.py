@@ -230,3 +230,15 @@ def test_an_input_is_evaluated_in_the_rows_of_the_log() -> None:
     apart = ThermalLog.from_columns({"a_C": [1.0, np.nan], "b_C": [np.nan, 1.0]}, time_s=[0, 1])
     with refused("input_without_value", Place(file="log")):
         evaluate_input(apart, parse_input("a_C-b_C"))
+
+
+def test_a_spindle_that_heats_from_the_first_row_began_where_its_line_begins() -> None:
+    time_s = np.arange(0.0, 300.0, 10.0)
+    random = np.random.default_rng(0)
+    log = ThermalLog.from_columns({"A_c": np.zeros(time_s.size)}, time_s=time_s)
+    heats = np.round(20.0 + 0.008 * time_s, 1)
+    assert log.start_of(heats, 60.0) == pytest.approx(20.0, abs=0.05)
+    assert np.mean(heats[:7]) > 20.2
+    still = 20.0 + random.normal(0.0, 0.02, (50, time_s.size))
+    found = np.array([log.start_of(row, 60.0) for row in still])
+    assert np.mean(found == np.mean(still[:, :7], axis=1)) > 0.9

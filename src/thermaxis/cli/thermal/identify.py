@@ -118,8 +118,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--method",
         "modal: direct gain and lags, always stable; oe, arx: output error and ARX of the"
-        " paper (default: modal)",
-        choices=("modal", "oe", "arx"),
+        " paper; averages, static: a ridge on inputs and their averages over fixed times, on"
+        " inputs alone (default: modal)",
+        choices=("modal", "oe", "arx", "averages", "static"),
         default="modal",
     )
     add(

@@ -16,9 +16,11 @@ warning-largest_lag_chosen = the largest time constant tried, { $time_constant_s
 warning-parts_short = the parts held out are { FIXED($duration_min, decimals: 0) } min long: what is slower was not judged
 warning-gains_held_small = the gains were held as small as was allowed: the temperatures hardly explain the displacement
 warning-inputs_opposed = { $first } and { $second } move together (correlation { FIXED($correlation, decimals: 3) }) and act against each other ({ SIGNED($first_um_per_k, decimals: 2) } and { SIGNED($second_um_per_k, decimals: 2) } µm/K): only their sum is known well
-warning-no_better_than_static = on rows held out the model leaves { $model_um } um, a static regression { $static_um } um: do not use it; check sensors, inputs and rows first, or give another test
+warning-not_fit = not fit, do not use it: on rows held out the model leaves { $model_um } um, a ridge on the inputs { $method ->
+    [averages] and their exponential averages
+   *[static] alone
+} { $simple_um } um; use --method { $method } with these inputs, or check sensors, inputs and rows and give another test
 warning-explains_nothing = on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um): it explains nothing there, do not use it; check sensors, inputs and rows first, or give another test
-warning-averages_better = on rows held out fixed exponential averages leave far less ({ $averages_um } against { $model_um } um): fitted to the other rows the model does not carry on; verify it on another test before it is used
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
 warning-two_regimes_by = two regimes: gains and time constants at { $column } { $low } are others than at { $high } (rows { $rows } of { $log }); DC gains, um/K: { $gains }. No one model fits both; switched with the column they leave { $rmse_um } um of the last 30 % of the rows. --model writes one for each beside it
 warning-two_regimes = two regimes: { $log } is much more likely with gains and time constants that change while it runs, so no one model fits it; in which rows it does not show. What switches there (coolant, a door, a table)? Log it as a column of 0 and 1
@@ -53,6 +55,8 @@ candidate-noisy = candidate { $name }: has { FIXED($noise_mk, decimals: 0) } mK 
 ## How inputs and orders were chosen
 
 rule-modal = number of lags by blocked cross-validation of the free run, time constants by variable projection, gains held small where a mode is weakly excited
+rule-averages = ridge on every input and its exponential averages over 300, 1200, 3600 and 10,800 s
+rule-static = ridge on the inputs alone, without a lag
 rule-orders_stated = orders na, nb, nk = { $na }, { $nb }, { $nk } as stated
 rule-orders_searched = orders up to three, with lags only, by the free run in parts that the fit did not see
 rule-joint = parts common to all diameters, gain of the part { $part } by least squares over fixed lags; errors on the training rows are those at { $reference }

@@ -13,7 +13,12 @@ from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.identification._records import Records, has_output, records_of
-from thermaxis.thermal.identification._result import HeldOut, Identification, IdentifiedOutput
+from thermaxis.thermal.identification._result import (
+    HeldOut,
+    Identification,
+    IdentifiedOutput,
+    Method,
+)
 from thermaxis.thermal.log import ThermalLog
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 from thermaxis.thermal.verification import (
@@ -34,18 +39,22 @@ MOST_FOLDS = 4
 """Several logs are held out one after the other, in as many groups at most. [1]"""
 SEEN_SHARE = 0.5
 """A run judges others' models where these saw so much of the range of every input. [1]"""
-MUCH_WORSE = 3.0
-"""More than so many times what fixed averages leave of rows held out is told. [1]"""
 LEAST_LEFT = 0.2
 """Rows held out in which the displacement hardly moves condemn no model that leaves less than this
 share of its standard deviation in the training. [1]"""
+SIMPLE = {Method.AVERAGES: Baseline.AVERAGES_RIDGE, Method.STATIC: Baseline.RIDGE}
+"""Methods that are simple rules."""
+NOT_FIT = {Method.AVERAGES: 2.0, Method.STATIC: 1.0}
+"""More than so many times what a simple rule leaves of rows held out condemns a model. Default:
+two, as the later part of one run often leaves 1.5 times of a model that is better on another run;
+no lags at all are rarely better by chance. [1]"""
 _MOST_GAIN = 1e5
 """An input that hardly moves may get gains that no model file holds. [µm/K]"""
 
 
-def averages_model(records: Records, name: str) -> ThermalModel:
-    """Return the fixed exponential averages of an output as a model that runs like any other."""
-    fitted = fit_baseline(Baseline.AVERAGES_RIDGE, records.experiments[name], offset=False)
+def simple_model(records: Records, name: str, rule: Baseline) -> ThermalModel:
+    """Return a ridge on the inputs of an output, or on their averages too, as a model that runs."""
+    fitted = fit_baseline(rule, records.experiments[name], offset=False)
     taus_s = np.array(fitted.lags_s)
     gains = np.clip(fitted.gains_um_per_k, -_MOST_GAIN, _MOST_GAIN)
     pairs = zip(records.inputs, gains, strict=True)
@@ -54,8 +63,7 @@ def averages_model(records: Records, name: str) -> ThermalModel:
 
 def static_gains(records: Records, name: str) -> FloatArray:
     """Return the gains of the static regression of an output, one per input. [µm/K]"""
-    fitted = fit_baseline(Baseline.RIDGE, records.experiments[name], offset=False)
-    return np.clip(fitted.gains_um_per_k[:, 0], -_MOST_GAIN, _MOST_GAIN)
+    return np.array([p.direct_gain for p in simple_model(records, name, Baseline.RIDGE).parts])
 
 
 _Runs = dict[str, list[VerifiedOutput]]
@@ -88,7 +96,10 @@ def _both_runs(
     if not able:
         return {}, {}
     measured = [m for output in able for m in found.measured_of(output.name)]
-    averages = [replace(o, model=averages_model(records, found.reference_of(o.name))) for o in able]
+    rule = Baseline.AVERAGES_RIDGE
+    averages = [
+        replace(o, model=simple_model(records, found.reference_of(o.name), rule)) for o in able
+    ]
     own, beside = (
         _runs(
             replace(found, outputs=tuple(outputs)).to_compensation_model(records),
@@ -239,18 +250,18 @@ def _verdict(held_out: HeldOut | None, trained: VerificationFigures) -> tuple[Me
     """Return a warning where simple rules, or none, do for rows held out what the model does."""
     if held_out is None:
         return ()
-    rmse = {name: significant(value, 3) for name, value in held_out.rmse_um.items()}
-    worse = held_out.rmse_um["model"]
-    if worse > held_out.rmse_um.get("static", worse):
-        values = {"model_um": rmse["model"], "static_um": rmse["static"]}
-        return (Message("warning-no_better_than_static", values),)
+    left_um = held_out.rmse_um
+    rmse = {name: significant(value, 3) for name, value in left_um.items()}
+    worse = left_um["model"]
     explained = held_out.fit_percent is None or held_out.fit_percent > 0.0
     # By equation (4), what is left is (1 - fit) times the standard deviation.
     std_um = trained.rmse_um / max(1.0 - (trained.fit_percent or 0.0) / 100.0, 1e-9)
+    better = [rule for rule, most in NOT_FIT.items() if worse > most * left_um.get(rule, worse)]
+    if better:
+        best = min(better, key=lambda rule: left_um[rule])
+        simple = {"method": str(best), "simple_um": rmse[best]}
+        return (Message("warning-not_fit", {"model_um": rmse["model"], **simple}),)
     if not explained and trained.fit_percent is not None and worse > LEAST_LEFT * std_um:
         values = {"model_um": rmse["model"], "std_um": significant(std_um, 3)}
         return (Message("warning-explains_nothing", values),)
-    if worse > MUCH_WORSE * held_out.rmse_um.get("averages", worse):
-        values = {"model_um": rmse["model"], "averages_um": rmse["averages"]}
-        return (Message("warning-averages_better", values),)
     return ()

@@ -8,7 +8,12 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal.identification._figures import static_gains, with_figures
+from thermaxis.thermal.identification._figures import (
+    SIMPLE,
+    simple_model,
+    static_gains,
+    with_figures,
+)
 from thermaxis.thermal.identification._joint_gains import joint_gains
 from thermaxis.thermal.identification._records import Records, compensation_model
 from thermaxis.thermal.identification._regimes import with_regimes
@@ -85,8 +90,10 @@ def identify(
         raise ConfigurationError(
             "method_without_choice", method=str(method), place=Place(key="candidates")
         )
-    if method is Method.MODAL and orders is not None:
-        raise ConfigurationError("method_without_orders", place=Place(key="orders"))
+    if method not in (Method.OE, Method.ARX) and orders is not None:
+        raise ConfigurationError(
+            "method_without_orders", method=str(method), place=Place(key="orders")
+        )
 
     def estimated(part: Records, options: ModalOptions | None) -> Identification:
         with _determined(part):
@@ -134,6 +141,9 @@ def _identified(
             for name, e in records.experiments.items()
         ]
         rule = Message("rule-modal")
+    elif method in SIMPLE:
+        results = [_simple(records, name, method) for name in records.experiments]
+        rule = Message(f"rule-{method}")
     else:
         results = [_polynomials(records, name, method, orders) for name in records.experiments]
         rule = Message("rule-orders_searched")
@@ -230,6 +240,17 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
         static_gains_um_per_k=static_gains(records, name),
         trials=result.trials,
         warnings=result.warnings,
+    )
+
+
+def _simple(records: Records, name: str, method: Method) -> IdentifiedOutput:
+    model = simple_model(records, name, SIMPLE[method])
+    return IdentifiedOutput(
+        name=name,
+        model=model,
+        std=_dc_gains_alone(model, [None] * len(model.parts)),
+        static_gains_um_per_k=static_gains(records, name),
+        warnings=(),
     )
 
 

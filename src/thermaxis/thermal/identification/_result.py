@@ -31,6 +31,10 @@ class Method(StrEnum):
     """Output error of the paper."""
     ARX = "arx"
     """ARX of the paper."""
+    AVERAGES = "averages"
+    """Ridge on the inputs and their exponential averages over fixed times."""
+    STATIC = "static"
+    """Ridge on the inputs alone: no lag."""
 
 
 @final

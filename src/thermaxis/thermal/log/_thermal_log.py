@@ -21,6 +21,9 @@ TIME_COLUMN: Final = "time_s"
 MOST_CELLS = 400_000_000
 """Largest number of rows times columns of a log: 3.2 GB. [1]"""
 
+FEWEST_OF_LINE, PLAIN = 5, 4.0
+"""Rows that show a line, and its slope over the standard deviation from which it is plain. [1]"""
+
 _UNIT_WORDS = {
     "degC": "c degc celsius °c ℃ gradc",
     "degF": "f degf fahrenheit °f",
@@ -318,16 +321,27 @@ class ThermalLog:
         return self.column(known, unit="degC" if self.units[known] in _TO_CELSIUS else "")
 
     def start_of(self, values: FloatArray, reference_s: float) -> float:
-        """Return the mean of a series in the rows of the log over the first time.
+        """Return the level of a series at the begin of the log, by its rows over the first time.
 
-        Relative coordinates refer to it. Where nothing was measured then it is the first value; NaN
-        where there is none.
+        Relative coordinates refer to it. It is their mean, or where they plainly move, as a spindle
+        that heats from the first row on, what their line has at the first row: a mean would lie
+        above a machine that began at rest. Where nothing was measured then it is the first value;
+        NaN where there is none.
         """
         present = ~np.isnan(values)
-        early = values[present & (self.time_s <= reference_s)]
-        if early.size:
-            return float(np.mean(early))
-        return float(values[present][0]) if bool(present.any()) else float("nan")
+        early = present & (self.time_s <= reference_s)
+        since_s: FloatArray = self.time_s[early] - self.time_s[0]
+        own = values[early]
+        if not own.size:
+            return float(values[present][0]) if bool(np.any(present)) else float("nan")
+        mean_s, mean = float(np.mean(since_s)), float(np.mean(own))
+        if own.size < FEWEST_OF_LINE:
+            return mean
+        about_s = since_s - mean_s
+        slope = float(about_s @ own / (about_s @ about_s))
+        left = own - mean - slope * about_s
+        std = float(np.sqrt(left @ left / (own.size - 2) / (about_s @ about_s)))
+        return mean - slope * mean_s if abs(slope) > PLAIN * std else mean
 
     def names_matching(self, pattern: str) -> tuple[str, ...]:
         """Return the columns whose name fits a pattern, in their order.

@@ -419,8 +419,7 @@ def most_likely_sizes(
     start = np.array([4.0, 5.0, middle, 1.0, *[OFF] * 4, *[0.0] * free])
     steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * 4, *[2.0] * free])
     low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-8.0] * 4, *[AT_REST] * free])
-    longest = middle + (MOST_LOG_CHANGE_GAINS if design.basis else MOST_LOG_CHANGE)
-    high = np.array([14.0, 14.0, longest, 12.0, *[20.0] * 4, *[12.0] * free])
+    high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[20.0] * 4, *[12.0] * free])
     joint = cache(design.joint)
 
     @cache
@@ -450,6 +449,8 @@ def most_likely_sizes(
             high[place] = 12.0
     if not design.basis:
         return sizes_at(best), sizes_at(best) if wide else None
+    high[2] = middle + MOST_LOG_CHANGE_GAINS
+    best, found = climbed(np.minimum(best, high))
 
     def lasting(*logarithms: float) -> tuple[FloatArray, float]:
         return climbed(np.concatenate([best[:4], logarithms, best[8:]]))

@@ -71,17 +71,16 @@ class SimulatedLog:
 def references_of(
     model: CompensationModel, log: ThermalLog, reference_s: float
 ) -> dict[str, float]:
-    """Return the mean of every channel over the first time of the log."""
+    """Return the level of every channel at the begin of the log, as `ThermalLog.start_of`."""
     if model.reference == STATED:
         return dict(model.reference_c)
+    columns = zip(model.channels, model_columns(model, log), strict=True)
     first = log.time_s <= reference_s
-    found: dict[str, float] = {}
-    for channel, column in zip(model.channels, model_columns(model, log), strict=True):
-        values = column[first]
-        present = values[~np.isnan(values)]
-        if present.size:
-            found[channel] = float(np.mean(present))
-    return found
+    return {
+        channel: log.start_of(column, reference_s)
+        for channel, column in columns
+        if not bool(np.all(np.isnan(column[first])))
+    }
 
 
 def simulate_log(
