@@ -112,6 +112,27 @@ def test_leaps_that_cancel_are_no_new_zero_and_are_told() -> None:
     assert (log.columns["Z_um"] == columns["Z_um"]).all()
 
 
+@pytest.mark.parametrize("step_um", [5.0, 10.0])
+@pytest.mark.parametrize("grown_um", [10.0, 60.0, -60.0])
+def test_steps_of_a_display_are_no_leaps(step_um: float, grown_um: float) -> None:
+    grown = np.linspace(0.0, grown_um, 720)
+    columns = {"Z_um": np.round(grown / step_um) * step_um, "T_c": 20.0 + np.sin(grown)}
+    log = ThermalLog.from_columns(columns, time_s=60.0 * np.arange(720))
+    assert without_faults(log) is log
+
+
+def test_leaps_of_few_sizes_are_told_and_left() -> None:
+    rng = np.random.default_rng(0)
+    z = 0.05 * rng.normal(size=1440)
+    for number, row in enumerate(range(60, 1440, 60)):
+        z[row:] += -9.0 if number % 3 == 2 else 6.0
+    columns = {"Z_um": z, "T_c": 20.0 + np.sin(np.arange(1440) / 200.0)}
+    log = without_faults(ThermalLog.from_columns(columns, time_s=60.0 * np.arange(1440)))
+    (said,) = log.remarks
+    assert (said.code, said.values["why"]) == ("remark-displacement_leaps", "alike")
+    assert (log.columns["Z_um"] == z).all()
+
+
 def test_a_channel_that_switches_all_the_time_forbids_no_joining() -> None:
     z = made(0, 1).columns["Z_um"]
     columns = dict(changed("Z_um", slice(900, None), z[900:] + 37.0, seed=1).columns)

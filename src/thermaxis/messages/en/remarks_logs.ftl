@@ -15,6 +15,7 @@ remark-rows_stuck = { $name } stays at { $value } { $unit } for { $lasts_s } s w
 remark-displacement_joined = { $name } leaps by { $size } ± { $within } { $unit } at row { $row }, { $at_s } s after the start, which heat cannot do (a probe set to zero, a machine moved): the rows from there on were carried on from the zero before
 remark-displacement_leaps = { $name } leaps { $count } times, by up to { $size } { $unit }, between rows { $row } and { $last }, and { $why ->
         [back] comes back, as when something is switched
+        [alike] by the same few sizes, as a coarse display or something that is switched
        *[often] too often for a probe set to zero
     }: it was left as it is; cut the log by --span, or mask rows by --mask
 remark-displacements_late = { $names } follow the temperatures as if stamped { $shift_s } s too late: they were shifted back; where the machine itself answers so late, keep them by --as-logged

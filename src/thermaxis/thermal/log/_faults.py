@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, Value, remark
 from thermaxis.thermal._arrays import FloatArray, significant
-from thermaxis.thermal.log._quality import LENGTHS, TEMPERATURES, check_log, out_of_range
+from thermaxis.thermal.log._quality import (
+    LENGTHS,
+    TEMPERATURES,
+    check_log,
+    out_of_range,
+    resolution_of,
+)
 from thermaxis.thermal.log._resample import even_step_s
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
@@ -73,8 +79,10 @@ def mask_rows(log: ThermalLog, first: int, last: int, channel: str = "") -> Ther
         columns[name] = np.array(columns[name])
         columns[name][first:last] = np.nan
     last = first + rows - 1
-    at = {"rows": rows, "row": first, "last": last}
-    told = _said("rows_masked", names[0], **at) if channel else remark("all_rows_masked", **at)
+    if channel:
+        told = _said("rows_masked", names[0], rows=rows, row=first, last=last)
+    else:
+        told = remark("all_rows_masked", rows=rows, row=first, last=last)
     return replace(log, columns=columns, remarks=(*log.remarks, told))
 
 
@@ -96,8 +104,8 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
         those of a sensor that stood still while it should have moved, but for the first, and lone
         displacements far from all others. A
         displacement that leaps from one row to the next, as when a probe is set to zero, is carried
-        on from its former zero, unless its leaps cancel one another, as those of a spindle do. A
-        remark says each of them with its rows.
+        on from its former zero, unless its leaps cancel one another or are of few sizes, as those
+        of a spindle or a coarse display are. A remark says each of them with its rows.
     """
     columns, remarks = dict(log.columns), list[Message]()
     for name, values in log.columns.items():
@@ -175,9 +183,14 @@ def _on_one_zero(
     if rows.size < 4 * _SIDES[0] or not 0 < float(np.ptp(values[rows])) < LARGEST_RANGE_UM * per_um:
         return values
     sizes, mixed, spread = _steps(log, rows, values, LEAST_LEAP_UM * per_um)
-    back = _come_back(list(sizes.values()), spread)
-    if back or len(sizes) > MOST_LEAPS:
-        most, why = significant(max(map(abs, sizes.values())), 3), "back" if back else "often"
+    heights = np.array(list(sizes.values()))
+    if heights.size and np.max(np.abs(heights)) < 1.5 * resolution_of(values[rows]):
+        return values  # the display
+    back = _come_back(heights.tolist(), spread)
+    alike = _few_sizes(heights, spread)
+    if back or alike or heights.size > MOST_LEAPS:
+        most = significant(float(np.max(np.abs(heights))), 3)
+        why = "back" if back else "alike" if alike else "often"
         at = {"unit": log.units[name], "row": min(sizes), "last": max(sizes)}
         remarks.append(
             _said("displacement_leaps", name, why=why, count=len(sizes), size=most, **at)
@@ -268,6 +281,13 @@ def _come_back(sizes: Sequence[float], spread: float) -> bool:
     pair = [abs(a + b) < 0.2 * abs(a) + 3.0 * spread for a, b in pairwise(sizes)]
     cancel = sum(a or b for a, b in zip([False, *pair], [*pair, False], strict=True))
     return bool(sizes) and (2 * cancel > len(sizes))
+
+
+def _few_sizes(sizes: FloatArray, spread: float) -> bool:
+    """Say whether leaps are of few sizes, as those of a display or of something that switches."""
+    near = 2.0 * spread + 0.05 * float(np.max(np.abs(sizes), initial=0.0))
+    different = 1 + int(np.count_nonzero(np.diff(np.sort(sizes)) > near))
+    return sizes.size > _MOST_ALIKE and 3 * different <= sizes.size
 
 
 def _sharpest(time_s: FloatArray, y: FloatArray) -> tuple[int, FloatArray]:

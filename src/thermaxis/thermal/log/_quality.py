@@ -221,7 +221,7 @@ def _channel(log: ThermalLog, name: str) -> _Channel | None:
         suspect=suspect,
         step=float(np.median(steps)) if steps.size else float("nan"),
         change=_NORMAL_MEDIAN * float(np.median(moving)) if moving.size else 0.0,
-        resolution=_resolution(good),
+        resolution=resolution_of(good),
         noise=_NORMAL_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0,
         spread=float(np.std(good)),
     )
@@ -269,7 +269,7 @@ def _is_sentinel(values: FloatArray, here: Flags, beyond: Flags, least: float) -
     return far and bool(np.min(sizes) > max(least, _JUMP_SCALES * usual))
 
 
-def _resolution(values: FloatArray) -> float:
+def resolution_of(values: FloatArray) -> float:
     """Return the step of the values if all of them are multiples of one, else 0."""
     different = np.unique(values[:200_000])
     if different.size < 3 or different.size > max(5000, values.size // 4):
