@@ -15,6 +15,7 @@ from thermaxis.thermal import (
     common_names,
     evaluate_input,
     parse_input,
+    records_of,
 )
 from thermaxis.thermal.log import block_means, block_numbers, unit_of_name
 
@@ -239,6 +240,22 @@ def test_a_spindle_that_heats_from_the_first_row_began_where_its_line_begins() -
     heats = np.round(20.0 + 0.008 * time_s, 1)
     assert log.start_of(heats, 60.0) == pytest.approx(20.0, abs=0.05)
     assert np.mean(heats[:7]) > 20.2
-    still = 20.0 + random.normal(0.0, 0.02, (50, time_s.size))
-    found = np.array([log.start_of(row, 60.0) for row in still])
-    assert np.mean(found == np.mean(still[:, :7], axis=1)) > 0.9
+    still = 20.0 + random.normal(0.0, 0.02, (500, time_s.size))
+    for reference_s in (40.0, 60.0):  # five rows and seven
+        mean = np.mean(still[:, time_s <= reference_s], axis=1)
+        assert np.mean([log.start_of(row, reference_s) for row in still] == mean) > 0.995
+
+
+def test_a_fit_counts_its_inputs_from_where_the_free_run_does() -> None:
+    time_s = np.arange(0.0, 600.0, 10.0)
+    random = np.random.default_rng(1)
+    spindle = {f"S{k}_c": 20.0 + 0.004 * time_s + random.normal(0.0, 0.02, 60) for k in range(20)}
+    columns = {**spindle, "A_c": 20.0 + random.normal(0.0, 0.02, 60), "Z_um": time_s}
+    log = ThermalLog.from_columns(columns, time_s=time_s)
+    definitions = [parse_input(f"{name}-A_c") for name in spindle]
+    records = records_of([log], definitions, ["Z_um"])
+    (record,) = records.experiments["Z_um"]
+    levels = records.reference_c
+    for k, name in enumerate(spindle):
+        run = columns[name] - levels[name] - (columns["A_c"] - levels["A_c"])
+        np.testing.assert_allclose(record.u[:, k], run, atol=1e-9)

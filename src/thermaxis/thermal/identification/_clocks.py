@@ -24,6 +24,7 @@ from thermaxis.thermal.log import (
     ThermalLog,
     evaluate_input,
     shift_displacements,
+    start_of_input,
 )
 from thermaxis.thermal.modal import ModalOptions, response_evidence
 from thermaxis.thermal.verification import REFERENCE_S
@@ -176,7 +177,7 @@ def _drift(
 def _began_cold(log: ThermalLog, inputs: Sequence[InputDefinition]) -> bool:
     for definition in inputs:
         values = evaluate_input(log, definition)
-        start_k, known = log.start_of(values, REFERENCE_S), values[~np.isnan(values)]
+        start_k, known = start_of_input(log, definition, REFERENCE_S), values[~np.isnan(values)]
         if definition.minus is None or abs(start_k) > _COLD * float(np.ptp(known)):
             return False
     return True

@@ -22,6 +22,7 @@ from thermaxis.thermal.log import (
     ThermalLog,
     evaluate_input,
     even_step_s,
+    start_of_input,
 )
 from thermaxis.thermal.transfer_function import ThermalModel
 from thermaxis.thermal.verification import REFERENCE_S
@@ -112,8 +113,8 @@ def records_of(
     left_out: list[str] = []
     references = {definition.minus for definition in inputs}
     for log in logs:
-        measured = [evaluate_input(log, definition) for definition in inputs]
-        u = np.stack([v - log.start_of(v, reference_s) for v in measured], axis=1)
+        rises = [evaluate_input(log, d) - start_of_input(log, d, reference_s) for d in inputs]
+        u = np.stack(rises, axis=1)
         lowest = np.fmin(lowest, np.nanmin(u, axis=0))
         highest = np.fmax(highest, np.nanmax(u, axis=0))
         names = [output for output in found if has_output(log, output)]

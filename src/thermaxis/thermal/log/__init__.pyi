@@ -17,6 +17,7 @@ from ._input import (
     check_inputs as check_inputs,
     evaluate_input as evaluate_input,
     parse_input as parse_input,
+    start_of_input as start_of_input,
 )
 from ._merge import (
     ShiftResult as ShiftResult,

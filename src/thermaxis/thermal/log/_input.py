@@ -109,6 +109,18 @@ def evaluate_input(log: ThermalLog, definition: InputDefinition) -> FloatArray:
     return values
 
 
+def start_of_input(log: ThermalLog, definition: InputDefinition, reference_s: float) -> float:
+    """Return the level of an input at the begin of a log: that of its channel, or of both.
+
+    A free run counts from the levels of its channels, and the level of a difference is another.
+    """
+    unit = _common_unit(log, definition)
+    plus, *minus = (
+        log.start_of(log.column(c, unit=unit), reference_s) for c in definition.channels
+    )
+    return plus - sum(minus)
+
+
 def check_inputs(definitions: Sequence[InputDefinition]) -> None:
     """Refuse inputs of a model of which there is none, or two have the same name."""
     if not definitions:

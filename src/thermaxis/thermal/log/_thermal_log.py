@@ -21,8 +21,9 @@ TIME_COLUMN: Final = "time_s"
 MOST_CELLS = 400_000_000
 """Largest number of rows times columns of a log: 3.2 GB. [1]"""
 
-FEWEST_OF_LINE, PLAIN = 5, 4.0
-"""Rows that show a line, and its slope over the standard deviation from which it is plain. [1]"""
+FEWEST_OF_LINE, PLAIN = 5, 1e-4
+"""Rows that show a line, and share of still channels, of any number of rows, that seem to move.
+[1]"""
 
 _UNIT_WORDS = {
     "degC": "c degc celsius °c ℃ gradc",
@@ -325,8 +326,9 @@ class ThermalLog:
 
         Relative coordinates refer to it. It is their mean, or where they plainly move, as a spindle
         that heats from the first row on, what their line has at the first row: a mean would lie
-        above a machine that began at rest. Where nothing was measured then it is the first value;
-        NaN where there is none.
+        above a machine that began at rest. Plain is a slope that a still channel has once in 10 000
+        logs, by Student's t. Where nothing was measured then it is the first value; NaN where there
+        is none.
         """
         present = ~np.isnan(values)
         early = present & (self.time_s <= reference_s)
@@ -341,7 +343,10 @@ class ThermalLog:
         slope = float(about_s @ own / (about_s @ about_s))
         left = own - mean - slope * about_s
         std = float(np.sqrt(left @ left / (own.size - 2) / (about_s @ about_s)))
-        return mean - slope * mean_s if abs(slope) > PLAIN * std else mean
+        from scipy.special import stdtrit  # noqa: PLC0415  scipy is slow to import
+
+        plain = float(stdtrit(own.size - 2, 1.0 - 0.5 * PLAIN))
+        return mean - slope * mean_s if abs(slope) > plain * std else mean
 
     def names_matching(self, pattern: str) -> tuple[str, ...]:
         """Return the columns whose name fits a pattern, in their order.
