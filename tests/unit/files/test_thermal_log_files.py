@@ -188,9 +188,9 @@ HOSTILE = {
     b'time_s,T_C\n0,"1\n1,2\n': "line 2: quotation_marks",
     b"time_s,T_C\n,1\n,2\n": "column time_s: ",
     b"time_s,T_C\n1e300,1\n2e300,2\n": "column time_s: ",
-    b"time,T_C\n2026-13-45T00:00:00,1\n": "line 2, column time: not_a_moment",
+    b"time,T_C\n2026-13-45T00:00:00,1\n": "line 2, column time: not_a_moment_of_log",
     b"time,T_C\n2026-01-01T00:00:00,1\n2026-01-01T25:00:00,1\n": (
-        "line 3, column time: not_a_moment"
+        "line 3, column time: not_a_moment_of_log"
     ),
     b"time,T_C\n2026-01-01T00:00:00,1\n2026-01-01T00:00:01+01:00,2\n": (
         "line 3, column time: zones_mixed"
@@ -339,6 +339,22 @@ def test_the_hour_that_comes_twice_without_a_zone_is_named_and_carried_on(tmp_pa
     log = from_text(tmp_path, "time,T_C\n" + "\n".join(rows) + "\n")
     np.testing.assert_allclose(log.time_s, np.arange(240) * 60.0)
     assert log.remarks[0].code == "remark-daylight_saving_ended"
+
+
+@pytest.mark.parametrize(
+    ("first", "hours", "nights"), [(18.5, 12, 1), (22.0, 12, 1), (18.5, 72, 3)]
+)
+def test_times_of_day_go_on_past_midnight(
+    tmp_path: Path, first: float, hours: int, nights: int
+) -> None:
+    start = dt.datetime(2026, 3, 2, tzinfo=dt.UTC) + dt.timedelta(hours=first)
+    moments = [start + dt.timedelta(minutes=k) for k in range(60 * hours)]
+    text = "time,T_C\n" + "".join(f"{m:%H:%M:%S},{k / 100}\n" for k, m in enumerate(moments))
+    mapping = ThermalMapping(time_format="%H:%M:%S")
+    log = from_text(tmp_path, text, mapping=mapping)
+    np.testing.assert_allclose(log.time_s, np.arange(60 * hours) * 60.0)
+    np.testing.assert_allclose(log.columns["T_C"], np.arange(60 * hours) / 100)
+    assert log.remarks == (remark("midnights_passed", count=nights),)
 
 
 def test_a_row_of_a_workbook_that_is_wider_than_its_headings_is_refused(tmp_path: Path) -> None:

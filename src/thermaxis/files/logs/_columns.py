@@ -51,6 +51,7 @@ LONGEST_HEADING = 200
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _SINCE_1970_S = (9.4e8, 4.2e9)
 """Seconds of this size are counted from 1970: the years 1999 to 2103. [s]"""
+_NO_YEAR = datetime.strptime("0", "%S").year  # noqa: DTZ007 - what a form without a date gives
 _LENGTHS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
 _MOST_TIME = 1e19
 """A time beyond this, in any unit, is no time. [1]"""
@@ -318,7 +319,9 @@ def build_log(
     assumed: list[Message] = []
     raw, start, local = _times(table, plan, assumed)
     try:
-        straight = straighten_times(raw, local=local)
+        straight = straighten_times(
+            raw, local=local, undated=start is not None and start.year == _NO_YEAR
+        )
     except DataError as error:
         raise error.at(table.at(column=plan.time)) from None
     origin = float(straight.time_s[0])
@@ -458,7 +461,9 @@ def _of_texts(
     given = [None if text and text.casefold() in MISSING_WORDS else text for text in texts]
     form = plan.mapping.time_format
     parsed = parse_moment if form is None else partial(formatted_moment, form=form)
-    moments = read_moments(given, lambda row: table.at(row, plan.time), parsed)
+    moments = read_moments(
+        given, lambda row: table.at(row, plan.time), parsed, "not_a_moment_of_log"
+    )
     start = next((moment for moment in moments if moment is not None), None)
     if start is None:
         return np.full(len(texts), np.nan), None, False

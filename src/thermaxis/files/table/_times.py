@@ -81,6 +81,7 @@ def read_moments(
     cells: Sequence[str | None],
     at: Callable[[int], Place],
     parsed: Callable[[str], datetime | None] = parse_moment,
+    refusal: str = "not_a_moment",
 ) -> list[datetime | None]:
     """Read dates with time, None where a cell is empty; all with a zone or all without."""
     moments: list[datetime | None] = []
@@ -88,7 +89,7 @@ def read_moments(
     for index, cell in enumerate(cells):
         moment = parsed(cell) if cell else None
         if cell and moment is None:
-            raise MeasurementFileError("not_a_moment", text=cell, place=at(index))
+            raise MeasurementFileError(refusal, text=cell, place=at(index))
         if moment is not None:
             if zoned is not None and zoned != (moment.tzinfo is not None):
                 raise MeasurementFileError("zones_mixed", place=at(index))

@@ -58,6 +58,8 @@ error-not_a_whole_number = '{ $text }' is not a whole number.
 error-not_a_country = '{ $text }' is not a country. Write its two capital letters of ISO 3166-1, such as CZ.
 error-not_a_moment = '{ $text }' is not a date with time.
     .remedy = Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00.
+error-not_a_moment_of_log = '{ $text }' is not a date with time, or not of the form that the mapping states.
+    .remedy = Write it as 2026-11-20T14:03:05, or state its form in a mapping: format = "%H:%M:%S" under [time].
 error-date_order_unclear = '{ $text }' may be { $first } or { $second }.
     .remedy = Say what stands first, with --date-order day, month or year.
 error-hours_or_minutes = '{ $text }' may be hours and minutes, or minutes and seconds.

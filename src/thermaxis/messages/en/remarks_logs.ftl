@@ -30,6 +30,7 @@ remark-seconds_assumed = column { $column } states no unit: taken as seconds, so
 remark-rows_without_time = { $count } rows have no time and were left out
 remark-rows_in_bursts = rows come in bursts of about { $rows } every { $step_s } s: a model is learnt from means over such a time
 remark-rows_turned_round = the rows run from the latest to the earliest: they were turned round
+remark-midnights_passed = the times of day state no date: they were carried on past midnight (times passed: { $count })
 remark-times_repeated = { $count } rows have the time of another row, the first of them { $at_s } s after the start: of each column the first value counts
 remark-clock_too_coarse = { $count } rows have the time of another row, the first of them { $at_s } s after the start: of each column the first value counts; the clock is too coarse for this recorder, and most readings are lost
 remark-rows_sorted = { $count } rows are out of order of time: the rows were sorted by time

@@ -18,7 +18,7 @@ SHORT_SET_BACK = 5.5
 """A clock set back by at most so many rows was corrected: the rows it repeats are left out. [1]"""
 _FITS = 0.4
 """A row out of order lies at least this share of the usual step from every other one. [1]"""
-_HOUR_S = 3600.0
+_HOUR_S, _DAY_S = 3600.0, 86400.0
 _HOUR_WITHIN_S = 90.0
 
 
@@ -49,13 +49,16 @@ class StraightTimes:
         return result
 
 
-def straighten_times(time_s: FloatArray, *, local: bool = False) -> StraightTimes:
+def straighten_times(
+    time_s: FloatArray, *, local: bool = False, undated: bool = False
+) -> StraightTimes:
     """Put rows in order of time, whatever the clock of the recorder did.
 
     Rows without a time are left out. A file from the latest to the earliest row is turned round.
     Single rows out of order are sorted in. A clock that was set back by more than a few rows, as
     at the end of daylight saving time, makes later times go on from the last one by the usual
     step. A clock set forward cannot be told from a gap and stays. Rows of one time become one.
+    Where times of day are `undated`, a step back by more than half a day is a midnight.
     """
     remarks: list[Message] = []
     order: IntArray | None = None
@@ -75,6 +78,10 @@ def straighten_times(time_s: FloatArray, *, local: bool = False) -> StraightTime
     if np.count_nonzero(steps < 0.0) > 0.9 * steps.size:
         order, time_s = order[::-1], time_s[::-1]
         remarks.append(remark("rows_turned_round"))
+    midnights = np.diff(time_s) < -0.5 * _DAY_S
+    if undated and bool(midnights.any()) and np.ptp(time_s) < _DAY_S:
+        time_s = time_s + _DAY_S * np.concatenate(([0.0], np.cumsum(midnights)))
+        remarks.append(remark("midnights_passed", count=int(np.count_nonzero(midnights))))
     time_s, order = _in_order(time_s, order, remarks, local=local)
     first = np.concatenate(([True], np.diff(time_s) > 0.0))
     place = None
