@@ -4,10 +4,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from thermaxis.errors import DataError
 from thermaxis.thermal import (
+    InputDefinition,
+    ModalOptions,
     ThermalLog,
+    identify,
     mask_rows,
     parse_input,
     records_of,
@@ -234,6 +238,23 @@ def test_displacements_by_another_clock_are_shifted_by_what_it_is_off(shift_s: f
         z[rows:], log.columns["Z_um"][:-rows])  # fmt: skip
     assert (moved[0] == moved[1]).all()
     assert np.isnan(z).sum() == rows
+
+
+@pytest.mark.parametrize("gap", [slice(20, 60), slice(1400, 1430)])
+def test_an_input_with_a_gap_near_an_end_of_the_log_is_identified(gap: slice) -> None:
+    rng = np.random.default_rng(1)
+    heated = np.repeat(rng.random(24) * 10.0, 60)
+    warm = lfilter([0.02], [1.0, -0.98], heated)
+    z_um = 3.0 * warm + lfilter([0.3], [1.0, -0.98], warm) + rng.normal(0.0, 0.2, 1440)
+    warm[gap] = np.nan
+    inputs = [InputDefinition("spindle", "T_C")]
+    late = np.append(np.full(20, np.nan), z_um[:-20])  # 20 minutes
+    log = ThermalLog.from_columns({"T_C": 20.0 + warm, "Z_um": late}, sample_time_s=60.0)
+    (said,) = (shifted := with_one_clock(log, inputs, ["Z_um"])).remarks
+    assert said.values["shift_s"] == 1200.0
+    options = ModalOptions(intervals=False, most_lags=1)
+    found = identify(records_of([shifted], inputs, ["Z_um"]), modal_options=options)
+    assert found.outputs[0].fit_percent > 75.0
 
 
 @pytest.mark.parametrize("plan", range(len(PLANS)))

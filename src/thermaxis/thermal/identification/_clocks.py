@@ -26,7 +26,7 @@ from thermaxis.thermal.log import (
     shift_displacements,
     start_of_input,
 )
-from thermaxis.thermal.modal import ModalOptions, response_evidence
+from thermaxis.thermal.modal import ModalOptions, response_evidence, segments_of
 from thermaxis.thermal.verification import REFERENCE_S
 
 LEAST_EVIDENCE = 10.0
@@ -98,33 +98,44 @@ def with_one_clock(
         if np.count_nonzero(~np.isnan(record.y)) < _FEWEST_ROWS or not kept:
             return log
         record, chosen = replace(record, u=record.u[:, kept]), [inputs[k] for k in kept]
-        told = _shift(log, record, chosen, names[0]) or _drift(log, record, chosen, names[0])
+        shift_s, within_s = _shift(log, record, chosen)
+        told = None if shift_s else _drift(log, record, chosen, names[0])
     except DataError:  # too little was measured: estimators and verification say what
         return log
-    if told is None:
-        return log
-    shift_s = told.values.get("shift_s", 0.0)
-    if isinstance(shift_s, float) and shift_s >= LEAST_SHIFT_S and not told_only:
-        late = told.code == "remark-displacements_seem_late"
-        return shift_displacements(log, outputs, shift_s if late else -shift_s)
-    return replace(log, remarks=(*log.remarks, told))
+    if abs(shift_s) >= LEAST_SHIFT_S and not told_only:
+        return shift_displacements(log, outputs, shift_s)
+    if shift_s:
+        code = "displacements_seem_late" if shift_s > 0.0 else "displacements_seem_early"
+        told = remark(code, names=names[0], shift_s=abs(shift_s), within_s=within_s)
+    return log if told is None else replace(log, remarks=(*log.remarks, told))
 
 
 def _shift(
-    log: ThermalLog, record: Experiment, inputs: Sequence[InputDefinition], name: str
-) -> Message | None:
+    log: ThermalLog, record: Experiment, inputs: Sequence[InputDefinition]
+) -> tuple[float, float]:
+    """Return how late the displacements seem, zero where that is not shown, and within. [s]"""
+    record = _without_gaps(record)
+    if record.duration_s < _SHORTEST_S:
+        return 0.0, 0.0
     rows, within, gained = _Search(record).found()
     shift_s = round(round(rows * record.sample_time_s / log.usual_step_s) * log.usual_step_s, 3)
     large = abs(shift_s) >= LEAST_SHIFT_S
     least_s = max(TOLD_SHIFT_S, min(_display_s(log, one) for one in inputs))
     if abs(shift_s) <= least_s or gained < (LEAST_EVIDENCE if large else TOLD_EVIDENCE):
-        return None
-    return remark(
-        "displacements_seem_late" if shift_s > 0.0 else "displacements_seem_early",
-        names=name,
-        shift_s=abs(shift_s),
-        within_s=significant(2.0 * within * record.sample_time_s, 2),
-    )
+        return 0.0, 0.0
+    return shift_s, significant(2.0 * within * record.sample_time_s, 2)
+
+
+def _without_gaps(record: Experiment) -> Experiment:
+    """Return the stretch of most displacements without a long gap in the inputs.
+
+    Every stretch has a start of its own, and a short one may be shifted out of its displacements.
+    """
+    every = segments_of([record], record.sample_time_s, (0.0,) * record.u.shape[1])
+    longest = max(every, key=lambda segment: float(np.sum(segment.count)))
+    first = round(longest.start_s / record.sample_time_s)
+    rows = slice(first, first + longest.blocks)
+    return replace(record, u=record.u[rows], y=record.y[rows], ambient_k=None)
 
 
 def _display_s(log: ThermalLog, definition: InputDefinition) -> float:
