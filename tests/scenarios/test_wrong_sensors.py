@@ -53,7 +53,7 @@ def test_a_stuck_sensor_is_named_when_a_model_is_verified(tmp_path, capsys):
     assert "T_spindle_C: stays at" in capsys.readouterr().out
 
 
-def test_a_model_of_noise_says_that_it_is_not_to_be_used(tmp_path):
+def test_a_model_of_noise_says_that_it_is_not_to_be_used(tmp_path, capsys):
     random = np.random.default_rng(3)
     path = written(tmp_path / "noise.csv", T_spindle_C=22.0 + random.normal(0.0, 2.0, 5040))
     result = identified(path, tmp_path, *INPUT)
@@ -61,6 +61,10 @@ def test_a_model_of_noise_says_that_it_is_not_to_be_used(tmp_path):
     held_out = result["outputs"]["Z_um"]["held_out"]
     assert held_out["what_code"]["code"] == "held_out-later_part"
     assert told & {"warning-not_fit", "warning-explains_nothing"}
+    shown = capsys.readouterr().out
+    assert "warning-" not in shown
+    notes = [line for line in shown.splitlines() if line.startswith(("Z_um: ", "spindle: "))]
+    assert "do not use it" in notes[1], "the first note after the headline"
 
 
 def test_candidates_of_a_slower_recorder_are_used_at_their_own_rate(tmp_path):

@@ -14,7 +14,7 @@ from fluent.syntax.visitor import Visitor
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError, ThermaxisError
-from thermaxis.messages import keys
+from thermaxis.messages import keys, template
 
 ROOT = Path(__file__).parents[3] / "src" / "thermaxis"
 
@@ -119,6 +119,7 @@ def test_every_message_that_is_made_has_a_sentence_and_every_sentence_is_made() 
     made = {one for _, name, node in calls if name == "Message" for one in codes_of(node.args[0])}
     assert made - keys("en") == set()
     carried = {key for key in keys("en") if key.startswith(MADE) and "." not in key}
+    assert {key for key in carried if template(key) == key} == set()
     assert {k for k in carried if not {k, k.partition("-")[2]} & constants.keys()} == set()
 
 

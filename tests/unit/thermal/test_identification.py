@@ -117,7 +117,10 @@ def test_a_model_of_inputs_that_say_nothing_is_not_to_be_used() -> None:
         condemned = codes & {"warning-explains_nothing", "warning-not_fit"}
         assert bool(condemned) == (own.held_out.fit_percent <= 0.0)
         said += condemned
-    assert "warning-explains_nothing" in said
+        for method in (Method.STATIC, Method.AVERAGES):
+            (rule,) = identify(records(noise[0], noise[1], {"Z_um": z}), method=method).outputs
+            assert str(method) not in [w.values.get("method") for w in rule.warnings]
+    assert said == ["warning-explains_nothing"] * 2, "no rule explains anything either"
     true = identify(records_of([warmed(3)], INPUTS, ["Z_um"])).outputs[0]
     assert "warning-explains_nothing" not in {w.code for w in true.warnings}
 

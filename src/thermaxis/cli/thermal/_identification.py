@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import zip_longest
 
 from thermaxis import __version__, thermal
-from thermaxis.codes import message_as_json, values_as_json
+from thermaxis.codes import NOWHERE, message_as_json, values_as_json
 from thermaxis.messages import remedy_of, sentence, sentence_of, text_of
 from thermaxis.report.tables import (
     Part,
@@ -25,7 +26,7 @@ _MOST_OUTPUTS, _MOST_PARTS, _MOST_TRIED, _MOST_NOTES = 5, 6, 5, 6
 _RULES = {
     "model": "model", "static": "static", "averages": "fixed averages", "hold": "nothing changes"
 }  # fmt: skip
-_VERDICTS = ("warning-explains_nothing", "warning-no_better_than_static", "warning-averages_better")
+_VERDICTS = {"warning-not_fit", "warning-explains_nothing"}
 
 
 def _with_interval(value: float, std: float | None) -> str:
@@ -121,15 +122,16 @@ def _text(
     if asked:
         output = max(asked, key=_uncertainty)
         last = ["", _next_test_text(output) + (f" ({output.name})" if several else "")]
-    notes = [f"reading: {remark}" for remark in remarks]
-    notes += [*_notes(result, several=several), *map(text_of, result.warnings)]
+    first, notes = _notes(result, several=several)
+    notes = [*first, *(f"reading: {remark}" for remark in remarks), *notes]
+    notes += map(text_of, result.warnings)
     notes += [f"sensor first: {sensor}" for sensor in sensors]
     for more in () if several else (_tried(outputs[0]), _polynomials_in_words(outputs[0])):
         if _lines([*shown, *more, *notes[:_MOST_NOTES], *last]) <= _MOST_LINES:
             shown += more
     for k, note in enumerate(notes):
         rest = f"{len(notes) - k} more: --json, --report"
-        if _lines([*shown, note, rest, *last]) > _MOST_LINES:
+        if k >= len(first[:1]) and _lines([*shown, note, rest, *last]) > _MOST_LINES:
             shown.append(rest)
             break
         shown.append(note)
@@ -163,28 +165,33 @@ def _headline(output: thermal.IdentifiedOutput) -> str:
     return f"{line}; on rows held out fit {held.fit_percent:.1f} %"
 
 
-def _notes(result: thermal.Identification, *, several: bool) -> list[str]:
-    """Return what the reader must know of outputs and parts; those of which the same is said."""
+def _notes(result: thermal.Identification, *, several: bool) -> tuple[list[str], list[str]]:
+    """Return verdicts, and what else must be known of outputs and parts; alike ones together."""
+    verdicts: dict[str, list[str]] = {}
     said: dict[str, list[str]] = {}
     for output in result.outputs:
         stds = {"noise": output.noise_std_um, "drift beside it": output.slow_noise_std_um}
         listed = ", ".join(f"{what} {um:.2g} um" for what, um in stds.items() if um is not None)
-        for warning in sorted(output.warnings, key=lambda one: one.code not in _VERDICTS):
-            said.setdefault(text_of(warning), []).append(output.name)
+        for warning in output.warnings:
+            text = text_of(replace(warning, place=NOWHERE))
+            group = verdicts if warning.code in _VERDICTS else said
+            group.setdefault(text, []).append(warning.place.file or output.name)
         names = () if output.model is None else output.model.input_names
         for name, std in zip(names, output.std, strict=bool(output.std)):
             for flag in std.flags:
-                said.setdefault(text_of(flag), []).append(f"{output.name}, {name}")
+                part = f"{output.name} {name}" if several else name
+                said.setdefault(text_of(flag), []).append(part)
         if listed and not several:
             said.setdefault(f"{listed} (standard deviations)", []).append(output.name)
-    return [f"{_few(names)}: {text}" for text, names in said.items()]
+    both = [[f"{_few(n)}: {text}" for text, n in one.items()] for one in (verdicts, said)]
+    return both[0], both[1]
 
 
 def _errors(outputs: Sequence[thermal.IdentifiedOutput]) -> Table:
     """Return the errors of model and simple rules on the training rows and on those held out."""
     rows: list[list[Value]] = []
     for output in outputs:
-        unfit = {warning.code for warning in output.warnings} & set(_VERDICTS[:2])
+        unfit = {warning.code for warning in output.warnings} & _VERDICTS
         every = {"training": (output.starts, output.training_rmse_um)}
         if output.held_out is not None:
             every["held out"] = (output.held_out.starts, output.held_out.rmse_um)

@@ -19,8 +19,8 @@ warning-inputs_opposed = { $first } and { $second } move together (correlation {
 warning-not_fit = not fit, do not use it: on rows held out the model leaves { $model_um } um, a ridge on the inputs { $method ->
     [averages] and their exponential averages
    *[static] alone
-} { $simple_um } um; use --method { $method } with these inputs, or check sensors, inputs and rows and give another test
-warning-explains_nothing = on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um): it explains nothing there, do not use it; check sensors, inputs and rows first, or give another test
+    } { $simple_um } um; use --method { $method } with these inputs, or check sensors, inputs and rows and give another test
+warning-explains_nothing = do not use it, it explains nothing: on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um); check sensors, inputs and rows first, or give another test
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
 warning-two_regimes_by = two regimes: gains and time constants at { $column } { $low } are others than at { $high } (rows { $rows } of { $log }); DC gains, um/K: { $gains }. No one model fits both; switched with the column they leave { $rmse_um } um of the last 30 % of the rows. --model writes one for each beside it
 warning-two_regimes = two regimes: { $log } is much more likely with gains and time constants that change while it runs, so no one model fits it; in which rows it does not show. What switches there (coolant, a door, a table)? Log it as a column of 0 and 1

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, significant
@@ -44,10 +44,10 @@ LEAST_LEFT = 0.2
 share of its standard deviation in the training. [1]"""
 SIMPLE = {Method.AVERAGES: Baseline.AVERAGES_RIDGE, Method.STATIC: Baseline.RIDGE}
 """Methods that are simple rules."""
-NOT_FIT = {Method.AVERAGES: 2.0, Method.STATIC: 1.0}
+NOT_FIT = {Method.AVERAGES: 2.0, Method.STATIC: 1.1}
 """More than so many times what a simple rule leaves of rows held out condemns a model. Default:
 two, as the later part of one run often leaves 1.5 times of a model that is better on another run;
-no lags at all are rarely better by chance. [1]"""
+no lags at all are rarely a tenth better by chance. [1]"""
 _MOST_GAIN = 1e5
 """An input that hardly moves may get gains that no model file holds. [µm/K]"""
 
@@ -135,8 +135,8 @@ def with_figures(
                 held_out=held_out,
                 warnings=(
                     *output.warnings,
-                    *(remark for run in runs for remark in run.start_remarks),
-                    *_verdict(held_out, trained),
+                    *(replace(r, place=Place(run.log)) for run in runs for r in run.start_remarks),
+                    *_verdict(found.method, held_out, trained),
                 ),
             )
         outputs.append(output)
@@ -246,22 +246,27 @@ def _hold(runs: Sequence[VerifiedOutput]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
-def _verdict(held_out: HeldOut | None, trained: VerificationFigures) -> tuple[Message, ...]:
-    """Return a warning where simple rules, or none, do for rows held out what the model does."""
-    if held_out is None:
+def _verdict(
+    method: Method, held_out: HeldOut | None, trained: VerificationFigures
+) -> tuple[Message, ...]:
+    """Return a warning where a simple rule, or none, does for rows held out what the model does.
+
+    By equation (4), what is left is (1 - fit) times the standard deviation.
+    """
+    if held_out is None or held_out.fit_percent is None or trained.fit_percent is None:
         return ()
     left_um = held_out.rmse_um
     rmse = {name: significant(value, 3) for name, value in left_um.items()}
     worse = left_um["model"]
-    explained = held_out.fit_percent is None or held_out.fit_percent > 0.0
-    # By equation (4), what is left is (1 - fit) times the standard deviation.
-    std_um = trained.rmse_um / max(1.0 - (trained.fit_percent or 0.0) / 100.0, 1e-9)
-    better = [rule for rule, most in NOT_FIT.items() if worse > most * left_um.get(rule, worse)]
+    here_um = worse / max(1.0 - held_out.fit_percent / 100.0, 1e-9)
+    std_um = trained.rmse_um / max(1.0 - trained.fit_percent / 100.0, 1e-9)
+    others = {rule: left_um.get(rule, here_um) for rule in NOT_FIT if rule is not method}
+    better = [r for r, um in others.items() if um < here_um and worse > NOT_FIT[r] * um]
     if better:
         best = min(better, key=lambda rule: left_um[rule])
         simple = {"method": str(best), "simple_um": rmse[best]}
         return (Message("warning-not_fit", {"model_um": rmse["model"], **simple}),)
-    if not explained and trained.fit_percent is not None and worse > LEAST_LEFT * std_um:
+    if worse >= here_um and worse > LEAST_LEFT * std_um:
         values = {"model_um": rmse["model"], "std_um": significant(std_um, 3)}
         return (Message("warning-explains_nothing", values),)
     return ()

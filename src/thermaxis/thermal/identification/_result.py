@@ -158,7 +158,11 @@ class Identification:
     @property
     def messages(self) -> tuple[Message, ...]:
         """What the user must know of all outputs and of each, its name as the place."""
-        own = [replace(w, place=Place(channel=o.name)) for o in self.outputs for w in o.warnings]
+        own = [
+            replace(w, place=Place(w.place.file, channel=o.name))
+            for o in self.outputs
+            for w in o.warnings
+        ]
         return (*self.warnings, *own)
 
     def by_regime(

@@ -124,7 +124,8 @@ class VerifiedOutput:
     start: StartOfLog
     """How the log began."""
     start_rows: int
-    """Measured rows that say so: those before the rows that count, where there are enough. [1]"""
+    """Measured rows that say so, none where a steady one was asked for: those before the
+    rows that count, where there are enough. [1]"""
     limited: VerificationFigures | None = None
     """The figures with the correction within limits; None where none were stated."""
 
@@ -135,8 +136,8 @@ class VerifiedOutput:
 
     @property
     def start_remarks(self) -> tuple[Message, ...]:
-        """How the log began, told where it was not at rest."""
-        if self.start.start is LogStart.REST:
+        """How the log began, told where the rows show that it was not at rest, or are fitted."""
+        if self.start.start is LogStart.REST or not self.start_rows:
             return ()
         values = {
             "channel": self.measured.channel,
@@ -452,7 +453,7 @@ def _verify_output(
         parts=simulated.parts,
         counted=counted,
         start=start,
-        start_rows=int(np.sum(known)),
+        start_rows=0 if asked.start is LogStart.STEADY else int(np.sum(known)),
         limited=limited,
     )
 
