@@ -1,7 +1,7 @@
 """How often the residual test flags a residual without an input's doing, and how often with it.
 
 Tests of 8 h with one source that switches at random every hour, a drift of 1 µm and noise of
-0.4 µm, on means of 72 s. `drift`, `walk`, `white`: what is left has nothing to do with the input.
+0.4 µm, on means of 72 s. `drift`, walks, `white`: what is left has nothing to do with the input.
 The others add what a wrong model leaves.
 
     python benchmarks/left_over.py
@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from thermaxis.thermal import analyse_residuals
 
 ROWS, STEP_S = 400, 72.0
-SEEDS = {"drift": 400, "walk": 400, "white": 400}
+SEEDS = {"drift": 400, "walk": 400, "noisy walk": 400, "white": 400}
 FEW_SEEDS = 80
 
 Array = NDArray[np.float64]
@@ -40,6 +40,7 @@ def test_of(case: str, seed: int) -> tuple[Array, Array]:
     e = {
         "drift": drift + noise,
         "walk": np.sqrt(STEP_S / 3600.0) * np.cumsum(rng.normal(size=ROWS)) + noise,
+        "noisy walk": 0.25 * np.sqrt(STEP_S / 3600.0) * np.cumsum(rng.normal(size=ROWS)) + noise,
         "white": 0.2 * (drift + noise) + rng.normal(size=ROWS),
         "DC gain 10 % wrong": drift + noise + 0.1 * y,
         "600 s missing": drift + noise + 0.4 * (u - lagged(u, 600.0)),

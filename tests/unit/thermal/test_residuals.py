@@ -67,6 +67,26 @@ def test_slow_but_independent_series_are_not_called_dependent() -> None:
     assert naive > 20
 
 
+def test_levels_of_several_tests_are_no_influence() -> None:
+    found = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        e = [rng.normal(size=400) + rng.normal(0.0, 2.0) for _ in range(4)]
+        u = [slow(rng, 400, 0.97)[:, None] + rng.normal(0.0, 5.0) for _ in range(4)]
+        found += not analyse_residuals(e, u).independent[0]
+    assert found <= 2
+
+
+def test_a_random_walk_below_noise_is_not_called_dependent() -> None:
+    found = 0
+    for seed in range(150):
+        rng = np.random.default_rng(seed)
+        u = slow(rng, 400, 0.97)[:, None]
+        e = 0.07 * np.cumsum(rng.normal(size=400)) + rng.normal(size=400)
+        found += not analyse_residuals([e], [u]).independent[0]
+    assert found <= 8
+
+
 def test_a_residual_that_follows_an_input_is_seen_at_its_lag() -> None:
     rng = np.random.default_rng(2)
     u = rng.normal(size=(500, 2))
@@ -75,13 +95,18 @@ def test_a_residual_that_follows_an_input_is_seen_at_its_lag() -> None:
     result = analyse_residuals([e], [u])
     assert result.independent == (False, True)
     assert result.input_lags[0] == 2.0
-    # the F test of two regressions: with and without the input
-    own = [e[16 - k : 500 - k] for k in range(1, 6)]
+    # the F test of two regressions, with and without the input, at the order of least AIC
+    own = [e[16 - k : 500 - k] for k in range(1, 16)]
     past = [u[16 - k : 500 - k, 1] for k in (0, 1, 2, 4, 8, 16)]
-    tables = [np.column_stack([np.ones(484), *own, *more]) for more in ([], past)]
-    left = [np.linalg.lstsq(table, e[16:], rcond=None)[1][0] for table in tables]
-    ratio = (left[0] - left[1]) / 6 / (left[1] / (484 - 12))
-    assert result.input_p[1] == pytest.approx(f_distribution.sf(ratio, 6, 484 - 12))
+
+    def squares(order: int, more: list[np.ndarray]) -> float:
+        table = np.column_stack([np.ones(484), *own[:order], *more])
+        return float(np.linalg.lstsq(table, e[16:], rcond=None)[1][0])
+
+    order = min(range(5, 16), key=lambda m: 483 * np.log(squares(m, [])) + 2 * m)
+    free = 484 - order - 7
+    ratio = (squares(order, []) / squares(order, past) - 1.0) * free / 6
+    assert result.input_p[1] == pytest.approx(f_distribution.sf(ratio, 6, free))
 
 
 def test_series_that_do_not_fit_are_refused() -> None:

@@ -28,8 +28,9 @@ LEVEL = 0.99
 CANCELLING = 0.02
 """A pole and a zero that are closer than this share of the pole's distance from one are said to
 cancel. [1]"""
-OWN_LAGS, INPUT_LAGS = (1, 2, 3, 4, 5), (0, 1, 2, 4, 8, 16)
-"""Lags of the residual's own past, and of the inputs, in the test of their influence. [row]"""
+LEAST_OWN_LAGS, MOST_OWN_LAGS, INPUT_LAGS = 5, 15, (0, 1, 2, 4, 8, 16)
+"""Fewest and most lags of the residual's own past, and those of the inputs, in the test of their
+influence. [row]"""
 _LEAST_NEW = 1e-9
 _LARGEST_SHARE_OF_ROWS = 0.25
 
@@ -164,15 +165,16 @@ def analyse_residuals(
     A drift that no input explains is slow, and so are inputs: two such series correlate by chance.
     So every input u is asked what it adds to the residual's own past (Granger's test):
 
-        e(t) = c + sum over k = 1 ... 5 of a_k e(t - k) + sum over k = 0, 1, 2, 4, 8, 16
+        e(t) = c + sum over k = 1 ... m of a_k e(t - k) + sum over k = 0, 1, 2, 4, 8, 16
                of b_k u(t - k) + white noise,
 
-    all b zero or not, by the F distribution. The correlations that are shown are those of
-    e(t) - sum a_k e(t - k) and u(t) - sum a_k u(t - k); they scatter by 1/sqrt(n).
+    with one c per test and m from 5 to 15 by the AIC; all b zero or not, by the F distribution.
+    The correlations that are shown are those of e(t) - sum a_k e(t - k) and
+    u(t) - sum a_k u(t - k); they scatter by 1/sqrt(n).
 
     References
     ----------
-    C. Granger 1969; Ljung 1999, section 16.6; M. S. Bartlett 1946 (from memory).
+    C. Granger 1969; H. Akaike 1974; Ljung 1999, section 16.6; M. S. Bartlett 1946 (from memory).
     """
     _check_series(residuals_um, inputs, lags)
     residuals = _centred(residuals_um)
@@ -213,32 +215,38 @@ def _beyond_own_past(
     residuals: Sequence[FloatArray], series: Sequence[FloatArray]
 ) -> tuple[float, FloatArray]:
     """Return the probability that an input adds nothing, and what the residual's own past does."""
-    first = max(*OWN_LAGS, *INPUT_LAGS)
+    first = max(MOST_OWN_LAGS, *INPUT_LAGS)
     tables = [
         np.column_stack(
-            [np.ones(e.size - first)]
-            + [e[first - k : e.size - k] for k in OWN_LAGS]
+            [e[first - k : e.size - k] for k in range(1, MOST_OWN_LAGS + 1)]
             + [u[first - k : u.size - k] for k in INPUT_LAGS]
             + [e[first:]]
         )
         for e, u in zip(residuals, series, strict=True)
         if e.size > first
     ]
-    table = np.vstack(tables) if tables else np.zeros((0, 2 + len(OWN_LAGS) + len(INPUT_LAGS)))
-    table = table[~np.any(np.isnan(table), axis=1)]
-    columns, known = table.shape[1] - 1, 1 + len(OWN_LAGS)
-    free = table.shape[0] - columns
-    if free < columns:
+    tables = [table[~np.any(np.isnan(table), axis=1)] for table in tables]
+    tables = [table - np.mean(table, axis=0) for table in tables if table.size]
+    table = np.vstack(tables) if tables else np.zeros((0, MOST_OWN_LAGS + len(INPUT_LAGS) + 1))
+    rows = table.shape[0] - len(tables)  # a constant each
+    if rows < 2 * (table.shape[1] - 1):
         raise DataError("too_few_residuals", rows=table.shape[0], lags=first)
+    # the triangle's last column is what each lag tells beyond those before it
+    _, own = np.linalg.qr(np.column_stack((table[:, :MOST_OWN_LAGS], table[:, -1])))
+    left = np.cumsum(own[::-1, -1] ** 2)[::-1]
+    aic = rows * np.log(np.maximum(left, 1e-300)) + 2.0 * np.arange(left.size)
+    known = LEAST_OWN_LAGS + int(np.argmin(aic[LEAST_OWN_LAGS:]))
+    table = np.delete(table, np.s_[known:MOST_OWN_LAGS], axis=1)
+    free = rows - table.shape[1] + 1
     basis, triangle = np.linalg.qr(table[:, :-1])
     there = np.abs(np.diag(triangle)) > _LEAST_NEW * np.linalg.norm(table[:, :-1], axis=0)
     told = np.where(there, basis.T @ table[:, -1], 0.0)
-    left = float(np.sum(table[:, -1] ** 2) - np.sum(told**2))
+    lost = float(np.sum(table[:, -1] ** 2) - np.sum(told**2))
     added, count = float(np.sum(told[known:] ** 2)), int(np.sum(there[known:]))
-    past = np.linalg.lstsq(triangle, told, rcond=None)[0][1:known]
+    past = np.linalg.lstsq(triangle, told, rcond=None)[0][:known]
     if count == 0 or added == 0.0:
         return 1.0, past
-    f = (added / count) / max(left / free, 1e-300)
+    f = (added / count) / max(lost / free, 1e-300)
     return float(fdtrc(count, free, f)), past
 
 
@@ -260,9 +268,13 @@ def _check_series(residuals: Sequence[FloatArray], inputs: Sequence[FloatArray],
 
 
 def _centred(series: Sequence[FloatArray]) -> list[FloatArray]:
-    present = [values[~np.isnan(values)] for values in series]
-    mean = float(np.mean(np.concatenate(present)))
-    return [np.asarray(values, dtype=np.float64) - mean for values in series]
+    """Return each test about its own mean: levels of tests tell nothing of one another."""
+    return [
+        np.asarray(values - np.mean(values[~np.isnan(values)]), dtype=np.float64)
+        if np.any(~np.isnan(values))
+        else values
+        for values in series
+    ]
 
 
 @final
