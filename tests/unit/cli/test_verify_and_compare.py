@@ -82,6 +82,20 @@ def test_models_of_one_file_name_are_compared_in_one_chart_and_one_table(tmp_pat
     assert "c.html" in capsys.readouterr().out
 
 
+def test_models_are_ranked_by_runs_that_began_alike(tmp_path, capsys):
+    model, log = written(tmp_path)
+    still = tmp_path / "still.json"  # no lag, so no evidence of another start
+    part = Part("spindle", "T_C", "", 10.0, (), static_gain_um_per_k=10.0)
+    write_model(CompensationModel(outputs=(Output("Z_um", (part,)),)), still)
+    result(tmp_path, "verify", str(still), log)
+    assert "did not begin at rest" not in capsys.readouterr().out
+    found = result(tmp_path, "compare", model, str(still), log)
+    assert capsys.readouterr().out.count("fitted to the log") == 1
+    assert found["start"] == "fitted"
+    figures = found["models"][1]["outputs"]["Z_um"]
+    assert figures["rmse_um"] == pytest.approx(figures["static_rmse_um"], rel=0.01)
+
+
 def test_displacements_by_another_clock_are_named_and_judged_as_they_are(tmp_path):
     words = written(tmp_path, states_k=0.0, late_rows=20)
     log = np.loadtxt(words[1], delimiter=",", skiprows=1)

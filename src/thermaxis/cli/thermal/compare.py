@@ -19,10 +19,18 @@ from thermaxis.cli.thermal._thermal_logs import (
     with_clocks_told,
 )
 from thermaxis.cli.thermal.verify import figures_of
+from thermaxis.compensation import CompensationModel
 from thermaxis.files import model_sha256, read_model
 from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of
-from thermaxis.thermal import ThermalLog, verify
+from thermaxis.thermal import LogStart, ThermalLog, verify
+
+_STARTS = {
+    LogStart.REST: "at rest, as the machine does",
+    LogStart.STEADY: "in the steady state of the first row; a machine starts at rest",
+    LogStart.FITTED: "from states and zero fitted to the log; a machine starts at rest",
+}
+_ORDER = tuple(LogStart)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,18 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
         (log,) = with_clocks_told(
             [log], [model for _, model in models], arguments.measured, arguments.reference
         )
-        names = _names(arguments.files)
-        results: list[report.ComparedModel] = []
-        for k, (path, model) in enumerate(models):
-            progress(f"simulating {path.name}", k, len(models))
-            result = verify(
-                model,
-                [log],
-                arguments.measured,
-                reference_s=arguments.reference,
-                start=arguments.start,
-            )
-            results.append(report.ComparedModel(names[k], model, result))
+        results = _compared(progress, arguments, log, models, arguments.start)
+        if len(starts := _starts(results)) > 1:
+            results = _compared(progress, arguments, log, models, max(starts, key=_ORDER.index))
         written = [*arguments.report]
         if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
@@ -80,6 +79,29 @@ def run(arguments: argparse.Namespace) -> int:
             written.append(arguments.figures)
     show(_described(log, results), arguments.json, written)
     return 0
+
+
+def _compared(
+    progress: Progress,
+    arguments: argparse.Namespace,
+    log: ThermalLog,
+    models: Sequence[tuple[Path, CompensationModel]],
+    start: LogStart | None,
+) -> list[report.ComparedModel]:
+    results: list[report.ComparedModel] = []
+    names = _names(arguments.files)
+    for k, (path, model) in enumerate(models):
+        progress(f"simulating {path.name}", k, len(models))
+        result = verify(
+            model, [log], arguments.measured, reference_s=arguments.reference, start=start
+        )
+        results.append(report.ComparedModel(names[k], model, result))
+    return results
+
+
+def _starts(results: Sequence[report.ComparedModel]) -> set[LogStart]:
+    """Return how the free runs began; models are ranked by runs that began alike."""
+    return {o.start.start for one in results for o in one.result.logs[0].outputs}
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
@@ -103,11 +125,19 @@ def _described(log: ThermalLog, results: Sequence[report.ComparedModel]) -> list
         for one in results
     ]
     names = dict.fromkeys(name for one in results for name in one.result.pooled)
-    warnings = [f"{one.name[:40]}: {text_of(w)}" for one in results for w in one.result.warnings]
+    warnings = [
+        f"{one.name[:40]}: {text_of(w)}"
+        for one in results
+        for w in one.result.warnings
+        if not w.code.startswith("remark-start_")
+    ]
+    (start,) = _starts(results)
     return [
         *remarks_of([log], assumed=True),
         Value("version", __version__),
         Value("log", log.name),
+        Value("start", str(start)),
+        Section("", [f"Every model starts {_STARTS[start]}."]),
         *(Section("", list(_table(name, log, results))) for name in names),
         Value("models", models),
         Value("warnings", remarks, "reading"),

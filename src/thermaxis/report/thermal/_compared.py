@@ -70,12 +70,12 @@ def comparison_charts(models: Sequence[ComparedModel]) -> tuple[ThermalChart, ..
         shown = [
             (f"{model}\nfit {percent(run.figures.fit_percent)} %", run, look)
             for (model, run), look in zip(runs, LOOKS, strict=False)
-        ]
+        ][::-1]  # the last line lies above the others
         measured = Trace("measured", time_h, shown[0][1].measured_um, MEASURED)
         free = [Trace(label, time_h, run.simulated_um, look) for label, run, look in shown]
         left = [Trace(label, time_h, run.residual_um, look) for label, run, look in shown]
         grid = PanelGrid(
-            heading=f"{name}: measured, and the free run of every model, best first",
+            heading=f"{name}: measured, and the free run of every model, best last",
             source=log.name,
             panels=(
                 Panel(
