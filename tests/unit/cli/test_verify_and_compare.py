@@ -58,6 +58,15 @@ def test_each_start_that_is_asked_for_is_run_and_said(tmp_path, capsys):
         assert compared["outputs"]["Z_um"]["rmse_um"] == rmse[start]
     assert len({round(value, 3) for value in rmse.values()}) == 3
     assert rmse["fitted"] == pytest.approx(0.2, rel=0.5)
+    (tmp_path / "limits.toml").write_text(
+        "[Z_um]\nlargest_um = 900.0\nlargest_rate_um_per_s = 90.0\n", encoding="utf-8"
+    )
+    capsys.readouterr()
+    limits = ("--start", "fitted", "--limits", str(tmp_path / "limits.toml"))
+    found = result(tmp_path, "verify", *words, *limits)
+    assert "begun at rest" in capsys.readouterr().out
+    limited = found["logs"][0]["outputs"]["Z_um"]["limited"]
+    assert limited["rmse_um"] == pytest.approx(rmse["rest"], rel=0.01)
 
 
 def test_models_of_one_file_name_are_compared_in_one_chart_and_one_table(tmp_path, capsys):

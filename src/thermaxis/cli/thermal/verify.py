@@ -35,6 +35,8 @@ _EXPLAINED = (
     " very log. All in um."
 )
 
+_LIMITED = "With the correction within its limits, begun at rest as the machine begins"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
@@ -178,7 +180,7 @@ def described(
         Table(f"{title}{etve}", rows, key="outputs", names=list(pooled), words=1),
         *([mean] if len(pooled) > 1 else []),
         Value("mean_fit_percent", result.mean_fit_percent),
-        Table("With the correction within its limits", list(_limited(result)), words=1),
+        Table(_LIMITED, list(_limited(result)), words=1),
         Section("", [_EXPLAINED]),
         *messages_of("left_over", thermal.left_over_messages(result), "left over"),
         Value("logs", [as_json(_log(log)) for log in logs]),

@@ -127,7 +127,8 @@ class VerifiedOutput:
     """Measured rows that say so, none where a steady one was asked for: those before the
     rows that count, where there are enough. [1]"""
     limited: VerificationFigures | None = None
-    """The figures with the correction within limits; None where none were stated."""
+    """The figures with the correction within limits, begun at rest as the machine begins, whatever
+    `start` is; None where none were stated."""
 
     @property
     def residual_um(self) -> FloatArray:
