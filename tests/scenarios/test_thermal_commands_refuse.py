@@ -82,7 +82,7 @@ LOGS: dict[str, tuple[bytes | None, str]] = {
     ),
     "no displacement": (
         "\n".join([HEAD, *(f"{20 * k},{20 + 0.01 * k},20," for k in range(ROWS))]).encode(),
-        "No log has a measured channel Z_um",
+        "No log has a value of Z_um",
     ),
     "a word among numbers": (
         "\n".join([HEAD, *(f"{k},{'warm' if k == 7 else 20},20,{k}" for k in range(50))]).encode(),
@@ -117,7 +117,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "no date": (("--output", "Z_um", *INPUT, "--date", "31.3.2026"), "2026-03-31"),
     "the output as its own input": (("--output", "Z_um", "--input", "a=z_um"), "displacement"),
     "an output twice": (("--output", "Z_um", "--output", "Z_um", *INPUT), "twice"),
-    "rows backwards": (("--output", "Z_um", *INPUT, "--span", "10:5"), "No row"),
+    "rows backwards": (("--output", "Z_um", *INPUT, "--span", "10:5"), "No row lies in 10:5"),
+    "span behind the log": (("--output", "Z_um", *INPUT, "--span", "20h:30h"), "in 20h:30h"),
+    "mask behind the log": (("--output", "Z_um", *INPUT, "--mask", "20h..30h"), "in 20h..30h"),
+    "all of it masked": (("--output", "Z_um", *INPUT, "--mask", "Z_um=0..99999"), "or masked"),
     "no span": (("--output", "Z_um", *INPUT, "--span", "monday"), "is no span"),
     "means over less than a row": (
         ("--output", "Z_um", *INPUT, "--sample-time", "0.5"),

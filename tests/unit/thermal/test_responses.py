@@ -54,6 +54,17 @@ def test_gain_and_phase_are_those_of_the_closed_form_and_of_another_library() ->
     np.testing.assert_allclose(response[:, 1], wanted)
 
 
+def test_an_input_that_never_moved_has_no_band() -> None:
+    u = np.stack([np.repeat([0.0, 8.0, 0.0, 5.0], 60), np.zeros(240)], axis=1)
+    y = 3.0 * lagged(u[:, 0], 4000.0, 60.0) + np.random.default_rng(0).normal(0.0, 0.2, 240)
+    result = modal([Experiment(60.0, u, y)], input_names=["a", "still"])
+    assert result.posterior is not None
+    plain, _ = result.posterior.deviations(lambda tau_s: np.ones((1, tau_s.size)))
+    stated = [one.dc_gain is not None for one in result.std]
+    assert stated == [True, False]
+    assert (~np.isnan(plain[0])).tolist() == stated
+
+
 def test_the_band_of_a_step_ends_at_the_interval_of_the_dc_gain() -> None:
     result = found()
     square, _ = result.posterior.deviations(lambda tau_s: -np.expm1(-1e9 / tau_s)[None, :])

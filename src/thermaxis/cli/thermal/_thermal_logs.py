@@ -49,9 +49,18 @@ class Span(NamedTuple):
         if self.in_seconds:
             edges_s = (self.first or 0.0, math.inf if self.last is None else self.last)
             first, last = (int(np.searchsorted(log.time_s, edge_s)) for edge_s in edges_s)
-            return first, last
-        last = None if self.last is None else int(self.last)
-        return slice(int(self.first or 0), last).indices(log.rows)[:2]
+        else:
+            last = None if self.last is None else int(self.last)
+            first, last, _ = slice(int(self.first or 0), last).indices(log.rows)
+        if first >= last:
+            raise ConfigurationError(
+                "span_without_rows",
+                typed=self.text,
+                rows=log.rows,
+                lasts_h=float(f"{log.duration_s / 3600.0:.3g}"),
+                place=Place(log.where),
+            )
+        return first, last
 
 
 def span(text: str) -> Span:
@@ -94,7 +103,7 @@ def mask(text: str) -> Mask:
             f"'{text}' masks nothing; write T_oil_c=1200..1500 in rows, or 2h..150min in time of"
             " all channels"
         )
-    return Mask(channel.strip(), span(rows.replace("..", ":")))
+    return Mask(channel.strip(), span(rows.replace("..", ":"))._replace(text=rows))
 
 
 def add_log_options(parser: argparse.ArgumentParser) -> None:
@@ -235,12 +244,7 @@ def rows_of_span(logs: Sequence[ThermalLog], part: Span) -> tuple[int, int]:
         raise ConfigurationError(
             "span_of_several_logs", place=Place(key=f"--span {part.text}"), logs=len(logs)
         )
-    first, last = part.rows_of(logs[0])
-    if first >= last:
-        raise ConfigurationError(
-            "span_without_rows", place=Place(key=f"--span {part.text}"), rows=logs[0].rows
-        )
-    return first, last
+    return part.rows_of(logs[0])
 
 
 def findings_in(log: ThermalLog, channels: Sequence[str]) -> tuple[LogFinding, ...]:

@@ -10,7 +10,7 @@ error-option_needs = { $option } has a meaning only together with { $needed }.
 error-option_belongs_to = This option belongs to { $what }.
     .remedy = Leave it out.
 error-span_of_several_logs = A span is of one log, and there are { $logs }.
-error-span_without_rows = No row lies in the span: the log has { $rows } rows.
+error-span_without_rows = No row lies in { $typed }: the log has { $rows } rows and lasts { $lasts_h } h.
 error-span_ends_before_it_begins = The span ends before it begins.
 
 ## Outputs

@@ -34,8 +34,8 @@ error-no_row_in_span = No row lies from row { $first } up to row { $last }: the 
     .remedy = Rows are counted from zero, and the last one is not included.
 error-no_row_between = No row lies between { $first_s } s and { $last_s } s; the log ends at { $duration_s } s.
     .remedy = Times are counted from the first row.
-error-output_never_measured = No log has a measured channel { $output }.
-    .remedy = Channels are { $channels }.
+error-output_never_measured = No log has a value of { $output }: it has no such channel, or all its values are missing or masked.
+    .remedy = Measured channels are { $channels }.
 
 ## Inputs
 

@@ -239,7 +239,8 @@ def _responses(
     name: str, model: ThermalModel, x: FloatArray, curves: FloatArray, std: FloatArray | None
 ) -> Responses:
     names = model.input_names
-    by_input = {n: std[:, k] for k, n in enumerate(names)} if std is not None else {}
+    each = zip(names, std.T, strict=True) if std is not None else ()
+    by_input = {n: one for n, one in each if not np.any(np.isnan(one))}
     return Responses(name, x, {n: curves[:, k] for k, n in enumerate(names)}, by_input)
 
 

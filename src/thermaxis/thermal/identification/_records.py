@@ -139,7 +139,9 @@ def records_of(
             raise DataError(
                 "output_never_measured",
                 output=output,
-                channels=tuple(list(logs[0].columns)[:12]),
+                channels=tuple(
+                    [name for name in logs[0].columns if has_output(logs[0], name)][:12]
+                ),
                 place=Place(", ".join(log.where for log in logs[:3])),
             )
     return Records(

@@ -626,12 +626,12 @@ def _part_std(
     supported = (log_tau < LARGEST_LOG_STD) & (taus_s <= SUPPORTED_SHARE * longest_s)
     flags = [
         Message("flag-time_constant", {"time_constant_s": tau_s})
-        for tau_s, known in zip(taus_s.tolist(), supported, strict=True)
-        if not known
+        for tau_s, found in zip(taus_s.tolist(), supported, strict=True)
+        if not found
     ]
     dc_std = unit * math.sqrt(float(dc_variance[number]))
-    largest_std = LARGEST_DC_SHARE * abs(dc_gain)
-    if dc_std > largest_std:
+    known = 0.0 < dc_std <= LARGEST_DC_SHARE * abs(dc_gain)  # 0: it never moved
+    if not known:
         flags.append(Message("flag-dc_gain"))
     return PartStd(
         direct_gain=float(gains[0]),
@@ -642,7 +642,7 @@ def _part_std(
             float(t * s) if k and acting is None else None
             for t, s, k in zip(taus_s, log_tau, supported.tolist(), strict=True)
         ),
-        dc_gain=dc_std if dc_std <= largest_std else None,
+        dc_gain=dc_std if known else None,
         flags=tuple(flags),
     )
 
@@ -692,6 +692,7 @@ def _result(
     model = ThermalModel(tuple(parts))
     rows = float(np.median([s.rows for s in evidence.segments]))
     block_std = scales.y * math.sqrt(refined.variance)
+    dc_std = np.array([np.nan if s.dc_gain is None else s.dc_gain for s in stds])
     return ModalResult(
         model=model,
         std=tuple(stds),
@@ -701,7 +702,7 @@ def _result(
         fit_percent=_fit_percent(problem, refined, gains),
         offsets_um=tuple(offsets.tolist()),
         validation=validation,
-        posterior=ResponsePosterior(tuple(components), model, units, units * np.sqrt(dc_variance))
+        posterior=ResponsePosterior(tuple(components), model, units, dc_std)
         if components
         else None,
         trials=trials,

@@ -35,7 +35,8 @@ class ResponsePosterior:
     unit: FloatArray
     """One scaled gain of every input, (k,). [µm/K]"""
     dc_std: FloatArray
-    """Standard deviation of the DC gains, (k,). [µm/K]"""
+    """Standard deviation of the DC gains, (k,); NaN, as of all deviations, where it is not stated.
+    [µm/K]"""
 
     def deviations(self, basis: Basis) -> tuple[FloatArray, ComplexArray]:
         """Return the means of |d|^2 and of d^2 of the deviations d from the responses, (t, k) each.
