@@ -206,9 +206,9 @@ def trained(change: Change, seed: int, plan: ThermalTestPlan) -> Trained:
         coolant(judged, np.random.default_rng([seed, 10]))
     z = judged["Z_um"] - judged["Z_um"][first].mean()
     simulated = simulate_modal(output.model, plan.sample_time_s, u)
-    if output.regimes is not None:
+    if output.regimes:
         on = judged["coolant_on"] > 0.0
-        simulated = simulate_switched(output.regimes.models, plan.sample_time_s, u, on)
+        simulated = simulate_switched(output.regimes[0].models, plan.sample_time_s, u, on)
     return Trained(fit_percent(z, simulated), (*log.remarks, *found.messages))
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from thermaxis.compensation import Provenance
+from thermaxis.codes import Message
 from thermaxis.thermal import (
     Identification,
+    ModalOptions,
     ModalPart,
     Records,
     ThermalLog,
@@ -87,17 +88,45 @@ def test_a_column_that_tells_the_regime_is_named_and_both_models_are_found() -> 
     found, records = identified(**columns)
     (told,) = [m for m in found.messages if m.code == "warning-two_regimes_by"]
     assert told.values["column"] == "coolant_on"
-    first = int(np.flatnonzero(columns["coolant_on"])[0])
-    assert f"{first}.." in str(told.values["rows"])
-    regimes = found.outputs[0].regimes
-    assert regimes is not None
+    edges = np.flatnonzero(np.diff(columns["coolant_on"]))
+    assert told.values["stretches"] == np.ceil(edges.size / 2)
+    assert isinstance(told.values["rows"], tuple)
+    for rows in told.values["rows"]:
+        assert isinstance(rows, Message)
+        assert {rows.values["first"] - 1, rows.values["last"]} <= {
+            *edges.tolist(),
+            columns["Z_um"].size - 1,
+        }
+    (regimes,) = found.outputs[0].regimes
+    assert "warning-two_regimes_gains" in codes(found)
     for model, true in zip(regimes.models, (DRY, WET), strict=True):
         assert model.parts[0].dc_gain == pytest.approx(true.parts[0].dc_gain, rel=0.1)
     assert regimes.held_out_rmse_um < 0.2 * np.std(columns["Z_um"])
-    written = dict(found.by_regime(records, Provenance()))
-    assert list(written) == ["coolant_on-0", "coolant_on-1"]
-    sections = written["coolant_on-1"].outputs[0].parts[0].sections
-    assert [s.gain_um_per_k for s in sections] == regimes.models[1].parts[0].gains.tolist()
+    assert regimes.held_out_rmse_um < 0.8 * regimes.one_model_rmse_um
+    delayed = ModalOptions(delays_s=(0.0,))
+    assert not {c for c in codes(identify(records, modal_options=delayed)) if "regimes" in c}
+
+
+def test_rows_held_out_are_measured_ones_and_gains_are_told_of_a_log_by_its_name() -> None:
+    first, second = made(), made()
+    first["Z_um"][260:] = np.nan
+    logs = [
+        ThermalLog.from_columns(c, time_s=STEP_S * np.arange(360), name=name)
+        for c, name in ((first, "a.csv"), (second, "b.csv"))
+    ]
+    found = identify(records_of(logs, [parse_input("head=T_c", channels=first)], ["Z_um"]))
+    told = [m for m in found.messages if m.code == "warning-two_regimes_gains"]
+    assert [m.values["log"] for m in told] == [r.log for r in found.outputs[0].regimes]
+    assert [m.values["log"] for m in told] == ["a.csv", "b.csv"]
+
+
+def test_no_gains_are_told_where_one_model_leaves_as_little() -> None:
+    columns = made()
+    late = columns["coolant_on"].size * 7 // 10
+    columns["Z_um"][late:] = np.random.default_rng(8).normal(0.0, 80.0, 360 - late)
+    found, _ = identified(**columns)
+    assert "warning-two_regimes_gains" not in codes(found)
+    assert not found.outputs[0].regimes
 
 
 def test_a_column_that_cools_by_itself_is_no_regime() -> None:

@@ -216,14 +216,9 @@ def run(arguments: argparse.Namespace) -> int:
                 if (fit := o.fit_percent) is not None
             },
         )
-        regime_files: list[Path] = []
         if arguments.model is not None:
             model = result.to_compensation_model(records, provenance, sentence=text_of)
             write_model(model, arguments.model)
-            for value, own in result.by_regime(records, provenance, sentence=text_of):
-                path = arguments.model.with_stem(f"{arguments.model.stem}-{value}")
-                write_model(own, path)
-                regime_files.append(path)
         if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
         if arguments.report:
@@ -239,7 +234,7 @@ def run(arguments: argparse.Namespace) -> int:
             report.write_identification_figures(
                 result, records, logs, arguments.figures, reference_s=arguments.reference
             )
-    files = (arguments.model, *regime_files, *arguments.report, arguments.figures)
+    files = (arguments.model, *arguments.report, arguments.figures)
     written = [path for path in files if path is not None]
     first = remarks_of(logs, assumed=True)
     shown = [*first, *described(result, records, findings, remarks), reading_codes(logs)]

@@ -22,9 +22,11 @@ warning-not_fit = not fit, do not use it: on rows held out the model leaves { $m
     } { $simple_um } um; use --method { $method } with these inputs, or check sensors, inputs and rows and give another test
 warning-explains_nothing = do not use it, it explains nothing: on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um); check sensors, inputs and rows first, or give another test
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
-warning-two_regimes_by = two regimes: gains and time constants at { $column } { $low } are others than at { $high } (rows { $rows } of { $log }); DC gains, um/K: { $gains }. No one model fits both; switched with the column they leave { $rmse_um } um of the last 30 % of the rows. --model writes one for each beside it
+warning-two_regimes_by = two regimes in { $log }: gains and time constants change with { $column } ({ $low } or { $high }), which is { $high } in rows { $rows } (stretches in all: { $stretches }). Train and run the model at one of the two, interlocked with it: nothing on the machine switches models
+warning-two_regimes_gains = DC gains in um/K at { $column } { $low } / { $high } in { $log }: { $gains }; gains and lags that switch leave { $rmse_um } um of the last 30 % of its measured rows, one model { $one_um } um
+two_regimes-rows = { $first }..{ $last }
+two_regimes-gains = { $input } { $low_um_per_k } / { $high_um_per_k }
 warning-two_regimes = two regimes: { $log } is much more likely with gains and time constants that change while it runs, so no one model fits it; in which rows it does not show. What switches there (coolant, a door, a table)? Log it as a column of 0 and 1
-warning-one_regime = holds only while { $column } is { $value }: interlock the compensation with it, as nothing on the machine switches models
 warning-no_lags = no model file can hold this model, and none of its figures is shown: { $cause }
 
 ## The test that would help most

@@ -105,7 +105,8 @@ def identify(
     found = with_figures(
         estimated(records, modal_options), records, lambda part: estimated(part, brief)
     )
-    found = replace(found, outputs=tuple(with_regimes(o, records) for o in found.outputs))
+    if orders is None and not (brief.time_constants_s or brief.delays_s):
+        found = replace(found, outputs=tuple(with_regimes(o, records) for o in found.outputs))
     return _with_next_tests(found, records)
 
 

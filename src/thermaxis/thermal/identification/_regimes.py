@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Value
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import significant
 from thermaxis.thermal.identification._records import Records, even_log, has_output, records_of
@@ -22,7 +22,7 @@ from thermaxis.thermal.modal import (
     response_evidence,
     simulate_switched,
 )
-from thermaxis.thermal.transfer_function import held
+from thermaxis.thermal.transfer_function import ThermalModel, held
 
 LEAST_EVIDENCE = 20.0
 """Gain of the logarithm of the evidence from which two regimes are told. Default: healthy logs of
@@ -30,12 +30,14 @@ four machines show up to 6, coolant that changes one time constant of three show
 GOOD_FIT_PERCENT = 95.0
 """A model that fits its log better has one regime. [%]"""
 LEARNT_SHARE = 0.7
-"""Share of the rows that is learnt from where the rest is simulated. [1]"""
+"""Share of the measured rows that is learnt from where the rest is simulated. [1]"""
+CLEARLY_LESS = 0.8
+"""Gains are told where models that switch leave so much of what one model leaves at most. [1]"""
 LEAST_SHARE = 0.05
 """A regime holds in so much of the rows at least. [1]"""
 STRETCHES = 16
 """Stretches of a log that are told apart where no column tells the regime. [1]"""
-_MOST_ROWS, _MOST_STEP_S = 5000, 120.0
+_MOST_ROWS = 1500
 _MOST_NAMED, _MOST_INPUTS = 4, 6
 
 
@@ -58,7 +60,7 @@ def _told(
     output: IdentifiedOutput,
     reference_s: float,
 ) -> IdentifiedOutput:
-    step_s = min(max(log.usual_step_s, log.duration_s / _MOST_ROWS), _MOST_STEP_S)
+    step_s = max(log.usual_step_s, log.duration_s / _MOST_ROWS)
     records = records_of(
         [log], inputs, [output.name], sample_time_s=step_s, reference_s=reference_s
     )
@@ -68,37 +70,59 @@ def _told(
     gained = {name: _gained(one, on) for name, on in columns.items()}
     best = max(gained, key=gained.__getitem__, default="")
     if best and gained[best] >= LEAST_EVIDENCE:
-        names = [definition.name for definition in inputs]
-        on, cut = columns[best], int(LEARNT_SHARE * one.y.size)
-        part = Experiment(step_s, one.u[:cut], one.y[:cut])
-        learnt = fit_switched(part, on[:cut], names).models
-        run = simulate_switched(learnt, step_s, held(one.u)[0], on)[cut:]
         values = log.columns[best]
-        regimes = Regimes(
-            best,
-            (float(np.nanmin(values)), float(np.nanmax(values))),
-            fit_switched(one, on, names).models,
-            float(np.sqrt(np.nanmean((one.y[cut:] - run) ** 2))),
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+        told = {"column": best, "low": low, "high": high, "log": log.where}
+        rows = _spans(values > (low + high) / 2.0)
+        said = [Message("warning-two_regimes_by", {**told, **rows})]
+        found = None
+        with suppress(DataError, np.linalg.LinAlgError):  # too little to learn from and to judge
+            found = _judged(one, columns[best], output, [definition.name for definition in inputs])
+        if found is None:
+            return replace(output, warnings=(*output.warnings, *said))
+        models, rmse_um, one_um = found
+        regimes = Regimes(log.where, best, (low, high), models, rmse_um, one_um)
+        gains = tuple(
+            Message(
+                "two_regimes-gains",
+                {
+                    "input": part.input_name,
+                    "low_um_per_k": significant(part.dc_gain, 3),
+                    "high_um_per_k": significant(other.dc_gain, 3),
+                },
+            )
+            for part, other in zip(models[0].parts, models[1].parts, strict=True)
         )
-        parts = zip(*(model.parts for model in regimes.models), strict=True)
-        gains = (f"{a.input_name} {a.dc_gain:.3g} / {b.dc_gain:.3g}" for a, b in parts)
-        message = Message(
-            "warning-two_regimes_by",
-            {
-                "column": best,
-                "low": regimes.values[0],
-                "high": regimes.values[1],
-                "rows": _spans(values > np.mean(regimes.values)),
-                "log": log.where,
-                "gains": ", ".join(gains),
-                "rmse_um": significant(regimes.held_out_rmse_um, 3),
-            },
+        left = {"rmse_um": significant(rmse_um, 3), "one_um": significant(one_um, 3)}
+        said.append(Message("warning-two_regimes_gains", {**told, "gains": gains, **left}))
+        return replace(
+            output,
+            regimes=(*output.regimes, regimes),
+            warnings=(*output.warnings, *said),
         )
-        return replace(output, regimes=regimes, warnings=(*output.warnings, message))
     if _gained(one, _likely_rows(one)) < LEAST_EVIDENCE:
         return output
     message = Message("warning-two_regimes", {"log": log.where})
     return replace(output, warnings=(*output.warnings, message))
+
+
+def _judged(
+    one: Experiment, on: BoolArray, output: IdentifiedOutput, names: Sequence[str]
+) -> tuple[tuple[ThermalModel, ThermalModel], float, float] | None:
+    """Return models that switch, what they and what one leaves of rows held out; else None."""
+    measured = np.flatnonzero(~np.isnan(one.y))
+    cut = int(measured[int(LEARNT_SHARE * measured.size)])
+    part = Experiment(one.sample_time_s, one.u[:cut], one.y[:cut])
+    left: list[float] = []
+    for switching in (True, False):
+        learnt = fit_switched(part, on[:cut], names, switching=switching).models
+        rest = one.y - simulate_switched(learnt, one.sample_time_s, held(one.u)[0], on)
+        left.append(float(np.sqrt(np.nanmean((rest[cut:] - np.nanmean(rest[:cut])) ** 2))))
+    if output.held_out is not None and output.held_out.what.code == "held_out-later_part":
+        left.append(output.held_out.rmse_um["model"])
+    if left[0] > CLEARLY_LESS * min(left[1:]):
+        return None
+    return fit_switched(one, on, names).models, left[0], min(left[1:])
 
 
 def _two_valued(log: ThermalLog, step_s: float) -> Iterator[tuple[str, BoolArray]]:
@@ -146,9 +170,10 @@ def _likely_rows(one: Experiment) -> BoolArray:
         best = near
 
 
-def _spans(on: BoolArray) -> str:
-    """Return rows as spans, the longest of many."""
+def _spans(on: BoolArray) -> dict[str, Value]:
+    """Return how many stretches there are, and rows of the longest."""
     edges = np.flatnonzero(np.diff(on.astype(np.int8), prepend=0, append=0)).tolist()
     spans = sorted(zip(edges[::2], edges[1::2], strict=True), key=lambda s: s[0] - s[1])
-    more = f" (+{len(spans) - _MOST_NAMED})" if len(spans) > _MOST_NAMED else ""
-    return ", ".join(f"{a}..{b - 1}" for a, b in sorted(spans[:_MOST_NAMED])) + more
+    longest = sorted(spans[:_MOST_NAMED])
+    rows = tuple(Message("two_regimes-rows", {"first": a, "last": b - 1}) for a, b in longest)
+    return {"rows": rows, "stretches": len(spans)}

@@ -1,6 +1,6 @@
 """What an identification is: models by output, their figures, and the model that may run."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import final
@@ -59,6 +59,8 @@ class HeldOut:
 class Regimes:
     """Gains and time constants that change with a column of two values, such as a coolant's."""
 
+    log: str
+    """The log that they are of."""
     column: str
     """Its name."""
     values: tuple[float, float]
@@ -67,7 +69,9 @@ class Regimes:
     """What holds at each, with the same lags in the same order (`simulate_switched`)."""
     held_out_rmse_um: float
     """Root mean square error of the free run that switches, from rest, on the last 30 % of the
-    rows, of models made from those before. [µm]"""
+    measured rows, of models made from those before. [µm]"""
+    one_model_rmse_um: float
+    """That of one model; more. [µm]"""
 
 
 @final
@@ -108,8 +112,8 @@ class IdentifiedOutput:
     next_test: NextTest | None = None
     """What to measure next; None without a model, and where candidates were chosen among: which
     of them are sources is not known."""
-    regimes: Regimes | None = None
-    """What holds in each of two regimes; None where no column of a log tells two."""
+    regimes: tuple[Regimes, ...] = ()
+    """What holds in each of two regimes, by log, where it leaves clearly less than one model."""
     warnings: tuple[Message, ...]
     """What the user must know of this output."""
 
@@ -164,24 +168,6 @@ class Identification:
             for w in o.warnings
         ]
         return (*self.warnings, *own)
-
-    def by_regime(
-        self, records: Records, provenance: Provenance, *, sentence: Callable[[Message], str] = str
-    ) -> Iterator[tuple[str, CompensationModel]]:
-        """Yield ``column-value`` and the model that holds at this value, of outputs that switch.
-
-        Not protected: nothing on a machine switches models. Each holds only while the column has
-        its value, which an interlock must ensure, and not at once after a change.
-        """
-        told = {o.name: o.regimes for o in self.outputs if o.regimes is not None}
-        for one in list(told.values())[:1]:
-            for number, value in enumerate(one.values):
-                warning = Message("warning-one_regime", {"column": one.column, "value": value})
-                models = {name: regimes.models[number] for name, regimes in told.items()}
-                bare = replace(provenance, figures={})
-                said = [sentence(warning)]
-                own = compensation_model(models, records, provenance=bare, warnings=said)
-                yield f"{one.column}-{value:g}", own
 
     def to_compensation_model(
         self,

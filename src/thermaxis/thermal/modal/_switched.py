@@ -193,7 +193,7 @@ def fit_switched(
         chosen = _chosen(gram, [c.shape[1] for c in columns], fixed.shape[1], whole.readings)
         lags, columns = [lags[k] for k in chosen], [columns[k] for k in chosen]
         design = design_of(columns)
-        sizes = most_likely_sizes(design, Hyperprior(correlation_s, fast_s))[0]
+        sizes = most_likely_sizes(design, Hyperprior(correlation_s, fast_s), wide=False)[0]
     products = design.products(sizes.noise)
     precision = products[0][:-1, :-1].copy()
     precision[np.diag_indices(design.inputs)] += np.exp(-2.0 * sizes.log_gain)
