@@ -238,12 +238,13 @@ def test_a_spindle_that_heats_from_the_first_row_began_where_its_line_begins() -
     random = np.random.default_rng(0)
     log = ThermalLog.from_columns({"A_c": np.zeros(time_s.size)}, time_s=time_s)
     heats = np.round(20.0 + 0.008 * time_s, 1)
-    assert log.start_of(heats, 60.0) == pytest.approx(20.0, abs=0.05)
-    assert np.mean(heats[:7]) > 20.2
+    assert log.start_of(heats) == pytest.approx(20.0, abs=0.05)
+    assert log.start_of(heats, 60.0) == np.mean(heats[:7]) > 20.2  # as was asked for
     still = 20.0 + random.normal(0.0, 0.02, (500, time_s.size))
-    for reference_s in (40.0, 60.0):  # five rows and seven
-        mean = np.mean(still[:, time_s <= reference_s], axis=1)
-        assert np.mean([log.start_of(row, reference_s) for row in still] == mean) > 0.995
+    for step_s in (10.0, 15.0):  # seven rows and five
+        log = ThermalLog.from_columns({"A_c": time_s}, time_s=time_s / 10.0 * step_s)
+        mean = np.mean(still[:, log.time_s <= 60.0], axis=1)
+        assert np.mean([log.start_of(row) for row in still] == mean) > 0.995
 
 
 def test_a_fit_counts_its_inputs_from_where_the_free_run_does() -> None:

@@ -112,9 +112,8 @@ def add_log_options(parser: argparse.ArgumentParser) -> None:
     adder(parser)(
         "--reference TIME",
         "temperatures and displacements count from their mean over this first time of each"
-        " log (default: 60 s)",
+        " log (default: 60 s; temperatures that plainly move then, from their line's first row)",
         positive_seconds,
-        default=60.0,
     )
     adder(parser)(
         "--mask [CHANNEL=]A..B",
@@ -196,7 +195,7 @@ def with_clocks_told(
     logs: Sequence[ThermalLog],
     models: Sequence[CompensationModel],
     measured: Sequence[MeasuredOutput] | None,
-    reference_s: float,
+    reference_s: float | None,
 ) -> list[ThermalLog]:
     """Return logs that judge models, told where their clocks differ or a channel drifts."""
     outputs = [output for model in models for output in model.outputs]

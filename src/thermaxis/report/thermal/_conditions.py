@@ -25,7 +25,7 @@ def speed_panel(log: ThermalLog) -> Panel | None:
 
 
 def relative_values(
-    log: ThermalLog, channel: str, reference_s: float, reference: float | None = None
+    log: ThermalLog, channel: str, reference_s: float | None, reference: float | None = None
 ) -> FloatArray:
     """Return a channel relative to its reference."""
     values = log.plain_column(channel)
@@ -36,7 +36,7 @@ def input_panels(
     log: ThermalLog,
     channels: Sequence[str],
     *,
-    reference_s: float,
+    reference_s: float | None,
     stated: Mapping[str, float] | None = None,
 ) -> list[Panel]:
     """Return the inputs of a model in relative coordinates; the paper's figures 3 and 8."""

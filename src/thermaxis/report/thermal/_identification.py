@@ -51,6 +51,7 @@ from thermaxis.thermal import (
     check_log,
     simulate_from_rest,
 )
+from thermaxis.thermal.log import REFERENCE_S
 from thermaxis.thermal.transfer_function import held
 
 _MOST_CURVE = 40
@@ -94,7 +95,7 @@ def identification_document(
     logs: Sequence[ThermalLog],
     provenance: Provenance,
     *,
-    reference_s: float,
+    reference_s: float | None,
 ) -> Document:
     """Return the content of the report of an identification."""
     charts = identification_charts(result, records, logs, reference_s=reference_s)
@@ -407,7 +408,7 @@ def _linearity_words(
 def _records_section(
     records: Records,
     logs: Sequence[ThermalLog],
-    reference_s: float,
+    reference_s: float | None,
     pictures: Mapping[str, Picture],
 ) -> Section:
     rows = tuple(
@@ -425,8 +426,8 @@ def _records_section(
         " unit of its channel)."
     )
     relative = (
-        f"Inputs and outputs are relative to their mean over the first {hours(reference_s)} of"
-        " each record."
+        "Inputs and outputs are relative to the start of each record: their mean over the first"
+        f" {hours(reference_s or REFERENCE_S)}."
     )
     if len(logs) > MOST_LOGS:
         relative += f" The first {MOST_LOGS} of {len(logs)} logs are drawn."

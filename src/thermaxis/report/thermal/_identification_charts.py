@@ -37,7 +37,11 @@ MOST_OUTPUTS = 6
 
 
 def identification_charts(
-    result: Identification, records: Records, logs: Sequence[ThermalLog], *, reference_s: float
+    result: Identification,
+    records: Records,
+    logs: Sequence[ThermalLog],
+    *,
+    reference_s: float | None,
 ) -> tuple[ThermalChart, ...]:
     """Return the charts of an identification in the order in which a report shows them."""
     record_s = record_length_s(records)
@@ -71,7 +75,7 @@ def record_length_s(records: Records) -> float:
 
 
 def _conditions(
-    log: ThermalLog, records: Records, number: int, count: int, reference_s: float
+    log: ThermalLog, records: Records, number: int, count: int, reference_s: float | None
 ) -> ThermalChart:
     speeds = speed_panel(log)
     channels = [channel for definition in records.inputs for channel in definition.channels]

@@ -68,7 +68,7 @@ def write_identification_report(
     logs: Sequence[ThermalLog],
     provenance: Provenance,
     *paths: Path,
-    reference_s: float,
+    reference_s: float | None,
 ) -> None:
     """Write the report of an identification as PDF or HTML, as the suffix of each file says.
 
@@ -122,7 +122,7 @@ def write_identification_figures(
     logs: Sequence[ThermalLog],
     folder: Path,
     *,
-    reference_s: float,
+    reference_s: float | None,
 ) -> tuple[Path, ...]:
     """Write every chart of an identification as PNG and SVG, and what is drawn as CSV.
 

@@ -27,7 +27,6 @@ from thermaxis.thermal.log import (
     start_of_input,
 )
 from thermaxis.thermal.modal import ModalOptions, response_evidence, segments_of
-from thermaxis.thermal.verification import REFERENCE_S
 
 LEAST_EVIDENCE = 10.0
 """Gain of the logarithm of the evidence from which a shift is believed. [1]"""
@@ -59,7 +58,7 @@ def with_one_clock(
     inputs: Sequence[InputDefinition],
     outputs: Sequence[str],
     *,
-    reference_s: float = REFERENCE_S,
+    reference_s: float | None = None,
     told_only: bool = False,
 ) -> ThermalLog:
     """Return a log whose displacements are stamped by the clock of its temperatures.
@@ -72,7 +71,7 @@ def with_one_clock(
         What heats the machine.
     outputs : sequence of str
         Channels of the displacements; the first that the log has is looked at.
-    reference_s : float
+    reference_s : float, optional
         As of `records_of`. [s]
     told_only : bool
         Whether the remark alone is made: what judges a model is not changed.
@@ -188,7 +187,7 @@ def _drift(
 def _began_cold(log: ThermalLog, inputs: Sequence[InputDefinition]) -> bool:
     for definition in inputs:
         values = evaluate_input(log, definition)
-        start_k, known = start_of_input(log, definition, REFERENCE_S), values[~np.isnan(values)]
+        start_k, known = start_of_input(log, definition), values[~np.isnan(values)]
         if definition.minus is None or abs(start_k) > _COLD * float(np.ptp(known)):
             return False
     return True

@@ -75,7 +75,7 @@ def _runs(
     model: CompensationModel,
     measured: Sequence[MeasuredOutput],
     judges: Sequence[_Judge],
-    reference_s: float,
+    reference_s: float | None,
 ) -> _Runs:
     """Return the free run along every log that has an output, by output of the model."""
     found: _Runs = {}

@@ -25,7 +25,6 @@ from thermaxis.thermal.log import (
     start_of_input,
 )
 from thermaxis.thermal.transfer_function import ThermalModel
-from thermaxis.thermal.verification import REFERENCE_S
 
 SHORTEST_HOLD_S = 60.0
 """An input that fails is held so long at least. [s]"""
@@ -59,8 +58,8 @@ class Records:
     """Highest value, (k,). [K]"""
     logs: tuple[ThermalLog, ...]
     """The logs themselves: figures are those of the written model's free run along them."""
-    reference_s: float
-    """Everything is relative to the mean over this first time of a log. [s]"""
+    reference_s: float | None
+    """As of `ThermalLog.start_of`. [s]"""
 
 
 def records_of(
@@ -69,13 +68,12 @@ def records_of(
     outputs: Sequence[str],
     *,
     sample_time_s: float | None = None,
-    reference_s: float = REFERENCE_S,
+    reference_s: float | None = None,
 ) -> Records:
     """Return logs as experiments in relative coordinates.
 
-    Inputs and outputs of every log are taken relative to their mean over the first time of the
-    log; an output that was not measured then, to its first measured value. A channel that every
-    input is taken relative to is the ambient of the experiments.
+    Channels of every log are taken relative to `ThermalLog.start_of`. A channel that every input
+    is taken relative to is the ambient of the experiments.
 
     Parameters
     ----------
@@ -88,8 +86,8 @@ def records_of(
     sample_time_s : float, optional
         Means over so much time are taken first; means of both sides of a linear model leave the
         model as it is. Default: the usual step of the logs, or that of bursts of rows. [s]
-    reference_s : float
-        The first time. Default: a minute. [s]
+    reference_s : float, optional
+        The first time, as of `ThermalLog.start_of`. [s]
 
     Returns
     -------
@@ -187,7 +185,7 @@ def usual_step_of(log: ThermalLog, inputs: Sequence[InputDefinition]) -> float:
 
 
 def _references(
-    log: ThermalLog, inputs: Sequence[InputDefinition], reference_s: float
+    log: ThermalLog, inputs: Sequence[InputDefinition], reference_s: float | None
 ) -> dict[str, float]:
     channels = [channel for definition in inputs for channel in definition.channels]
     found = {c: log.start_of(log.plain_column(c), reference_s) for c in channels}

@@ -58,7 +58,7 @@ def _told(
     log: ThermalLog,
     inputs: Sequence[InputDefinition],
     output: IdentifiedOutput,
-    reference_s: float,
+    reference_s: float | None,
 ) -> IdentifiedOutput:
     step_s = max(log.usual_step_s, log.duration_s / _MOST_ROWS)
     records = records_of(

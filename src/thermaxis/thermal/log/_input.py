@@ -109,7 +109,9 @@ def evaluate_input(log: ThermalLog, definition: InputDefinition) -> FloatArray:
     return values
 
 
-def start_of_input(log: ThermalLog, definition: InputDefinition, reference_s: float) -> float:
+def start_of_input(
+    log: ThermalLog, definition: InputDefinition, reference_s: float | None = None
+) -> float:
     """Return the level of an input at the begin of a log: that of its channel, or of both.
 
     A free run counts from the levels of its channels, and the level of a difference is another.

@@ -21,6 +21,8 @@ TIME_COLUMN: Final = "time_s"
 MOST_CELLS = 400_000_000
 """Largest number of rows times columns of a log: 3.2 GB. [1]"""
 
+REFERENCE_S = 60.0
+"""References are the levels over this first time. [s]"""
 FEWEST_OF_LINE, PLAIN = 5, 1e-4
 """Rows that show a line, and share of still channels, of any number of rows, that seem to move.
 [1]"""
@@ -321,23 +323,24 @@ class ThermalLog:
         known = self.name_of(name)
         return self.column(known, unit="degC" if self.units[known] in _TO_CELSIUS else "")
 
-    def start_of(self, values: FloatArray, reference_s: float) -> float:
+    def start_of(self, values: FloatArray, reference_s: float | None = None) -> float:
         """Return the level of a series at the begin of the log, by its rows over the first time.
 
-        Relative coordinates refer to it. It is their mean, or where they plainly move, as a spindle
+        Relative coordinates refer to it. It is the mean over a first time that is given. Without
+        one it is the mean over a minute, or where the rows plainly move, as a spindle
         that heats from the first row on, what their line has at the first row: a mean would lie
         above a machine that began at rest. Plain is a slope that a still channel has once in 10 000
         logs, by Student's t. Where nothing was measured then it is the first value; NaN where there
         is none.
         """
         present = ~np.isnan(values)
-        early = present & (self.time_s <= reference_s)
+        early = present & (self.time_s <= (reference_s or REFERENCE_S))
         since_s: FloatArray = self.time_s[early] - self.time_s[0]
         own = values[early]
         if not own.size:
             return float(values[present][0]) if bool(np.any(present)) else float("nan")
         mean_s, mean = float(np.mean(since_s)), float(np.mean(own))
-        if own.size < FEWEST_OF_LINE:
+        if reference_s is not None or own.size < FEWEST_OF_LINE:
             return mean
         about_s = since_s - mean_s
         slope = float(about_s @ own / (about_s @ about_s))

@@ -6,7 +6,6 @@ from ._baselines import (
     simulate_baseline as simulate_baseline,
 )
 from ._free_run import (
-    REFERENCE_S as REFERENCE_S,
     SimulatedLog as SimulatedLog,
     SimulatedOutput as SimulatedOutput,
     simulate_log as simulate_log,

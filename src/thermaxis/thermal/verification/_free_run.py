@@ -22,11 +22,9 @@ from thermaxis.compensation import (
     model_step,
 )
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.log import ThermalLog
+from thermaxis.thermal.log import REFERENCE_S, ThermalLog
 from thermaxis.thermal.transfer_function import delayed
 
-REFERENCE_S = 60.0
-"""Relative coordinates refer to the mean of this first time of a log. [s]"""
 _SAME_STEP_S = 1e-6
 _ORDINARY = 1e5
 _OF_DIAMETER = (Outcome.DIAMETER_HELD, Outcome.DIAMETER_UNKNOWN)
@@ -69,13 +67,13 @@ class SimulatedLog:
 
 
 def references_of(
-    model: CompensationModel, log: ThermalLog, reference_s: float
+    model: CompensationModel, log: ThermalLog, reference_s: float | None
 ) -> dict[str, float]:
     """Return the level of every channel at the begin of the log, as `ThermalLog.start_of`."""
     if model.reference == STATED:
         return dict(model.reference_c)
     columns = zip(model.channels, model_columns(model, log), strict=True)
-    first = log.time_s <= reference_s
+    first = log.time_s <= (reference_s or REFERENCE_S)
     return {
         channel: log.start_of(column, reference_s)
         for channel, column in columns
@@ -88,7 +86,7 @@ def simulate_log(
     log: ThermalLog,
     *,
     diameter_mm: float | None = None,
-    reference_s: float = REFERENCE_S,
+    reference_s: float | None = None,
     steady: bool = False,
 ) -> SimulatedLog:
     """Run a model along a log as `cycle` does, its `model_step` on every row.
@@ -101,9 +99,9 @@ def simulate_log(
         The log; it needs every channel of the model.
     diameter_mm : float, optional
         Clamping diameter of the workpiece. Default: the tool centre point. [mm]
-    reference_s : float
-        References are the mean of this first time of the log, unless the model states them.
-        Default: the first minute. [s]
+    reference_s : float, optional
+        The first time, as of `ThermalLog.start_of`: references are taken there, unless the model
+        states them. [s]
     steady : bool
         Whether the inputs were for long what they are in the first row. Default: the machine is
         at rest at the references.
@@ -246,7 +244,7 @@ def model_columns(model: CompensationModel, log: ThermalLog) -> list[FloatArray]
 
 
 def _outside(
-    model: CompensationModel, log: ThermalLog, reference_s: float
+    model: CompensationModel, log: ThermalLog, reference_s: float | None
 ) -> dict[str, tuple[float, float]]:
     """Return which inputs leave their training range, how often and by how much."""
     reference = references_of(model, log, reference_s)

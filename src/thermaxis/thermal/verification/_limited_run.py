@@ -52,7 +52,7 @@ def limited_run(
     limits: Mapping[str, Limits],
     *,
     diameter_mm: float | None,
-    reference_s: float,
+    reference_s: float | None,
 ) -> LimitedRun:
     """Run the compensation along a log, as `cycle` does on a machine that obeys.
 

@@ -11,9 +11,8 @@ from thermaxis.codes import Message, Place
 from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.log import ThermalLog
+from thermaxis.thermal.log import REFERENCE_S, ThermalLog
 from thermaxis.thermal.verification._free_run import (
-    REFERENCE_S,
     SimulatedLog,
     model_columns,
     simulate_log,
@@ -165,8 +164,8 @@ class VerifiedLog:
     """As of `SimulatedLog`."""
     warnings: tuple[Message, ...]
     """What the reader must know."""
-    reference_s: float
-    """Everything is relative to the mean over this first time. [s]"""
+    reference_s: float | None
+    """As of `ThermalLog.start_of`. [s]"""
 
 
 @final
@@ -193,7 +192,7 @@ def verify(
     logs: Sequence[ThermalLog],
     measured: Sequence[MeasuredOutput] | None = None,
     *,
-    reference_s: float = REFERENCE_S,
+    reference_s: float | None = None,
     rows: tuple[int, int] | None = None,
     limits: Mapping[str, Limits] | None = None,
     start: LogStart | None = None,
@@ -212,8 +211,8 @@ def verify(
         Independent tests.
     measured : sequence of MeasuredOutput, optional
         What is compared. Default: the channels that are named as the model's outputs.
-    reference_s : float
-        The first time. Default: a minute. [s]
+    reference_s : float, optional
+        The first time. Default: a minute. Temperatures count from `ThermalLog.start_of`. [s]
     rows : tuple of int, optional
         Rows that count in the figures, from 0, half open; the free run begins at the first row
         of the log all the same. Default: all. [1]
@@ -298,7 +297,7 @@ class _Comparison:
 
     model: CompensationModel
     measured: Sequence[MeasuredOutput]
-    reference_s: float
+    reference_s: float | None
     rows: tuple[int, int] | None
     limits: Mapping[str, Limits]
     start: LogStart | None
@@ -391,7 +390,7 @@ def _verify_output(
     both = ~(np.isnan(measured) | np.isnan(rest.displacement_um))
     if not bool(np.any(both)):
         raise DataError("not_measured_with_model", place=Place(log.name, channel=entry.channel))
-    at_start = both & (log.time_s <= reference_s)
+    at_start = both & (log.time_s <= (reference_s or REFERENCE_S))
     if not bool(np.any(at_start)):
         at_start = np.zeros_like(both)
         at_start[np.flatnonzero(both)[0]] = True
