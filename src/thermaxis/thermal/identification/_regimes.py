@@ -138,11 +138,13 @@ def _two_valued(log: ThermalLog, step_s: float) -> Iterator[tuple[str, BoolArray
 def _gained(one: Experiment, on: BoolArray) -> float:
     """Return the evidence that lags that change have beyond all that do not. [1]"""
     names = [str(k) for k in range(one.inputs + 1)]
+    switched = fit_switched(one, on, names[:-1]).log_evidence
+    gained = switched - fit_switched(one, on, names[:-1], switching=False).log_evidence
+    if gained < LEAST_EVIDENCE:
+        return gained
     regime = (on.astype(np.float64) - on[0]) * float(np.sqrt(np.nanmean(one.u**2)))
     added = Experiment(one.sample_time_s, np.column_stack([one.u, regime]), one.y)
-    steady = [fit_switched(e, on, names[: e.inputs], switching=False) for e in (one, added)]
-    switched = fit_switched(one, on, names[:-1])
-    return switched.log_evidence - max(model.log_evidence for model in steady)
+    return min(gained, switched - fit_switched(added, on, names, switching=False).log_evidence)
 
 
 def _likely_rows(one: Experiment) -> BoolArray:
