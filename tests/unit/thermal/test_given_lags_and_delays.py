@@ -20,6 +20,7 @@ from thermaxis.thermal import (
     verify,
 )
 from thermaxis.thermal.modal import next_test, response_evidence
+from thermaxis.thermal.modal._delays import likely_delays
 
 NAMES = ("spindle", "table")
 STEP_S = 30.0
@@ -72,6 +73,24 @@ def test_the_record_speaks_against_lags_that_are_not_the_machines() -> None:
     assert held_out[1] < 0.1
 
 
+def test_a_dead_time_is_none_where_its_interval_holds_none() -> None:
+    for best, none in ((2, True), (3, False)):  # the interval holds one row less and one more
+        late, ends = likely_delays(lambda delays, at=best: -5.0 * abs(delays[0] - at), [None], 60)
+        assert ends == [(best - 2, best + 2)]
+        assert late == [0 if none else best]
+    late, ends = likely_delays(lambda delays: delays[0] / 1.0, [None], 60)
+    assert (late, ends[0][1]) == ([60], 60)
+
+
+@pytest.mark.parametrize("given_s", [(0.1,), (29.0, 600.0), (360_000.0,)])
+def test_lags_shorter_than_a_row_or_longer_than_the_log_are_refused(
+    given_s: tuple[float, ...],
+) -> None:
+    record = Experiment(STEP_S, np.ones((960, 1)), np.arange(960.0))
+    with refused("lags_not_possible", Place(key="lags")):
+        modal([record], input_names=["a"], options=ModalOptions(time_constants_s=(given_s,)))
+
+
 def test_a_dead_time_is_found_with_its_interval_and_none_where_there_is_none() -> None:
     parts = (
         ModalPart("spindle", 3.0, [20.0], [1500.0], 480.0),
@@ -85,6 +104,7 @@ def test_a_dead_time_is_found_with_its_interval_and_none_where_there_is_none() -
     assert late.delay_interval_s[0] <= 480.0 <= late.delay_interval_s[1]
     assert result.model.parts[1].delay_s == prompt.delay_interval_s[0] == 0.0
     assert "flag-delay_not_shown" in [flag.code for flag in prompt.flags]
+    assert "flag-delay_not_shown" not in [flag.code for flag in late.flags]
     with refused("delay_beyond_record", Place(key="delay")):
         modal([record], input_names=NAMES, options=ModalOptions(delays_s=(20_000.0, None)))
 
@@ -98,6 +118,8 @@ def test_a_given_delay_is_in_the_written_model_and_in_its_figures() -> None:
     records = records_of([test], inputs, ["Z_um"])
     options = ModalOptions(delays_s=(480.0 + 0.3 * STEP_S, 0.0), most_lags=1)
     found = identify(records, modal_options=options)
+    (said,) = (w for w in found.outputs[0].warnings if w.code == "warning-delay_rounded")
+    assert said.values == {"input": "a", "given_s": 489.0, "used_s": 480.0}
     model = found.to_compensation_model(records)
     assert [part.delay_s for part in model.outputs[0].parts] == [480.0, 0.0]
     assert [part.delay_s for part in found.outputs[0].model.parts] == [480.0, 0.0]

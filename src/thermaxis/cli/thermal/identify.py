@@ -1,6 +1,7 @@
 """Identify a compensation model from thermal logs."""
 
 import argparse
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -66,13 +67,16 @@ def _lags(text: str) -> tuple[str, tuple[float, ...]]:
     return name.strip(), tuple(positive_seconds(word) for word in listed.split(","))
 
 
+_NO_TIME = re.compile(r"0+(\.0*)?\s*(s|min|h)?")
+
+
 def _delay(text: str) -> tuple[str, float | None]:
     name, sign, length = (word.strip() for word in text.rpartition("="))
     if not sign or not name:
         raise argparse.ArgumentTypeError(f"'{text}' is no INPUT=auto or INPUT=S")
     if length.casefold() == "auto":
         return name, None
-    return name, 0.0 if length == "0" else positive_seconds(length)
+    return name, 0.0 if _NO_TIME.fullmatch(length) else positive_seconds(length)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

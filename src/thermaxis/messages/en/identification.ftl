@@ -27,6 +27,7 @@ warning-two_regimes_gains = DC gains in um/K at { $column } { $low } / { $high }
 two_regimes-rows = { $first }..{ $last }
 two_regimes-gains = { $input } { $low_um_per_k } / { $high_um_per_k }
 warning-two_regimes = two regimes: { $log } is much more likely with gains and time constants that change while it runs, so no one model fits it; in which rows it does not show. What switches there (coolant, a door, a table)? Log it as a column of 0 and 1
+warning-delay_rounded = { $input }: the delay of { $given_s } s is taken as { $used_s } s, whole rows
 warning-no_lags = no model file can hold this model, and none of its figures is shown: { $cause }
 
 ## The test that would help most
@@ -44,6 +45,7 @@ held_out-other_runs = Held out: each of { $runs } runs, by a model of the others
 
 flag-time_constant = time constant not supported by the record: { FIXED($time_constant_s, decimals: 0) } s
 flag-delay_not_shown = delay indistinguishable from 0 (95 %: up to { $highest_s } s): none is used
+flag-delay_may_be_longer = the delay may be longer than { $highest_s } s, the longest that was looked for
 flag-dc_gain = DC gain not supported by the record
 
 ## Candidates that cannot be trusted

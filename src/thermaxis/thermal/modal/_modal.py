@@ -39,7 +39,7 @@ from thermaxis.thermal.modal._average import (
     refined_components,
     tempered_variance,
 )
-from thermaxis.thermal.modal._delays import likely_delays
+from thermaxis.thermal.modal._delays import DELAY_BLOCKS, LONGEST_DELAY_S, likely_delays
 from thermaxis.thermal.modal._evidence import (
     AT_REST,
     Design,
@@ -83,8 +83,6 @@ LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
 AGAINST = 10.0
 """Logarithm of how much less likely given lags make a record that speaks against them. [1]"""
-DELAY_BLOCKS = 3.0
-"""By how much shorter the blocks are that show a delay. [1]"""
 MOST_GIVEN, LONGEST_S = 6, 1e7
 """Time constants that are given for one input, at most [1], and the longest. [s]"""
 LARGEST_DC_SHARE = 1.0 / 3.0
@@ -128,17 +126,24 @@ class ModalOptions:
             ordered = sorted(given)
             place = Place(key="lags")
             if not 0 < len(given) <= MOST_GIVEN or not 0 < ordered[0] <= ordered[-1] <= LONGEST_S:
-                values = {
-                    "given_s": ", ".join(f"{tau_s:g}" for tau_s in ordered),
-                    "most": MOST_GIVEN,
-                    "longest_s": LONGEST_S,
-                }
-                raise ConfigurationError("lags_not_possible", place=place, **values)
+                raise _not_possible(ordered, 0.0, LONGEST_S)
             ratio = math.exp(LEAST_LOG_RATIO)
             for one_s, next_s in pairwise(ordered):
                 if next_s < one_s * ratio:
                     values = {"first_s": one_s, "second_s": next_s, "ratio": ratio}
                     raise ConfigurationError("lags_too_close", place=place, **values)
+
+
+def _not_possible(
+    given_s: Sequence[float], shortest_s: float, longest_s: float
+) -> ConfigurationError:
+    values = {
+        "given_s": ", ".join(f"{tau_s:g}" for tau_s in given_s),
+        "most": MOST_GIVEN,
+        "shortest_s": shortest_s,
+        "longest_s": longest_s,
+    }
+    return ConfigurationError("lags_not_possible", place=Place(key="lags"), **values)
 
 
 @final
@@ -379,6 +384,13 @@ def modal(
         if entries is not None and len(entries) != inputs:
             values = {"count": len(entries), "inputs": inputs}
             raise DataError("count_not_inputs", place=Place(key=key), **values)
+    step_s, longest_s = (
+        max(e.sample_time_s for e in experiments),
+        max(e.duration_s for e in experiments),
+    )
+    for given in chosen.time_constants_s or ():
+        if not step_s <= min(given) <= max(given) <= longest_s:
+            raise _not_possible(sorted(given), step_s, longest_s)
     if chosen.delays_s is None:
         return _estimated(experiments, input_names, chosen)
     delays_s, ends_s = _delays(experiments, chosen.delays_s, chosen)
@@ -386,10 +398,23 @@ def modal(
     std = list(result.std)
     for k, ends in enumerate(ends_s):
         if ends is not None:
-            none = Message("flag-delay_not_shown", {"highest_s": ends[1]})
-            flags = (*std[k].flags, none) if ends[0] == 0.0 else std[k].flags
-            std[k] = replace(std[k], delay_interval_s=ends, flags=flags)
-    return replace(result, std=tuple(std))
+            flags = list(std[k].flags)
+            if not delays_s[k]:
+                flags.append(Message("flag-delay_not_shown", {"highest_s": ends[1]}))
+            if ends[1] >= _longest_delay_s(experiments):
+                flags.append(Message("flag-delay_may_be_longer", {"highest_s": ends[1]}))
+            std[k] = replace(std[k], delay_interval_s=ends, flags=tuple(flags))
+    rounded = [
+        Message("warning-delay_rounded", {"input": name, "given_s": given_s, "used_s": used_s})
+        for name, given_s, used_s in zip(input_names, chosen.delays_s, delays_s, strict=True)
+        if given_s is not None and abs(given_s - used_s) > 1e-6 * (1.0 + used_s)
+    ]
+    return replace(result, std=tuple(std), warnings=(*result.warnings, *rounded))
+
+
+def _longest_delay_s(experiments: Sequence[Experiment]) -> float:
+    step_s, longest_s = experiments[0].sample_time_s, max(e.duration_s for e in experiments)
+    return step_s * int(min(LONGEST_DELAY_S, longest_s / 4.0) / step_s)
 
 
 def _delays(
@@ -411,7 +436,8 @@ def _delays(
         late = [step_s * row for row in rows]
         return evidence.design.readings * evidence.log_evidence(experiments, late)
 
-    late, ends = likely_delays(log_evidence, given, int(longest_s / step_s))
+    farthest = round(_longest_delay_s(experiments) / step_s)
+    late, ends = likely_delays(log_evidence, given, farthest)
     in_seconds = [None if e is None else (step_s * e[0], step_s * e[1]) for e in ends]
     return tuple(step_s * row for row in late), in_seconds
 
