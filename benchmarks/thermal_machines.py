@@ -60,7 +60,7 @@ from thermaxis.thermal.modal import Refinement, next_test, response_evidence
 Array = NDArray[np.float64]
 NAMES = ("spindle", "table")
 INPUTS = [parse_input(f"{name}=T_{name}_c-T_column_c") for name in NAMES]
-RIVALS_FROM = 400
+RIVALS_FROM = 500
 """First seed of the section `rivals`: none that a setting was chosen with."""
 OTHER = 50_000
 """Seeds of the tests that are simulated, from here."""

@@ -274,6 +274,8 @@ class Hyperprior:
     """Most plausible correlation time of the slow noise. [s]"""
     fast_correlation_s: float
     """Correlation time of the faster part of the noise. [s]"""
+    largest_line: float = np.inf
+    """What a drifting probe can reach by the end of the longest segment, scaled. [1]"""
 
     def log_density(self, sizes: Sizes) -> float:
         """Return the logarithm of the density up to a constant. [1]"""
@@ -397,6 +399,18 @@ def _largest_line(
     return best
 
 
+def _line_left(design: Design, products: tuple[FloatArray, float], sizes: Sizes) -> float:
+    """Return the largest line in what the gains leave of a segment, at its end, scaled. [1]"""
+    gram, _ = products
+    prior = np.exp(-log_prior_variance(design, sizes, design.lags))
+    means = np.linalg.solve(gram[:-1, :-1] + np.diag(prior), gram[:-1, -1])
+    found = 0.0
+    for rows, basis in zip(design.rows, design.basis, strict=True):
+        line, left = basis[:, 0], rows[:, -1] - rows[:, :-1] @ means
+        found = max(found, abs(float(line @ left)) / float(line @ line))
+    return found
+
+
 def most_likely_sizes(
     design: Design,
     hyperprior: Hyperprior,
@@ -409,7 +423,8 @@ def most_likely_sizes(
     A segment that may begin at rest does so unless a free start is `REST_ODDS` more likely. The
     first sizes are those of the gains, with a line where the record shows a probe that drifts and
     without the rest that lasts. Where a walk is likelier than the line, what is slow is not a
-    probe's but what the inputs do not explain, and a line would take from them what they do. What
+    probe's but what the inputs do not explain, and a line would take from them what they do; so it
+    is where the line is steeper than a probe drifts, or the record too short to tell. What
     follows the ambient in one log does so in the next, and a model of it errs less. The second,
     where `wide`, are those of intervals: with all that a drift may be, and the largest line that
     the evidence allows.
@@ -458,7 +473,9 @@ def most_likely_sizes(
     lined, there = lasting(LINE, OFF, OFF, OFF)
     high[2] = middle + MOST_LOG_CHANGE
     if there > found + DRIFT_ODDS and lasting(LINE, WALK, OFF, OFF)[1] < there + DRIFT_ODDS:
-        best = lined
+        sizes = sizes_at(lined)
+        if _line_left(design, products(sizes.noise), sizes) <= hyperprior.largest_line:
+            best = lined
     if not wide:
         return sizes_at(best), None
     around = AMBIENT if design.basis[0].shape[1] > 1 + WALK_PARTS else OFF

@@ -79,6 +79,11 @@ AVERAGE_WEIGHT = 30.0
 tests of 8 h; on those of 72 h all are alike. [1]"""
 DRIFT_CORRELATION_S = 5400.0
 """Most plausible correlation time of a slow drift: what machines in halls show. [s]"""
+FASTEST_DRIFT_UM_PER_H = 3.0
+"""Fastest drift of a probe [M]: what rises faster is heat. [µm/h]"""
+DRIFT_FROM_S = 86400.0
+"""Length of a record from which a probe that drifts is told from slow heat: at 8 h it never was.
+[s]"""
 LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
 AGAINST = 10.0
@@ -331,7 +336,9 @@ def response_evidence(
     if design.readings < 3 + design.offsets:
         raise DataError("too_few_blocks", blocks=design.readings, needed=3 + design.offsets)
     correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
-    hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
+    hours = longest / 3600.0 if longest >= DRIFT_FROM_S else 0.0
+    largest_line = FASTEST_DRIFT_UM_PER_H * hours / scales.y
+    hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s), largest_line)
     may_rest = [segment.start_s == 0.0 for segment in segments] if design.transients else []
     sizes = most_likely_sizes(design, hyperprior, may_rest, wide=chosen.intervals)
     return ResponseEvidence(segments, scales, grid, design, *sizes, float(longest))
