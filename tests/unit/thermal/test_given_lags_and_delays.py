@@ -9,6 +9,7 @@ from thermaxis.codes import Place
 from thermaxis.thermal import (
     Experiment,
     InputDefinition,
+    Method,
     ModalOptions,
     ModalPart,
     ThermalLog,
@@ -137,8 +138,9 @@ def test_the_source_that_hardly_ran_is_the_one_to_run_and_what_it_tells_is_fores
     best = asked.tests[0]
     assert best.input == "table"
     assert best.own_um > 0.9 * asked.before_um
-    assert asked.message.code == "next_test-run"
+    assert asked.message.code == "next_test-no_interval"  # of the grid alone
     assert best.after_um < 0.3 * asked.before_um
+    assert best.level_k < 0.2 * next(t.level_k for t in asked.tests if t.input == "spindle")
     # The same test, made: what the table does is known as well as was foreseen of all.
     rows = round(best.on_s / STEP_S)
     heat = np.zeros((2 * rows, 2))
@@ -146,3 +148,23 @@ def test_the_source_that_hardly_ran_is_the_one_to_run_and_what_it_tells_is_fores
     second = experiment(log("coupled", 2 * best.on_s / 3600.0, 2, step_s=STEP_S, heat=heat))
     both = next_test(response_evidence([first, second]), NAMES, ("K", "K"))
     assert next(test for test in both.tests if test.input == "table").own_um < best.after_um
+
+
+def test_what_never_moved_is_named_and_a_hall_is_not_to_be_heated() -> None:
+    truth = ThermalModel(tuple(ModalPart(n, 1.0, [9.0], [1500.0]) for n in NAMES))
+    made = made_by(truth, 0.5)
+    rng = np.random.default_rng(3)
+    dead = 20.0 + rng.normal(0.0, 1e-3, made.y.size)
+    columns = {"a_C": made.u[:, 0], "hall_C": made.u[:, 1], "dead_C": dead, "Z_um": made.y}
+    test = ThermalLog.from_columns(columns, sample_time_s=STEP_S)
+    inputs = [InputDefinition("a", "a_C"), InputDefinition("hall", "hall_C")]
+    found = identify(records_of([test], inputs, ["Z_um"]))
+    asked, std = found.outputs[0].next_test, found.outputs[0].posterior.dc_std
+    assert "hall" in asked.not_asked
+    half_um = 1.96 * std[0] * np.max(np.abs(made.u[:, 0] - made.u[0, 0]))
+    assert asked.settled_um["a"] == pytest.approx(half_um, rel=0.2)
+    with_dead = records_of([test], [*inputs, InputDefinition("dead", "dead_C")], ["Z_um"])
+    asked = identify(with_dead).outputs[0].next_test
+    assert asked.unmoved == ("dead",)
+    assert asked.message.code == "next_test-unmoved"
+    assert identify(with_dead, method=Method.STATIC).outputs[0].next_test is None

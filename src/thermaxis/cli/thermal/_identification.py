@@ -144,7 +144,7 @@ def _lines(parts: Sequence[Part]) -> int:
 
 def _uncertainty(output: thermal.IdentifiedOutput) -> float:
     asked = output.next_test
-    return 0.0 if asked is None else asked.before_um / max(asked.drift_um, 1e-9)
+    return 0.0 if asked is None else max(asked.settled_um.values(), default=0.0)
 
 
 def _next_test_text(output: thermal.IdentifiedOutput) -> str:
@@ -370,7 +370,16 @@ def _next_test(output: thermal.IdentifiedOutput) -> dict[str, object] | None:
     if asked is None:
         return None
     said = {"text": _next_test_text(output), "text_code": message_as_json(asked.message)}
-    return {**said, "before_um": asked.before_um, "drift_um": asked.drift_um, "tests": asked.tests}
+    tests = [
+        {
+            "input": test.input,
+            "level_k": test.level_k,
+            "on_s": test.on_s,
+            "settled_um": asked.settled_um.get(test.input),
+        }
+        for test in asked.tests
+    ]
+    return {**said, "unmoved": asked.unmoved, "tests": tests}
 
 
 def _held_out_json(held: thermal.HeldOut) -> dict[str, object]:

@@ -32,9 +32,10 @@ warning-no_lags = no model file can hold this model, and none of its figures is 
 
 ## The test that would help most
 
-next_test-run = Next test: run what heats { $input } alone (by { FIXED($level_k, decimals: 1) } K) for { DURATION($on_s) }, then let it cool for as long. In use, each source alone at its highest level, the gains are uncertain by { $before_um } um ({ $own_um } um by { $input }); with this test by { $after_um } um, with the best of the others by { $second_um } um
-next_test-only = Next test: run what heats { $input } (by { FIXED($level_k, decimals: 1) } K) for { DURATION($on_s) }, then let it cool for as long. In use, at its highest level, the gains are uncertain by { $before_um } um; with this test by { $after_um } um
-next_test-none = Next test: none of one source would help much. In use, each source alone at its highest level, the gains are uncertain by { $before_um } um, with the best of them by { $after_um } um; drift that no input explains is { $drift_um } um
+next_test-unmoved = Next test: { $inputs } never moved in the logs, so that nothing is known of the gain: check the sensor, run what heats it, or leave the input out
+next_test-no_interval = Next test: run what heats { $input } alone (at the most by { FIXED($level_k, decimals: 1) } K in the logs) for { DURATION($on_s) }, then let it cool for as long. The logs support no interval of its DC gain
+next_test-run = Next test: run what heats { $input } alone (at the most by { FIXED($level_k, decimals: 1) } K in the logs) for { DURATION($on_s) }, then let it cool for as long. What it does at that level, settled, is known to ± { $open_um } um (95 %)
+next_test-none = Next test: none of one source alone would help much
 
 ## Rows that an identification held out
 

@@ -1,5 +1,7 @@
 """Identify a compensation model from records: one method for all outputs, one form of result."""
 
+import math
+import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -42,6 +44,9 @@ MOST_APART = 0.5
 """Gains and lags differ from the polynomials by at most so much of what these leave, which adds an
 eighth to it. [1]"""
 _ROUNDING_UM = 1e-6
+KNOWN = 0.05
+"""Share of a DC gain within which it is known well enough. [1]"""
+_AROUND = re.compile(r"ambient|hall|room|umgebung|(?<![a-z])air(?![a-z])", re.IGNORECASE)
 
 
 def identify(
@@ -213,18 +218,31 @@ def identify_joint(
 
 
 def _with_next_tests(found: Identification, records: Records) -> Identification:
-    """Return an identification with the tests that would help most, where sources are named."""
-    if found.selection is not None:
+    """Return an identification with the tests that would help most, where intervals are stated."""
+    if found.selection is not None or found.method is not Method.MODAL:
         return found
     names = [definition.name for definition in records.inputs]
     log = records.logs[0]
     alike = [(log.units[log.name_of(d.plus)], d.minus is None) for d in records.inputs]
+    references = {d.minus for d in records.inputs}
+    around = {
+        d.name
+        for d in records.inputs
+        if d.minus is None and (d.plus in references or _AROUND.search(f"{d.name} {d.plus}"))
+    }
     outputs: list[IdentifiedOutput] = []
     for output in found.outputs:
-        if output.model is not None:
-            options = ModalOptions(delays_s=tuple(part.delay_s for part in output.model.parts))
+        if output.model is not None and output.posterior is not None:
+            parts = output.model.parts
+            options = ModalOptions(delays_s=tuple(part.delay_s for part in parts))
             experiments = records.experiments[found.reference_of(output.name)]
             asked = next_test(response_evidence(experiments, options), names, alike)
+            half = dict(zip(names, (1.96 * output.posterior.dc_std).tolist(), strict=True))
+            known = {p.input_name for p in parts if half[p.input_name] <= KNOWN * abs(p.dc_gain)}
+            not_asked = frozenset(around | known)
+            open_um = {test.input: test.level_k * half[test.input] for test in asked.tests}
+            settled_um = {name: um for name, um in open_um.items() if math.isfinite(um)}
+            asked = replace(asked, not_asked=not_asked, settled_um=settled_um)
             output = replace(output, next_test=asked)  # noqa: PLW2901 - the same output
         outputs.append(output)
     return replace(found, outputs=tuple(outputs))

@@ -1,8 +1,8 @@
 """Find the test that would tell most of what is not known yet."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -21,6 +21,8 @@ SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
 AS_GOOD, HELPS = 1.15, 0.8
 """A shorter test is taken where it leaves at most so many times what the best leaves; a test helps
 where it leaves at most this share. [1]"""
+MOVED = 0.02
+"""Share of the highest level of its kind below which an input never moved. [1]"""
 FEWEST_READINGS = 8
 """Blocks that a test has at least. [1]"""
 HALF_HOUR_S = 1800.0
@@ -35,7 +37,7 @@ class PossibleTest:
     input: str
     """Name of the input that it heats."""
     level_k: float
-    """By how much the input changes: the most that any of its kind did in the records. [K]"""
+    """The most that the input changed in the records. [K]"""
     on_s: float
     """How long it heats, and cools. [s]"""
     own_um: float
@@ -51,28 +53,29 @@ class NextTest:
 
     before_um: float
     """Error in use by the records: standard deviation of what the gains say of every input alone,
-    from rest until it has settled and back. [µm]"""
-    drift_um: float
-    """Slow drift that no input explains, which no test makes smaller. [µm]"""
+    from rest until it has settled and back; tests are ordered by what they leave of it. [µm]"""
     tests: tuple[PossibleTest, ...]
-    """One for every input, the best first."""
+    """One for every input that moved, the best first."""
+    unmoved: tuple[str, ...] = ()
+    """Inputs that never moved in the records."""
+    not_asked: frozenset[str] = frozenset()
+    """Inputs that are known well enough, or that nothing can heat."""
+    settled_um: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Half of the 95 % interval of what an input does at its highest level when it has settled, by
+    that of its DC gain; none where this has none. [µm]"""
 
     @property
     def message(self) -> Message:
         """What to do, and why."""
-        best, others = self.tests[0], [test.after_um for test in self.tests[1:]]
-        numbers = {
-            "before_um": self.before_um,
-            "after_um": best.after_um,
-            "drift_um": self.drift_um,
-            "own_um": best.own_um,
-            "second_um": min(others, default=best.after_um),
-        }
-        values = {name: significant(number, 2) for name, number in numbers.items()}
-        if self.before_um < self.drift_um or best.after_um > HELPS * self.before_um:
-            return Message("next_test-none", values)
+        if self.unmoved:
+            return Message("next_test-unmoved", {"inputs": ", ".join(self.unmoved)})
+        best = next((test for test in self.tests if test.input not in self.not_asked), None)
+        if best is None or best.after_um > HELPS * self.before_um:
+            return Message("next_test-none")
         what = {"input": best.input, "level_k": best.level_k, "on_s": best.on_s}
-        return Message("next_test-run" if others else "next_test-only", values | what)
+        if (um := self.settled_um.get(best.input)) is None:
+            return Message("next_test-no_interval", what)
+        return Message("next_test-run", {**what, "open_um": significant(um, 2)})
 
 
 def next_test(
@@ -80,7 +83,8 @@ def next_test(
 ) -> NextTest:
     """Return the tests that shrink the error in use most, by the gains over the grid.
 
-    Inputs that are `alike` (of one unit and form) are used up to one level.
+    Inputs that are `alike` (of one unit and form) are compared as if they were used up to one
+    level, so that a source that hardly ran counts as much as the others.
 
     Notes
     -----
@@ -141,7 +145,8 @@ def next_test(
         return np.asarray(unit_um * np.sqrt(squares), dtype=np.float64)
 
     own_um, tests = errors_um(precision), list[PossibleTest]()
-    for k, name in enumerate(input_names):
+    moved = np.abs(highest) > MOVED * levels
+    for k in np.flatnonzero(moved).tolist():
         tried: list[tuple[float, float]] = []
         for on_s in (share * settled_s for share in SHARES):
             rounded_s = HALF_HOUR_S * math.ceil(on_s / HALF_HOUR_S) if on_s > HALF_HOUR_S else on_s
@@ -149,10 +154,11 @@ def next_test(
             tried.append((rounded_s, float(np.linalg.norm(errors_um(precision + added)))))
         least = min(after_um for _, after_um in tried)
         on_s, after_um = next(one for one in tried if one[1] <= AS_GOOD * least)
-        tests.append(PossibleTest(name, float(levels[k]), on_s, float(own_um[k]), after_um))
+        level_k, own = abs(float(highest[k])), float(own_um[k])
+        tests.append(PossibleTest(input_names[k], level_k, on_s, own, after_um))
     tests.sort(key=lambda test: test.after_um)
-    drift_um = unit_um * math.sqrt(sizes.noise.ratio)
-    return NextTest(float(np.linalg.norm(own_um)), drift_um, tuple(tests))
+    unmoved = tuple(name for name, ran in zip(input_names, moved, strict=True) if not ran)
+    return NextTest(float(np.linalg.norm(own_um)), tuple(tests), unmoved)
 
 
 def _settled_s(evidence: ResponseEvidence, gains: FloatArray, levels: FloatArray) -> float:
