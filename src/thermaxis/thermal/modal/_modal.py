@@ -664,7 +664,7 @@ def _part_std(
     ]
     dc_std = unit * math.sqrt(float(dc_variance[number]))
     known = 0.0 < dc_std <= LARGEST_DC_SHARE * abs(dc_gain)  # 0: it never moved
-    if not known:
+    if not known and not math.isnan(dc_std):  # NaN: no intervals were asked for
         flags.append(Message("flag-dc_gain"))
     return PartStd(
         direct_gain=float(gains[0]),
