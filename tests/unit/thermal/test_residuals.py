@@ -54,6 +54,9 @@ def test_a_white_residual_stays_within_its_bands_and_a_coloured_one_does_not() -
     coloured = analyse_residuals([slow(rng, 800, 0.9)], [rng.normal(size=(800, 1))])
     assert not coloured.white
     assert coloured.residual_effective_rows < 200
+    wave = np.sin(np.linspace(0.0, 2.0 * np.pi, 400))  # negative correlations as large as positive
+    once = analyse_residuals([wave + 0.1 * rng.normal(size=400)], [rng.normal(size=(400, 1))])
+    assert once.residual_effective_rows < 10
 
 
 def test_slow_but_independent_series_are_not_called_dependent() -> None:

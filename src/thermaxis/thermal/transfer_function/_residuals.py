@@ -174,15 +174,18 @@ def analyse_residuals(
 
     References
     ----------
-    C. Granger 1969; H. Akaike 1974; Ljung 1999, section 16.6; M. S. Bartlett 1946 (from memory).
+    C. Granger 1969; H. Akaike 1974; Ljung 1999, section 16.6; M. S. Bartlett 1946 (from memory);
+    C. Geyer 1992 (initial positive sequence; from memory).
     """
     _check_series(residuals_um, inputs, lags)
     residuals = _centred(residuals_um)
     rows = sum(int(np.count_nonzero(~np.isnan(e))) for e in residuals)
     own, pairs = correlation(residuals, residuals, lags)
     reach = max(int(_LARGEST_SHARE_OF_ROWS * max(e.size for e in residuals)), 1)
-    weight = 1.0 - np.abs(np.arange(-reach, reach + 1)) / (reach + 1.0)
     wide, _ = correlation(residuals, residuals, reach)
+    # about their own mean correlations sum to nothing: only those before the first negative count
+    positive = np.cumprod(wide[reach + 1 :] > 0.0)
+    alike = 1.0 + 2.0 * float(np.sum(wide[reach + 1 :] * positive))
     quantile = NormalDist().inv_cdf(0.5 + 0.5 * LEVEL)
     p: list[float] = []
     bands: list[float] = []
@@ -206,7 +209,7 @@ def analyse_residuals(
         input_correlation=np.stack(found, axis=1),
         input_band=np.array(bands),
         input_p=np.array(p),
-        residual_effective_rows=rows / max(float(np.sum(weight * wide)), 1.0),
+        residual_effective_rows=rows / alike,
         rows=rows,
     )
 
