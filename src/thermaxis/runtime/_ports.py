@@ -80,6 +80,11 @@ class Source(ABC):
         """Whether the last read reached its machine."""
 
     @property
+    def failure(self) -> Message | None:
+        """Why it is not connected; None if nothing is wrong, or nothing is known of it."""
+        return None
+
+    @property
     def ended(self) -> bool:
         """Whether nothing more will come, as at the end of a replayed log."""
         return False

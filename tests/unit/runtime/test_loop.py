@@ -51,6 +51,7 @@ from thermaxis.runtime import (
     run_in_virtual_time,
 )
 from thermaxis.runtime.loop import TESTED_EVERY_S, UNREAD_AFTER_S
+from thermaxis.runtime.status import AgedOffset
 
 VIRTUAL_TIME = True
 NEAR_GOAL = pytest.approx(GOAL_UM, abs=0.01)
@@ -362,6 +363,37 @@ async def test_a_lost_machine_is_held_then_faded_and_comes_back_without_a_step()
         await asyncio.sleep(100.0)
         assert bench.machine.z_um == GOAL_UM
     bench.assert_law(late_cycles=1.0)
+
+
+async def test_what_is_not_known_of_an_offset_is_none_and_what_is_known_has_its_age() -> None:
+    bench = Rig()
+    unknown = AgedOffset(None, None)
+    async with bench.running() as loop:
+        await asyncio.sleep(5.0)
+        assert loop.status is not None
+        assert loop.status.offsets["Z_um"] == (unknown, unknown, unknown)
+        await enabled_for(loop, 100.0)
+        acting = AgedOffset(GOAL_UM, 0.0)
+        assert loop.status.offsets["Z_um"] == (AgedOffset(NEAR_GOAL, 0.0), acting, acting)
+        bench.machine.write_late_s = 0.2
+        await asyncio.sleep(2.0)
+        assert loop.status.offsets["Z_um"].commanded.age_s == pytest.approx(0.2)
+        bench.machine.write_late_s = 0.0
+        await asyncio.sleep(2.0)
+        bench.machine.lose()
+        await asyncio.sleep(10.0)
+        assert loop.status.offsets["Z_um"] == (AgedOffset(NEAR_GOAL, 10.0), unknown, unknown)
+
+
+async def test_the_status_carries_why_the_machines_are_not_reached() -> None:
+    bench, why = Rig(), Message("error-joint_not_homed", {"joints": ("2",)})
+    async with bench.running() as loop:
+        await asyncio.sleep(3.0)
+        assert loop.status is not None
+        assert (loop.status.source_reason, loop.status.sink_reason) == (None, None)
+        loop.sink.failure = why
+        await asyncio.sleep(3.0)
+        assert (loop.status.source_reason, loop.status.sink_reason) == (None, why)
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import LANGUAGES, keys, text_of
 from thermaxis.runtime import (
+    AWAY,
     CertificateUse,
     ConnectionSettings,
     OpcUaSession,
@@ -51,6 +52,8 @@ from thermaxis.runtime.opcua import (
     write_pair,
 )
 from thermaxis.runtime.opcua._certificates import KEY_BITS, certificate_from
+from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
+from thermaxis.runtime.sources import NodeSettings, OpcUaSource
 
 URI = "urn:thermaxis:client"
 NODE = f"nsu={NAMESPACE};s="
@@ -241,8 +244,13 @@ async def test_a_wrong_password_is_said_without_being_repeated(connect, caplog) 
     caplog.set_level(logging.DEBUG, logger="asyncua")
 
     async with connect(password=Secret("wrong-word")) as (session, _):
+        source = OpcUaSource(session, {"s": NodeSettings(node="ns=2;s=s", unit="degC")})
+        output = OpcUaOutput(node="ns=2;s=Z", unit="um", sign=AWAY)
+        sink = OpcUaSink(session, {"Z_um": output})
         await refused_for(session, "user_refused")
         assert "wrong-word" not in session.last_error + caplog.text
+        assert not await sink.found(1.0)
+        assert source.failure == sink.failure == session.failure is not None
 
 
 @pytest.mark.parametrize(

@@ -50,8 +50,10 @@ from thermaxis.runtime._ports import (
 from thermaxis.runtime.loop._last_written import LastWrittenOffsets
 from thermaxis.runtime.loop._saved_state import OTHER_VERSION, SavedState, StateFile
 from thermaxis.runtime.status import (
+    AgedOffset,
     Alarm,
     AlarmCode,
+    OutputOffsets,
     RuntimeStatus,
     alarms_of,
     alarms_of_found,
@@ -225,6 +227,8 @@ class CompensationLoop:
         self._waiting: list[_Waiting] = []
         self._own_requests: list[Request] = []
         self._applied: Mapping[str, Applied] = {}
+        self._applied_s = 0.0
+        self._commanded: dict[str, tuple[float, float]] = {}  # [µm] and when [s], by output
         self._left = LastWrittenOffsets()
         self._found_known = False
         self._doubtful = False
@@ -396,6 +400,7 @@ class CompensationLoop:
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
         if self._refused or self._differs():  # it may have taken the offset over meanwhile
             self._applied = await self.sink.read_back(wait_s)
+            self._applied_s = self.clock.monotonic_s()
             if self._refused:
                 self._go_back()
         samples = await self.source.read(wait_s)
@@ -413,8 +418,11 @@ class CompensationLoop:
         if connected and not self._silent() and output.state is not SupervisorState.OFF:
             correction_um = dict(zip(self._names, output.correction_um, strict=True))
             self._touched = self.clock.monotonic_s(), self.clock.utc()
+            written_s = self.clock.monotonic_s()
+            self._commanded = {name: (um, written_s) for name, um in correction_um.items()}
             self._refused = not await self.sink.write(correction_um, wait_s)
             self._applied = await self.sink.read_back(wait_s)
+            self._applied_s = self.clock.monotonic_s()
             self._left.leave(correction_um, self._applied, refused=self._refused)
         else:
             if output.state is SupervisorState.OFF:
@@ -725,6 +733,9 @@ class CompensationLoop:
             trim_left_s={n: t.left_s for n, t in zip(self._names, self._state.trims, strict=True)},
             alarms=self._alarms,
             historian=self.historian.status,
+            offsets=self._offsets(),
+            source_reason=self.source.failure,
+            sink_reason=self.sink.failure,
             configuration_sha256=settings.configuration_sha256,
         )
         if last is not None:
@@ -744,6 +755,21 @@ class CompensationLoop:
         self.status = status
         for listener in self.listeners:
             listener(status)
+
+    def _offsets(self) -> dict[str, OutputOffsets]:
+        """Return what is known of every offset, with the time since it was learned."""
+        now_s = self.clock.monotonic_s()
+        told: dict[str, OutputOffsets] = {}
+        for name in self._names:
+            _, *said = self._applied.get(name, _UNKNOWN)
+            read = (
+                AgedOffset() if um is None else AgedOffset(um, now_s - self._applied_s)
+                for um in said
+            )
+            um, at_s = self._commanded.get(name, (None, 0.0))
+            commanded = AgedOffset() if um is None else AgedOffset(um, now_s - at_s)
+            told[name] = OutputOffsets(commanded, *read)
+        return told
 
     def _tell_connections(self, last: RuntimeStatus, now: RuntimeStatus) -> None:
         for what, before, after in (

@@ -95,7 +95,10 @@ class OpcUaSink(Sink):
         them cannot be read there is no news, and nothing is written.
         """
         generation = self.session.generation
-        if not self.session.connected or self._found_in == generation:
+        if not self.session.connected:
+            self.failure = self.session.failure
+            return None
+        if self._found_in == generation:
             return None
         if not await self._learn(deadline_s):
             return None

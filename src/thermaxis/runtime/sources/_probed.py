@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, final
 
+from thermaxis.codes import Message
 from thermaxis.runtime._ports import NOT_READ, Clock, Source, SourceSample
 
 
@@ -47,6 +48,11 @@ class ProbedSource(Source):
     def connected(self) -> bool:
         """Whether the last read of the inputs reached their machine."""
         return self.source.connected
+
+    @property
+    def failure(self) -> Message | None:
+        """Why the machine of the inputs is not reached."""
+        return self.source.failure
 
     @property
     def ended(self) -> bool:

@@ -7,7 +7,7 @@ from typing import final
 
 from asyncua import ua
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._machine_values import VALUE_UNITS, converted, flag_of
 from thermaxis.runtime._ports import NOT_READ, Source, SourceSample
@@ -80,6 +80,11 @@ class OpcUaSource(Source):
     def connected(self) -> bool:
         """Whether the last read reached the server."""
         return self._reached and self.session.connected
+
+    @property
+    def failure(self) -> Message | None:
+        """Why the server is not reached."""
+        return None if self.connected else self.session.failure
 
     async def close(self) -> None:
         """End the connection, unless a sink still uses it."""

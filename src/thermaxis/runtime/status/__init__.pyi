@@ -26,7 +26,9 @@ from ._server import (
     StatusServer as StatusServer,
 )
 from ._status import (
+    AgedOffset as AgedOffset,
     Alarm as Alarm,
     FoundElsewhere as FoundElsewhere,
+    OutputOffsets as OutputOffsets,
     RuntimeStatus as RuntimeStatus,
 )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import NamedTuple, final
 
-from thermaxis.codes import Value
+from thermaxis.codes import Message, Value
 from thermaxis.compensation import CycleOutput
 from thermaxis.runtime._ports import Applied, HistorianStatus, SourceSample
 
@@ -49,6 +49,26 @@ class FoundElsewhere(NamedTuple):
     def key(self) -> str:
         """What tells it from others; each time is an alarm of its own."""
         return f"found elsewhere {self.output} {self.number}"
+
+
+class AgedOffset(NamedTuple):
+    """An offset, and how old it is; both None while it is not known."""
+
+    um: float | None = None
+    """The offset. [µm]"""
+    age_s: float | None = None
+    """Time since it was written, or since the machine said it. [s]"""
+
+
+class OutputOffsets(NamedTuple):
+    """One output's offset at the three places where it is known."""
+
+    commanded: AgedOffset = AgedOffset()
+    """What this program wrote last, whether or not the machine took it."""
+    accepted: AgedOffset = AgedOffset()
+    """What the machine reports as set."""
+    effective: AgedOffset = AgedOffset()
+    """What the machine reports as acting."""
 
 
 @final
@@ -106,6 +126,13 @@ class RuntimeStatus:
     """How the historian fares."""
     text: str = ""
     """The state in a sentence."""
+    offsets: Mapping[str, OutputOffsets] = field(default_factory=dict[str, OutputOffsets])
+    """Commanded, accepted and effective offset of every output, each with its age."""
+    source_reason: Message | None = None
+    """Why the values' machine is not reached; None while it is."""
+    sink_reason: Message | None = None
+    """Why the offsets' machine cannot be written to, or what it refused last; None while nothing
+    is wrong."""
     configuration_sha256: str = ""
     """Hash of the configuration's rules, as `configuration_sha256` says; empty where the loop was
     not started with a configuration."""
