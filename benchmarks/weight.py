@@ -39,6 +39,7 @@ OTHER_SUFFIXES = (
     ".h",
 )
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+STARRED = re.compile(r"^from \.(\w+) import \*$", re.MULTILINE)
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 
 Tree = Mapping[str, str]
@@ -91,6 +92,18 @@ def python_lines(text: str) -> Counter[str]:
     )
 
 
+def spelled(tree: Tree, path: str) -> str:
+    """Return a text; a stub that takes all names of its folders, with these names."""
+
+    def named(match: re.Match[str]) -> str:
+        room = tree[f"{path.rpartition('/')[0]}/{match[1]}/__init__.pyi"]
+        names = ", ".join(re.findall(r"\w+ as \w+", room))
+        return f"from .{match[1]} import {names}"
+
+    stub = path.endswith("__init__.pyi")
+    return STARRED.sub(named, tree[path]) if stub else tree[path]
+
+
 def exported(tree: ast.Module) -> int:
     """Return how many names `__init__` exports, by a list or by a stub for lazy imports."""
     for node in tree.body:
@@ -118,7 +131,8 @@ def weigh(tree: Tree) -> dict[str, Counter[str]]:
     for path, text in sorted(tree.items()):
         parts = PurePosixPath(path).parts
         if path.endswith((".py", ".pyi")):
-            lines = python_lines(text)
+            lines = python_lines(spelled(tree, path))
+            lines["code"] = python_lines(text)["code"]
             if len(parts) != 4 or not parts[3].startswith("__init__."):
                 lines["public names"] = 0
             inside = parts[2] if len(parts) > 3 else "(at the top)"
@@ -188,7 +202,7 @@ def bonds(tree: Tree) -> tuple[dict[str, int], dict[str, list[list[str]]]]:
     folders = {name: room_of(name, path) for path, name in modules.items()}
     rooms = {folders[name]: set[str]() for name in graph}
     taken = {
-        path: list(imports(ast.parse(tree[path]), name, is_package="__init__." in path))
+        path: list(imports(ast.parse(spelled(tree, path)), name, is_package="__init__." in path))
         for path, name in modules.items()
     }
     exports = {

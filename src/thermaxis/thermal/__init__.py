@@ -1,5 +1,17 @@
 """Thermal errors: logs, identification, verification; thermal fields. Numbers in, results out."""
 
-from lazy_loader import attach_stub
+from lazy_loader import attach
 
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
+from thermaxis.thermal import (
+    identification,
+    images,
+    log,
+    modal,
+    selection,
+    transfer_function,
+    verification,
+)
+
+_ROOMS = (log, modal, selection, transfer_function, verification, identification, images)
+_NAMES = {room.__name__.rpartition(".")[2]: dir(room) for room in _ROOMS}
+__getattr__, __dir__, __all__ = attach(__name__, submod_attrs={"_arrays": ["FloatArray"], **_NAMES})

@@ -1,5 +1,10 @@
 """Virtual machines: physics of their own, to make runs whose truth is known."""
 
-from lazy_loader import attach_stub
+from lazy_loader import attach
 
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
+from thermaxis.virtual import axis, lathe
+
+_THERMAL = ["GeneratedThermalTest", "Heating", "Lags", "ThermalTestPlan", "generate_thermal_test"]
+__getattr__, __dir__, __all__ = attach(
+    __name__, submod_attrs={"_thermal_run": _THERMAL, "axis": dir(axis), "lathe": dir(lathe)}
+)
