@@ -21,6 +21,7 @@ from thermaxis.cli.machine._machine_parts import (
     build_status_server,
     loop_settings,
     nodes_read,
+    sole_runner,
 )
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError, DataError
@@ -35,7 +36,6 @@ from thermaxis.runtime import (
     read_machine,
     redundant_name,
     run_in_virtual_time,
-    sole_runner,
 )
 from thermaxis.runtime.sources import ReplayClock
 from thermaxis.virtual import FAULTY, LatheServer, LatheServerSettings, VirtualLathe, parse_fault
@@ -245,14 +245,16 @@ def test_wrong_nodes_types_and_units_are_found_on_the_lathe(example):
     assert {level for level, _ in found.values()} == {"error"}
 
 
-def test_nothing_is_written_back_while_another_program_runs_the_machine(example):
+def test_nothing_is_written_back_while_another_program_runs_the_machine(example, tmp_path):
     path = example / "lathe.toml"
-    configuration = read_machine(path)
-    with (
-        sole_runner(configuration.state_file, configuration.name),
-        pytest.raises(ConfigurationError, match="Another program already runs"),
-    ):
-        checked(path, "--write", "--wait", "0.1")
+    copytree(example, tmp_path / "copy")
+    with sole_runner(read_machine(path)):
+        with pytest.raises(ConfigurationError, match=r"Another program .* already runs"):
+            checked(path, "--write", "--wait", "0.1")
+        with pytest.raises(
+            ConfigurationError, match=r"already writes the offset localhost:\d+ nsu"
+        ):
+            checked(tmp_path / "copy" / "lathe.toml", "--write", "--wait", "0.1")
 
 
 def test_a_machine_that_is_not_there_is_told_after_the_wait(example, capsys):

@@ -14,9 +14,11 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log, read_thermal_mapping
 from thermaxis.runtime import historian, sinks, sources
 from thermaxis.runtime.config import configuration_sha256
+from thermaxis.runtime.host import is_loopback
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from contextlib import AbstractContextManager
 
     from thermaxis.compensation import Compensation
     from thermaxis.runtime import (
@@ -98,6 +100,19 @@ def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> Machin
     recorder = historian.SqlHistorian(url, settings, clock)
     sink = build_sink(configuration, sessions, clock)
     return MachineParts(sessions, runtime.Ports(source, sink, recorder, clock), probes)
+
+
+def sole_runner(configuration: "MachineConfiguration") -> "AbstractContextManager[None]":
+    """Hold a machine and every offset that is written to it, for this program alone."""
+    sink, offsets = configuration.sink, list[str]()
+    if sink.kind == "opcua":
+        settings = configuration.connections[sink.connection]
+        host = "localhost" if is_loopback(settings.host) else settings.host
+        server = f"{host}:{settings.port}"
+        offsets = [f"{server} {entry.node}" for entry in configuration.outputs.values()]
+    elif sink.linuxcnc is not None:
+        offsets = [f"LinuxCNC joint {entry.joint}" for entry in sink.linuxcnc.outputs.values()]
+    return runtime.sole_runner(configuration.state_file, configuration.name, offsets)
 
 
 def build_sessions(

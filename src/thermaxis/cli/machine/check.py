@@ -16,7 +16,12 @@ from typing import NamedTuple
 from thermaxis import runtime
 from thermaxis.cli._arguments import add_json, adder, number, refuse_both
 from thermaxis.cli._json import write_json
-from thermaxis.cli.machine._machine_parts import build_probe_session, build_sessions, build_sink
+from thermaxis.cli.machine._machine_parts import (
+    build_probe_session,
+    build_sessions,
+    build_sink,
+    sole_runner,
+)
 from thermaxis.cli.machine._machine_words import (
     describe_machine,
     findings_as_json,
@@ -116,7 +121,7 @@ def _look(
     configuration: runtime.MachineConfiguration, *, wait_s: float, write: bool
 ) -> tuple[runtime.Finding, ...]:
     """Look at the machine; only a program that has it for itself writes to it."""
-    lock = runtime.sole_runner(configuration.state_file, configuration.name) if write else None
+    lock = sole_runner(configuration) if write else None
     with lock or contextlib.nullcontext():
         return asyncio.run(_tested(configuration, wait_s=wait_s, write=write))
 

@@ -17,7 +17,7 @@ from asyncua.ua import DataValue
 
 from thermaxis import runtime
 from thermaxis.cli._arguments import adder, refuse_alone
-from thermaxis.cli.machine._machine_parts import MachineParts, build_parts
+from thermaxis.cli.machine._machine_parts import MachineParts, build_parts, sole_runner
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.yes and not _asked("Shall the offset move now? Type yes: "):
         sys.stdout.write("Nothing was moved.\n")
         return 1
-    with runtime.sole_runner(configuration.state_file, configuration.name):
+    with sole_runner(configuration):
         proof = asyncio.run(_prove(configuration, plan, arguments))
     sys.stdout.write(_said(proof))
     if arguments.json is not None:

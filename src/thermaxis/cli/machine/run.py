@@ -22,6 +22,7 @@ from thermaxis.cli.machine._machine_parts import (
     build_parts,
     build_status_server,
     loop_settings,
+    sole_runner,
 )
 from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place
@@ -48,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = runtime.read_machine(arguments.configuration)
-    with runtime.sole_runner(configuration.state_file, configuration.name):
+    with sole_runner(configuration):
         standing = asyncio.run(_run(configuration, arguments))
     for name, value in standing.items():
         sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")

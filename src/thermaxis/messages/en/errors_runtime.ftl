@@ -186,15 +186,15 @@ error-no_argon2id_hash = The hash is not an argon2id hash of reasonable cost.
 
 ## One program at a time
 
-error-machine_in_use = Another program already runs { $machine }.
+error-machine_in_use = Another program (process { $pid }) already runs { $machine }.
     .remedy = End it first: two would write the same offset.
-error-no_file_locks = A second program at the machine cannot be excluded: the system has no locks on files.
-    .remedy = Run on Linux.
+error-offset_in_use = Another program (process { $pid }) already writes the offset { $offset }.
+    .remedy = End it first, or give each configuration an offset of its own.
 error-disk_without_locks = A second program at the machine cannot be excluded: the disk keeps no locks ({ $cause }).
     .remedy = Put the file on a disk of this computer.
 error-history_in_use = Another program writes to this history.
     .remedy = Give each machine a history of its own, or end the other program.
-error-recording_in_use = Another recording writes logs named { $name } here.
+error-recording_in_use = Another recording (process { $pid }) writes logs named { $name } here.
     .remedy = End it, or choose another folder or another name.
 
 ## History

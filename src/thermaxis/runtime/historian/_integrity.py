@@ -6,9 +6,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from filelock import BaseFileLock
+
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime.host import FileLock
+from thermaxis.runtime.host import file_lock
 
 _MAGIC = b"SQLite format 3\0"
 _STEPS = 100_000
@@ -84,11 +86,11 @@ def put_aside(path: Path, utc: datetime) -> Path:
     return target
 
 
-def writer_lock(path: Path) -> FileLock:
+def writer_lock(path: Path) -> BaseFileLock:
     """Keep a second program from writing to the same file.
 
     Not protected: on systems without locks on files, and on network drives that do not pass them
     on.
     """
     taken = ConfigurationError("history_in_use", place=Place(str(path)))
-    return FileLock(path.with_name(path.name + ".lock"), taken, required=False)
+    return file_lock(path.with_name(path.name + ".lock"), taken, required=False)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final, final
 
 import sqlalchemy as sa
+from filelock import BaseFileLock
 from sqlalchemy.dialects.postgresql import insert as postgresql_insert
 from sqlalchemy.dialects.sqlite import insert as sqlite_insert
 from sqlalchemy.engine import URL
@@ -44,7 +45,6 @@ from thermaxis.runtime.historian._rows import (
     to_us,
 )
 from thermaxis.runtime.historian._trend import MINUTE_US, Tally, tally
-from thermaxis.runtime.host import FileLock
 
 BLOCK_ROWS: Final = 256
 """Rows of a full block: four minutes at one second, half a minute at 10 Hz. [1]"""
@@ -122,7 +122,7 @@ class Store:
     store is then of no more use.
     """
 
-    def __init__(self, url: URL, path: Path | None, lock: FileLock | None) -> None:
+    def __init__(self, url: URL, path: Path | None, lock: BaseFileLock | None) -> None:
         self._where = shown_url(url)
         self._path = path
         self._lock = lock

@@ -1,5 +1,5 @@
 from ._lock import (
-    FileLock as FileLock,
+    file_lock as file_lock,
     held_lock as held_lock,
     sole_runner as sole_runner,
 )

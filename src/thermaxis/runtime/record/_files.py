@@ -468,5 +468,5 @@ def _row_ms(line: bytes, cells: int) -> float | None:
 
 def sole_writer(folder: Path, name: str) -> AbstractContextManager[None]:
     """Keep other recordings of the same name out of a folder, as long as this one runs."""
-    taken = ConfigurationError("recording_in_use", name=name, place=Place(str(folder)))
+    taken = ConfigurationError("recording_in_use", name=name, pid="", place=Place(str(folder)))
     return held_lock(folder / f".{name}.lock", taken, required=False)

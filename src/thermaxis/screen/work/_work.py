@@ -18,12 +18,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final, NamedTuple, cast, final
 
+from filelock import BaseFileLock
 from starlette.datastructures import State
 from starlette.requests import HTTPConnection
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime.host import FileLock
+from thermaxis.runtime.host import file_lock, held_lock
 
 MEMORY_BYTES: Final = 2 << 30
 """Address space of a command: an evaluation of 20 MB needs a part of it. [byte]"""
@@ -278,7 +279,7 @@ class Work:
         """Return the folder of all folders; it is made, and locked, when it is first needed."""
         if self._root is None:
             root = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=self._where))
-            lock = FileLock(root / _LOCK, _taken(root), required=False)
+            lock = file_lock(root / _LOCK, _taken(root), required=False)
             self._close = weakref.finalize(self, _remove_locked, root, lock)
             (root / _SETTINGS).mkdir(mode=0o700)
             self._root = root
@@ -321,7 +322,7 @@ def _remove_if_left(root: Path) -> bool:
             return False
         if not (root / _LOCK).exists() and time.time() - status.st_mtime < _YOUNG_S:
             return False  # being made just now
-        with FileLock(root / _LOCK, _taken(root), required=True):
+        with held_lock(root / _LOCK, _taken(root), required=True):
             shutil.rmtree(root, ignore_errors=True)
     except (OSError, ConfigurationError):
         return False
@@ -332,7 +333,7 @@ def _taken(root: Path) -> ConfigurationError:
     return ConfigurationError("work_folder_taken", place=Place(file=str(root)))
 
 
-def _remove_locked(root: Path, lock: FileLock) -> None:
+def _remove_locked(root: Path, lock: BaseFileLock) -> None:
     shutil.rmtree(root, ignore_errors=True)
     lock.release()
 
