@@ -244,7 +244,13 @@ def test_a_spindle_that_heats_from_the_first_row_began_where_its_line_begins() -
     for step_s in (10.0, 15.0):  # seven rows and five
         log = ThermalLog.from_columns({"A_c": time_s}, time_s=time_s / 10.0 * step_s)
         mean = np.mean(still[:, log.time_s <= 60.0], axis=1)
-        assert np.mean([log.start_of(row) for row in still] == mean) > 0.995
+        assert np.mean([log.start_of(row) for row in still] == mean) == pytest.approx(
+            0.95, abs=0.03
+        )
+        rise = np.linspace(0.0, 0.01, 500)[:, None] * log.time_s[None, :]  # up to 0.01 K/s
+        rounded = np.round(still + rise, 1)
+        errors = np.array([log.start_of(row) for row in rounded]) - 20.0
+        assert np.sqrt(np.mean(errors**2)) < 0.05
 
 
 def test_a_fit_counts_its_inputs_from_where_the_free_run_does() -> None:

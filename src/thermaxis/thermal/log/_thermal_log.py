@@ -23,9 +23,9 @@ MOST_CELLS = 400_000_000
 
 REFERENCE_S = 60.0
 """References are the levels over this first time. [s]"""
-FEWEST_OF_LINE, PLAIN = 5, 1e-4
+FEWEST_OF_LINE, PLAIN = 5, 0.05
 """Rows that show a line, and share of still channels, of any number of rows, that seem to move.
-[1]"""
+Default: a line too many adds a noise of no weight, one too few half a minute's rise. [1]"""
 
 _UNIT_WORDS = {
     "degC": "c degc celsius °c ℃ gradc",
@@ -329,7 +329,7 @@ class ThermalLog:
         Relative coordinates refer to it. It is the mean over a first time that is given. Without
         one it is the mean over a minute, or where the rows plainly move, as a spindle
         that heats from the first row on, what their line has at the first row: a mean would lie
-        above a machine that began at rest. Plain is a slope that a still channel has once in 10 000
+        above a machine that began at rest. Plain is a slope that a still channel has once in 20
         logs, by Student's t. Where nothing was measured then it is the first value; NaN where there
         is none.
         """
