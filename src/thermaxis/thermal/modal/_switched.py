@@ -5,15 +5,15 @@ In regime r a lag of the input u follows
     time constant_r dx/dt = gain_r u - x,        displacement = direct gains u + sum of x,
 
 so that neither a state nor the displacement leaps where the regime changes. With time constants
-given all of this is linear in the gains. Lags are chosen one by one from a grid of pairs of time
-constants; a lag that does not change has one gain and one time constant. Sizes of gains and noise
-are those of the highest evidence, as of `modal`.
+given all of this is linear in the gains. Every input has lags over a grid of time constants that do
+not change, and as many that do: their time constants in one regime are those in the other times one
+ratio, which is the likeliest of a few. Sizes of gains and noise are those of the highest evidence,
+as of `modal`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from thermaxis.thermal.modal._evidence import (
     AT_REST,
     Design,
     Hyperprior,
-    factored,
     log_evidence_of,
     most_likely_sizes,
 )
@@ -32,17 +31,14 @@ from thermaxis.thermal.modal._modal import DRIFT_CORRELATION_S, response_evidenc
 from thermaxis.thermal.modal._regressors import BoolArray
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 
-GRID = 10
-"""Time constants of the grid; a lag has any two of them. [1]"""
-MOST_LAGS = 6
-"""Lags of all inputs together. [1]"""
-PER_LAG = 4.0
-"""Logarithm of how much less plausible every further lag is before the record is seen. [1]"""
+GRID = 8
+"""Time constants of the grid. [1]"""
 LONGEST_SHARE = 0.4
 """Longest time constant of the grid over the length of the record. [1]"""
-CLOSER = (1.35, 1.16, 1.07)
-"""Factors by which time constants then move off the grid. [1]"""
-_PRIOR_GAIN = 300.0
+RATIOS = (0.15, 0.3, 0.5, 1.0, 2.0, 3.3, 6.7)
+"""Time constants inside the regime over those outside that are tried. [1]"""
+_DRIVEN = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0]])
+"""Whether each regime drives a lag that does not change, one outside and one inside. [1]"""
 
 
 @final
@@ -100,18 +96,6 @@ def _lagged(
     return found
 
 
-class _Lag(NamedTuple):
-    input: int
-    taus_s: tuple[float, float]
-    switched: bool
-
-    def near(self, factor: float) -> "Iterator[_Lag]":
-        """Yield it with time constants that are the same, or longer or shorter by a factor."""
-        powers = (0, -1, 1)
-        for p, q in product(powers, powers) if self.switched else zip(powers, powers, strict=True):
-            yield self._replace(taus_s=(self.taus_s[0] * factor**p, self.taus_s[1] * factor**q))
-
-
 def fit_switched(
     experiment: Experiment, on: BoolArray, input_names: Sequence[str], *, switching: bool = True
 ) -> SwitchedModel:
@@ -131,7 +115,7 @@ def fit_switched(
     Returns
     -------
     SwitchedModel
-        The lags that the record makes most likely.
+        What the record makes most likely.
 
     Raises
     ------
@@ -145,107 +129,46 @@ def fit_switched(
     step_s, used = segment.sample_time_s, segment.count > 0
     u = np.column_stack(segment.u)
     on = np.pad(on, (0, max(len(u) - on.size, 0)), mode="edge")[: len(u)]
-    gates = np.eye(2)
-
-    def columns_of(lags: Sequence[_Lag]) -> list[FloatArray]:
-        """Return means of lags of the input outside the regime and inside, or of their sum."""
-        owner = np.repeat([lag.input for lag in lags], 2)
-        taus_s = np.repeat(np.array([lag.taus_s for lag in lags]).T, 2, axis=1)
-        gate = np.tile(gates, len(lags))[:, None, :]
-        begin = np.array(segment.start)[owner] * gate[int(on[0]), 0]
-        states = _lagged(u[:, owner] * gate, taus_s, step_s, on, begin)
-        means = [segment.means(np.ascontiguousarray(state))[used] for state in states.T]
-        pairs = zip(lags, means[::2], means[1::2], strict=True)
-        return [np.column_stack([a, b] if lag.switched else [a + b]) for lag, a, b in pairs]
+    longest_s = LONGEST_SHARE * evidence.longest_s
+    grid = np.geomspace(float(evidence.time_constants_s[0]), longest_s, GRID)
+    shape = (3 if switching else 1, experiment.inputs, GRID)
+    kind, owner, place = np.indices(shape).reshape(3, -1)
+    start = np.array(segment.start)[owner] * _DRIVEN[int(on[0]), kind]
+    driven = u[:, owner] * _DRIVEN[:, None, kind]
 
     at_rest = not sizes.log_transients or sizes.log_transients[0] <= AT_REST
     fading = slice(whole.gains, whole.gains if at_rest else whole.penalised, 3)
     fixed = np.hstack([segment.mean_u[used], whole.rows[0][:, fading]])
     y = whole.rows[0][:, -1:] * evidence.scales.y
+    correlation_s = min(DRIFT_CORRELATION_S, evidence.longest_s / 5.0)
+    hyperprior = Hyperprior(correlation_s, float(np.sqrt(correlation_s * segment.rows * step_s)))
 
-    def design_of(columns: Sequence[FloatArray]) -> Design:
-        x = np.hstack([fixed, *columns, np.ones_like(y), y])
-        return Design(
+    def with_ratio(ratio: float) -> SwitchedModel:
+        taus_s = np.stack([grid[place], grid[place] * np.where(kind > 0, ratio, 1.0)])
+        states = _lagged(driven, taus_s, step_s, on, start)
+        means = [segment.means(np.ascontiguousarray(state))[used] for state in states.T]
+        x = np.hstack([fixed, np.column_stack(means), np.ones_like(y), y])
+        design = Design(
             rows=(x,), white_variance=whole.white_variance, times_s=whole.times_s,
             inputs=x.shape[1] - 2, lags=0, transients=0, zeros=np.zeros((1, x.shape[1])),
             zero_variance=whole.zero_variance, basis=whole.basis,
         )  # fmt: skip
+        likely = most_likely_sizes(design, hyperprior, wide=False)[0]
+        products = design.products(likely.noise)
+        precision = products[0][:-1, :-1].copy()
+        precision[np.diag_indices(design.inputs)] += np.exp(-2.0 * likely.log_gain)
+        found = np.asarray(np.linalg.solve(precision, products[0][:-1, -1]), dtype=np.float64)
+        gains = found[fixed.shape[1] : -1].reshape(shape)
+        times_s = np.stack([grid, grid, ratio * grid])
+        outside, inside = (
+            ThermalModel(
+                tuple(
+                    ModalPart(name, float(found[i]), gains[lags, i].ravel(), times_s[lags].ravel())
+                    for i, name in enumerate(input_names)
+                )
+            )
+            for lags in ([[0, 1], [0, 2]] if switching else [[0], [0]])
+        )
+        return SwitchedModel((outside, inside), log_evidence_of(design, products, likely))
 
-    shortest_s = float(evidence.time_constants_s[0])
-    longest_s = LONGEST_SHARE * evidence.longest_s
-    grid: list[float] = np.geomspace(shortest_s, longest_s, GRID).tolist()
-    inputs = range(experiment.inputs)
-    lags: list[_Lag] = [_Lag(i, (a, a), switched=False) for i in inputs for a in grid]
-    lags += [
-        _Lag(i, (a, b), switched=True) for i in inputs for a in grid for b in grid if switching
-    ]
-    correlation_s = min(DRIFT_CORRELATION_S, evidence.longest_s / 5.0)
-    fast_s = float(np.sqrt(correlation_s * segment.rows * step_s))
-    columns: list[FloatArray] = columns_of(lags)
-    design = design_of(columns)
-    for factor in (1.0, *CLOSER):
-        if not lags:
-            break  # the inputs say nothing
-        if factor > 1.0:
-            lags = list(dict.fromkeys(one for lag in lags for one in lag.near(factor)))
-            columns = columns_of(lags)
-        gram, _ = design_of(columns).products(sizes.noise)
-        chosen = _chosen(gram, [c.shape[1] for c in columns], fixed.shape[1], whole.readings)
-        lags, columns = [lags[k] for k in chosen], [columns[k] for k in chosen]
-        design = design_of(columns)
-        sizes = most_likely_sizes(design, Hyperprior(correlation_s, fast_s), wide=False)[0]
-    products = design.products(sizes.noise)
-    precision = products[0][:-1, :-1].copy()
-    precision[np.diag_indices(design.inputs)] += np.exp(-2.0 * sizes.log_gain)
-    gains = np.asarray(np.linalg.solve(precision, products[0][:-1, -1]), dtype=np.float64)
-    last = (fixed.shape[1] + np.cumsum([c.shape[1] for c in columns]) - 1).tolist()
-    value = log_evidence_of(design, products, sizes) - PER_LAG * len(lags)
-    return SwitchedModel(
-        (_model(0, lags, last, gains, input_names), _model(1, lags, last, gains, input_names)),
-        value,
-    )
-
-
-def _model(
-    regime: int,
-    lags: Sequence[_Lag],
-    last: Sequence[int],
-    gains: FloatArray,
-    input_names: Sequence[str],
-) -> ThermalModel:
-    """Return what holds in a regime, `last` being the place of a lag's gain inside it."""
-    parts: list[ModalPart] = []
-    for i, name in enumerate(input_names):
-        own = [(lag, at) for lag, at in zip(lags, last, strict=True) if lag.input == i]
-        places = np.array([at - (lag.switched and not regime) for lag, at in own], dtype=np.intp)
-        taus_s = np.array([lag.taus_s[regime] for lag, _ in own])
-        parts.append(ModalPart(name, float(gains[i]), gains[places], taus_s))
-    return ThermalModel(tuple(parts))
-
-
-def _chosen(gram: FloatArray, widths: Sequence[int], fixed: int, readings: int) -> list[int]:
-    """Return the lags that raise the evidence, each exchanged for a better one if there is."""
-    ends = fixed + np.cumsum(widths)
-    places = [range(end - wide, end) for end, wide in zip(ends.tolist(), widths, strict=True)]
-
-    def value(lags: Sequence[int]) -> float:
-        own = [*range(fixed), *(p for lag in lags for p in places[lag])]
-        own += [gram.shape[0] - 2, gram.shape[0] - 1]
-        joint = gram[np.ix_(own, own)] + np.diag([_PRIOR_GAIN**-2.0] * (len(own) - 1) + [0.0])
-        logs = np.log(np.diag(factored(joint)))
-        size = float(logs[:-1].sum()) + len(own) * np.log(_PRIOR_GAIN)
-        return -readings * float(logs[-1]) - size - PER_LAG * sum(widths[lag] for lag in lags)
-
-    def with_best(lags: list[int]) -> list[int]:
-        return max(([*lags, k] for k in range(len(widths)) if k not in lags), key=value)
-
-    lags: list[int] = []
-    while len(lags) < MOST_LAGS:
-        more = with_best(lags)
-        if value(more) <= value(lags):
-            break
-        for old in tuple(more):
-            rest = [k for k in more if k != old]
-            more = max(more, rest, with_best(rest), key=value)
-        lags = more
-    return lags
+    return max(map(with_ratio, RATIOS if switching else (1.0,)), key=lambda one: one.log_evidence)
