@@ -28,6 +28,9 @@ from thermaxis.thermal import (
     Experiment,
     SelectionOptions,
     SelectionResult,
+    ThermalLog,
+    faulty_candidates,
+    parse_input,
     select,
     sensor_noise_k,
     simulate_modal,
@@ -174,7 +177,7 @@ def compare_splits() -> None:
                 print(line("published", np.array(PUBLISHED), f"wanted: <= {WANTED_UM:g} µm"))
     result = learned(full, *SPLITS[0][0])
     print(text_of(result.rule))
-    for text in map(text_of, (*(f.message for f in result.findings), *result.warnings)):
+    for text in map(text_of, result.warnings):
         print(f"warning: {text}")
 
 
@@ -222,6 +225,14 @@ def frozen(u: Array, column: int, first: int, last: int) -> Array:
     return broken
 
 
+def without_faulty(record: Record, first: int, last: int) -> SelectionOptions:
+    """Return options that leave out what `check_log` finds wrong in the rows learned from."""
+    columns = dict(zip(CANDIDATES, (record.temperature_k[first:last] + start_c()).T, strict=True))
+    log = ThermalLog.from_columns(columns, sample_time_s=record.sample_time_s)
+    inputs = [parse_input(name, channels=CANDIDATES) for name in CANDIDATES]
+    return SelectionOptions(faulty=faulty_candidates([log], inputs))
+
+
 def compare_sensors() -> None:
     record = read_record()
     learn, judge = SPLITS[0]
@@ -232,15 +243,14 @@ def compare_sensors() -> None:
     )
     print(line("healthy", errors_um(learned(record, *learn), record, *judge)))
     print("frozen from row 2200 to 4400: found and left out, or not looked for")
-    unchecked = SelectionOptions(check_sensors=False)
     for i, name in enumerate(CANDIDATES):
         broken = Record(
             SAMPLE_TIME_S, frozen(record.temperature_k, i, 2200, 4400), record.displacement_um
         )
-        result = learned(broken, *learn)
-        found = ", ".join(f.name for f in result.findings if f.left_out) or "nothing"
+        options = without_faulty(broken, *learn)
+        result, found = learned(broken, *learn, options), ", ".join(options.faulty) or "nothing"
         print(line(name, errors_um(result, record, *judge), f"left out: {found}"))
-        result = learned(broken, *learn, unchecked)
+        result = learned(broken, *learn)
         print(line("  unchecked", errors_um(result, record, *judge)))
     print("exchanged from row 3000 on")
     start = start_c()
@@ -251,10 +261,11 @@ def compare_sensors() -> None:
             record.temperature_k[3000:, i] + start[i] - start[j],
         )
         broken = Record(SAMPLE_TIME_S, u, record.displacement_um)
-        for options in (None, unchecked):
-            result = learned(broken, *learn, options)
-            found = ", ".join(f.name for f in result.findings if f.left_out) or "nothing"
-            label = f"t{i + 1}, t{j + 1}" if options is None else "  unchecked"
+        for label, options in (
+            (f"t{i + 1}, t{j + 1}", without_faulty(broken, *learn)),
+            ("  unchecked", SelectionOptions()),
+        ):
+            result, found = learned(broken, *learn, options), ", ".join(options.faulty) or "nothing"
             print(line(label, errors_um(result, record, *judge), f"left out: {found}"))
 
 

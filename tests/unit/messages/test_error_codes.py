@@ -110,7 +110,7 @@ def test_an_error_is_a_code_values_and_a_place_and_reads_as_a_sentence() -> None
         assert str(error.at(Place(key="--axis"))).startswith("--axis: '[red]x'")
 
 
-MADE = ("warning-", "flag-", "rule-", "candidate-")
+MADE = ("warning-", "flag-", "rule-")
 """Kinds of messages that a result carries."""
 
 

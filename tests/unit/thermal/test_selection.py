@@ -11,12 +11,13 @@ from tests.refusals import refused
 from thermaxis.codes import Message
 from thermaxis.thermal import (
     Experiment,
+    InputDefinition,
     ModalPart,
     SelectionOptions,
     SelectionResult,
-    SensorFault,
+    ThermalLog,
     ThermalModel,
-    check_candidates,
+    faulty_candidates,
     select,
     sensor_noise_k,
     simulate_modal,
@@ -292,67 +293,62 @@ def frozen(u: Array, column: int, rows: slice) -> Array:
     return broken
 
 
+def faulty(u: Array) -> tuple[str, ...]:
+    columns = {f"{name}_c": 20.0 + u[:, k] for k, name in enumerate(NAMES)}
+    log = ThermalLog.from_columns(columns, sample_time_s=STEP_S)
+    return faulty_candidates([log], [InputDefinition(name, f"{name}_C") for name in NAMES])
+
+
 def test_a_candidate_frozen_in_the_middle_is_found_and_left_out() -> None:
     own = experiment(21, 0.3, 0.01)
     for column, name in enumerate(NAMES):
-        broken = Experiment(STEP_S, frozen(own.u, column, slice(1000, 1800)), own.y)
-        (finding,) = check_candidates([broken], NAMES)
-        assert (finding.name, finding.fault) == (name, SensorFault.STUCK)
-        assert finding.start_s == pytest.approx(1000 * STEP_S)
-        assert finding.duration_s == pytest.approx(800 * STEP_S)
-    result = select([broken], candidate_names=NAMES)
-    assert result.findings == (finding,)
+        assert faulty(frozen(own.u, column, slice(1000, 1800))) == (name,)
+    options = SelectionOptions(faulty=(NAMES[-1],))
+    result = select([own], candidate_names=NAMES, options=options)
     assert set(result.channels) == set(NAMES[:-1])
     assert {part.input_name for part in result.model.parts} == set(NAMES[:-1])
 
 
 def test_a_coarse_sensor_that_comes_back_with_a_jump_was_stuck() -> None:
     u = np.round(temperatures(22, 0.02), 1)
-    rows = slice(1000, 1800)
     assert abs(u[1800, 0] - u[1000, 0]) > 0.3
-    broken = Experiment(STEP_S, frozen(u, 0, rows), np.arange(ROWS, dtype=np.float64))
-    assert [f.name for f in check_candidates([broken], NAMES)] == ["spindle"]
+    assert faulty(frozen(u, 0, slice(1000, 1800))) == ("spindle",)
 
 
-def test_calm_sensors_single_spikes_and_jumps_all_the_time_are_no_faults() -> None:
+def test_coarse_sensors_single_spikes_and_jumps_all_the_time_are_no_faults() -> None:
     rng = np.random.default_rng(37)
-    calm, spikes = temperatures(23), temperatures(29, 0.01)
-    calm[:600] = 0.0
+    spikes = temperatures(29, 0.01)
     spikes[700, 0] += 3.0
     spikes[700, 3] -= 3.0
     jumps = np.repeat(rng.normal(0.0, 2.0, (ROWS // 40, 5)), 40, axis=0)
     jumps += 0.01 * rng.normal(size=jumps.shape)
     coarse = np.round(temperatures(24, 0.01), 1)
-    for u in (calm, coarse, temperatures(25, 0.05), spikes, jumps):
-        own = Experiment(STEP_S, u, np.arange(ROWS, dtype=np.float64))
-        assert check_candidates([own], NAMES) == ()
+    for u in (coarse, temperatures(25, 0.05), spikes, jumps):
+        assert faulty(u) == ()
 
 
-def test_channels_that_never_change_or_are_mostly_missing_are_named_and_left_out() -> None:
-    own = experiment(26, 0.3, 0.01)
-    u = own.u.copy()
+def test_channels_that_never_change_or_are_mostly_missing_are_no_candidates() -> None:
+    u = temperatures(26, 0.01)
     u[:, 2] = 4.5
     u[500:1500, 3] = np.nan
-    result = select([Experiment(STEP_S, u, own.y)], candidate_names=NAMES)
-    assert [(f.name, f.fault) for f in result.findings] == [
-        ("column", SensorFault.CONSTANT),
-        ("bed", SensorFault.MISSING),
-    ]
-    assert set(result.channels) == {"spindle", "bearing", "hall"}
+    assert faulty(u) == ("column", "bed")
+
+
+def test_a_channel_that_rests_in_one_log_of_two_is_a_candidate() -> None:
+    moving, resting = (
+        ThermalLog.from_columns({"spindle_c": v}, sample_time_s=STEP_S)
+        for v in (temperatures(27, 0.01)[:, 0], np.full(ROWS, 20.0))
+    )
+    candidate = [InputDefinition("spindle", "spindle_c")]
+    assert faulty_candidates([moving, resting], candidate) == ()
+    assert faulty_candidates([resting, resting], candidate) == ("spindle",)
 
 
 def test_two_exchanged_sensors_are_both_found() -> None:
     u = temperatures(28, 0.01)
     row = int(np.argmax(np.abs(u[500:2500, 0] - u[500:2500, 3]))) + 500
     u[row:, [0, 3]] = u[row:, [3, 0]]
-    own = Experiment(STEP_S, u, np.arange(ROWS, dtype=np.float64))
-    findings = check_candidates([own], NAMES)
-    assert [(f.name, f.fault) for f in findings] == [
-        ("spindle", SensorFault.EXCHANGED),
-        ("bed", SensorFault.EXCHANGED),
-    ]
-    assert findings[0].start_s == pytest.approx(row * STEP_S)
-    assert findings[0].message.values["other"] == "bed"
+    assert faulty(u) == ("spindle", "bed")
 
 
 def test_a_noisy_sensor_stays_but_its_direct_gain_is_held_back() -> None:
@@ -364,8 +360,7 @@ def test_a_noisy_sensor_stays_but_its_direct_gain_is_held_back() -> None:
     options = SelectionOptions(lag_sets_s=((1200.0,),), sensor_uncertainties_k=(0.05,))
     a = select([Experiment(STEP_S, clean, y)], candidate_names=NAMES, options=options)
     b = select([Experiment(STEP_S, noisy, y)], candidate_names=NAMES, options=options)
-    assert a.findings == ()
-    assert [(f.name, f.left_out) for f in b.findings] == [("bearing", False)]
+    assert faulty(noisy) == ()
     assert abs(gains_of(b)["bearing"][0]) < 0.5 * abs(gains_of(a)["bearing"][0])
 
 
@@ -411,13 +406,13 @@ def test_a_short_record_says_that_slow_things_were_not_judged() -> None:
 
 def wrong_calls() -> Sequence[tuple[str, Callable[[], object]]]:
     own = experiment(35, 0.1, 0.01)
-    constant = Experiment(STEP_S, np.full((ROWS, 2), 1.5), own.y)
+    none_left = SelectionOptions(faulty=NAMES)
     flat = Experiment(STEP_S, own.u, np.full(ROWS, 2.0))
     other = Experiment(STEP_S, own.u + 1.0, own.y)
     once = own.y.copy()
     once[100:] = np.nan
     return (
-        ("no_healthy_candidate", lambda: select([constant], candidate_names=("a", "b"))),
+        ("no_healthy_candidate", lambda: select([own], candidate_names=NAMES, options=none_left)),
         ("displacement_constant", lambda: select([flat], candidate_names=NAMES)),
         ("count_not_inputs", lambda: select([own], candidate_names=("a",) * 5)),
         ("count_not_inputs", lambda: select([own], candidate_names=NAMES[:4])),

@@ -22,6 +22,7 @@ warning-not_fit = not fit, do not use it: on rows held out the model leaves { $m
     } { $simple_um } um; use --method { $method } with these inputs, or check sensors, inputs and rows and give another test
 warning-explains_nothing = do not use it, it explains nothing: on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um); check sensors, inputs and rows first, or give another test
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
+warning-candidates_left_out = not learnt from, as their sensors cannot be trusted (the findings say why): { $names }
 warning-two_regimes_by = two regimes in { $log }: gains and time constants change with { $column } ({ $low } or { $high }), which is { $high } in rows { $rows } (stretches in all: { $stretches }). Train and run the model at one of the two, interlocked with it: nothing on the machine switches models
 warning-two_regimes_gains = DC gains in um/K at { $column } { $low } / { $high } in { $log }: { $gains }; gains and lags that switch leave { $rmse_um } um of the last 30 % of its measured rows, one model { $one_um } um
 two_regimes-rows = { $first }..{ $last }
@@ -48,14 +49,6 @@ flag-time_constant = time constant not supported by the record: { FIXED($time_co
 flag-delay_not_shown = delay indistinguishable from 0 (95 %: up to { $highest_s } s): none is used
 flag-delay_may_be_longer = the delay may be longer than { $highest_s } s, the longest that was looked for
 flag-dc_gain = DC gain not supported by the record
-
-## Candidates that cannot be trusted
-
-candidate-constant = candidate { $name }: never changes
-candidate-missing = candidate { $name }: is missing in { $missing } of { $rows } rows
-candidate-stuck = candidate { $name }: stands still for { FIXED($duration_h, decimals: 2) } h from { FIXED($start_h, decimals: 2) } h on while other channels move; its next longest halt is { $next_s } s
-candidate-exchanged = candidate { $name }: jumps by { SIGNED($step_k, decimals: 2) } K at { FIXED($start_h, decimals: 2) } h while { $other } jumps by { SIGNED($other_step_k, decimals: 2) } K, as if both were exchanged
-candidate-noisy = candidate { $name }: has { FIXED($noise_mk, decimals: 0) } mK of noise, the median channel { FIXED($median_mk, decimals: 0) } mK
 
 ## How inputs and orders were chosen
 

@@ -29,7 +29,7 @@ from thermaxis.thermal.modal import (
     next_test,
     response_evidence,
 )
-from thermaxis.thermal.selection import SelectionOptions, select
+from thermaxis.thermal.selection import SelectionOptions, faulty_candidates, select
 from thermaxis.thermal.transfer_function import (
     PolynomialResult,
     ThermalModel,
@@ -100,10 +100,15 @@ def identify(
             "method_without_orders", method=str(method), place=Place(key="orders")
         )
 
+    healthy = selection_options or SelectionOptions()
+    if choose:
+        faulty = faulty_candidates(records.logs, records.inputs)
+        healthy = replace(healthy, faulty=(*healthy.faulty, *faulty))
+
     def estimated(part: Records, options: ModalOptions | None) -> Identification:
         with _determined(part):
             if choose:
-                return _chosen(part, selection_options)
+                return _chosen(part, healthy)
             return _identified(part, method, orders, options)
 
     brief = _without_intervals(modal_options)
@@ -281,7 +286,7 @@ def _dc_gains_alone(model: ThermalModel, std: Sequence[float | None]) -> tuple[P
     )
 
 
-def _chosen(records: Records, options: SelectionOptions | None) -> Identification:
+def _chosen(records: Records, options: SelectionOptions) -> Identification:
     names = [definition.name for definition in records.inputs]
     result = select(records.experiments, candidate_names=names, options=options)
     outputs = [
@@ -294,14 +299,15 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
         )
         for name, chosen in result.outputs.items()
     ]
-    findings = [finding.message for finding in result.findings]
+    names = ", ".join(options.faulty)
+    left_out = [Message("warning-candidates_left_out", {"names": names})] if names else []
     return Identification(
         method=Method.MODAL,
         rule=result.rule,
         outputs=tuple(outputs),
         stable=True,
         selection=result,
-        warnings=(*findings, *result.warnings),
+        warnings=(*left_out, *result.warnings),
     )
 
 

@@ -11,8 +11,6 @@ from ._selection import (
     select as select,
 )
 from ._sensors import (
-    SensorFault as SensorFault,
-    SensorFinding as SensorFinding,
-    check_candidates as check_candidates,
+    faulty_candidates as faulty_candidates,
     sensor_noise_k as sensor_noise_k,
 )

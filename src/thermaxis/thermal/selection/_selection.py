@@ -21,7 +21,7 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.selection._bank import RecordPart, banks_of, record_parts
-from thermaxis.thermal.selection._sensors import SensorFinding, check_candidates, sensor_noise_k
+from thermaxis.thermal.selection._sensors import sensor_noise_k
 from thermaxis.thermal.selection._validation import Member, Structure, Validation, validation_of
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 
@@ -74,8 +74,8 @@ class SelectionOptions:
     """Whether as many channels are left out as one standard error allows."""
     most_channels: int | None = None
     """Largest number of channels. Default: all that are healthy. [1]"""
-    check_sensors: bool = True
-    """Whether constant, stuck and exchanged channels are left out."""
+    faulty: tuple[str, ...] = ()
+    """Candidates that are not learnt from, as of `faulty_candidates`."""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -174,9 +174,6 @@ class SelectionResult:
     """Error against the number of channels, from one channel to all."""
     parts: tuple[RecordPart, ...]
     """Parts of the record that were held out."""
-    findings: tuple[SensorFinding, ...]
-    """Candidates with a fault; those `left_out` are not in the models, of the others the direct
-    gain is held back by their noise."""
     rule: Message
     """How everything was chosen."""
     warnings: tuple[Message, ...] = ()
@@ -237,7 +234,7 @@ def select(
     Returns
     -------
     SelectionResult
-        Models, what was chosen and why, baselines and faults of sensors.
+        Models, what was chosen and why, and baselines.
 
     Raises
     ------
@@ -261,11 +258,9 @@ def select(
     names = tuple(candidate_names)
     _check_names(names, common_shape(first))
     _check_displacements(outputs)
-    findings = check_candidates(first, names) if settings.check_sensors else ()
-    wrong = {f.name for f in findings if f.left_out}
-    columns = [i for i, name in enumerate(names) if name not in wrong]
+    columns = [i for i, name in enumerate(names) if name not in settings.faulty]
     if not columns:
-        raise DataError("no_healthy_candidate", names=tuple(sorted(wrong)))
+        raise DataError("no_healthy_candidate", names=names)
     parts = record_parts(first, settings.parts)
     duration_s = max(e.duration_s for e in first)
     sets = settings.lag_sets_s or _lag_sets(settings.shortest_lag_s, duration_s)
@@ -283,7 +278,7 @@ def select(
         lag_sets_s=sets,
         settings=settings,
     )
-    return _result(search, tuple(outputs), parts, findings)
+    return _result(search, tuple(outputs), parts)
 
 
 @final
@@ -578,10 +573,7 @@ def _warnings(
 
 
 def _result(
-    search: _Search,
-    output_names: Sequence[str],
-    parts: tuple[RecordPart, ...],
-    findings: tuple[SensorFinding, ...],
+    search: _Search, output_names: Sequence[str], parts: tuple[RecordPart, ...]
 ) -> SelectionResult:
     """Search, and put the result together."""
     scored, best_um = _scored(search, search.lag_sets_s)
@@ -620,7 +612,6 @@ def _result(
         structures=structures,
         curve=curve,
         parts=parts,
-        findings=findings,
         rule=_rule(search, parts, kept),
         warnings=_warnings(search, members, parts),
     )
