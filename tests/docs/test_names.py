@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import inspect
 import re
 from collections.abc import Iterator
 
@@ -109,3 +110,8 @@ def test_every_public_name_is_in_the_nomenclature(root):
     packages = map(importlib.import_module, PUBLIC_PACKAGES)
     lacking = {package.__name__: sorted(set(package.__all__) - written) for package in packages}
     assert lacking == {package: [] for package in PUBLIC_PACKAGES}
+
+
+def test_every_public_name_is_there_and_is_no_folder():
+    for package in map(importlib.import_module, PUBLIC_PACKAGES):
+        assert not [n for n in package.__all__ if inspect.ismodule(getattr(package, n))]
