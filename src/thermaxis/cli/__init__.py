@@ -38,6 +38,7 @@ GROUPS = {
         "commission": "prove sign and size of an offset on the machine",
         "rehearse": "let a configuration compensate the virtual lathe, hours in seconds",
         "run": "compensate a machine: the loop",
+        "ask": "acknowledge, disable or hold the loop of a machine on this computer",
         "screen": "serve the operator's and the engineer's pages of a running loop",
         "history": "export, list or check what the loop has recorded",
         "user": "add, remove or list the users of the status server",

@@ -304,6 +304,8 @@ class LoopAnswer(StrEnum):
     """``file`` is no plain name."""
     NUMBER_NOT_FINITE = "number_not_finite"
     """A number is not finite."""
+    NOT_AT_COMPUTER = "not_at_computer"
+    """The configuration does not allow it to be asked for at the computer itself."""
     TOO_MANY_WAITING = "too_many_waiting"
     """Too many requests wait for their answer."""
     NO_ANSWER = "no_answer"

@@ -1,4 +1,4 @@
-"""Ctrl+C and SIGTERM, which end what runs until it is told to end."""
+"""Ctrl+C, SIGTERM and a closed terminal, which end what runs until it is told to end."""
 
 import asyncio
 import signal
@@ -9,17 +9,29 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def at_signals(act: Callable[[], None]) -> Generator[None]:
-    """Call something at every such signal; where there are none, as on Windows, never."""
+def at_signals(
+    act: Callable[[], None], hung_up: Callable[[], None] | None = None
+) -> Generator[None]:
+    """Call something at every such signal; where there are none, as on Windows, never.
+
+    What outlives its terminal, as after nohup, goes on to.
+    """
     loop = asyncio.get_running_loop()
+    actions: dict[signal.Signals, Callable[[], None]] = dict.fromkeys(_SIGNALS, act)
     try:
-        for number in _SIGNALS:
-            loop.add_signal_handler(number, act)
-    except (NotImplementedError, RuntimeError):  # the latter outside of the main thread
+        if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+            actions[signal.SIGHUP] = hung_up or act
+        for number, action in actions.items():
+            loop.add_signal_handler(number, action)
+    except (
+        AttributeError,
+        NotImplementedError,
+        RuntimeError,
+    ):  # the latter outside of the main thread
         yield
         return
     try:
         yield
     finally:
-        for number in _SIGNALS:
+        for number in actions:
             loop.remove_signal_handler(number)

@@ -26,9 +26,11 @@ from thermaxis.cli.machine._machine_parts import (
 )
 from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import Request, RequestKind
+from thermaxis.compensation import AnswerCode, Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
+from thermaxis.runtime import OTHER_COMPENSATION
+from thermaxis.runtime.host import RequestSocket
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,7 +78,9 @@ async def _run(
         loop.listeners.append(_Teller().tell)
     ending = _Ending()
     async with AsyncExitStack() as servers:
-        servers.enter_context(at_signals(ending.asked))  # until everything is closed
+        servers.enter_context(
+            at_signals(ending.asked, ending.hung_up)
+        )  # until everything is closed
         status = build_status_server(
             configuration,
             loop,
@@ -94,6 +98,15 @@ async def _run(
             _say(f"status server: {status.url}", quiet=arguments.quiet)
         if metrics is not None:
             _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
+        requests = RequestSocket(
+            configuration.state_file, loop, may_start=configuration.ask_enables
+        )
+        try:
+            await requests.open()
+        except OSError as error:  # no reason to leave a machine alone
+            why = error.strerror or type(error).__name__
+            sys.stderr.write(f"thermaxis: thermaxis ask does not work here: {why}\n")
+        servers.push_async_callback(requests.close)
         standing = await _until_the_end(loop, arguments, ending)
     return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
 
@@ -111,6 +124,11 @@ class _Ending:
             self.stop.set()
         elif self.running is not None:
             self.running.cancel()
+
+    def hung_up(self) -> None:
+        """End as asked when a terminal is closed; that it tells so twice is no haste."""
+        if not self.stop.is_set():
+            self.asked()
 
 
 async def _until_the_end(
@@ -151,17 +169,21 @@ async def _ask_first(loop: runtime.CompensationLoop, arguments: argparse.Namespa
         if request.kind is RequestKind.ENABLE:
             await _machine_there(loop)
         answer = await loop.submit(request)
+        while answer.code == AnswerCode.OTHER_COMPENSATION_UNREAD:  # one missed read
+            await _machine_there(loop)
+            answer = await loop.submit(request)
         if not answer.accepted:
             why = sentence_of(answer.message)
             sys.stderr.write(f"thermaxis: {request.kind} was refused: {why}\n")
 
 
 async def _machine_there(loop: runtime.CompensationLoop) -> None:
-    """Wait until the machine is read and can be written to: it says what forbids to enable."""
+    """Wait until the machine can be written to, and says what forbids to enable."""
     there = asyncio.Event()
 
     def look(status: runtime.RuntimeStatus) -> None:
-        if status.source_connected and status.sink_connected:
+        other = status.samples.get(OTHER_COMPENSATION)
+        if status.source_connected and status.sink_connected and (other is None or other.good):
             there.set()
 
     loop.listeners.append(look)

@@ -43,6 +43,7 @@ answer-name_missing = chybí jméno
 answer-name_unusable = jméno obsahuje nezobrazitelné znaky, nebo je příliš dlouhé
 answer-file_not_plain = { $file } není prostý název: složky se zde nepřijímají
 answer-number_not_finite = číslo není konečné
+answer-not_at_computer = konfigurace to přímo na počítači nedovoluje: viz ask_enables
 answer-too_many_waiting = na odpověď čeká příliš mnoho požadavků
 answer-no_answer = kompenzace neodpověděla; požadavek se ještě může projevit
 

@@ -12,6 +12,7 @@ from ._hash import (
 from ._machine import (
     examine_machine as examine_machine,
     read_machine as read_machine,
+    state_file_of as state_file_of,
 )
 from ._screen import (
     page_certificate_findings as page_certificate_findings,

@@ -109,6 +109,7 @@ class _Build:
             resume_within_s=sections.supervisor.resume_within_s,
             at_stop=sections.supervisor.at_stop,
             stop_within_s=sections.supervisor.stop_within_s,
+            ask_enables=sections.supervisor.ask_enables,
             connections=connections,
             source=source,
             sink=sink,

@@ -20,6 +20,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 from pydantic import ValidationError
 
@@ -88,6 +89,15 @@ def read_machine(path: Path | str) -> MachineConfiguration:
     if isinstance(found, MachineConfiguration):
         return found
     raise refuse(found, path)
+
+
+def state_file_of(path: Path | str) -> Path:
+    """Return where a configuration keeps the loop's state; nothing else of it need be right."""
+    file = Path(path).absolute()
+    machine = read_tables(file).get("machine")
+    table = cast("dict[str, object]", machine) if isinstance(machine, dict) else {}
+    stated = table.get("state_file")
+    return file.parent / (str(stated) if stated else f"{file.stem}.state.json")
 
 
 def _with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:

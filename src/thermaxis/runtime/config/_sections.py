@@ -254,6 +254,8 @@ class SupervisorSection(RulesSection):
     """What becomes of the offset when the program is ended: ``fade`` or ``leave``."""
     stop_within_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 120.0
     """A fade at the end lasts at most so long. [s]"""
+    ask_enables: bool = False
+    """Whether ``thermaxis ask`` may enable and end a hold, at the computer itself."""
 
 
 @final

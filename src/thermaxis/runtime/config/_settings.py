@@ -346,6 +346,8 @@ class MachineConfiguration:
     """What becomes of the offset when the program is ended."""
     stop_within_s: float
     """A fade at the end lasts at most so long. [s]"""
+    ask_enables: bool
+    """Whether the loop may be enabled, and a hold be ended, at the computer itself."""
     connections: Mapping[str, ConnectionSettings]
     """Connections that source or sink use, by name."""
     source: SourceSettings

@@ -14,6 +14,12 @@ from ._private_files import (
     unreadable as unreadable,
     whole_file as whole_file,
 )
+from ._request_socket import (
+    ASKED_HERE as ASKED_HERE,
+    LocalAnswer as LocalAnswer,
+    RequestSocket as RequestSocket,
+    ask_loop as ask_loop,
+)
 from ._tls import (
     server_context as server_context,
 )
