@@ -371,7 +371,8 @@ async def test_what_is_not_known_of_an_offset_is_none_and_what_is_known_has_its_
     async with bench.running() as loop:
         await asyncio.sleep(5.0)
         assert loop.status is not None
-        assert loop.status.offsets["Z_um"] == (unknown, unknown, unknown)
+        stands = AgedOffset(0.0, 0.0)  # nothing was written, and it is read all the same
+        assert loop.status.offsets["Z_um"] == (unknown, stands, stands)
         await enabled_for(loop, 100.0)
         acting = AgedOffset(GOAL_UM, 0.0)
         assert loop.status.offsets["Z_um"] == (AgedOffset(NEAR_GOAL, 0.0), acting, acting)
@@ -594,7 +595,7 @@ async def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> Non
     loop, stop = bench.loop(), asyncio.Event()
     running = asyncio.ensure_future(loop.run(stop, cycles=3))
     asked = asyncio.ensure_future(loop.submit(Request(RequestKind.MODEL, "Jana", text="new.json")))
-    loop._ended = True
+    loop._requests.closed = True
     # as it is when the loop ends while a thread reads the file
     answer = await asked
     assert not answer.accepted
@@ -759,6 +760,9 @@ class Chaos:
             await asyncio.sleep(self.chance.uniform(0.0, 1.0))
             self.bench.machine.come_back()
             await asyncio.sleep(self.chance.uniform(0.0, 1.0))
+
+    async def on_another_writer(self) -> None:
+        self.bench.machine.set_offset(Z_um=self.chance.uniform(-50.0, 50.0))
 
     async def on_refused(self) -> None:
         self.bench.machine.refuses = True

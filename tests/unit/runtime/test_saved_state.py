@@ -50,7 +50,7 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
-from thermaxis.runtime.loop._loop import resumed
+from thermaxis.runtime.loop._saved_state import resumed
 
 NOW = datetime(2030, 5, 6, 7, 8, 9, 101112, tzinfo=UTC)
 SHA = "ab" * 32

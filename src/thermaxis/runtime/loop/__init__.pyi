@@ -3,15 +3,17 @@ from ._loop import (
     SHORTEST_WAIT_S as SHORTEST_WAIT_S,
     TESTED_EVERY_S as TESTED_EVERY_S,
     UNREAD_AFTER_S as UNREAD_AFTER_S,
-    AtStop as AtStop,
     CompensationLoop as CompensationLoop,
-    LoopSettings as LoopSettings,
-    Models as Models,
-    Ports as Ports,
 )
 from ._saved_state import (
     SavedState as SavedState,
     StateFile as StateFile,
+)
+from ._settings import (
+    AtStop as AtStop,
+    LoopSettings as LoopSettings,
+    Models as Models,
+    Ports as Ports,
 )
 from ._systemd import (
     SignOfLife as SignOfLife,

@@ -3,14 +3,16 @@
 Two files take turns, each with a checksum: whatever moment the power fails, one of them is whole.
 """
 
+import asyncio
 import hashlib
 import json
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final, NamedTuple, final
 
 from thermaxis.codes import Message
 from thermaxis.compensation import (
@@ -24,11 +26,21 @@ from thermaxis.compensation import (
     Trim,
     cycle_state,
     initial_state,
+    shifted,
+    with_compensation,
 )
+from thermaxis.runtime._ports import Clock
+from thermaxis.runtime.loop._settings import LoopSettings
 
 STATE_FORMAT = "thermaxis-loop-state"
 STATE_VERSION = 2
 LARGEST_STATE_BYTES = 64 * 1024 * 1024
+SAVED_EVERY_S: Final = 1.0
+"""The state is saved so often: what a kill may cost. [s]"""
+CLOCK_STEP_S: Final = 10.0
+"""A saved state may be newer than now by so much: a clock that was set. [s]"""
+LAST_SAVE_S: Final = 2.0
+"""Time that the last save is waited for. [s]"""
 _DAMAGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 
 
@@ -215,3 +227,136 @@ def _sensors(
 
 def _tuples(value: Any) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list) else value  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+
+
+# ---- taken up again ------------------------------------------------------------------------------
+
+
+class TakenUp(NamedTuple):
+    """What a loop begins with."""
+
+    state: CycleState | None
+    """State of the cycle; None for a cold start."""
+    event: Message
+    """What was taken up, or why nothing was."""
+    other_version: Message | None = None
+    """Why a saved state of another version was not used."""
+
+
+def take_up(
+    file: StateFile, compensation: Compensation, settings: LoopSettings, clock: Clock
+) -> TakenUp:
+    """Take up a saved state as far as its age allows, and say what was taken."""
+    saved, why = file.load(compensation)
+    if saved is None:
+        other = why if why is not None and why.code == OTHER_VERSION else None
+        return TakenUp(None, Message("event-no_saved_state", {"why": why}), other)
+    age_s = (clock.utc() - saved.utc) / timedelta(seconds=1)
+    if age_s < -CLOCK_STEP_S:
+        old = saved.state.memory
+        if old.state is not SupervisorState.FAULT:
+            return TakenUp(None, Message("event-saved_state_newer"))
+        state = cycle_state(compensation)._replace(memory=_latched(old))
+        return TakenUp(state, Message("event-saved_state_newer_fault", {"reason": old.fault}))
+    age_s = max(0.0, age_s)
+    state, taken = resumed(saved, compensation, settings, now_s=clock.monotonic_s(), age_s=age_s)
+    return TakenUp(state, Message("event-saved_state", {"age_s": age_s, "resumed": taken}))
+
+
+def resumed(
+    saved: SavedState,
+    compensation: Compensation,
+    settings: LoopSettings,
+    *,
+    now_s: float,
+    age_s: float,
+) -> tuple[CycleState, Message]:
+    """Return the state with which a loop goes on after a restart, and what it is."""
+    state = shifted(saved.state, now_s - age_s - saved.monotonic_s)
+    old = state.memory
+    kept = Message("kept-sections")
+    if saved.model_sha256 != settings.model_sha256:
+        state = with_compensation(compensation, compensation, state)
+        kept = Message("kept-other_model", {"file": saved.model_file})
+    elif age_s > compensation.model.longest_gap_s:
+        kept = Message("kept-steady_state")
+    same = saved.model_sha256 == settings.model_sha256
+    soon = age_s <= settings.resume_within_s
+    enabled = saved.enabled and settings.resume_enabled and soon and same
+    memory = Memory(
+        state=_begun(old, enabled=enabled),
+        enabled=enabled,
+        held=old.held and enabled,
+        held_s=old.held_s + age_s if old.held else 0.0,
+        running_s=state.memory.running_s,
+    )
+    taken = Message("resumed-enabled" if enabled else "resumed-off", {"kept": kept})
+    if old.state is SupervisorState.FAULT:
+        memory = _latched(old)
+        taken = Message("resumed-fault", {"kept": kept, "reason": old.fault})
+    trims = tuple(
+        trim._replace(left_s=trim.left_s - age_s) if trim.left_s > age_s else type(trim)()
+        for trim in state.trims
+    )
+    return state._replace(memory=memory, trims=trims), taken
+
+
+def _begun(old: Memory, *, enabled: bool) -> SupervisorState:
+    """Return the state after a restart: a fade that was asked for goes on."""
+    if enabled:
+        return SupervisorState.WARMING
+    fading = old.state is SupervisorState.FADING and not old.enabled
+    return SupervisorState.FADING if fading else SupervisorState.OFF
+
+
+def _latched(memory: Memory) -> Memory:
+    """Return the memory of a fault that no restart forgets."""
+    return Memory(state=SupervisorState.FAULT, enabled=memory.enabled, fault=memory.fault)
+
+
+# ---- saved beside the cycles --------------------------------------------------------------------
+
+
+@final
+class Saver:
+    """Saves the state every second; the cycles wait for no disk."""
+
+    def __init__(self, file: StateFile | None, tell: Callable[[Message], None]) -> None:
+        self._file, self._tell = file, tell
+        self._saved_s = float("-inf")
+        self._saving: asyncio.Future[bool] | None = None
+        self._unsaved: Message | None = None
+
+    def save(
+        self, state: Callable[[], SavedState], compensation: Compensation, now_s: float
+    ) -> None:
+        """Save, unless that was done just now, or still is."""
+        if self._file is None or now_s - self._saved_s < SAVED_EVERY_S:
+            return
+        if self._saving is not None:
+            if not self._saving.done():
+                return
+            self._tell_failure(self._file.failure)
+        self._saved_s = now_s
+        self._saving = self._begin(self._file, state(), compensation)
+
+    async def save_last(self, state: Callable[[], SavedState], compensation: Compensation) -> None:
+        """Save how it ends, as far as the disk answers in time."""
+        if self._saving is not None:
+            await asyncio.wait({self._saving}, timeout=LAST_SAVE_S)
+        if self._file is None or (self._saving is not None and not self._saving.done()):
+            return
+        self._saving = self._begin(self._file, state(), compensation)
+        await asyncio.wait({self._saving}, timeout=LAST_SAVE_S)
+        self._tell_failure(self._file.failure)
+
+    @staticmethod
+    def _begin(
+        file: StateFile, state: SavedState, compensation: Compensation
+    ) -> "asyncio.Future[bool]":
+        return asyncio.ensure_future(asyncio.to_thread(file.save, state, compensation))
+
+    def _tell_failure(self, failure: Message | None) -> None:
+        if failure != self._unsaved:
+            self._tell(failure or Message("event-state_saved_again"))
+        self._unsaved = failure

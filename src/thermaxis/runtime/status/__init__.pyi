@@ -3,6 +3,7 @@ from ._alarms import (
     AlarmCode as AlarmCode,
     alarms_of as alarms_of,
     alarms_of_found as alarms_of_found,
+    is_mismatch as is_mismatch,
     message_of as message_of,
     sensor_key as sensor_key,
 )
@@ -28,7 +29,6 @@ from ._server import (
 from ._status import (
     AgedOffset as AgedOffset,
     Alarm as Alarm,
-    FoundElsewhere as FoundElsewhere,
     OutputOffsets as OutputOffsets,
     RuntimeStatus as RuntimeStatus,
 )

@@ -9,8 +9,9 @@ from typing import Final, NamedTuple
 from thermaxis.codes import NOWHERE, Message, Value, printable
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.messages import alarm_sentences
+from thermaxis.runtime._offsets import OffsetMismatch
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, FoundElsewhere, RuntimeStatus
+from thermaxis.runtime.status._status import Alarm, RuntimeStatus
 
 PRIORITIES = ("critical", "high", "medium", "low")
 """Priorities, the gravest first."""
@@ -23,6 +24,7 @@ MODEL_AGE_DAYS = 365.0
 """A model older than this should be measured again. Default: the year after which instruments are
 calibrated. [d]"""
 _LONGEST_TEXT = 300
+_SILENT: Final = Message("error-machine_silent")
 _LONGEST_STATUS = 200
 
 
@@ -39,6 +41,7 @@ class AlarmCode(StrEnum):
     FAULT_DOUBLE_COMPENSATION = "fault_double_compensation"
     HOLD_EXPIRED = "hold_expired"
     SINK_LOST = "sink_lost"
+    WRITE_REFUSED = "write_refused"
     OFFSET_UNREAD = "offset_unread"
     SOURCE_LOST = "source_lost"
     SELF_TEST = "self_test"
@@ -46,7 +49,8 @@ class AlarmCode(StrEnum):
     SENSOR_BAD = "sensor_bad"
     SENSOR_UNREAD = "sensor_unread"
     STANDING_OFFSET = "standing_offset"
-    FOUND_ELSEWHERE = "found_elsewhere"
+    OFFSET_MISMATCH = "offset_mismatch"
+    ANOTHER_WRITER = "another_writer"
     NO_EFFECT = "no_effect"
     LIMIT = "limit"
     SOFT_LIMIT = "soft_limit"
@@ -98,7 +102,7 @@ def alarms_of(
     status: RuntimeStatus,
     compensation: Compensation,
     forbidden: Sequence[Message] = (),
-    elsewhere: Sequence[FoundElsewhere] = (),
+    elsewhere: Sequence[OffsetMismatch] = (),
     *,
     unread: bool = False,
     other_state: Message | None = None,
@@ -113,7 +117,7 @@ def alarms_of(
         Limits, rules and model in force.
     forbidden : sequence of Message
         Why the self-test forbids a correction.
-    elsewhere : sequence of FoundElsewhere
+    elsewhere : sequence of OffsetMismatch
         Offsets that were not where the loop had left them, as long as they are to be told.
     unread : bool
         Whether a machine that is there has not told its offsets for too long.
@@ -135,9 +139,14 @@ def alarms_of(
     return tuple(one.at(came.get(one.key, status.utc)) for one in found)
 
 
-def alarms_of_found(elsewhere: Sequence[FoundElsewhere], utc: datetime) -> tuple[Alarm, ...]:
+def alarms_of_found(elsewhere: Sequence[OffsetMismatch], utc: datetime) -> tuple[Alarm, ...]:
     """Return the alarms for offsets that have just been found elsewhere."""
     return tuple(one.at(utc) for one in _of_found(elsewhere))
+
+
+def is_mismatch(alarm: Alarm) -> bool:
+    """Whether an alarm was made of an offset mismatch: it is told when that was found."""
+    return alarm.code in {AlarmCode.OFFSET_MISMATCH, AlarmCode.ANOTHER_WRITER}
 
 
 def sensor_key(name: str) -> str:
@@ -168,10 +177,11 @@ def _all(
     yield from _of_model(status, compensation)
 
 
-def _of_found(elsewhere: Sequence[FoundElsewhere]) -> Iterator[_Found]:
+def _of_found(elsewhere: Sequence[OffsetMismatch]) -> Iterator[_Found]:
     for one in elsewhere:
         values = {"name": one.output, "found_um": one.found_um, "left_um": one.left_um}
-        yield _Found(one.key, "high", AlarmCode.FOUND_ELSEWHERE, values)
+        code = AlarmCode.ANOTHER_WRITER if one.another else AlarmCode.OFFSET_MISMATCH
+        yield _Found(one.key, "high", code, values)
 
 
 def _of_saved_state(other: Message | None) -> Iterator[_Found]:
@@ -200,14 +210,18 @@ def _of_connections(
 ) -> Iterator[_Found]:
     hold = _duration("hold", compensation.supervisor.hold_connection_s)
     gravest = "critical" if status.enabled else "low"
+    sink = status.sink_reason
     if not status.sink_connected:
-        yield _Found("sink lost", gravest, AlarmCode.SINK_LOST, hold)
+        because: dict[str, Value] = {"reason": sink or _SILENT}
+        yield _Found("sink lost", gravest, AlarmCode.SINK_LOST, hold | because)
+    elif status.enabled and sink is not None:
+        yield _Found("write refused", "high", AlarmCode.WRITE_REFUSED, {"reason": sink})
     elif unread:
         yield _Found("offset unread", gravest, AlarmCode.OFFSET_UNREAD, hold)
     if not status.source_connected:
-        yield _Found(
-            "source lost", "high" if status.enabled else "low", AlarmCode.SOURCE_LOST, hold
-        )
+        because = {"reason": status.source_reason or _SILENT}
+        priority = "high" if status.enabled else "low"
+        yield _Found("source lost", priority, AlarmCode.SOURCE_LOST, hold | because)
 
 
 def _of_sensor(

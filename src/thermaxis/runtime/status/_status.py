@@ -33,24 +33,6 @@ class Alarm:
     """Numbers and texts that stand in them, each with its unit in its name."""
 
 
-class FoundElsewhere(NamedTuple):
-    """An offset that was not where the loop had left it."""
-
-    output: str
-    """Name of the output."""
-    found_um: float
-    """Where it was found. [µm]"""
-    left_um: float
-    """Where it was left. [µm]"""
-    number: int
-    """Number of the cycle that found it. [1]"""
-
-    @property
-    def key(self) -> str:
-        """What tells it from others; each time is an alarm of its own."""
-        return f"found elsewhere {self.output} {self.number}"
-
-
 class AgedOffset(NamedTuple):
     """An offset, and how old it is; both None while it is not known."""
 

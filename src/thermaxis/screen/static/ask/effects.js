@@ -17,6 +17,7 @@ import { word } from "../words.js";
 
 const HELD = ["operator_hold", "hold_expired"];
 const SETTLING = "settling";
+const MISMATCHES = ["offset_mismatch", "another_writer"];
 const NEAR_ZERO_UM = 0.05;
 const HALF_A_STEP_UM = 0.5; // of a control that keeps its offset in whole micrometres
 const SAME = 1e-6;
@@ -32,7 +33,7 @@ export const JUMPED = "too_fast";
  * @returns {any[]}
  */
 export function foundElsewhere(status) {
-  return status.alarms.filter((/** @type {any} */ one) => one.code === "found_elsewhere");
+  return status.alarms.filter((/** @type {any} */ one) => MISMATCHES.includes(one.code));
 }
 
 /** @param {Status} status */

@@ -1,0 +1,42 @@
+"""What the command line asks of a loop that has just been started."""
+
+import argparse
+import asyncio
+import signal
+
+from tests.unit.runtime.simulated import Rig, state_of
+from thermaxis.cli.machine._signals import at_signals
+from thermaxis.cli.machine.run import _ask_first
+from thermaxis.compensation import SupervisorState
+from thermaxis.runtime import OTHER_COMPENSATION
+
+VIRTUAL_TIME = True
+
+
+async def test_enabling_is_asked_again_after_a_missed_read_until_there_is_a_reason() -> None:
+    for read, state in ((0.0, SupervisorState.ACTIVE), (1.0, SupervisorState.OFF)):
+        bench = Rig()
+        bench.machine.values[OTHER_COMPENSATION] = None
+        async with bench.running() as loop:
+            arguments = argparse.Namespace(enable=True, diameter=None)
+            asking = asyncio.ensure_future(_ask_first(loop, arguments))
+            await asyncio.sleep(5.0)
+            assert not asking.done()
+            bench.machine.values[OTHER_COMPENSATION] = read
+            await asyncio.sleep(30.0)
+            assert asking.done()
+            assert state_of(loop) is state
+
+
+def test_a_terminal_that_is_closed_asks_for_the_end_as_a_service_does() -> None:
+    asked: list[None] = []
+
+    async def close_terminal() -> None:
+        with at_signals(lambda: asked.append(None)):
+            for number in (signal.SIGHUP, signal.SIGTERM):
+                signal.raise_signal(number)
+                await asyncio.sleep(0.0)
+            await asyncio.sleep(0.01)
+
+    asyncio.run(close_terminal())
+    assert len(asked) == 2
