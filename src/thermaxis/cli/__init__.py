@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
-from typing import Protocol, cast
+from typing import NoReturn, Protocol, cast
 
 from thermaxis import __version__
 from thermaxis.codes import message_as_json
@@ -94,11 +94,19 @@ def _load(name: str) -> Command:
     return cast("Command", cast("object", module))
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line: the usage of a command may take thirty."""
+
+    def error(self, message: str) -> NoReturn:
+        """Write the error and leave."""
+        self.exit(2, f"{self.prog}: error: {message} (see {self.prog} --help)\n")
+
+
 def build_parser(
     names: Iterable[str] = tuple(COMMANDS), *, whole: bool = True
 ) -> argparse.ArgumentParser:
     """Return the parser of the command line for some commands, whole with their arguments."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="thermaxis",
         description="Measure machine axes without thermal drift, and compensate thermal errors.",
         allow_abbrev=False,

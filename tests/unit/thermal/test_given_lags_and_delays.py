@@ -74,13 +74,21 @@ def test_the_record_speaks_against_lags_that_are_not_the_machines() -> None:
     assert held_out[1] < 0.1
 
 
-def test_a_dead_time_is_none_where_its_interval_holds_none() -> None:
-    for best, none in ((2, True), (3, False)):  # the interval holds one row less and one more
-        late, ends = likely_delays(lambda delays, at=best: -5.0 * abs(delays[0] - at), [None], 60)
-        assert ends == [(best - 2, best + 2)]
-        assert late == [0 if none else best]
-    late, ends = likely_delays(lambda delays: delays[0] / 1.0, [None], 60)
-    assert (late, ends[0][1]) == ([60], 60)
+def test_a_dead_time_is_the_mean_of_its_likelihood_and_none_where_its_interval_holds_none() -> None:
+    """Of a normal likelihood counted to a third: mean, and 1.96 standard deviations about it."""
+    for true, std in ((40.0, 4.0), (31.0, 6.0), (5.0, 3.0)):
+        (late,), (ends,) = likely_delays(
+            lambda d, t=true, s=std: -1.5 * ((d[0] - t) / s) ** 2, [0], [True], 90, 8
+        )
+        half = 1.96 * std
+        assert ends == pytest.approx((max(true - half, 0.0), true + half), abs=1.1)
+        assert late == (round(true) if true > half + 1.0 else 0)
+    (late, given), ends = likely_delays(
+        lambda d: float(min(d[0], 30)), [0, 7], [True, False], 60, 6
+    )
+    assert (given, ends[1]) == (7, None)  # from 30 rows on all are alike
+    assert late == pytest.approx(43, abs=2)
+    assert ends[0] == (24, 60)
 
 
 @pytest.mark.parametrize("given_s", [(0.1,), (29.0, 600.0), (360_000.0,)])

@@ -21,7 +21,7 @@ from thermaxis.report.tables import (
 
 _T = 1.96
 _MOST_NAMED = 6
-_MOST_LINES = 36
+_MOST_LINES = 40
 _MOST_OUTPUTS, _MOST_PARTS, _MOST_TRIED, _MOST_NOTES = 5, 6, 5, 6
 _RULES = {
     "model": "model", "static": "static", "averages": "fixed averages", "hold": "nothing changes"
@@ -67,12 +67,17 @@ def described(
     records: thermal.Records,
     findings: Mapping[str, Sequence[thermal.LogFinding]],
     remarks: Sequence[str] = (),
+    *,
+    beside: int = 0,
 ) -> list[Part]:
-    """Return an identification for terminal and JSON; the JSON has all, the terminal a screen."""
+    """Return an identification for terminal and JSON; the JSON has all, the terminal a screen.
+
+    `beside` are the lines that the terminal shows besides. [1]
+    """
     step_s = records.sample_time_s
     sensors = finding_sentences(findings)
     return [
-        *_text(result, records, remarks, sensors),
+        *_text(result, records, remarks, sensors, _MOST_LINES - beside),
         Value("version", __version__),
         Value("method", str(result.method)),
         Value("stable", result.stable),
@@ -96,6 +101,7 @@ def _text(
     records: thermal.Records,
     remarks: Sequence[str],
     sensors: Sequence[str],
+    most: int,
 ) -> list[Part]:
     """Return what the terminal shows: the result, the model, how sure it is, what to measure next.
 
@@ -127,11 +133,11 @@ def _text(
     notes += map(text_of, result.warnings)
     notes += [f"sensor first: {sensor}" for sensor in sensors]
     for more in () if several else (_tried(outputs[0]), _polynomials_in_words(outputs[0])):
-        if _lines([*shown, *more, *notes[:_MOST_NOTES], *last]) <= _MOST_LINES:
+        if _lines([*shown, *more, *notes[:_MOST_NOTES], *last]) <= most:
             shown += more
     for k, note in enumerate(notes):
         rest = f"{len(notes) - k} more: --json, --report"
-        if k >= len(first[:1]) and _lines([*shown, note, rest, *last]) > _MOST_LINES:
+        if k >= len(first[:1]) and _lines([*shown, note, rest, *last]) > most:
             shown.append(rest)
             break
         shown.append(note)
@@ -245,7 +251,7 @@ def _model(outputs: Sequence[thermal.IdentifiedOutput]) -> Table:
 
 def _delay(delay_s: float, std: thermal.PartStd) -> str:
     ends = std.delay_interval_s
-    return f"{delay_s:g}" if ends is None else f"{delay_s:g} ({ends[0]:g} to {ends[1]:g})"
+    return f"{delay_s:g}" if ends is None else f"{ends[0]:g} to {ends[1]:g}, used {delay_s:g}"
 
 
 def _tried(output: thermal.IdentifiedOutput) -> list[Part]:

@@ -241,7 +241,8 @@ def run(arguments: argparse.Namespace) -> int:
     files = (arguments.model, *arguments.report, arguments.figures)
     written = [path for path in files if path is not None]
     first = remarks_of(logs, assumed=True)
-    shown = [*first, *described(result, records, findings, remarks), reading_codes(logs)]
+    told = described(result, records, findings, remarks, beside=len(first) + len(written))
+    shown = [*first, *told, reading_codes(logs)]
     show(shown, arguments.json, written)
     return 0
 

@@ -7,7 +7,12 @@ from pathlib import Path
 from thermaxis.cli._arguments import adder, diameter
 from thermaxis.cli._outputs import check_csv_name, check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._thermal_logs import add_log_options, logs_of, remarks_of
+from thermaxis.cli.thermal._thermal_logs import (
+    add_log_options,
+    logs_of,
+    remarks_of,
+    with_clocks_told,
+)
 from thermaxis.codes import printable
 from thermaxis.compensation import Outcome
 from thermaxis.files import read_model, write_thermal_log
@@ -36,7 +41,8 @@ def run(arguments: argparse.Namespace) -> int:
     with Progress() as progress:
         progress("reading", 0, 0)
         model = read_model(arguments.model)
-        (log,) = logs_of(arguments, [arguments.log])
+        logs = logs_of(arguments, [arguments.log])
+        (log,) = with_clocks_told(logs, [model], None, arguments.reference)
         progress("simulating", 0, 0)
         run_along = simulate_log(
             model, log, diameter_mm=arguments.diameter, reference_s=arguments.reference

@@ -20,8 +20,8 @@ remark-displacement_leaps = { $name } leaps { $count } times, by up to { $size }
     }: it was left as it is; cut the log by --span, or mask rows by --mask
 remark-displacements_late = { $names } follow the temperatures as if stamped { $shift_s } s too late: they were shifted back; where the machine itself answers so late, keep them by --as-logged
 remark-displacements_early = { $names } go before the temperatures as if stamped { $shift_s } s too early: they were shifted on, by more than sensors away from the heat are late
-remark-displacements_seem_late = { $names } follow the temperatures as if stamped { $shift_s } ± { $within_s } s too late: nothing was shifted; compare the clocks of the recorders (heat that has a way to go does the same)
-remark-displacements_seem_early = { $names } go before the temperatures as if stamped { $shift_s } ± { $within_s } s too early: nothing was shifted; compare the clocks of the recorders (sensors away from the heat do the same)
+remark-displacements_seem_late = { $names } follow the temperatures as if stamped { $shift_s } ± { $within_s } s too late: nothing was shifted (identify does, from 400 s on and without --delay); compare the clocks of the recorders (heat that has a way to go does the same)
+remark-displacements_seem_early = { $names } go before the temperatures as if stamped { $shift_s } ± { $within_s } s too early: nothing was shifted (identify does, from 400 s on and without --delay); compare the clocks of the recorders (sensors away from the heat do the same)
 remark-channel_drifts = { $names }: one of them seems to drift, by about { $rise_k } K over the log if it is the first, or else { $output } itself: with such a steady rise the record is much more likely (it is used as it is; check them against another sensor)
 
 ## Order and times

@@ -39,7 +39,7 @@ from thermaxis.thermal.modal._average import (
     refined_components,
     tempered_variance,
 )
-from thermaxis.thermal.modal._delays import DELAY_BLOCKS, LONGEST_DELAY_S, likely_delays
+from thermaxis.thermal.modal._delays import LONGEST_DELAY_S, likely_delays
 from thermaxis.thermal.modal._evidence import (
     AT_REST,
     Design,
@@ -88,6 +88,7 @@ LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
 AGAINST = 10.0
 """Logarithm of how much less likely given lags make a record that speaks against them. [1]"""
+_ROUNDS = 3
 MOST_GIVEN, LONGEST_S = 6, 1e7
 """Time constants that are given for one input, at most [1], and the longest. [s]"""
 LARGEST_DC_SHARE = 1.0 / 3.0
@@ -433,18 +434,20 @@ def _delays(
     if longest_given_s > longest_s / 2.0:
         values = {"delay_s": longest_given_s, "longest_s": longest_s}
         raise ConfigurationError("delay_beyond_record", place=Place(key="delay"), **values)
-    given = [None if delay_s is None else round(delay_s / step_s) for delay_s in wanted]
-    if None not in given:
-        return tuple(step_s * (rows or 0) for rows in given), [None] * len(given)
-    shorter_s = max(default_block_s(experiments) / DELAY_BLOCKS, longest_s / MOST_BLOCKS, step_s)
-    evidence = response_evidence(experiments, replace(options, block_s=shorter_s))
+    late = [round((delay_s or 0.0) / step_s) for delay_s in wanted]
+    open_, ends = [delay_s is None for delay_s in wanted], [None] * len(late)
+    brief, farthest = replace(options, intervals=False), _longest_delay_s(experiments) / step_s
+    for _ in range(_ROUNDS if any(open_) else 0):
+        delays_s = tuple(step_s * rows for rows in late)
+        evidence = response_evidence(experiments, replace(brief, delays_s=delays_s))
 
-    def log_evidence(rows: Sequence[int]) -> float:
-        late = [step_s * row for row in rows]
-        return evidence.design.readings * evidence.log_evidence(experiments, late)
+        def log_evidence(rows: Sequence[int], its: ResponseEvidence = evidence) -> float:
+            return its.design.readings * its.log_evidence(experiments, [step_s * r for r in rows])
 
-    farthest = round(_longest_delay_s(experiments) / step_s)
-    late, ends = likely_delays(log_evidence, given, farthest)
+        before, block = late, evidence.segments[0].rows
+        late, ends = likely_delays(log_evidence, late, open_, round(farthest), block)
+        if late == before:
+            break
     in_seconds = [None if e is None else (step_s * e[0], step_s * e[1]) for e in ends]
     return tuple(step_s * row for row in late), in_seconds
 
