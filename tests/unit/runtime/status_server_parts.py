@@ -35,7 +35,6 @@ from thermaxis.compensation import (
 )
 from thermaxis.runtime import (
     Alarm,
-    Applied,
     EventRecord,
     HistorianStatus,
     RequestOutcome,
@@ -48,7 +47,7 @@ from thermaxis.runtime import (
     hash_password,
     write_users,
 )
-from thermaxis.runtime.status import NAMESPACE
+from thermaxis.runtime.status import NAMESPACE, AgedOffset, OutputOffsets, facts_of
 
 NOW = datetime(2030, 5, 1, 6, 0, 0, tzinfo=UTC)
 ANSWER_S = 40.0
@@ -145,6 +144,11 @@ def output(count: int = 1, **changes: object) -> CycleOutput:
     return whole._replace(**changes)
 
 
+def offsets(*values_um: float | None, age_s: float = 0.1) -> OutputOffsets:
+    """Return the commanded, accepted and effective offset, all learned at one time."""
+    return OutputOffsets(*(AgedOffset(um, None if um is None else age_s) for um in values_um))
+
+
 def status(*outputs: str, **changes: object) -> RuntimeStatus:
     """Return the status of an undisturbed loop; changes name fields of it."""
     names = outputs or ("Z_um",)
@@ -167,14 +171,14 @@ def status(*outputs: str, **changes: object) -> RuntimeStatus:
             "T_column_C": SourceSample(22.0, good=True, age_s=0.25, source_time=stamped),
             "interlock.referenced": SourceSample(1.0, good=True, source_time=stamped),
         },
-        applied={name: Applied(-12.5, -12.4, -12.0) for name in names},
+        offsets=dict.fromkeys(names, offsets(-12.5, -12.4, -12.0)),
         source_connected=True,
         sink_connected=True,
         model_file="lathe.json",
         model_sha256="ab" * 32,
         diameter_mm=1500.0,
         historian=HistorianStatus(),
-        text="It follows the model.",
+        facts=facts_of(compensation(*names)),
     )
     return replace(whole, **changes)
 
@@ -227,19 +231,11 @@ async def served(
     box: Box | None = None,
     clock: HandClock | None = None,
     *,
-    known: Callable[[], Compensation | None] = compensation,
     audit: list[EventRecord] | None = None,
 ) -> AsyncIterator[StatusServer]:
     """Run a status server on a free port."""
     events = [] if audit is None else audit
-    of_one = known()
-    server = StatusServer(
-        settings,
-        box or Box(),
-        clock or HandClock(),
-        compensation=lambda: of_one,
-        audit=events.append,
-    )
+    server = StatusServer(settings, box or Box(), clock or HandClock(), audit=events.append)
     await server.open()
     try:
         yield server

@@ -10,7 +10,7 @@ from typing import Any
 
 from hypothesis import given, strategies as st
 
-from tests.unit.runtime.status_server_parts import NOW, alarm, compensation, output, status
+from tests.unit.runtime.status_server_parts import NOW, alarm, compensation, offsets, output, status
 from thermaxis.codes import Message, Place, value_as_json
 from thermaxis.compensation import (
     Compensation,
@@ -25,14 +25,12 @@ from thermaxis.runtime import (
     PRIORITIES,
     Alarm,
     AlarmCode,
-    Applied,
     HistorianStatus,
     RuntimeStatus,
     SourceSample,
     alarms_of,
 )
-from thermaxis.runtime.status import _alarms
-from thermaxis.runtime.status._nodes import Snapshot, as_json
+from thermaxis.runtime.status import _alarms, as_json
 
 
 def found(
@@ -237,10 +235,10 @@ def test_every_alarm_has_all_its_words_and_the_gravest_come_first(
 
 
 def test_an_offset_that_is_accepted_and_does_not_act_is_told() -> None:
-    acting = {name: Applied(-40.0, -40.0, -39.5) for name in status().outputs}
-    assert not any(key.startswith("no effect") for key in found(status(applied=acting)))
-    dead = {name: Applied(-40.0, -40.0, 0.0) for name in status().outputs}
-    alarm = found(status(applied=dead))["no effect Z_um"]
+    acting = dict.fromkeys(status().outputs, offsets(-40.0, -40.0, -39.5))
+    assert not any(key.startswith("no effect") for key in found(status(offsets=acting)))
+    dead = dict.fromkeys(status().outputs, offsets(-40.0, -40.0, 0.0))
+    alarm = found(status(offsets=dead))["no effect Z_um"]
     assert alarm.priority == "high"
     assert "but 0.0 µm acts" in alarm.text
 
@@ -318,7 +316,7 @@ def test_the_sentences_of_every_alarm_are_its_code_filled_with_its_values(
             assert (one.text, one.cause, one.remedy) == whole
         for value in one.values.values():
             assert not isinstance(value, str) or value.isprintable()
-    said = json.loads(as_json(Snapshot(replace(told, alarms=alarms))))["alarms"]
+    said = json.loads(as_json(replace(told, alarms=alarms)))["alarms"]
     for one, shown in zip(alarms, said, strict=True):
         assert shown["code"] == one.code
         for name, value in one.values.items():

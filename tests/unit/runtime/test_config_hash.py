@@ -12,7 +12,7 @@ from thermaxis import __version__
 from thermaxis.cli.machine._machine_parts import loop_settings
 from thermaxis.runtime import read_machine
 from thermaxis.runtime.config import configuration_sha256
-from thermaxis.runtime.status import Snapshot, as_json
+from thermaxis.runtime.status import as_json
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 
@@ -87,6 +87,6 @@ def test_the_model_has_a_hash_of_its_own(machine: Path) -> None:
 def test_the_loop_is_started_with_it_and_tells_it_to_the_screen() -> None:
     found = loop_settings(read_machine(EXAMPLE)).configuration_sha256
     assert found == hash_of(EXAMPLE)
-    now = Snapshot(status(configuration_sha256=found))
+    now = status(configuration_sha256=found)
     assert json.loads(as_json(now))["configuration_sha256"] == found
     assert json.loads(as_json(now))["program_version"] == __version__, "which may tell another"

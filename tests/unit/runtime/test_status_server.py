@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from asyncua import Client, ua
+from asyncua import Client, Node, ua
 from asyncua.crypto.security_policies import (
     SecurityPolicyAes128Sha256RsaOaep,
     SecurityPolicyAes256Sha256RsaPss,
@@ -29,8 +29,8 @@ from tests.unit.runtime.status_server_parts import (
     alarm,
     call,
     client,
-    compensation,
     node_id,
+    offsets,
     output,
     read,
     run,
@@ -42,7 +42,6 @@ from tests.unit.runtime.status_server_parts import (
 from thermaxis.compensation import AnswerCode, Request, RequestKind, SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
-    Applied,
     EventRecord,
     RequestOutcome,
     Role,
@@ -52,8 +51,7 @@ from thermaxis.runtime import (
     write_users,
 )
 from thermaxis.runtime.host import is_loopback
-from thermaxis.runtime.status import NAMESPACE
-from thermaxis.runtime.status._nodes import Shape, leaves_of
+from thermaxis.runtime.status import NAMESPACE, leaves_of, shape_of
 from thermaxis.runtime.status._server import FAILURES_WITHIN_S, MOST_FAILURES
 
 
@@ -84,6 +82,16 @@ async def watched() -> AsyncIterator[tuple[StatusServer, Client, HandClock]]:
         yield server, one, clock
 
 
+async def paths_below(node: Node) -> AsyncIterator[str]:
+    """Yield the paths of all values below a node, as a client browses to them."""
+    for child in await node.get_children():
+        if await child.read_node_class() is ua.NodeClass.Variable:
+            yield str(child.nodeid.Identifier)
+        elif child.nodeid.Identifier != "Requests":
+            async for path in paths_below(child):
+                yield path
+
+
 # ---- values -----------------------------------------------------------------------------------
 
 
@@ -103,7 +111,7 @@ async def test_a_client_reads_the_values_of_the_last_cycle_with_its_time() -> No
 @scene
 async def test_every_value_can_be_read_browsed_to_and_has_the_type_that_is_promised() -> None:
     async with watched() as (_, one, _):
-        leaves = leaves_of(Shape(("Z_um",), ("T_spindle_C", "T_column_C"), ())).shown()
+        leaves = leaves_of(shape_of(status())).shown
         root = one.get_node(await node_id(one, "Thermaxis"))
         for leaf in leaves.values():
             # by names, as a person finds it, and by id, as a configuration does
@@ -115,9 +123,10 @@ async def test_every_value_can_be_read_browsed_to_and_has_the_type_that_is_promi
             promised = await node.read_data_type_as_variant_type()
             if value.Value.Value is not None:
                 assert value.Value.VariantType == promised, leaf.path
-                assert value.Value.is_array == leaf.kind.value.endswith("[]"), leaf.path
-            assert (await node.read_description()).Text == leaf.text
+                assert value.Value.is_array == leaf.field.kind.value.endswith("[]"), leaf.path
+            assert (await node.read_description()).Text == leaf.field.text
             assert value.ServerTimestamp is not None
+        assert {path async for path in paths_below(root)} == set(leaves)
 
 
 @scene
@@ -139,7 +148,7 @@ async def test_an_output_shows_what_is_wanted_accepted_and_effective_apart() -> 
         assert (await read(one, "Outputs/Z_um/SoftLimit")).Value.Value == 40.0
         assert (await read(one, "Outputs/Z_um/Parts")).Value.Value == [11.0, 2.0]
         assert (await read(one, "Outputs/Z_um/PartNames")).Value.Value == ["spindle", "column"]
-        server.publish(status(applied={"Z_um": Applied(-12.5, None, None)}))
+        server.publish(status(offsets={"Z_um": offsets(-12.5, None, None)}))
         accepted = await read(one, "Outputs/Z_um/Accepted")
         assert accepted.StatusCode.name == "BadNoCommunication"
         effective = await read(one, "Outputs/Z_um/Effective")
@@ -260,7 +269,7 @@ async def test_hostile_names_and_texts_are_values_and_nothing_more() -> None:
         said = status(
             *HOSTILE,
             machine=HOSTILE[1],
-            text=HOSTILE[5],
+            configuration_sha256=HOSTILE[5],
             model_file=HOSTILE[0],
             alarms=(alarm(key=HOSTILE[3], text=HOSTILE[1], cause=HOSTILE[5]),),
             trim_owner=dict.fromkeys(HOSTILE, HOSTILE[6]),
@@ -273,7 +282,7 @@ async def test_hostile_names_and_texts_are_values_and_nothing_more() -> None:
         whole = json.loads((await read(one, "Status/Everything")).Value.Value)
         assert set(whole["outputs"]) == set(HOSTILE)
         assert whole["machine"] == HOSTILE[1]
-        assert (await read(one, "Status/Text")).Value.Value == HOSTILE[5]
+        assert (await read(one, "Status/ConfigurationSha256")).Value.Value == HOSTILE[5]
 
 
 @scene
@@ -830,7 +839,7 @@ async def test_a_certificate_that_will_soon_expire_is_told_at_the_start(pairs: P
 
 @scene
 async def test_a_server_that_was_closed_can_be_opened_again() -> None:
-    server = StatusServer(viewers(), Box(), HandClock(), compensation=compensation)
+    server = StatusServer(viewers(), Box(), HandClock())
     for _ in range(2):
         await server.open()
         server.publish(status())

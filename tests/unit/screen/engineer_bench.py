@@ -22,7 +22,7 @@ from thermaxis.runtime import (
     redundant_name,
     run_in_virtual_time,
 )
-from thermaxis.runtime.status import Snapshot, as_json, facts_of
+from thermaxis.runtime.status import as_json
 
 CHANNELS = ("T_spindle_C", "T_table_C", "T_column_C")
 
@@ -71,7 +71,7 @@ def told_by_a_loop(
                     machine.values[name] = machine.values[redundant_name(name)] = value
                 await asyncio.sleep(1.0)
             assert loop.status is not None
-            found.append(as_json(Snapshot(loop.status, facts_of(rules))))
+            found.append(as_json(loop.status))
             stop.set()
 
     run_in_virtual_time(script())

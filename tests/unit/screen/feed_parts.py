@@ -7,10 +7,10 @@ from typing import Any
 
 from asyncua import ua
 
-from tests.unit.runtime.status_server_parts import NOW, compensation, status
+from tests.unit.runtime.status_server_parts import NOW, status
 from thermaxis.runtime import SourceSample
 from thermaxis.runtime.opcua import MethodAnswer
-from thermaxis.runtime.status import Snapshot, as_json, facts_of
+from thermaxis.runtime.status import as_json
 
 STATUS = ua.StatusCodes
 
@@ -18,7 +18,7 @@ STATUS = ua.StatusCodes
 def text_of(number: int = 1, **changes: object) -> str:
     """Return what the loop says in a cycle, by the loop's own words."""
     told = status(number=number, **changes)
-    return as_json(Snapshot(told, facts_of(compensation(*told.outputs))))
+    return as_json(told)
 
 
 def read_as(value_c: float | None, number: int) -> str:

@@ -18,7 +18,6 @@ from tests.opcua_server import until
 from tests.scenes import scene
 from tests.unit.runtime.status_server_parts import (
     HandClock,
-    compensation,
     served,
     status,
     viewers,
@@ -32,7 +31,7 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
-from thermaxis.runtime.status import Snapshot, as_json, facts_of
+from thermaxis.runtime.status import as_json
 from thermaxis.screen.feed import StatusFeed, StatusSnapshot, _status_feed
 from thermaxis.screen.feed._status_feed import (
     LARGEST_STATUS_BYTES,
@@ -361,7 +360,7 @@ def test_the_largest_status_that_is_taken_is_a_megabyte() -> None:
 
 def test_what_the_loop_writes_is_read_back_whole() -> None:
     told = status("Z_um", "X_um")
-    text = as_json(Snapshot(told, facts_of(compensation("Z_um", "X_um"))))
+    text = as_json(told)
     assert parse_status(text) == json.loads(text)
 
 
@@ -386,7 +385,7 @@ def told_with(group: str, name: str, value: object) -> str:
 LACKING: list[tuple[str, tuple[str, ...]]] = [
     *((altered(**{name: None}), (name,)) for name in (*MEMBERS, "signals")),
     *((told_with(*part), part[:2]) for part in WRONG_PARTS),
-    (altered(historian={"waiting": 0}), ("historian", "storing")),
+    (altered(historian={"waiting": 0, "lost": 0, "text": ""}), ("historian", "storing")),
     *((altered(alarms=[{**ALARM, name: None}]), ("alarms", name)) for name in ALARM),
 ]
 
@@ -526,7 +525,7 @@ def test_a_mistake_in_the_program_reaches_whoever_waits_and_whoever_closes() -> 
 async def test_a_status_with_a_flood_of_names_is_remembered_within_a_bound(
     loop: Loop, feed: StatusFeed
 ) -> None:
-    names = {f"T{i}": {"read": 1.0} for i in range(5000)}
+    names = {f"T{i}": {"read": 1.0, "status": "Good", "good": True} for i in range(5000)}
     loop.text = altered(signals=names)
 
     await feed.after(0)

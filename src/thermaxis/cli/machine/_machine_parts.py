@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from contextlib import AbstractContextManager
 
-    from thermaxis.compensation import Compensation
     from thermaxis.runtime import (
         Clock,
         EventRecord,
@@ -228,15 +227,12 @@ def build_status_server(
     box: "RequestBox",
     clock: "Clock",
     *,
-    compensation: "Callable[[], Compensation | None]",
     audit: "Callable[[EventRecord], None]",
 ) -> "StatusServer | None":
     """Make the status server, if one is configured; it does not listen yet."""
     if configuration.server is None:
         return None
-    return runtime.StatusServer(
-        configuration.server, box, clock, compensation=compensation, audit=audit
-    )
+    return runtime.StatusServer(configuration.server, box, clock, audit=audit)
 
 
 def build_metrics(configuration: "MachineConfiguration", clock: "Clock") -> "MetricsServer | None":

@@ -81,13 +81,7 @@ async def _run(
         servers.enter_context(
             at_signals(ending.asked, ending.hung_up)
         )  # until everything is closed
-        status = build_status_server(
-            configuration,
-            loop,
-            clock,
-            compensation=lambda: loop.compensation,
-            audit=parts.ports.historian.event,
-        )
+        status = build_status_server(configuration, loop, clock, audit=parts.ports.historian.event)
         metrics = build_metrics(configuration, clock)
         for server in (status, metrics):
             if server is not None:

@@ -59,6 +59,7 @@ from thermaxis.runtime.status import (
     RuntimeStatus,
     alarms_of,
     alarms_of_found,
+    facts_of,
     sensor_key,
     state_message,
 )
@@ -514,7 +515,6 @@ class CompensationLoop:
             outputs=self._names,
             channels=channels,
             samples=samples,
-            applied=self._applied,
             source_connected=self.source.connected,
             sink_connected=self.sink.connected,
             model_file=settings.model_file,
@@ -526,6 +526,7 @@ class CompensationLoop:
             alarms=self._alarms,
             historian=self.historian.status,
             offsets=self._aged_offsets(),
+            facts=facts_of(compensation),
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
             configuration_sha256=settings.configuration_sha256,

@@ -7,15 +7,20 @@ from ._alarms import (
     message_of as message_of,
     sensor_key as sensor_key,
 )
+from ._fields import (
+    FIELDS as FIELDS,
+    Field as Field,
+    Kind as Kind,
+    Leaf as Leaf,
+    Shape as Shape,
+    StatusValue as StatusValue,
+    as_json as as_json,
+    leaves_of as leaves_of,
+    shape_of as shape_of,
+    state_message as state_message,
+)
 from ._metrics import (
     MetricsServer as MetricsServer,
-)
-from ._nodes import (
-    Kind as Kind,
-    Snapshot as Snapshot,
-    as_json as as_json,
-    facts_of as facts_of,
-    state_message as state_message,
 )
 from ._requests import (
     ASKS as ASKS,
@@ -29,6 +34,8 @@ from ._server import (
 from ._status import (
     AgedOffset as AgedOffset,
     Alarm as Alarm,
+    OutputFacts as OutputFacts,
     OutputOffsets as OutputOffsets,
     RuntimeStatus as RuntimeStatus,
+    facts_of as facts_of,
 )

@@ -11,7 +11,7 @@ from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality,
 from thermaxis.messages import alarm_sentences
 from thermaxis.runtime._offsets import OffsetMismatch
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, RuntimeStatus
+from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
 
 PRIORITIES = ("critical", "high", "medium", "low")
 """Priorities, the gravest first."""
@@ -284,15 +284,15 @@ def _of_output(
 def _of_effect(
     status: RuntimeStatus, name: str, tolerance_um: float, rate_um_per_s: float
 ) -> Iterator[_Found]:
-    applied = status.applied.get(name)
-    if applied is None or applied.accepted_um is None or applied.effective_um is None:
+    _, accepted, effective = status.offsets.get(name, OutputOffsets())
+    if accepted.um is None or effective.um is None:
         return
-    behind_um = abs(applied.effective_um - applied.accepted_um)
+    behind_um = abs(effective.um - accepted.um)
     if behind_um > tolerance_um + FOLLOWS_S * rate_um_per_s:
         values: dict[str, Value] = {
             "name": name,
-            "accepted_um": applied.accepted_um,
-            "effective_um": applied.effective_um,
+            "accepted_um": accepted.um,
+            "effective_um": effective.um,
         }
         yield _Found(f"no effect {name}", "high", AlarmCode.NO_EFFECT, values)
 

@@ -8,7 +8,7 @@ from typing import final
 from thermaxis.codes import printable
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
-from thermaxis.runtime.status._nodes import Kind
+from thermaxis.runtime.status._fields import Kind
 from thermaxis.runtime.users import Role
 
 LONGEST_TEXT = 200

@@ -11,21 +11,18 @@ from asyncua import ua
 
 from thermaxis import __version__
 from thermaxis.codes import Message, Place, Value, printable, values_as_json
-from thermaxis.compensation import Compensation, Request
+from thermaxis.compensation import Request
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import Clock, EventRecord, LoopAnswer, RequestBox, RequestOutcome
 from thermaxis.runtime.config import ServerSettings
 from thermaxis.runtime.opcua import certificate_of, check_own_pair, private_key_of, validity_warning
-from thermaxis.runtime.status._nodes import (
+from thermaxis.runtime.status._fields import (
     Kind,
     Leaf,
-    OutputFacts,
     Shape,
-    Snapshot,
     StatusValue,
     as_json,
-    facts_of,
     leaves_of,
     shape_of,
 )
@@ -65,13 +62,8 @@ _POLICIES = [
     ua.SecurityPolicyType.Aes256Sha256RsaPss_SignAndEncrypt,
 ]
 _EVERYTHING = "Status/Everything"
-_NO_SHAPE = Shape((), (), ())
 _ANSWER_S = 10.0
 _ANSWER_CYCLES = 3.0
-
-
-def _nothing_known() -> None:
-    return None
 
 
 def _no_audit(event: EventRecord) -> None:
@@ -98,9 +90,6 @@ class StatusServer:
         Where requests go.
     clock : Clock
         Time.
-    compensation : callable, optional
-        Returns the compensation in force, for limits and names of parts. Default: they are not
-        shown.
     audit : callable, optional
         Takes log-ins and refusals. Default: nothing is kept of them.
 
@@ -112,25 +101,21 @@ class StatusServer:
         box: RequestBox,
         clock: Clock,
         *,
-        compensation: Callable[[], Compensation | None] = _nothing_known,
         audit: Callable[[EventRecord], None] = _no_audit,
     ) -> None:
         self._settings = settings
         self._box = box
         self._clock = clock
-        self._compensation_now = compensation
         self._audit = audit
         self._users = (
             None if settings.users is None else Users(settings.users, clock, self._logged_in)
         )
         self._server: GuardedServer | None = None
-        self._leaves: Mapping[str, Leaf] = leaves_of(_NO_SHAPE).shown()
-        self._shape = _NO_SHAPE
-        self._snapshot: Snapshot | None = None
+        self._leaves: Mapping[str, Leaf] = leaves_of(Shape()).shown
+        self._shape = Shape()
+        self._status: RuntimeStatus | None = None
         self._published_s = 0.0
-        self._compensation: Compensation | None = None
-        self._facts: Mapping[str, OutputFacts] = {}
-        self._everything: tuple[Snapshot | None, str] = (None, "")
+        self._everything: tuple[RuntimeStatus | None, str] = (None, "")
         self._told: dict[str, tuple[StatusValue, bool]] = {}
         self._problem: Message | None = None
         self._waiting = 0
@@ -233,15 +218,11 @@ class StatusServer:
             Status after a cycle.
         """
         self._published_s = self._clock.monotonic_s()
-        compensation = self._compensation_now()
-        if compensation is not self._compensation:
-            self._compensation = compensation
-            self._facts = {} if compensation is None else facts_of(compensation)
         shape = shape_of(status)
         if shape != self._shape:
             self._shape = shape
-            self._leaves = leaves_of(shape).shown()
-        self._snapshot = Snapshot(status, self._facts)
+            self._leaves = leaves_of(shape).shown
+        self._status = status
 
     async def close(self) -> None:
         """End; every connection is closed."""
@@ -265,35 +246,34 @@ class StatusServer:
 
     def _stale(self) -> bool:
         """Whether the last status is too old to be called the present one."""
-        snapshot = self._snapshot
-        cycle_s = 0.0 if snapshot is None else snapshot.status.cycle_s
+        cycle_s = 0.0 if self._status is None else self._status.cycle_s
         age_s = self._clock.monotonic_s() - self._published_s
         return age_s > max(STALE_CYCLES * cycle_s, _SHORTEST_STALE_S)
 
     def _told_now(self, path: str) -> StatusValue:
-        snapshot = self._snapshot
-        if snapshot is None:
+        status = self._status
+        if status is None:
             return StatusValue(None, "BadWaitingForInitialData")
         leaf = self._leaves.get(path)
         if leaf is None:
             return StatusValue(None, "BadNoData")
         if path == _EVERYTHING:
-            if self._everything[0] is not snapshot:
-                self._everything = (snapshot, as_json(snapshot))
+            if self._everything[0] is not status:
+                self._everything = (status, as_json(status))
             return StatusValue(self._everything[1])
-        return leaf.read(snapshot)
+        return leaf.read(status)
 
     def _read(self, path: str) -> ua.DataValue:
         """Return the present value of a path, when a client reads it."""
         return self._as_value(path, self._told_now(path), stale=self._stale())
 
     def _as_value(self, path: str, told: StatusValue, *, stale: bool) -> ua.DataValue:
-        leaf, snapshot = self._leaves.get(path), self._snapshot
+        leaf, status = self._leaves.get(path), self._status
         quality = told.quality
         if stale and not quality.startswith("Bad"):
             quality = "UncertainLastUsableValue"
-        time = told.time or (None if snapshot is None else snapshot.status.utc)
-        kind = Kind.TEXT if leaf is None else leaf.kind
+        time = told.time or (None if status is None else status.utc)
+        kind = Kind.TEXT if leaf is None else leaf.field.kind
         return data_value(kind, told.value, quality, time, self._clock.utc())
 
     # ---- what is told to subscribers ------------------------------------------------------------
@@ -324,7 +304,7 @@ class StatusServer:
         """Tell subscribers what has changed, and make the nodes of a new shape."""
         due_s = self._clock.monotonic_s()
         told_s = due_s
-        made = _NO_SHAPE
+        made = Shape()
         while True:
             due_s = max(due_s, self._clock.monotonic_s() - PROMPT_S) + PROMPT_S
             await self._clock.sleep_until(due_s)
@@ -341,7 +321,7 @@ class StatusServer:
         stale = self._stale()
         for path in tree.watched():
             leaf = self._leaves.get(path)
-            if not (everything or (leaf is not None and leaf.prompt)):
+            if not (everything or (leaf is not None and leaf.field.prompt)):
                 continue
             told = self._told_now(path)
             if self._told.get(path) != (told, stale):
@@ -397,8 +377,7 @@ class StatusServer:
 
     async def _submit(self, request: Request) -> RequestOutcome:
         """Hand a request to the loop and wait for its answer within a bound."""
-        snapshot = self._snapshot
-        cycle_s = 0.0 if snapshot is None else snapshot.status.cycle_s
+        cycle_s = 0.0 if self._status is None else self._status.cycle_s
         self._waiting += 1
         try:
             async with asyncio.timeout(max(_ANSWER_S, _ANSWER_CYCLES * cycle_s)):

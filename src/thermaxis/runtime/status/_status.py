@@ -6,8 +6,8 @@ from datetime import datetime
 from typing import NamedTuple, final
 
 from thermaxis.codes import Message, Value
-from thermaxis.compensation import CycleOutput
-from thermaxis.runtime._ports import Applied, HistorianStatus, SourceSample
+from thermaxis.compensation import Compensation, CycleOutput, Limits
+from thermaxis.runtime._ports import HistorianStatus, SourceSample
 
 
 @final
@@ -53,6 +53,34 @@ class OutputOffsets(NamedTuple):
     """What the machine reports as acting."""
 
 
+class OutputFacts(NamedTuple):
+    """What does not change with the cycle: limits and parts of one output."""
+
+    limits: Limits
+    """Its limits."""
+    parts: tuple[str, ...]
+    """Names of its parts."""
+
+
+def facts_of(compensation: Compensation) -> dict[str, OutputFacts]:
+    """Return limits and parts by output.
+
+    Parameters
+    ----------
+    compensation : Compensation
+        What the machine is compensated with.
+
+    Returns
+    -------
+    dict of str to OutputFacts
+        By output of the model.
+    """
+    return {
+        output.name: OutputFacts(limits, tuple(part.name for part in output.parts))
+        for output, limits in zip(compensation.model.outputs, compensation.bounds, strict=True)
+    }
+
+
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuntimeStatus:
@@ -84,8 +112,6 @@ class RuntimeStatus:
     """Names of the model's channels."""
     samples: Mapping[str, SourceSample]
     """Everything that was read."""
-    applied: Mapping[str, Applied]
-    """What the machine says about every output."""
     source_connected: bool
     """Whether the values' machine was reached."""
     sink_connected: bool
@@ -106,8 +132,8 @@ class RuntimeStatus:
     """What a person should know, the gravest first."""
     historian: HistorianStatus = field(default_factory=HistorianStatus)
     """How the historian fares."""
-    text: str = ""
-    """The state in a sentence."""
+    facts: Mapping[str, OutputFacts] = field(default_factory=dict[str, OutputFacts])
+    """Limits and parts by output."""
     offsets: Mapping[str, OutputOffsets] = field(default_factory=dict[str, OutputOffsets])
     """Commanded, accepted and effective offset of every output, each with its age."""
     source_reason: Message | None = None

@@ -17,7 +17,7 @@ from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.object_ids import ObjectIds
 from asyncua.ua.status_codes import StatusCodes
 
-from thermaxis.runtime.status._nodes import Kind, Leaf, Value
+from thermaxis.runtime.status._fields import Kind, Leaf
 from thermaxis.runtime.status._requests import Argument
 from thermaxis.runtime.status._sessions import GuardedServer
 
@@ -67,10 +67,10 @@ def status_code(name: str) -> ua.StatusCode:
 
 
 def data_value(
-    kind: Kind, value: Value, quality: str, source: datetime | None, server: datetime
+    kind: Kind, value: object, quality: str, source: datetime | None, server: datetime
 ) -> ua.DataValue:
     """Return a value with its quality and both time stamps."""
-    held: object = list(value) if isinstance(value, tuple) else value
+    held = list(cast("tuple[object, ...]", value)) if isinstance(value, tuple) else value
     if kind is Kind.COUNT and isinstance(value, int):
         held = value % _COUNT_MODULUS
     return ua.DataValue(
@@ -147,11 +147,11 @@ class Tree:
         parent, _, name = leaf.path.rpartition("/")
         attributes = ua.VariableAttributes(
             DisplayName=ua.LocalizedText(name),
-            Description=ua.LocalizedText(leaf.text),
+            Description=ua.LocalizedText(leaf.field.text),
             Value=_NULL,
-            DataType=ua.NodeId(_TYPES[leaf.kind].value),
-            ValueRank=1 if leaf.kind in _LISTS else -1,
-            ArrayDimensions=[0] if leaf.kind in _LISTS else None,
+            DataType=ua.NodeId(_TYPES[leaf.field.kind].value),
+            ValueRank=1 if leaf.field.kind in _LISTS else -1,
+            ArrayDimensions=[0] if leaf.field.kind in _LISTS else None,
             AccessLevel=1,
             UserAccessLevel=1,
         )

@@ -8,27 +8,18 @@ import asyncio
 import json
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from datetime import datetime
-from typing import (
-    Annotated,
-    Any,
-    Final,
-    Literal,
-    NamedTuple,
-    NoReturn,
-    TypeAlias,
-    cast,
-    final,
-)
+from types import NoneType
+from typing import Annotated, Any, Final, Literal, NamedTuple, NoReturn, cast, final, get_args
 
 from asyncua import ua
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field as Bounds, create_model
 
 from thermaxis.runtime import Clock, ConnectionSettings, OpcUaSession, Role
 from thermaxis.runtime.opcua import MethodAnswer
-from thermaxis.runtime.status import NAMESPACE
+from thermaxis.runtime.status import FIELDS, NAMESPACE, Field, Kind
 
 LARGEST_STATUS_BYTES: Final = 1_000_000
 """Largest status that is looked at; one with 20 inputs has 5 kB [run]. [byte]"""
@@ -114,7 +105,7 @@ def parse_status(text: str) -> Mapping[str, Any]:
         raise ValueError("the status is nested too deeply") from None
     if "\\ud" in text.lower():  # half a pair of surrogates cannot be sent to a browser
         json.dumps(found, ensure_ascii=False).encode()
-    _Status.model_validate(found)
+    _STATUS.model_validate(found)
     return cast("dict[str, Any]", found)
 
 
@@ -131,78 +122,54 @@ def _whole_number(word: str) -> int:
     return int(word) if len(word) <= _LONGEST_NUMBER else _no_number(word[:_LONGEST_NUMBER])
 
 
-_Number: TypeAlias = float | None
-_Table: TypeAlias = dict[str, Any]
+_TYPES: Final[Mapping[Kind, Any]] = {
+    Kind.NUMBER: float | None,
+    Kind.COUNT: int,
+    Kind.FLAG: bool,
+    Kind.TEXT: str,
+    Kind.TIME: str | None,
+    Kind.TEXTS: list[str],
+    Kind.MESSAGE: dict[str, Any] | None,
+    Kind.TABLE: dict[str, float | None],
+}
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(strict=True, protected_namespaces=())
+def _may_be_null(of: object) -> bool:
+    return NoneType in get_args(of)
 
 
-class _Output(_Strict):
-    parts_um: _Table
-    limits: _Table | None = None
-    correction_um: _Number = None
-    wanted_um: _Number = None
-    requested_um: _Number = None
-    accepted_um: _Number = None
-    effective_um: _Number = None
-    trim_um: _Number = None
-    trim_left_s: _Number = None
-    weight: _Number = None
+def _table(types: Mapping[str, Any]) -> Any:
+    """Return what a table with these keys must be; what may be null may be missing, too.
+
+    A table within it, its keys behind a slash, may be null if all in it may.
+    """
+    keys: dict[str, Any] = {key: of for key, of in types.items() if "/" not in key}
+    for above in dict.fromkeys(key.partition("/")[0] for key in types if "/" in key):
+        inner = {key.partition("/")[2]: of for key, of in types.items() if key.startswith(above)}
+        null = all(map(_may_be_null, inner.values()))
+        keys[above] = _table(inner) | None if null else _table(inner)
+    stated = {key: (of, None if _may_be_null(of) else ...) for key, of in keys.items()}
+    made: Any = create_model  # its keys are known at run time only
+    return made("Table", __config__=ConfigDict(strict=True), **stated)
 
 
-class _Signal(_Strict):
-    read: _Number = None
-    age_s: _Number = None
+def _types(told: Iterable[Field]) -> dict[str, Any]:
+    return {one.key: _TYPES[one.kind] for one in told if one.key}
 
 
-class _Input(_Signal):
-    quality: str
-    value_c: _Number = None
-
-
-class _Alarm(_Strict):
-    priority: str
-    text: str
-    cause: str
-    remedy: str
-    since: str
-    values: _Table | None = None
-
-
-class _Historian(_Strict):
-    storing: bool
-
-
-class _Status(_Strict):
-    """What pages rely on; what has a default may be missing, but is of no other kind."""
-
-    format: Literal["thermaxis-status"]
-    version: Annotated[int, Field(ge=2, le=2)]
-    number: int
-    cycle_s: Annotated[float, Field(gt=0.0, lt=1e6)]
-    machine: str
-    started: str
-    utc: str
-    state: str
-    state_since: str
-    text: str
-    quality: str
-    model_file: str
-    model_sha256: str
-    enabled: bool
-    source_connected: bool
-    sink_connected: bool
-    diameter_mm: _Number = None
-    in_state_s: _Number = None
-    historian: _Historian
-    outputs: dict[str, _Output]
-    inputs: dict[str, _Input]
-    signals: dict[str, _Signal]
-    alarms: list[_Alarm]
-    reasons: list[str]
-    outcomes: list[str]
+_ALARM: Final = dict.fromkeys(("priority", "text", "cause", "remedy", "since"), str)
+_STATUS: Final = _table(
+    {
+        **_types(FIELDS.loop),
+        "format": Literal["thermaxis-status"],
+        "version": Literal[2],
+        "cycle_s": Annotated[float, Bounds(gt=0.0, lt=1e6)],
+        "outputs": dict[str, _table(_types(FIELDS.outputs))],
+        "inputs": dict[str, _table(_types(FIELDS.inputs))],
+        "signals": dict[str, _table(_types(FIELDS.signals))],
+        "alarms": list[_table({**_ALARM, "values": dict[str, Any] | None})],
+    }
+)
 
 
 @final
