@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+from collections.abc import Mapping
 from itertools import pairwise
 
 import pytest
@@ -39,7 +40,7 @@ def test_the_verdict_names_sign_unit_or_a_dead_offset() -> None:
         (1.0, "proven"),
         (0.9, "proven"),
         (-1.0, "other_way"),
-        (1000.0, "other_size"),
+        (1.3, "other_size"),
         (0.5, "other_size"),
         (0.001, "without_effect"),
     ):
@@ -127,19 +128,74 @@ def test_a_step_beyond_the_limits_is_refused_before_anything_moves() -> None:
         CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0), step_um=60.0)
 
 
-def test_a_wrong_unit_is_noticed_by_the_probe_at_a_tenth_of_the_step() -> None:
+@pytest.mark.parametrize(
+    ("wrong", "tenths", "furthest_um"),
+    [(1000.0, False, 10.0), (-1000.0, False, 10.0), (1000.0, True, 100.0), (10.0, False, 10.0)],
+)
+def test_a_unit_that_is_wrong_by_a_thousand_moves_the_tool_by_the_step_itself(
+    wrong: float, tenths: bool, furthest_um: float
+) -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+    moved_um: list[float] = []
+
+    class Whole(SimulatedSink):
+        async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
+            if tenths:
+                correction_um = {n: round(10.0 * um) / 10.0 for n, um in correction_um.items()}
+            taken = await super().write(correction_um, deadline_s)
+            moved_um.append(wrong * machine.z_um)
+            return taken
+
+    async def measure(_: Message) -> float:
+        return wrong * machine.z_um
+
+    with pytest.raises(DataError) as caught:
+        run_in_virtual_time(prove_step(Whole(machine), VirtualClock(), PLAN, measure))
+    assert caught.value.code == "step_moved_otherwise"
+    assert max(map(abs, moved_um)) == pytest.approx(furthest_um)
+    assert machine.z_um == 0.0
+
+
+@pytest.mark.parametrize("late_s", [0.05, 0.3, 0.7, 1.0, 1.5, 3.0])
+def test_a_control_that_takes_offsets_over_late_is_waited_for(late_s: float) -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+
+    class Late(SimulatedSink):
+        async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
+            loop = asyncio.get_running_loop()
+            self._requested = dict(correction_um)
+            loop.call_later(late_s, machine.take, dict(correction_um))
+            return True
+
+    async def measure(_: Message) -> float:
+        await asyncio.sleep(1.0)
+        return machine.z_um
+
+    proof = run_in_virtual_time(prove_step(Late(machine), VirtualClock(), PLAN, measure))
+    assert proof.passed
+    assert proof.accepted_um == proof.effective_um == pytest.approx(10.0)
+    steps = [abs(write.after_um - write.before_um) for write in machine.writes]
+    assert max(steps) <= 2.0 * PLAN.cycle_s + 1e-9
+
+
+@pytest.mark.parametrize("others_um", [-20.0, 7.0, 45.0])
+def test_an_offset_that_somebody_else_sets_meanwhile_is_brought_back_at_the_rate(
+    others_um: float,
+) -> None:
     machine = SimulatedMachine({}, ("Z_um",))
 
     async def measure(_: Message) -> float:
-        return 1000.0 * machine.z_um
+        if machine.z_um > 9.0:
+            machine.set_offset(Z_um=others_um)
+            await asyncio.sleep(5.0)
+        return machine.z_um
 
     with pytest.raises(DataError) as caught:
-        run_in_virtual_time(
-            prove_step(SimulatedSink(machine), VirtualClock(), PLAN, measure, automatic=True)
-        )
-    assert caught.value.code == "step_moved_otherwise"
-    assert max(w["Z_um"] for w in machine.written) <= 1.0
+        run_in_virtual_time(prove_step(SimulatedSink(machine), VirtualClock(), PLAN, measure))
+    assert caught.value.code == "offset_differs"
     assert machine.z_um == 0.0
+    steps = [abs(write.after_um - write.before_um) for write in machine.writes]
+    assert max(steps) <= 2.0 * PLAN.cycle_s + 1e-9
 
 
 def test_a_machine_that_reports_another_offset_ends_the_step_early() -> None:

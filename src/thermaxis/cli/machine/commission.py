@@ -67,7 +67,14 @@ def run(arguments: argparse.Namespace) -> int:
             "dry_run_has_no_offset", place=Place(file=str(arguments.configuration), key="sink.kind")
         )
     refuse_alone(arguments, "--probe", "--yes")
-    plan = runtime.CommissioningPlan(output=output, limits=limits[output], step_um=arguments.step)
+    rules = configuration.compensation.supervisor
+    plan = runtime.CommissioningPlan(
+        output=output,
+        limits=limits[output],
+        step_um=arguments.step,
+        tolerance_um=rules.read_back_tolerance_um,
+        read_back_s=rules.read_back_s,
+    )
     sys.stdout.write(_intention(configuration, plan))
     if not arguments.yes and not _asked("Shall the offset move now? Type yes: "):
         sys.stdout.write("Nothing was moved.\n")
@@ -117,9 +124,8 @@ async def _prove(
         if forbidden:
             place = Place(file=str(configuration.path))
             raise DataError("self_test_forbids", place=place, reasons=forbidden)
-        probed = bool(arguments.probe)
-        measure = _probe(parts, configuration, arguments) if probed else _gauge
-        proof = await runtime.prove_step(ports.sink, clock, plan, measure, automatic=probed)
+        measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
+        proof = await runtime.prove_step(ports.sink, clock, plan, measure)
         who, details = "the command line", _record(proof)
         ports.historian.event(
             runtime.EventRecord.of(clock.utc(), "commission", who, proof.verdict, details)

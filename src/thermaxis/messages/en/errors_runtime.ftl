@@ -241,7 +241,7 @@ error-stored_cycle_unreadable = A stored cycle cannot be read: { $cause }.
 
 ## Commissioning
 
-error-step_moved_otherwise = The tool point moved by { SIGNED($moved_um, decimals: 1) } µm where { SIGNED($asked_um, decimals: 1) } µm was asked for: the offset goes back.
+error-step_moved_otherwise = The tool point moved by { SIGNED($moved_um, decimals: 1) } µm where { SIGNED($asked_um, decimals: 2) } µm was asked for: the offset goes back.
     .remedy = Check the unit of this output before anything else.
 error-offset_unreadable = The offset in the machine cannot be read.
     .remedy = Run thermaxis check.

@@ -1,20 +1,31 @@
 """Prove sign and size of an offset on the machine: out and back by a small step.
 
-The step goes out and comes back at the allowed rate, with the heartbeat moved in every cycle as the
-loop does it. What the tool point did is measured by somebody or something else: a dial gauge that
-a person reads, or a probe that the control shows.
+The step goes out and comes back at the allowed rate, with the heartbeat moved in every cycle and
+the offset looked at before each write, as the loop does it. The thousandth part of it comes first,
+or the smallest that the machine can tell, then the tenth: a unit that is wrong by a thousand moves
+the tool by the step itself. What the tool point did is measured by somebody or something else: a
+dial gauge that a person reads, or a probe that the control shows.
 """
 
 import asyncio
 import math
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Final, final
 
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import Limits, limit_step
+from thermaxis.compensation import Limits, SupervisorRules, limit_step
 from thermaxis.errors import DataError, require_range
-from thermaxis.runtime._ports import Clock, Sink
+from thermaxis.runtime._offsets import (
+    Look,
+    OffsetRules,
+    OffsetsState,
+    OutputOffset,
+    look_step,
+    write_step,
+)
+from thermaxis.runtime._ports import Applied, Clock, Sink
 
 DEFAULT_STEP_UM = 10.0
 """Size of the step: seen by any dial gauge, and smaller than a finishing allowance. [µm]"""
@@ -26,16 +37,14 @@ SIZE_TOLERANCE = 0.25
 """Share by which the measured step may differ: gauge, friction and drift, no wrong unit. [1]"""
 BACK_WITHIN_S = 60.0
 """Time for which the way back is tried again when the machine does not take it. [s]"""
-TRIED_SHARE = 0.1
-"""Share of the step that is tried first where a probe measures. [1]"""
+TRIED_SHARES = (0.001, 0.1)
+"""Shares of the step that are tried first. The first becomes larger where the machine keeps its
+offset more coarsely. [1]"""
 FAR_UM = 3.0
-"""What noise and drift of a probe may add to it. [µm]"""
-AGREES_UM = 0.5
-"""Difference of read-back and written offset that is believed. [µm]"""
-MOST_DIFFERING = 3
-"""Writes in a row after which a difference is no delay any more. [1]"""
+"""What noise and drift of gauge or probe may add to it. [µm]"""
 PROVEN: Final = "event-step_proven"
 """Sign and size are right."""
+_RULES: Final = SupervisorRules()
 _WAIT_S = 1.0
 _SHORTEST_CYCLE_S = 0.05
 _LONGEST_CYCLE_S = 60.0
@@ -60,6 +69,10 @@ class CommissioningPlan:
     """Size of the step; positive moves the tool away from the workpiece. [µm]"""
     cycle_s: float = 0.5
     """Time from write to write. [s]"""
+    tolerance_um: float = _RULES.read_back_tolerance_um
+    """Difference of read-back and written offset that is believed. [µm]"""
+    read_back_s: float = _RULES.read_back_s
+    """Time within which the machine must report what was written. [s]"""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -104,22 +117,28 @@ now."""
 async def _try_a_little(
     mover: "_Mover", plan: CommissioningPlan, measure: Measure, before_um: float
 ) -> None:
-    """Move by a tenth of the step first, and go no further where the probe moved by far more."""
-    little_um = TRIED_SHARE * plan.step_um
-    await mover.go_to(mover.now_um + little_um)
-    await mover.stand(SETTLE_S)
-    moved_um = await mover.measured(measure, "further", by_um=little_um)
-    if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
-        raise DataError(
-            "step_moved_otherwise",
-            moved_um=moved_um - before_um,
-            asked_um=little_um,
-            place=Place(channel=plan.output),
-        )
+    """Move by little first, and go no further where the tool point moved by far more."""
+    found_um = mover.now_um
+    for share in TRIED_SHARES:
+        little_um = share * plan.step_um
+        while abs(little_um) < abs(plan.step_um):
+            await mover.go_to(found_um + little_um)
+            await mover.stand(SETTLE_S)
+            if mover.can_tell(found_um, little_um):
+                break
+            little_um *= 10.0
+        moved_um = await mover.measured(measure, "further", by_um=little_um)
+        if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
+            raise DataError(
+                "step_moved_otherwise",
+                moved_um=moved_um - before_um,
+                asked_um=little_um,
+                place=Place(channel=plan.output),
+            )
 
 
 async def prove_step(
-    sink: Sink, clock: Clock, plan: CommissioningPlan, measure: Measure, *, automatic: bool = False
+    sink: Sink, clock: Clock, plan: CommissioningPlan, measure: Measure
 ) -> StepProof:
     """Move the offset out and back, and say what the tool point did.
 
@@ -139,9 +158,6 @@ async def prove_step(
         Output, limits and step.
     measure : callable
         Measures the displacement.
-    automatic : bool
-        Whether it measures by itself: then a tenth of the step is tried first. Default: a person
-        reads a gauge, twice is enough.
 
     Returns
     -------
@@ -152,7 +168,7 @@ async def prove_step(
     ------
     DataError
         If the machine is not there, does not take the offset or reports another one, the offset
-        found plus the step lies outside the limits, or a tenth of the step moved far more.
+        found plus the step lies outside the limits, or a small part of it moved far more.
     """
     found = await sink.found(_WAIT_S) or {}
     found_um = found.get(plan.output)
@@ -165,11 +181,10 @@ async def prove_step(
     try:
         await mover.stand(SETTLE_S)
         before_um = await mover.measured(measure, "as_found")
-        if automatic:
-            await _try_a_little(mover, plan, measure, before_um)
+        await _try_a_little(mover, plan, measure, before_um)
         await mover.go_to(goal_um)
         await mover.stand(SETTLE_S)
-        applied = (await sink.read_back(_WAIT_S)).get(plan.output)
+        applied = mover.applied
         out_um = await mover.measured(measure, "further", by_um=plan.step_um)
     finally:
         await mover.come_back(found_um)
@@ -180,8 +195,8 @@ async def prove_step(
         output=plan.output,
         asked_um=plan.step_um,
         found_um=found_um,
-        accepted_um=None if applied is None else applied.accepted_um,
-        effective_um=None if applied is None else applied.effective_um,
+        accepted_um=applied.accepted_um,
+        effective_um=applied.effective_um,
         out_um=moved_um,
         back_um=left_um,
         verdict=judge_step(plan.step_um, moved_um, left_um),
@@ -213,86 +228,108 @@ class _Mover:
     ) -> None:
         self.sink, self.clock, self.plan = sink, clock, plan
         self.offsets_um = dict(found_um)
-        self.differing = 0
+        self.applied = Applied(None, None)
         self.returning = False
+        self._agreed_s = clock.monotonic_s()
+        self._news: Mapping[str, float | None] | None = found_um
+        total_um = (plan.limits.total_um,) * len(found_um)
+        silence_s = 2.0 * plan.cycle_s + _WAIT_S
+        self._rules = OffsetRules(
+            tuple(found_um), total_um, plan.tolerance_um, plan.read_back_s, silence_s
+        )
+        self._state = OffsetsState((OutputOffset(),) * len(found_um))
 
     @property
     def now_um(self) -> float:
         return self.offsets_um[self.plan.output]
 
+    @property
+    def agrees(self) -> bool:
+        """Whether the machine was seen to report what stands, and to act by it where it tells."""
+        _, accepted_um, effective_um = self.applied
+        seen = (self.now_um if um is None else um for um in (accepted_um, effective_um))
+        return all(abs(um - self.now_um) <= self.plan.tolerance_um for um in seen)
+
+    def can_tell(self, found_um: float, by_um: float) -> bool:
+        """Whether the machine reports a step at all, or keeps its offset more coarsely."""
+        accepted_um = self.applied.accepted_um
+        return accepted_um is None or abs(accepted_um - found_um) > 0.5 * abs(by_um)
+
     async def go_to(self, goal_um: float) -> None:
-        while self.now_um != goal_um:
-            await self._write(limit_step(self.plan.limits, self.now_um, goal_um, self.plan.cycle_s))
+        """Go there, and wait until the machine agrees."""
+        while self.now_um != goal_um or not self.agrees:
+            await self._cycle(goal_um)
 
     async def come_back(self, goal_um: float) -> None:
-        """Go back whatever happens: writes that fail are tried again for a bounded time."""
+        """Go back whatever happens: what fails is tried again for a bounded time."""
         self.returning = True
         until_s = self.clock.monotonic_s() + BACK_WITHIN_S
-        while self.now_um != goal_um:
+        while self.now_um != goal_um or not self.agrees:
             try:
-                await self.go_to(goal_um)
+                await self._cycle(goal_um)
             except DataError:
-                if self.clock.monotonic_s() >= until_s:
-                    raise await self._stranded(goal_um) from None
                 await self.clock.sleep_until(self.clock.monotonic_s() + self.plan.cycle_s)
-                await self._look_again()
-
-    async def _look_again(self) -> None:
-        """Take up what stands in the machine after a lost connection."""
-        found = await self.sink.found(_WAIT_S)
-        for name, offset in (found or {}).items():
-            if offset is not None:
-                self.offsets_um[name] = offset
-
-    async def _stranded(self, goal_um: float) -> DataError:
-        applied = (await self.sink.read_back(_WAIT_S)).get(self.plan.output)
-        found_um = None if applied is None else applied.accepted_um
-        return DataError(
-            "offset_not_back",
-            goal_um=goal_um,
-            found_um=found_um,
-            place=Place(channel=self.plan.output),
-        )
+            if self.clock.monotonic_s() >= until_s:
+                raise DataError(
+                    "offset_not_back",
+                    goal_um=goal_um,
+                    found_um=self.applied.accepted_um,
+                    place=Place(channel=self.plan.output),
+                )
 
     async def stand(self, seconds: float) -> None:
         """Keep the offset for a time, with the heartbeat moving."""
         until_s = self.clock.monotonic_s() + seconds
         while self.clock.monotonic_s() < until_s:
-            await self._write(self.now_um)
+            await self._cycle(self.now_um)
 
     async def measured(self, measure: Measure, stands: str, **values: float) -> float:
         """Measure while the heartbeat keeps moving."""
         task = asyncio.ensure_future(measure(Message(f"offset-{stands}", values)))
         try:
             while not task.done():
-                await self._write(self.now_um)
+                await self._cycle(self.now_um)
         finally:
             task.cancel()
         return task.result()
 
-    async def _agree(self, wanted_um: float) -> None:
-        """Stop where the machine reports another offset: a clamp, a wrong unit, another writer."""
-        applied = (await self.sink.read_back(_WAIT_S)).get(self.plan.output)
-        accepted_um = None if applied is None else applied.accepted_um
-        if accepted_um is None or abs(accepted_um - wanted_um) <= AGREES_UM:
-            self.differing = 0
-            return
-        self.differing += 1
-        if self.differing >= MOST_DIFFERING and not self.returning:
+    async def _cycle(self, goal_um: float) -> None:
+        """Look, judge, write, as the loop does; nothing moves while the machine differs."""
+        begin_s = self.clock.monotonic_s()
+        place = Place(channel=self.plan.output)
+        at = begin_s, self.clock.utc()
+        moved = await self._look(at)
+        if self.agrees:
+            self._agreed_s = begin_s
+        late = begin_s - self._agreed_s > self.plan.read_back_s
+        if (moved or late) and not self.returning:
             raise DataError(
                 "offset_differs",
-                reported_um=accepted_um,
-                written_um=wanted_um,
-                place=Place(channel=self.plan.output),
+                reported_um=self.applied.accepted_um,
+                written_um=goal_um if moved else self.now_um,
+                place=place,
             )
-
-    async def _write(self, wanted_um: float) -> None:
-        begin_s = self.clock.monotonic_s()
+        wanted_um = self.now_um
+        if self.agrees or self.returning:
+            wanted_um = limit_step(self.plan.limits, self.now_um, goal_um, self.plan.cycle_s)
         offsets_um = {**self.offsets_um, self.plan.output: wanted_um}
-        if not await self.sink.write(offsets_um, _WAIT_S):
-            raise DataError(
-                "offset_refused", written_um=wanted_um, place=Place(channel=self.plan.output)
-            )
+        known = self._state.known and not self._state.doubtful
+        if not known or not await self.sink.write(offsets_um, _WAIT_S):
+            raise DataError("offset_refused", written_um=wanted_um, place=place)
         self.offsets_um = offsets_um
-        await self._agree(wanted_um)
+        self._state = write_step(
+            self._rules, self._state, tuple(offsets_um.values()), at, answered=True
+        )
         await self.clock.sleep_until(begin_s + self.plan.cycle_s)
+
+    async def _look(self, at: tuple[float, datetime]) -> bool:
+        """Look where the offsets stand, and go on from there; return whether one has moved."""
+        news = self._news if self._news is not None else await self.sink.found(_WAIT_S)
+        first, self._news = self._news is not None, None
+        applied = await self.sink.read_back(_WAIT_S)
+        self.applied = applied.get(self.plan.output, Applied(None, None))
+        look = Look(0, *at, self.sink.connected, news, applied)
+        self._state, found = look_step(self._rules, self._state, look)
+        stand_um = zip(self._rules.names, found.found_um or (), strict=False)
+        self.offsets_um.update({name: um for name, um in stand_um if um is not None})
+        return not first and found.found_um is not None
