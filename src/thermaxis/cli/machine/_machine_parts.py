@@ -1,6 +1,6 @@
 """Puts the parts of a machine's compensation together from its configuration.
 
-Packages of the runtime are named whole: what a machine does not use is not imported.
+Packages are named whole: what a machine does not use, such as a reader of logs, is not loaded.
 """
 
 import asyncio
@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING, final
 
-from thermaxis import runtime
+from thermaxis import files, runtime
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import read_thermal_log, read_thermal_mapping
 from thermaxis.runtime import historian, sinks, sources
 from thermaxis.runtime.config import configuration_sha256
 from thermaxis.runtime.host import is_loopback
@@ -173,8 +172,8 @@ def _replay(configuration: "MachineConfiguration", clock: "Clock") -> "tuple[Sou
         raise ConfigurationError(
             "missing_key", place=Place(file=str(configuration.path), key="source.log")
         )
-    mapping = None if settings.mapping is None else read_thermal_mapping(settings.mapping)
-    log = read_thermal_log(settings.log, mapping=mapping)
+    mapping = None if settings.mapping is None else files.read_thermal_mapping(settings.mapping)
+    log = files.read_thermal_log(settings.log, mapping=mapping)
     replay = sources.ReplayClock()
     names = dict.fromkeys(configuration.compensation.model.channels, "degC")
     source = sources.ReplaySource(log, names, replay)
