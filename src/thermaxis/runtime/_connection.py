@@ -12,6 +12,8 @@ from thermaxis.errors import ConfigurationError, require_range
 SECURITIES: Final = ("none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss")
 """Security policies that are offered; all but ``none`` sign and encrypt every message. The older
 Basic128Rsa15 and Basic256 are withdrawn and never used."""
+CERTIFICATE_WARNED_DAYS: Final = 30
+"""The end of a certificate is told so early. [d]"""
 DEFAULT_PORT: Final = 4840
 """Port of an address that names none, as registered for opc.tcp. [1]"""
 SHORTEST_TIMEOUT_S: Final = 0.01

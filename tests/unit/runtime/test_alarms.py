@@ -171,6 +171,19 @@ def test_a_model_older_than_a_year_is_told_and_a_date_that_is_none_is_no_alarm()
         assert list(found(status(), aged)) == (["model old"] if date == "2029-04-30" else []), date
 
 
+def test_a_certificate_is_told_from_thirty_days_before_its_end() -> None:
+    for days, priority in (
+        (31.0, None),
+        (30.0, None),
+        (29.9, "medium"),
+        (0.1, "medium"),
+        (-0.1, "high"),
+    ):
+        told = found(status(certificates={"server.certificate": NOW + timedelta(days=days)}))
+        assert [one.priority for one in told.values()] == ([priority] if priority else []), days
+    assert "expired on" in told["certificate server.certificate"].text
+
+
 def test_every_finding_of_the_self_test_is_an_alarm_of_its_own() -> None:
     one = Message("self_test-output_not_writable", {}, Place(key="output.Z_um"))
     told = found(status(), None, one, Message("self_test-no_time_stamp"))

@@ -12,6 +12,7 @@ from thermaxis.codes import Message
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.files import write_model
 from thermaxis.runtime import Finding, Level, read_machine, warnings_of
+from thermaxis.runtime.config import certificate_ends
 from thermaxis.runtime.config._warnings import largest_of_training
 from thermaxis.runtime.opcua import NewCertificate, make_pair
 
@@ -200,6 +201,16 @@ def test_certificates_that_expire_are_said_in_time(
             "certificate",
             "server_certificate",
         }
+
+
+def test_the_loop_is_told_the_ends_of_the_certificates_that_it_can_read(tmp_path: Path) -> None:
+    configuration = read_machine(machine_file(tmp_path, certified(tmp_path, NOW)))
+    (name,) = configuration.connections
+    keys = [f"connection.{name}.{one}" for one in ("server_certificate", "certificate")]
+    end = (NOW + timedelta(days=365)).replace(microsecond=0)
+    assert certificate_ends(configuration) == dict.fromkeys(keys, end)
+    (tmp_path / "server.der").write_bytes(b"none")
+    assert certificate_ends(configuration) == {keys[1]: end}
 
 
 def test_a_certificate_with_another_address_is_an_error_before_the_server_says_so(

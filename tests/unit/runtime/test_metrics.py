@@ -122,6 +122,12 @@ def test_figures_and_json_agree_on_every_number_that_both_have() -> None:
     assert at("workpiece_diameter_millimetres") not in found
 
 
+def test_the_end_of_a_certificate_is_a_time_since_1970() -> None:
+    found = figures(status(certificates={"metrics.certificate": NOW}))
+    name = at("certificate_expiry_timestamp_seconds", certificate="metrics.certificate")
+    assert found[name] == NOW.timestamp()
+
+
 def test_what_the_machine_does_not_say_is_absent_and_not_zero() -> None:
     found = figures(status(offsets={"Z_um": offsets(-12.5, None, None)}))
     assert at("accepted_micrometres", output="Z_um") not in found

@@ -30,7 +30,11 @@ from thermaxis.compensation import AnswerCode, Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import OTHER_COMPENSATION
+from thermaxis.runtime.config import certificate_ends
 from thermaxis.runtime.host import RequestSocket
+
+CERTIFICATES_EVERY_S = 3600.0
+"""Certificates are read again so often. [s]"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -101,6 +105,8 @@ async def _run(
             why = error.strerror or type(error).__name__
             sys.stderr.write(f"thermaxis: thermaxis ask does not work here: {why}\n")
         servers.push_async_callback(requests.close)
+        watching = asyncio.ensure_future(_watch_certificates(loop, configuration))
+        servers.callback(watching.cancel)
         standing = await _until_the_end(loop, arguments, ending)
     return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
 
@@ -141,6 +147,14 @@ async def _until_the_end(
         return dict(zip(last.outputs, last.output.correction_um, strict=True))
     finally:
         asking.cancel()
+
+
+async def _watch_certificates(
+    loop: runtime.CompensationLoop, configuration: runtime.MachineConfiguration
+) -> None:
+    while True:
+        loop.certificates = await asyncio.to_thread(certificate_ends, configuration)
+        await asyncio.sleep(CERTIFICATES_EVERY_S)
 
 
 def _self_test(

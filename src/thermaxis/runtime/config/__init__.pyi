@@ -38,5 +38,6 @@ from ._settings import (
     read_model_file as read_model_file,
 )
 from ._warnings import (
+    certificate_ends as certificate_ends,
     warnings_of as warnings_of,
 )

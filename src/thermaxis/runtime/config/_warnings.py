@@ -3,6 +3,7 @@
 import errno
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -204,34 +205,49 @@ def _wrong(failure: ConfigurationError) -> Finding:
     return Finding(Level.ERROR, failure.message)
 
 
+def certificate_ends(configuration: MachineConfiguration) -> dict[str, datetime]:
+    """Return until when every certificate is valid, by its key; without those that none can read.
+
+    They are read now: a file that was renewed while the loop runs counts as it is.
+    """
+    from thermaxis.runtime.opcua import certificate_of  # noqa: PLC0415 - cryptography is heavy
+
+    ends: dict[str, datetime] = {}
+    for key, path in _certificates(configuration):
+        with suppress(ConfigurationError):
+            ends[key] = certificate_of(path).not_after
+    return ends
+
+
+def _certificates(configuration: MachineConfiguration) -> Iterator[tuple[str, Path]]:
+    """Yield every certificate, own ones and those of others, with its key."""
+    tables = [
+        *((f"connection.{name}", one) for name, one in configuration.connections.items()),
+        *((name, getattr(configuration, name)) for name in ("server", "metrics", "screen")),
+    ]
+    for table, settings in tables:
+        for name in ("server_certificate", "certificate", "client_certificate"):
+            path: Path | None = getattr(settings, name, None)
+            if path is not None:
+                yield f"{table}.{name}", path
+
+
 def _about_certificates(configuration: MachineConfiguration, now: datetime) -> Iterator[Finding]:
-    for name, settings in configuration.connections.items():
-        table = f"connection.{name}"
+    for key, path in _certificates(configuration):
+        yield from _about_certificate(key, path, now)
+    for settings in configuration.connections.values():
         own, key = settings.certificate, settings.private_key
-        yield from _about_certificate(
-            f"{table}.server_certificate", settings.server_certificate, now
-        )
-        yield from _about_certificate(f"{table}.certificate", own, now)
         if own is not None and key is not None:
             yield from _about_pair(own, key, settings.application_uri)
-    if configuration.server is not None:
-        yield from _about_certificate("server.certificate", configuration.server.certificate, now)
-    if configuration.metrics is not None:
-        yield from _about_certificate("metrics.certificate", configuration.metrics.certificate, now)
     screen = configuration.screen
-    if screen is not None:
-        yield from _about_certificate("screen.certificate", screen.certificate, now)
+    if screen is not None and configuration.server is not None:
         own, key = screen.client_certificate, screen.client_private_key
-        key_of_own = "screen.client_certificate"
-        yield from _about_certificate(key_of_own, own, now)
-        if own is not None and key is not None and configuration.server is not None:
+        if own is not None and key is not None:
             uri = configuration.screen_connection("", Secret("")).application_uri
             yield from _about_pair(own, key, uri)
 
 
-def _about_certificate(key: str, path: Path | None, now: datetime) -> Iterator[Finding]:
-    if path is None:
-        return
+def _about_certificate(key: str, path: Path, now: datetime) -> Iterator[Finding]:
     from thermaxis.runtime.opcua import (  # noqa: PLC0415 - cryptography is heavy
         certificate_of,
         validity_warning,

@@ -138,6 +138,7 @@ class CompensationLoop:
         self.source, self.sink = ports.source, ports.sink
         self.historian, self.clock = ports.historian, ports.clock
         self.status: RuntimeStatus | None = None
+        self.certificates: Mapping[str, datetime] = {}  # until when they are valid, by key
         self.listeners: list[Callable[[RuntimeStatus], None]] = []
         self._journal = Journal(self.historian, self.clock)
         self._requests = Requests(models, self._journal.request)
@@ -525,6 +526,7 @@ class CompensationLoop:
             trim_left_s={n: t.left_s for n, t in zip(self._names, state.trims, strict=True)},
             alarms=self._alarms,
             historian=self.historian.status,
+            certificates=self.certificates,
             offsets=self._aged_offsets(),
             facts=facts_of(compensation),
             source_reason=self.source.failure,

@@ -16,10 +16,9 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, require_range
+from thermaxis.runtime._connection import CERTIFICATE_WARNED_DAYS
 from thermaxis.runtime.host import read_limited, read_private, whole_file
 
-WARNED_DAYS: Final = 30
-"""The end of a certificate is warned of so early. [day]"""
 DEFAULT_DAYS: Final = 730
 """Validity of a new certificate, unless stated: two years, twice what other OPC UA tools give, so
 that a yearly maintenance finds it in time. [day]"""
@@ -192,7 +191,7 @@ def validity_warning(certificate: Certificate, utc: datetime, path: Path) -> Mes
         code, moment = "not_yet_valid", certificate.not_before
     elif days < 0.0:
         code, moment = "expired", certificate.not_after
-    elif days < WARNED_DAYS:
+    elif days < CERTIFICATE_WARNED_DAYS:
         code, moment = "expires", certificate.not_after
     else:
         return None

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from datetime import UTC, date, datetime
+from datetime import UTC, date, datetime, timedelta
 from enum import StrEnum
 from typing import Final, NamedTuple
 
 from thermaxis.codes import NOWHERE, Message, Value, printable
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.messages import alarm_sentences
+from thermaxis.runtime._connection import CERTIFICATE_WARNED_DAYS
 from thermaxis.runtime._offsets import OffsetMismatch
 from thermaxis.runtime._ports import NOT_READ
 from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
@@ -64,6 +65,8 @@ class AlarmCode(StrEnum):
     HISTORY_LOST = "history_lost"
     LATE = "late"
     MODEL_OLD = "model_old"
+    CERTIFICATE_EXPIRES = "certificate_expires"
+    CERTIFICATE_EXPIRED = "certificate_expired"
     STATE_VERSION = "state_version"
 
 
@@ -175,6 +178,7 @@ def _all(
     yield from _of_workpiece(status)
     yield from _of_the_loop(status)
     yield from _of_model(status, compensation)
+    yield from _of_certificates(status)
 
 
 def _of_found(elsewhere: Sequence[OffsetMismatch]) -> Iterator[_Found]:
@@ -327,6 +331,18 @@ def _of_model(status: RuntimeStatus, compensation: Compensation) -> Iterator[_Fo
     age_days = (status.utc - made).total_seconds() / 86_400.0
     if age_days > MODEL_AGE_DAYS:
         yield _Found("model old", "low", AlarmCode.MODEL_OLD, {"age_months": age_days / 30.44})
+
+
+def _of_certificates(status: RuntimeStatus) -> Iterator[_Found]:
+    for key, end in status.certificates.items():
+        days = (end - status.utc) / timedelta(days=1)
+        if days >= CERTIFICATE_WARNED_DAYS:
+            continue
+        values: dict[str, Value] = {"key": key, "date": f"{end:%Y-%m-%d}"}
+        priority, code = "high", AlarmCode.CERTIFICATE_EXPIRED
+        if days >= 0.0:
+            priority, code = "medium", AlarmCode.CERTIFICATE_EXPIRES
+        yield _Found(f"certificate {key}", priority, code, values)
 
 
 def _date_of(text: str) -> datetime | None:

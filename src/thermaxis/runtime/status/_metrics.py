@@ -69,6 +69,11 @@ def metrics_of(status: RuntimeStatus | None, age_s: float) -> Iterator[Metric]:
         [({"priority": p}, sum(a.priority == p for a in status.alarms)) for p in PRIORITIES],
     )
     yield _metric(
+        "certificate_expiry_timestamp_seconds",
+        "Until when a certificate is valid.",
+        [({"certificate": key}, end) for key, end in status.certificates.items()],
+    )
+    yield _metric(
         "input_good",
         "1 while nothing is wrong with a channel.",
         [

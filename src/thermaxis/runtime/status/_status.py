@@ -141,6 +141,8 @@ class RuntimeStatus:
     sink_reason: Message | None = None
     """Why the offsets' machine cannot be written to, or what it refused last; None while nothing
     is wrong."""
+    certificates: Mapping[str, datetime] = field(default_factory=dict[str, datetime])
+    """Until when each certificate is valid, aware, in UTC, by its key in the configuration."""
     configuration_sha256: str = ""
     """Hash of the configuration's rules, as `configuration_sha256` says; empty where the loop was
     not started with a configuration."""
