@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.polynomials import simulate_from_fitted_start
 from thermaxis.thermal import (
     Baseline,
     Experiment,
@@ -19,7 +20,6 @@ from thermaxis.thermal import (
     fit_percent,
     oe,
     simulate_baseline,
-    simulate_from_fitted_start,
     simulate_polynomial,
 )
 

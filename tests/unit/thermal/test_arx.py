@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.polynomials import polynomial_model_of
 from tests.refusals import refused
 from thermaxis.codes import Place
 from thermaxis.thermal import (
@@ -13,7 +14,6 @@ from thermaxis.thermal import (
     TransferFunction,
     arx,
     block_means,
-    polynomial_model_of,
     simulate_polynomial,
 )
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.polynomials import polynomial_model_of, transfer_function_of
 from tests.printed_digits import (
     PAPER_SPINDLE,
     PAPER_TABLE,
@@ -16,21 +17,16 @@ from tests.refusals import refused
 from thermaxis.codes import Place
 from thermaxis.thermal import (
     ModalPart,
-    PolynomialModel,
-    Start,
     ThermalModel,
     TransferFunction,
     equivalent_part,
     left_after,
     modal_form,
     modal_part,
-    polynomial_model_of,
-    simulate_from_fitted_start,
     simulate_modal,
     simulate_polynomial,
     simulate_transfer_function,
     thermal_model_of,
-    transfer_function_of,
 )
 
 EPS1, EPS2 = PAPER_SPINDLE.transfer_function, PAPER_TABLE.transfer_function
@@ -243,23 +239,3 @@ def test_what_has_no_equivalent_or_defines_no_output_is_refused() -> None:
     ):
         with refused(code, Place(key="denominator")):
             TransferFunction(one, np.array(b))
-    with refused("delay_no_whole_rows", Place(channel="u")):
-        transfer_function_of(ModalPart("u", 1.0, [], [], 90.0), 60.0)
-
-
-def test_a_fitted_start_finds_the_state_that_a_cut_record_hides() -> None:
-    model = PolynomialModel(
-        ("a", "b"),
-        (TransferFunction([1.0, -0.9], [1.0, -1.7, 0.71]), TransferFunction([0.5], [1.0, -0.95])),
-        1.0,
-        2.0,
-    )
-    u = np.cumsum(np.random.default_rng(5).normal(size=(300, 2)), axis=0)
-    y = simulate_polynomial(model, u)
-    measured = y[100:].copy()
-    measured[::7] = np.nan
-    np.testing.assert_allclose(
-        simulate_from_fitted_start(model, u[100:], measured), y[100:], atol=1e-7
-    )
-    off = simulate_polynomial(model, u[100:], start=Start.REST) - y[100:]
-    assert np.max(np.abs(off)) > 1.0

@@ -160,7 +160,6 @@ error-mode_no_lag = { $what ->
     .remedy = Use the method modal; or state lower orders, or leave them to the search, which takes lags only.
 error-lags_differ = Without its fast modes, which are no lags, the model differs from itself by { FIXED($apart_um, decimals: 2) } um rms on its own rows, where it leaves { FIXED($left_um, decimals: 2) } um.
     .remedy = Use the method modal; or state lower orders, or leave them to the search, which takes lags only.
-error-delay_no_whole_rows = The delay of { $delay_s } s is { $rows } rows of { $sample_time_s } s.
     .remedy = Choose a sample time that divides the delay.
 error-free_start_unmeasured = A free start needs a measured displacement.
     .remedy = Use simulate_from_fitted_start.

@@ -11,9 +11,7 @@ from ._conversion import (
     left_after as left_after,
     modal_form as modal_form,
     modal_part as modal_part,
-    polynomial_model_of as polynomial_model_of,
     thermal_model_of as thermal_model_of,
-    transfer_function_of as transfer_function_of,
 )
 from ._figures import (
     fit_percent as fit_percent,
@@ -33,7 +31,6 @@ from ._polynomial_model import (
     Start as Start,
     TransferFunction as TransferFunction,
     held as held,
-    simulate_from_fitted_start as simulate_from_fitted_start,
     simulate_polynomial as simulate_polynomial,
     simulate_transfer_function as simulate_transfer_function,
 )

@@ -1,6 +1,5 @@
 """Numerator and denominator to gains and time constants and back."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import fsum, log
 from typing import final
@@ -26,7 +25,6 @@ FOLDED_ROWS = 3.0
 printed pairs of the paper do, in 1.02 and 2.56. [row]"""
 SAME_POLE = 1e-7
 """Poles that are closer than this share of their distance from one count as a double pole. [1]"""
-_WHOLE_ROWS = 1e-6
 
 
 @final
@@ -255,78 +253,6 @@ def equivalent_part(
     Errors and what other modes become are those of `modal_form` and `modal_part`.
     """
     return modal_part(modal_form(transfer_function, sample_time_s), input_name)
-
-
-def transfer_function_of(part: ModalPart, sample_time_s: float) -> TransferFunction:
-    """Return numerator and denominator of direct gain and lags.
-
-    Parameters
-    ----------
-    part : ModalPart
-        Direct gain and lags. Lags with one time constant are joined.
-    sample_time_s : float
-        Time between rows. [s]
-
-    Returns
-    -------
-    TransferFunction
-        Exact for an input that is held between rows; b_0 is one.
-
-    Raises
-    ------
-    DataError
-        If the sample time is not positive or the delay is no whole number of rows.
-
-    Notes
-    -----
-    Ten digits of a and b may hold less than two of the DC gain.
-    """
-    require_sample_time(sample_time_s)
-    rows = part.delay_s / sample_time_s
-    if abs(rows - round(rows)) > _WHOLE_ROWS * max(rows, 1.0):
-        raise DataError(
-            "delay_no_whole_rows",
-            delay_s=part.delay_s,
-            rows=rows,
-            sample_time_s=sample_time_s,
-            place=Place(channel=part.input_name),
-        )
-    time_constants = np.unique(part.time_constants_s)
-    gains = np.array([fsum(part.gains[part.time_constants_s == tau]) for tau in time_constants])
-    alphas = -np.expm1(-sample_time_s / time_constants)
-    return _joined(part.direct_gain, gains.tolist(), alphas.tolist(), round(rows))
-
-
-def _joined(
-    direct: float, gains: Sequence[complex], distances: Sequence[complex], delay: int
-) -> TransferFunction:
-    """Return one fraction of a direct gain and modes c w / (z - 1 + w), their distances w."""
-    below = _product(distances)
-    above = direct * below
-    for i, (gain, w) in enumerate(zip(gains, distances, strict=True)):
-        above[1:] += gain * w * _product([*distances[:i], *distances[i + 1 :]])
-    return TransferFunction(np.concatenate([np.zeros(delay), above.real]), below.real)
-
-
-def _product(distances: Sequence[complex]) -> ComplexArray:
-    """Return the product of all 1 - (1 - w) / z."""
-    below = np.ones(1, dtype=np.complex128)
-    for w in distances:
-        below = np.convolve(below, [1.0, w - 1.0])
-    return below
-
-
-def polynomial_model_of(model: ThermalModel, sample_time_s: float) -> PolynomialModel:
-    """Return numerators and denominators of direct gains and lags, exact for inputs that are held.
-
-    Errors are those of `transfer_function_of`.
-    """
-    return PolynomialModel(
-        input_names=model.input_names,
-        transfer_functions=tuple(transfer_function_of(p, sample_time_s) for p in model.parts),
-        sample_time_s=sample_time_s,
-        offset_um=model.offset_um,
-    )
 
 
 def thermal_model_of(model: PolynomialModel) -> ThermalModel:

@@ -17,7 +17,7 @@ from thermaxis.thermal._arrays import (
     rows_of_inputs,
 )
 from thermaxis.thermal.log import Experiment
-from thermaxis.thermal.transfer_function._cascade import filtered, later, output_of
+from thermaxis.thermal.transfer_function._cascade import filtered, output_of
 from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
 
 MOST_COEFFICIENTS = 64
@@ -275,71 +275,6 @@ def simulate_polynomial(
         b0 = part.denominator[0]
         y += output_of(part.numerator / b0, part.denominator / b0, column, first)
     return y
-
-
-def simulate_from_fitted_start(
-    model: PolynomialModel, u: FloatArray, measured_um: FloatArray
-) -> FloatArray:
-    """Return the free run whose initial state fits the measured displacement best.
-
-    Parameters
-    ----------
-    model : PolynomialModel
-        The model.
-    u : FloatArray
-        Inputs relative to their reference, (n, k); a missing one is held. [K]
-    measured_um : FloatArray
-        Measured displacement, (n,); NaN where not measured. [µm]
-
-    Returns
-    -------
-    FloatArray
-        Displacement at every row, (n,). [µm]
-
-    Raises
-    ------
-    DataError
-        As in `simulate_polynomial`, or if the measured displacement has another length or is
-        never present.
-
-    Notes
-    -----
-    What the unknown past contributes is the free response of every distinct denominator, one
-    number per state. Few rows are flattered by it: on a short record say so.
-    """
-    y = simulate_polynomial(model, u, start=Start.REST)
-    measured = np.asarray(measured_um, dtype=np.float64)
-    if measured.shape != y.shape:
-        raise DataError(
-            "wrong_shape",
-            shape=str(measured.shape),
-            expected=f"({y.size},)",
-            place=Place(key="measured_um"),
-        )
-    present = ~np.isnan(measured)
-    if not bool(np.any(present)):
-        raise DataError("never_measured", place=Place(key="measured_um"))
-    responses = free_responses(model.transfer_functions, y.size)
-    scale = np.linalg.norm(responses[present], axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    state, *_ = np.linalg.lstsq(responses[present] / scale, (measured - y)[present], rcond=None)
-    return y + responses @ (state / scale)
-
-
-def free_responses(parts: Sequence[TransferFunction], rows: int) -> FloatArray:
-    """Return what the past before the first row can contribute, one column per state."""
-    longest: dict[tuple[float, ...], int] = {}
-    for part in parts:
-        key = tuple(float(b) / float(part.denominator[0]) for b in part.denominator)
-        order = max(part.denominator.size, part.numerator.size) - 1
-        longest[key] = max(longest.get(key, 0), order)
-    columns: list[FloatArray] = []
-    for key, order in longest.items():
-        impulse = np.zeros(rows)
-        impulse[:1] = 1.0
-        response = filtered(np.ones(1), np.array(key), impulse, np.zeros(len(key) - 1))
-        columns += [later(response, j, 0.0) for j in range(min(order, rows))]
-    return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
 
 
 def _checked_inputs(model: PolynomialModel, u: FloatArray) -> FloatArray:

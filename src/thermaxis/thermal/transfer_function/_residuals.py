@@ -1,10 +1,10 @@
 """What a model left over: autocorrelation, correlation with the inputs, poles, step responses."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import prod
 from statistics import NormalDist
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknownVariableType]
@@ -280,6 +280,9 @@ def _centred(series: Sequence[FloatArray]) -> list[FloatArray]:
     ]
 
 
+_Places: TypeAlias = tuple[int, ...]
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class StepResponses:
@@ -293,6 +296,12 @@ class StepResponses:
     """Its standard deviation to first order in the coefficients, (r, k). [µm/K]"""
 
 
+def _parts(result: PolynomialResult) -> Iterator[tuple[TransferFunction, _Places, _Places, int]]:
+    """Return every part with the places of its free coefficients a and b, and its delay."""
+    at = (result.numerator_at, result.denominator_at, result.delays)
+    return zip(result.model.transfer_functions, *at, strict=True)
+
+
 def step_responses(result: PolynomialResult, rows: int) -> StepResponses:
     """Return the step responses of a result of `arx` or `oe` over some rows, and how sure they are.
 
@@ -303,13 +312,7 @@ def step_responses(result: PolynomialResult, rows: int) -> StepResponses:
     step = np.ones(rows)
     responses: list[FloatArray] = []
     deviations: list[FloatArray] = []
-    for part, a_at, b_at, delay in zip(
-        result.model.transfer_functions,
-        result.numerator_at,
-        result.denominator_at,
-        result.delays,
-        strict=True,
-    ):
+    for part, a_at, b_at, delay in _parts(result):
         y, gradient = _step_and_gradient(part, step, delay, (len(a_at), len(b_at)))
         at = [*a_at, *b_at]
         responses.append(y)
@@ -349,13 +352,7 @@ def frequency_deviations(
     back = np.exp(-2j * np.pi * frequencies_hz * result.model.sample_time_s)[:, None]
     plain: list[FloatArray] = []
     square: list[ComplexArray] = []
-    for part, a_at, b_at, delay in zip(
-        result.model.transfer_functions,
-        result.numerator_at,
-        result.denominator_at,
-        result.delays,
-        strict=True,
-    ):
+    for part, a_at, b_at, delay in _parts(result):
         below = np.polynomial.polynomial.polyval(back, part.denominator)
         response = np.polynomial.polynomial.polyval(back, part.numerator) / below
         by_a = back ** (delay + np.arange(len(a_at))) / below
