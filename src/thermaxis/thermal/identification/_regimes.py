@@ -26,7 +26,7 @@ from thermaxis.thermal.transfer_function import ThermalModel, held
 
 LEAST_EVIDENCE = 20.0
 """Gain of the logarithm of the evidence from which two regimes are told. Default: healthy logs of
-four machines show up to 4, coolant that changes one time constant of three shows 180 to 320. [1]"""
+four machines show up to 4, coolant that changes one time constant of three shows 130 to 320. [1]"""
 GOOD_FIT_PERCENT = 95.0
 """A model that fits its log better has one regime. [%]"""
 LEARNT_SHARE = 0.7

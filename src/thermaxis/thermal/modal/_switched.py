@@ -143,32 +143,41 @@ def fit_switched(
     correlation_s = min(DRIFT_CORRELATION_S, evidence.longest_s / 5.0)
     hyperprior = Hyperprior(correlation_s, float(np.sqrt(correlation_s * segment.rows * step_s)))
 
-    def with_ratio(ratio: float) -> SwitchedModel:
+    def design_of(ratio: float) -> Design:
         taus_s = np.stack([grid[place], grid[place] * np.where(kind > 0, ratio, 1.0)])
         states = _lagged(driven, taus_s, step_s, on, start)
         means = [segment.means(np.ascontiguousarray(state))[used] for state in states.T]
         x = np.hstack([fixed, np.column_stack(means), np.ones_like(y), y])
-        design = Design(
+        return Design(
             rows=(x,), white_variance=whole.white_variance, times_s=whole.times_s,
             inputs=x.shape[1] - 2, lags=0, transients=0, zeros=np.zeros((1, x.shape[1])),
             zero_variance=whole.zero_variance, basis=whole.basis,
         )  # fmt: skip
-        likely = most_likely_sizes(design, hyperprior, wide=False)[0]
-        products = design.products(likely.noise)
-        precision = products[0][:-1, :-1].copy()
-        precision[np.diag_indices(design.inputs)] += np.exp(-2.0 * likely.log_gain)
-        found = np.asarray(np.linalg.solve(precision, products[0][:-1, -1]), dtype=np.float64)
-        gains = found[fixed.shape[1] : -1].reshape(shape)
-        times_s = np.stack([grid, grid, ratio * grid])
-        outside, inside = (
-            ThermalModel(
-                tuple(
-                    ModalPart(name, float(found[i]), gains[lags, i].ravel(), times_s[lags].ravel())
-                    for i, name in enumerate(input_names)
-                )
-            )
-            for lags in ([[0, 1], [0, 2]] if switching else [[0], [0]])
-        )
-        return SwitchedModel((outside, inside), log_evidence_of(design, products, likely))
 
-    return max(map(with_ratio, RATIOS if switching else (1.0,)), key=lambda one: one.log_evidence)
+    design, ratio = design_of(1.0), 1.0
+    likely = most_likely_sizes(design, hyperprior, wide=False)[0]
+    if switching:
+        designs = {one: design_of(one) for one in RATIOS} | {1.0: design}
+        evidences = {
+            one: log_evidence_of(each, each.products(likely.noise), likely)
+            for one, each in designs.items()
+        }
+        ratio = max(evidences, key=evidences.__getitem__)
+        design = designs[ratio]
+        likely = most_likely_sizes(design, hyperprior, wide=False)[0]
+    products = design.products(likely.noise)
+    precision = products[0][:-1, :-1].copy()
+    precision[np.diag_indices(design.inputs)] += np.exp(-2.0 * likely.log_gain)
+    found = np.asarray(np.linalg.solve(precision, products[0][:-1, -1]), dtype=np.float64)
+    gains = found[fixed.shape[1] : -1].reshape(shape)
+    times_s = np.stack([grid, grid, ratio * grid])
+    outside, inside = (
+        ThermalModel(
+            tuple(
+                ModalPart(name, float(found[i]), gains[lags, i].ravel(), times_s[lags].ravel())
+                for i, name in enumerate(input_names)
+            )
+        )
+        for lags in ([[0, 1], [0, 2]] if switching else [[0], [0]])
+    )
+    return SwitchedModel((outside, inside), log_evidence_of(design, products, likely))
