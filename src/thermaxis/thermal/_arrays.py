@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dtbsv  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType]
 
 from thermaxis.codes import NOWHERE, Place
 from thermaxis.errors import DataError
@@ -41,3 +42,13 @@ def rows_of_inputs(u: FloatArray, inputs: int) -> FloatArray:
         shape, expected = str(values.shape), f"(n, {inputs})"
         raise DataError("wrong_shape", shape=shape, expected=expected, place=place)
     return values
+
+
+def recursion(keep: float | FloatArray, drive: FloatArray, start: float) -> FloatArray:
+    """Return x with x(0) = start and x(k + 1) = keep(k) x(k) + drive(k), one more than drives.
+
+    It is a banded triangle of equations; `scipy.signal` takes half a second to import.
+    """
+    band = np.ones((2, drive.size + 1), order="F")
+    band[1, :-1] = -keep
+    return np.asarray(dtbsv(1, band, np.append(start, drive), lower=1, diag=1), dtype=np.float64)

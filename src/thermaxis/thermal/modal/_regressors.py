@@ -11,10 +11,9 @@ from typing import TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, recursion
 from thermaxis.thermal.log import Experiment
 
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -94,10 +93,7 @@ class Segment:
         alpha = -np.expm1(log_keep)
         if self.measured is not None:
             return np.column_stack(
-                [
-                    self.means(lfilter([0.0, a], [1.0, a - 1.0], u, zi=[start])[0])
-                    for a in alpha.tolist()
-                ]
+                [self.means(recursion(1.0 - a, a * u[:-1], start)) for a in alpha.tolist()]
             )
         later = np.arange(self.rows - 1, -1, -1.0)[:, None]
         within = -np.expm1(later * log_keep) / self.rows
@@ -108,7 +104,7 @@ class Segment:
         begin_weight = -np.expm1(self.rows * log_keep) / (self.rows * alpha)
         means = np.empty((self.blocks, count))
         for j in range(count):
-            begins, _ = lfilter([0.0, 1.0], [1.0, -keep_block[j]], sums[:, count + j], zi=[start])
+            begins = recursion(float(keep_block[j]), sums[:-1, count + j], start)
             means[:, j] = sums[:, j] + begin_weight[j] * begins
         return means
 
@@ -116,10 +112,7 @@ class Segment:
         """Return the mean of an input and of its lags at the rows of the zero, (1 + j,). [K]"""
         u = self.u[column][: self.zero[-1] + 1]
         alphas = -np.expm1(-self.sample_time_s / time_constants_s)
-        lagged = [
-            lfilter([0.0, a], [1.0, a - 1.0], u, zi=[self.start[column]])[0]
-            for a in alphas.tolist()
-        ]
+        lagged = [recursion(1.0 - a, a * u[:-1], self.start[column]) for a in alphas.tolist()]
         return np.mean(np.stack([u, *lagged])[:, self.zero], axis=1)
 
     def fading_zero(self, time_constants_s: FloatArray) -> FloatArray:
@@ -253,7 +246,7 @@ def _ambient_means(
     ambient = np.pad(ambient, (0, max(blocks * rows - ambient.size, 0)), mode="edge")
     mean = _block_means(ambient[: blocks * rows], rows, None)
     keep = np.exp(-rows * experiment.sample_time_s / np.array(AMBIENT_LAGS_S))
-    lagged = [lfilter([1.0 - k], [1.0, -k], mean, zi=[k * mean[0]])[0] for k in keep.tolist()]
+    lagged = [recursion(k, (1.0 - k) * mean[1:], mean[0]) for k in keep.tolist()]
     return np.column_stack([lagged[1], -np.diff([mean, *lagged], axis=0).T])
 
 

@@ -10,7 +10,6 @@ from functools import lru_cache
 from typing import final
 
 import numpy as np
-from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.transfer_function._roots import distances_from_one
@@ -39,6 +38,10 @@ def filtered(
     """Return values behind a transfer function whose first denominator coefficient is one."""
     if state.size == 0:
         return values * numerator[0]
+    from scipy.signal import (  # noqa: PLC0415  half a second, and for ARX and output error alone
+        lfilter,  # pyright: ignore[reportUnknownVariableType]
+    )
+
     y, _ = lfilter(numerator, denominator, values, zi=state)
     return np.asarray(y, dtype=np.float64)
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import (
     FloatArray,
     frozen_array,
+    recursion,
     require_sample_time,
     rows_of_inputs,
 )
@@ -102,8 +102,7 @@ def section_response(
 ) -> FloatArray:
     """Return the state of one first-order lag behind a held input."""
     alpha = -np.expm1(-sample_time_s / time_constant_s)
-    state, _ = lfilter([0.0, alpha], [1.0, alpha - 1.0], u, zi=[start])
-    return np.asarray(state, dtype=np.float64)
+    return recursion(1.0 - float(alpha), alpha * u[:-1], start)
 
 
 def delayed(u: FloatArray, delay_s: float, sample_time_s: float) -> FloatArray:

@@ -8,7 +8,6 @@ from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.blas import dtbsv  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType]
 
 from thermaxis.compensation import (
     STATED,
@@ -21,7 +20,7 @@ from thermaxis.compensation import (
     initial_state,
     model_step,
 )
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, recursion
 from thermaxis.thermal.log import REFERENCE_S, ThermalLog
 from thermaxis.thermal.transfer_function import delayed
 
@@ -231,11 +230,7 @@ def _plain(
 def _lag(u: FloatArray, steps_s: FloatArray, tau_s: float, start: float) -> FloatArray:
     """Return the state of a lag: x(0) = start, x(k+1) - (1 - alpha) x(k) = alpha u(k)."""
     alpha = -np.expm1(-steps_s / tau_s)
-    band = np.ones((2, u.size), order="F")
-    band[1, :-1] = alpha - 1.0
-    return np.asarray(
-        dtbsv(1, band, np.append(start, alpha * u[:-1]), lower=1, diag=1), dtype=np.float64
-    )
+    return recursion(1.0 - alpha, alpha * u[:-1], start)
 
 
 def model_columns(model: CompensationModel, log: ThermalLog) -> list[FloatArray]:
