@@ -18,6 +18,7 @@ from thermaxis.thermal.identification._result import IdentifiedOutput, Regimes
 from thermaxis.thermal.log import Experiment, InputDefinition, ThermalLog
 from thermaxis.thermal.modal import (
     BoolArray,
+    ModalOptions,
     fit_switched,
     response_evidence,
     simulate_switched,
@@ -156,7 +157,8 @@ def _likely_rows(one: Experiment) -> BoolArray:
         u = np.hstack([one.u * on[:, None], one.u * ~on[:, None]])
         return [Experiment(one.sample_time_s, u, one.y)]
 
-    found = response_evidence(gated(stretch < STRETCHES // 2))
+    without = ModalOptions(intervals=False)
+    found = response_evidence(gated(stretch < STRETCHES // 2), without)
 
     def likely(on: BoolArray) -> float:
         return found.log_evidence(gated(on)) if 0 < np.count_nonzero(on) < on.size else -np.inf

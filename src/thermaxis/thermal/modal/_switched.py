@@ -27,7 +27,11 @@ from thermaxis.thermal.modal._evidence import (
     log_evidence_of,
     most_likely_sizes,
 )
-from thermaxis.thermal.modal._modal import DRIFT_CORRELATION_S, response_evidence
+from thermaxis.thermal.modal._modal import (
+    DRIFT_CORRELATION_S,
+    ModalOptions,
+    response_evidence,
+)
 from thermaxis.thermal.modal._regressors import BoolArray
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 
@@ -122,7 +126,7 @@ def fit_switched(
     DataError
         If the inputs have long gaps.
     """
-    evidence = response_evidence([experiment])
+    evidence = response_evidence([experiment], ModalOptions(intervals=False))
     if len(evidence.segments) != 1:
         raise DataError("no_complete_row")
     (segment,), whole, sizes = evidence.segments, evidence.design, evidence.sizes
