@@ -112,12 +112,12 @@ from .testing import (
     check_source as check_source,
 )
 from .users import (
+    FAILURES_BY_ADDRESS as FAILURES_BY_ADDRESS,
     FAILURES_BY_NAME as FAILURES_BY_NAME,
-    FAILURES_IN_ALL as FAILURES_IN_ALL,
     LONGEST_NAME as LONGEST_NAME,
     LONGEST_PASSWORD as LONGEST_PASSWORD,
     REFUSED_S as REFUSED_S,
-    Failures as Failures,
+    LogInThrottle as LogInThrottle,
     Role as Role,
     User as User,
     check_name as check_name,

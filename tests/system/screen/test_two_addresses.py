@@ -9,8 +9,7 @@ from collections.abc import Generator
 import pytest
 
 from tests.system.screen.stand import Rig
-from thermaxis.runtime import FAILURES_IN_ALL
-from thermaxis.screen.access import FAILURES_BY_ADDRESS
+from thermaxis.runtime import FAILURES_BY_ADDRESS
 
 GUESSER, SHOP = "127.0.0.2", "127.0.0.1"
 
@@ -45,7 +44,7 @@ def test_thirty_wrong_log_ins_from_one_address_keep_out_that_address_alone(
 ) -> None:
     wrong = [
         log_in(guessed_at, GUESSER, f"nobody{i}", "wrong" if i % 2 else "\ud800")
-        for i in range(FAILURES_IN_ALL)
+        for i in range(3 * FAILURES_BY_ADDRESS)
     ]
     assert wrong[:FAILURES_BY_ADDRESS] == [(401, "login-refused")] * FAILURES_BY_ADDRESS
     assert set(wrong[FAILURES_BY_ADDRESS:]) == {(429, "login-too_many_from_here")}

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.runtime.status_server_parts import alarm, status
+from tests.unit.runtime.status_server_parts import NOW, alarm, status
 from thermaxis.codes import Message
 from thermaxis.compensation import SampleQuality
-from thermaxis.runtime import FAILURES_IN_ALL, HistorianStatus
+from thermaxis.runtime import FAILURES_BY_ADDRESS, HistorianStatus
 from thermaxis.runtime.status import ASKS, FIELDS, Kind, Shape, as_json, leaves_of, shape_of
 from thermaxis.runtime.status._fields import _BAD_BY_QUALITY, STATE_NUMBERS, state_text
 from thermaxis.runtime.status._metrics import metrics_of
@@ -44,6 +44,7 @@ def test_every_method_stands_on_the_page_with_its_role_and_arguments() -> None:
         assert cells == [ask.role.value, arguments, ask.text]
 
 
+CERTIFIED = status(certificates={"server.certificate": NOW})
 WHOLE = json.loads(as_json(status(alarms=(alarm(),))))
 TABLES = {
     "loop": WHOLE,
@@ -76,7 +77,8 @@ def test_the_json_has_every_field_and_no_other(group: str) -> None:
 def test_the_metrics_are_the_fields_that_have_one_and_what_only_they_tell() -> None:
     every = [field.metric for of in FIELDS for field in of if field.metric]
     own = ["up", "status_age_seconds", "loop", "state", "connected", "alarms", "input_good"]
-    told = {sample.name for m in metrics_of(status(), 0.0) for sample in m.samples}
+    own.append("certificate_expiry_timestamp_seconds")
+    told = {sample.name for m in metrics_of(CERTIFIED, 0.0) for sample in m.samples}
     assert told == {f"thermaxis_{name}" for name in [*every, *own]}
 
 
@@ -119,7 +121,7 @@ def test_the_bounds_on_the_page_are_those_in_force() -> None:
             f" {MOST_SUBSCRIPTIONS} subscriptions or {MOST_MONITORED} monitored items"
         ),
         f"more than {MOST_CONNECTIONS} connections",
-        f"more than {FAILURES_BY_NAME} failures of this name, or {FAILURES_IN_ALL} of all names",
+        f"more than {FAILURES_BY_NAME} failures of this name, or {FAILURES_BY_ADDRESS} of any,",
     ):
         assert words in PAGE
     for code in _BAD_BY_QUALITY.values():
@@ -133,7 +135,7 @@ def test_every_quality_has_a_status_code_of_its_kind() -> None:
 
 
 def test_every_figure_that_the_page_names_exists_and_its_examples_are_toml() -> None:
-    names = {sample.name for m in metrics_of(status(), 0.0) for sample in m.samples}
+    names = {sample.name for m in metrics_of(CERTIFIED, 0.0) for sample in m.samples}
     assert set(re.findall(r"thermaxis_\w+", PAGE)) <= names
     examples = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
     assert len(examples) == 3

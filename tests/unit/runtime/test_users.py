@@ -19,9 +19,7 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     FAILURES_BY_NAME,
-    FAILURES_IN_ALL,
     REFUSED_S,
-    Failures,
     Role,
     User,
     check_name,
@@ -234,58 +232,6 @@ def test_any_name_is_either_refused_or_survives_the_file(name: str) -> None:
     assert not set('"\\\n') & set(name)
 
 
-# ---- failures ---------------------------------------------------------------------------------
-
-
-def test_a_name_is_refused_after_five_failures_for_a_minute() -> None:
-    failures = Failures()
-    for i in range(FAILURES_BY_NAME):
-        assert not failures.refused("novak", float(i))
-        failures.failed("novak", float(i))
-    assert failures.refused("novak", 5.0)
-    assert not failures.refused("dvorak", 5.0)
-    assert failures.refused("novak", REFUSED_S - 0.001)
-    assert not failures.refused("novak", REFUSED_S)
-
-
-def test_a_success_forgets_the_failures_of_its_name_and_counts_nothing() -> None:
-    failures = Failures()
-    for i in range(1000):
-        failures.failed("novak", float(i) / 100.0)
-        failures.succeeded("novak", float(i) / 100.0)
-        assert not failures.refused("novak", float(i) / 100.0)
-
-
-def test_many_names_do_not_help_a_guesser_nor_fill_the_memory() -> None:
-    failures = Failures()
-    tried = 0
-    for i in range(60_000):  # ten attempts a second for a hundred minutes
-        now_s = i / 10.0
-        if not failures.refused(f"name {i}", now_s):
-            failures.failed(f"name {i}", now_s)
-            tried += 1
-    assert tried <= FAILURES_IN_ALL * 101
-    assert tried >= FAILURES_IN_ALL * 99
-    assert len(failures._by_name) <= 256
-
-
-@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0.0, 30.0)), max_size=200))
-def test_no_name_is_tried_more_than_five_times_in_a_minute(
-    attempts: list[tuple[str, float]],
-) -> None:
-    failures, now_s = Failures(), 0.0
-    tried: dict[str, list[float]] = {name: [] for name in "abc"}
-    for name, wait_s in attempts:
-        now_s += wait_s
-        if not failures.refused(name, now_s):
-            failures.failed(name, now_s)
-            tried[name].append(now_s)
-    for times in tried.values():
-        for start in times:
-            within = [t for t in times if start <= t < start + REFUSED_S - 1e-6]
-            assert len(within) <= FAILURES_BY_NAME
-
-
 # ---- log-ins ----------------------------------------------------------------------------------
 
 
@@ -361,9 +307,10 @@ def test_after_five_wrong_passwords_the_right_one_has_to_wait(tmp_path: Path) ->
         users = with_users(users_file(tmp_path), clock)
         await users.open()
         for _ in range(FAILURES_BY_NAME):
-            assert await users.identify("operator", "wrong") is None
-        assert await users.identify("operator", PASSWORD) is None
-        assert await users.identify("engineer", PASSWORD) is not None
+            assert await users.identify("operator", "wrong", "10.0.0.9") is None
+        assert await users.identify("operator", PASSWORD, "10.0.0.9") is None
+        assert await users.identify("engineer", PASSWORD, "10.0.0.9") is not None
+        assert await users.identify("operator", PASSWORD, "10.0.0.10") is not None
         clock.now_s += REFUSED_S
         assert await users.identify("operator", PASSWORD) is not None
         await users.close()
@@ -377,7 +324,9 @@ def test_guesses_at_the_same_time_are_counted_before_they_are_answered(tmp_path:
     async def scene() -> None:
         users = Users(users_file(tmp_path), HandClock(), lambda name, _: looked_at.append(name))
         await users.open()
-        await asyncio.gather(*(users.identify("operator", f"guess {i}") for i in range(100)))
+        await asyncio.gather(
+            *(users.identify("operator", f"guess {i}", "10.0.0.9") for i in range(100))
+        )
         await users.close()
 
     asyncio.run(scene())

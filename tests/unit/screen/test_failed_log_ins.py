@@ -1,8 +1,8 @@
-"""One address has a share of the failed log-ins that are allowed to all, and no more."""
+"""Failed log-ins cost whoever failed, by address and name, and nobody else."""
 
 import asyncio
 import re
-from collections import Counter, defaultdict
+from collections import Counter
 from typing import NoReturn
 
 import pytest
@@ -12,18 +12,22 @@ from tests.scenes import scene
 from tests.unit.runtime.status_server_parts import HandClock
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import LANGUAGES, sentence
-from thermaxis.runtime import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Secret
-from thermaxis.screen.access import FAILURES_BY_ADDRESS, UserSessions, _user_sessions
-from thermaxis.screen.access._failed_log_ins import FailuresByAddress, counted_as
+from thermaxis.runtime import (
+    FAILURES_BY_ADDRESS,
+    FAILURES_BY_NAME,
+    REFUSED_S,
+    LogInThrottle,
+    Secret,
+)
+from thermaxis.runtime.users._throttle import LOCAL_SHARE, Refused, counted_as
+from thermaxis.screen.access import UserSessions, _user_sessions
 from thermaxis.screen.access._login_page import _STATUS
 from thermaxis.screen.access._user_sessions import (
-    BUSY,
     IMPOSSIBLE,
     MOST_AT_ONCE,
     REFUSED,
     TOO_MANY,
     TOO_MANY_FROM_HERE,
-    TOO_MANY_IN_ALL,
     Refusal,
 )
 
@@ -63,7 +67,7 @@ def played(act) -> None:
 
 def test_one_address_uses_up_its_own_share_and_nobody_elses() -> None:
     async def act(door: Door) -> None:
-        keys = [(await door.knock(f"<{i}>", GUESSER)).key for i in range(FAILURES_IN_ALL)]
+        keys = [(await door.knock(f"<{i}>", GUESSER)).key for i in range(3 * FAILURES_BY_ADDRESS)]
         assert keys.count(REFUSED) == FAILURES_BY_ADDRESS == 10
         assert set(keys[FAILURES_BY_ADDRESS:]) == {TOO_MANY_FROM_HERE}
         assert (await door.knock("novak", GUESSER)).key == TOO_MANY_FROM_HERE
@@ -86,14 +90,15 @@ def test_the_share_comes_back_failure_by_failure_after_a_minute() -> None:
     played(act)
 
 
-def test_the_limits_of_all_and_of_a_name_stand_as_before() -> None:
+def test_nobody_is_refused_for_what_comes_from_elsewhere() -> None:
     async def act(door: Door) -> None:
-        for i in range(FAILURES_BY_NAME):
-            assert (await door.knock("<novak>", f"10.1.{i}.1")).key == REFUSED
-        assert (await door.knock("<novak>", "10.1.99.1")).key == TOO_MANY
-        for i in range(FAILURES_IN_ALL - FAILURES_BY_NAME):
-            assert (await door.knock(f"<{i}>", f"10.2.{i}.1")).key == REFUSED
-        assert (await door.knock("dvorak", "10.1.99.1")).key == TOO_MANY_IN_ALL
+        for _ in range(FAILURES_BY_NAME):
+            assert (await door.knock("<novak>", GUESSER)).key == REFUSED
+        assert (await door.knock("<novak>", GUESSER)).key == TOO_MANY
+        for i in range(300):
+            assert (await door.knock("<novak>", f"10.2.{i // 200}.{i % 200}")).key == REFUSED
+        assert (await door.knock("<novak>", SHOP)).key == REFUSED, "the password was looked at"
+        assert (await door.knock("dvorak", SHOP)).key == IMPOSSIBLE, "this one, too"
 
     played(act)
 
@@ -146,26 +151,7 @@ async def test_passwords_that_are_checked_at_once_do_not_pass_the_share(
     assert server.looked_at == 1, "the ninth has failed, the tenth is being looked at"
     server.known.set()
     keys = Counter([one.key for one in await asyncio.gather(*knocks)])
-    assert keys == {REFUSED: 1, BUSY: MOST_AT_ONCE - 1}
-    assert (await persons.log_in("user9", "a password", GUESSER)).key == TOO_MANY_FROM_HERE
-    await persons.close()
-
-
-@scene
-async def test_a_failure_has_one_time_for_its_name_and_its_address_that_at_which_it_is_known(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    server, clock = SlowServer(monkeypatch), HandClock()
-    persons = slow_door(clock)
-    await persons.open()
-    knock = asyncio.ensure_future(persons.log_in("novak", "a password", GUESSER))
-    for _ in range(5):
-        await asyncio.sleep(0.0)
-    clock.now_s += 20.0
-    server.known.set()
-    assert (await knock).key == REFUSED
-    assert list(persons._failures._in_all) == [clock.now_s]
-    assert persons._by_address._times(GUESSER, clock.now_s) == [clock.now_s]
+    assert keys == {REFUSED: 1, TOO_MANY_FROM_HERE: MOST_AT_ONCE - 1}
     await persons.close()
 
 
@@ -190,44 +176,75 @@ def test_an_address_is_counted_as_whoever_can_take_it() -> None:
 
 
 def test_a_network_of_ipv6_has_one_share_however_many_addresses_it_has() -> None:
-    failures = FailuresByAddress()
+    throttle = LogInThrottle()
     for i in range(FAILURES_BY_ADDRESS):
-        assert failures.left_s(f"2001:db8::{i:x}", float(i)) is None
-        failures.failed(f"2001:db8::{i:x}", float(i))
-    assert failures.left_s("2001:db8::ffff", 20.0) == REFUSED_S - 20.0
-    assert failures.left_s("2001:db8:0:1::1", 20.0) is None
+        assert throttle.refused("x", f"2001:db8::{i:x}", float(i)) is None
+        throttle.count("x" * i, f"2001:db8::{i:x}", float(i))
+    refused = throttle.refused("x", "2001:db8::ffff", 20.0)
+    assert refused == Refused(address=True, left_s=REFUSED_S - 20.0)
+    assert throttle.refused("x", "2001:db8:0:1::1", 20.0) is None
 
 
-def test_the_memory_is_bounded_whatever_the_number_of_addresses() -> None:
-    failures = FailuresByAddress()
-    for i in range(100_000):
-        failures.failed(f"10.{i >> 16}.{i >> 8 & 255}.{i & 255}", i * 1e-6)
-        assert len(failures) <= 2 * FAILURES_IN_ALL
-    assert failures.left_s("10.0.0.1", 2.0 * REFUSED_S) is None
-    assert len(failures) == 0
+def test_behind_this_computer_a_name_alone_is_refused_and_later() -> None:
+    throttle = LogInThrottle()
+    for i in range(LOCAL_SHARE * FAILURES_BY_NAME):
+        assert throttle.refused("novak", "", 1.0) is None
+        throttle.count("novak", "", 1.0)
+        throttle.count(f"name {i}", "", 1.0)
+    assert throttle.refused("novak", "", 1.0) == Refused(address=False, left_s=REFUSED_S)
+    assert throttle.refused("dvorak", "", 1.0) is None
+
+
+def test_a_success_clears_its_name_at_its_address_and_not_the_address() -> None:
+    throttle = LogInThrottle()
+    for i in range(FAILURES_BY_ADDRESS - 1):
+        throttle.count("novak" if i < FAILURES_BY_NAME - 1 else f"<{i}>", GUESSER, 0.0)
+    throttle.succeeded("novak", SHOP)
+    throttle.count("novak", GUESSER, 1.0)
+    assert throttle.refused("novak", GUESSER, 1.0) is not None
+    throttle.succeeded("novak", GUESSER)
+    assert throttle.refused("novak", GUESSER, 1.0) is None
+    for _ in range(FAILURES_BY_NAME):
+        assert throttle.refused("x", GUESSER, 1.0) is None
+        throttle.count("x", GUESSER, 1.0)
+    assert throttle.refused("y", GUESSER, 1.0) is not None
+
+
+def test_the_memory_is_bounded_whatever_the_number_of_addresses_and_names() -> None:
+    throttle = LogInThrottle()
+    for i in range(20_000):
+        throttle.count(f"name {i}", f"10.{i >> 16}.{i >> 8 & 255}.{i & 255}", i * 1e-6)
+        throttle.count(f"name {i}", "", i * 1e-6)
+    assert sum(map(len, throttle._counted.values())) <= 1_000
 
 
 @given(
     st.lists(
-        st.tuples(st.floats(0.0, 40.0), st.sampled_from([GUESSER, SHOP, "10.0.0.11"])),
+        st.tuples(
+            st.floats(0.0, 20.0),
+            st.sampled_from([GUESSER, SHOP]),
+            st.sampled_from(["a", "b", "c"]),
+        ),
         max_size=60,
     )
 )
-def test_no_minute_holds_more_failures_of_an_address_than_its_share(
-    knocks: list[tuple[float, str]],
+def test_no_minute_holds_more_failures_than_the_shares(
+    knocks: list[tuple[float, str, str]],
 ) -> None:
-    failures, now_s = FailuresByAddress(), 0.0
-    looked_at: defaultdict[str, list[float]] = defaultdict(list)
-    for pause_s, address in knocks:
+    throttle, now_s = LogInThrottle(), 0.0
+    tried: list[tuple[float, str, str]] = []
+    for pause_s, address, name in knocks:
         now_s += pause_s
-        in_a_minute = sum(t > now_s - REFUSED_S for t in looked_at[address])
-        left_s = failures.left_s(address, now_s)
-        assert (left_s is None) == (in_a_minute < FAILURES_BY_ADDRESS)
-        if left_s is None:
-            failures.failed(address, now_s)
-            looked_at[address].append(now_s)
+        recent = [(n, a) for at_s, a, n in tried if at_s > now_s - REFUSED_S and a == address]
+        refused = throttle.refused(name, address, now_s)
+        full = len(recent) >= FAILURES_BY_ADDRESS
+        assert (refused is not None) == (full or recent.count((name, address)) >= FAILURES_BY_NAME)
+        if refused is None:
+            throttle.count(name, address, now_s)
+            tried.append((now_s, address, name))
         else:
-            assert 0.0 < left_s <= REFUSED_S
+            assert refused.address is full
+            assert 0.0 < refused.left_s <= REFUSED_S
 
 
 def test_the_page_says_that_it_is_the_address_and_for_how_long() -> None:

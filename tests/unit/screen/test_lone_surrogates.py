@@ -13,8 +13,8 @@ from starlette.applications import Starlette
 from tests.unit.screen.people import HERE, People
 from tests.unit.screen.stand import Feed, client, copied_lathe, parts
 from tests.unit.screen.test_failed_log_ins import Door, played
-from thermaxis.runtime import LONGEST_NAME, LONGEST_PASSWORD
-from thermaxis.screen.access import FAILURES_BY_ADDRESS, _login_page, answer_json
+from thermaxis.runtime import FAILURES_BY_ADDRESS, LONGEST_NAME, LONGEST_PASSWORD
+from thermaxis.screen.access import _login_page, answer_json
 from thermaxis.screen.access._user_sessions import REFUSED, TOO_MANY_FROM_HERE
 from thermaxis.screen.pages.model import page as _model_page
 

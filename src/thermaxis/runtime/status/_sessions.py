@@ -22,6 +22,7 @@ away from the loop's computer.
 
 import asyncio
 import struct
+from collections import Counter
 from collections.abc import Awaitable, Callable, Sized
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -103,8 +104,8 @@ _LOGGED_IN = _requests(
     "Republish",
 )
 
-LogIn = Callable[[str, str], Awaitable[Identity | None]]
-"""Says who logs in with a name and a password."""
+LogIn = Callable[[str, str, str], Awaitable[Identity | None]]
+"""Says who logs in with a name and a password, from an address; empty: this computer."""
 
 _admitted: ContextVar[Identity | None] = ContextVar("_admitted", default=None)
 _caller: ContextVar[Identity] = ContextVar("_caller", default=ANONYMOUS)
@@ -306,15 +307,45 @@ class _Processor(UaProcessor):
             raise ServiceError(StatusCodes.BadIdentityTokenInvalid) from error
         if not name or not password:
             return None
-        return await self.iserver.log_in(name, password)
+        return await self.iserver.log_in(name, password, _address_of(self._transport))
+
+
+def _address_of(transport: asyncio.Transport) -> str:
+    """Return where a connection comes from; empty: from this computer, by whichever address."""
+    there, here = (transport.get_extra_info(of) for of in ("peername", "sockname"))
+    return "" if there is None or here is None or there[0] == here[0] else str(there[0])
 
 
 @final
 class _Protocol(OPCUAProtocol):
     """One connection, with a bound on what is kept of an unfinished message."""
 
+    def _make_room(self) -> None:
+        """End a connection that has not logged in where all places are taken.
+
+        It is the oldest of the address that has most of them, so that no flood from elsewhere
+        keeps anybody from logging in.
+        """
+        if len(self.clients) < self.iserver.max_connections:
+            return
+        waiting = [
+            one
+            for one in self.clients
+            if one.processor is not None
+            and one.transport is not None
+            and not (one.processor.session and one.processor.session.is_activated())
+        ]
+        of = Counter(_address_of(one.transport) for one in waiting if one.transport)
+        if waiting:
+            address = of.most_common(1)[0][0]
+            oldest = next(w for w in waiting if w.transport and _address_of(w.transport) == address)
+            self.clients.remove(oldest)
+            if oldest.transport is not None:
+                oldest.transport.abort()
+
     def connection_made(self, transport: Any) -> None:
         """Take a connection."""
+        self._make_room()
         super().connection_made(transport)
         if self.processor is not None:
             self.processor = _Processor(self.iserver, self.transport, self.limits)

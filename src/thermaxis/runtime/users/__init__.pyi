@@ -1,11 +1,13 @@
+from ._throttle import (
+    FAILURES_BY_ADDRESS as FAILURES_BY_ADDRESS,
+    FAILURES_BY_NAME as FAILURES_BY_NAME,
+    REFUSED_S as REFUSED_S,
+    LogInThrottle as LogInThrottle,
+)
 from ._users import (
     ANONYMOUS as ANONYMOUS,
-    FAILURES_BY_NAME as FAILURES_BY_NAME,
-    FAILURES_IN_ALL as FAILURES_IN_ALL,
     LONGEST_NAME as LONGEST_NAME,
     LONGEST_PASSWORD as LONGEST_PASSWORD,
-    REFUSED_S as REFUSED_S,
-    Failures as Failures,
     Identity as Identity,
     Role as Role,
     User as User,

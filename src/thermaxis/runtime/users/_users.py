@@ -16,7 +16,6 @@ import os
 import sys
 import threading
 import tomllib
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -30,6 +29,7 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime.host import read_private, whole_file
+from thermaxis.runtime.users._throttle import LogInThrottle
 
 LONGEST_NAME = 64
 """Longest name of a user. [1]"""
@@ -51,15 +51,6 @@ _LARGEST_MEMORY_KIB = 262_144
 _MOST_PASSES = 20
 _NAME = Place(key="name")
 _NAME_SIGNS = frozenset("-_.@ ")
-
-FAILURES_BY_NAME = 5
-"""Failures after which a name is refused for a while, whatever the password. [1]"""
-REFUSED_S = 60.0
-"""For how long. [s]"""
-FAILURES_IN_ALL = 30
-"""Failures of all names within the same time after which everybody new is refused until some of
-them are older: more than a shop forgets, far fewer than a guesser needs. [1]"""
-_MOST_NAMES = 256
 
 
 class Role(StrEnum):
@@ -239,62 +230,6 @@ def write_users(users: Sequence[User], path: Path | str) -> None:
         stream.write(text.encode())
 
 
-class Waiting(NamedTuple):
-    """Why no password is looked at for a while."""
-
-    everybody: bool
-    """Whether everybody is refused, or this name alone."""
-    left_s: float
-    """For how long. [s]"""
-
-
-@final
-class Failures:
-    """Counts failed log-ins, by name and in all, and says who is refused for them.
-
-    A name is refused whether it exists or not, so that a refusal tells nothing about it. At most
-    `FAILURES_IN_ALL` failures are counted in a minute, so the names that are remembered suffice.
-
-    Not protected: whoever may reach the server can keep a known name from logging in by failing
-    on purpose. Sessions that are logged in are not touched.
-    """
-
-    def __init__(self) -> None:
-        self._in_all: deque[float] = deque()
-        self._by_name: dict[str, list[float]] = {}
-
-    def refused(self, name: str, now_s: float) -> bool:
-        """Return whether a log-in is refused without a look at its password."""
-        return self.waiting(name, now_s) is not None
-
-    def waiting(self, name: str, now_s: float) -> Waiting | None:
-        """Return who is refused for failures, and for how long."""
-        while self._in_all and self._in_all[0] <= now_s - REFUSED_S:
-            self._in_all.popleft()
-        if len(self._in_all) >= FAILURES_IN_ALL:
-            free_s = self._in_all[-FAILURES_IN_ALL] + REFUSED_S
-            return Waiting(everybody=True, left_s=free_s - now_s)
-        times = [t for t in self._by_name.get(name, ()) if t > now_s - REFUSED_S]
-        if len(times) >= FAILURES_BY_NAME:
-            free_s = times[-FAILURES_BY_NAME] + REFUSED_S
-            return Waiting(everybody=False, left_s=free_s - now_s)
-        return None
-
-    def failed(self, name: str, now_s: float) -> None:
-        """Count a failure."""
-        self._in_all.append(now_s)
-        times = self._by_name.pop(name, [])
-        self._by_name[name] = [*times[-FAILURES_BY_NAME:], now_s]
-        if len(self._by_name) > _MOST_NAMES:
-            del self._by_name[next(iter(self._by_name))]
-
-    def succeeded(self, name: str, then_s: float) -> None:
-        """Forget the failures of a name, and what was counted for its log-in in advance."""
-        self._by_name.pop(name, None)
-        with contextlib.suppress(ValueError):
-            self._in_all.remove(then_s)
-
-
 def _without_folder(error: ThermaxisError) -> Message:
     """Return what is told of an error on a page."""
     place = error.place
@@ -318,7 +253,7 @@ class Users:
         self._path = path
         self._clock = clock
         self._tell = tell
-        self._failures = Failures()
+        self._throttle = LogInThrottle()
         self._users: Mapping[str, User] = {}
         self._stamp: object = None
         self._problem: Message | None = Message("why-no_file")
@@ -357,19 +292,17 @@ class Users:
         """End the thread; a password that is being checked is waited for."""
         await asyncio.to_thread(self._thread.shutdown, wait=True, cancel_futures=True)
 
-    async def identify(self, name: str, password: str) -> Identity | None:
-        """Return who logs in, or None for a wrong name or password, or too many failures."""
+    async def identify(self, name: str, password: str, address: str = "") -> Identity | None:
+        """Return who logs in from an address; None: name or password is wrong, or too many were."""
         now_s = self._clock.monotonic_s()
         name = name[: LONGEST_NAME + 1]
-        if self._failures.refused(name, now_s):
+        if self._throttle.refused(name, address, now_s) is not None:
             return None
-        # counted before the password is looked at: many log-ins at once are no way around, and
-        # no more of them wait for the thread than may fail in a minute
-        self._failures.failed(name, now_s)
+        self._throttle.count(name, address, now_s)
         loop = asyncio.get_running_loop()
         found = await loop.run_in_executor(self._thread, self._checked, name, password)
         if found is not None:
-            self._failures.succeeded(name, now_s)
+            self._throttle.succeeded(name, address)
         if self._tell is not None:
             self._tell(name, found is not None)
         return found

@@ -19,7 +19,6 @@ from thermaxis.screen.access._answers import (
     outcome_of as outcome_of,
     question_of as question_of,
 )
-from thermaxis.screen.access._failed_log_ins import FAILURES_BY_ADDRESS as FAILURES_BY_ADDRESS
 from thermaxis.screen.access._guard import Guard as Guard
 from thermaxis.screen.access._language import (
     language_of as language_of,

@@ -28,7 +28,6 @@ from thermaxis.screen.access._user_sessions import (
     REFUSED,
     TOO_MANY,
     TOO_MANY_FROM_HERE,
-    TOO_MANY_IN_ALL,
     Refusal,
 )
 
@@ -38,7 +37,6 @@ _STATUS = {
     NO_ROLE: HTTPStatus.FORBIDDEN,
     TOO_MANY: HTTPStatus.TOO_MANY_REQUESTS,
     TOO_MANY_FROM_HERE: HTTPStatus.TOO_MANY_REQUESTS,
-    TOO_MANY_IN_ALL: HTTPStatus.TOO_MANY_REQUESTS,
     FULL: HTTPStatus.SERVICE_UNAVAILABLE,
     BUSY: HTTPStatus.SERVICE_UNAVAILABLE,
 }

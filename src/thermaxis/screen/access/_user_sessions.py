@@ -20,7 +20,7 @@ from thermaxis.runtime import (
     LONGEST_PASSWORD,
     Clock,
     ConnectionSettings,
-    Failures,
+    LogInThrottle,
     Role,
     Secret,
     check_name,
@@ -36,7 +36,6 @@ from thermaxis.screen.access._answers import (
     refused,
     unknown,
 )
-from thermaxis.screen.access._failed_log_ins import FailuresByAddress
 from thermaxis.screen.access._loop_session import LoopSession, is_refusal
 
 COOKIE_BYTES: Final = 32
@@ -65,11 +64,9 @@ _MOST_ENDED: Final = 64
 REFUSED: Final = "login-refused"
 """Name or password is wrong."""
 TOO_MANY: Final = "login-too_many"
-"""Too many failures of this name."""
+"""Too many failures of this name from this address."""
 TOO_MANY_FROM_HERE: Final = "login-too_many_from_here"
 """Too many failures from this address, whatever the names."""
-TOO_MANY_IN_ALL: Final = "login-too_many_in_all"
-"""Too many failures of all names together, wherever they came from."""
 FULL: Final = "login-full"
 """As many persons have logged in as may at once."""
 BUSY: Final = "login-busy"
@@ -167,10 +164,8 @@ class UserSessions:
     loop takes from that role, within the loop's limits, and every request is recorded there under
     the name. A cookie alone, without the token of the person's pages, asks for nothing. Passwords
     are in the memory of this program while they are handed on, and Python wipes no text: whoever
-    may read the program's memory may find one. Whoever may reach the page can keep a name from
-    logging in, and with ten failures in a minute everybody behind the same address; three
-    addresses together can keep everybody out (see `FailuresByAddress`). Those who have logged in
-    are not touched.
+    may read the program's memory may find one. With ten failures in a minute everybody
+    behind the same address waits (see `LogInThrottle`). Those who have logged in are not touched.
     """
 
     def __init__(
@@ -191,8 +186,7 @@ class UserSessions:
         self._answer_s = answer_s
         self._user_sessions: dict[bytes, UserSession] = {}
         self._ended: dict[bytes, str] = {}
-        self._failures = Failures()
-        self._by_address = FailuresByAddress()
+        self._throttle = LogInThrottle()
         self._checking = asyncio.Semaphore(MOST_AT_ONCE)
         self._coming = 0
         self._leaving: set[asyncio.Task[None]] = set()
@@ -304,32 +298,27 @@ class UserSessions:
         refused = self._too_many(name, address)
         if refused is not None:
             return refused
-        if self._by_address.taken(address, self._clock.monotonic_s()):
-            return Refusal(BUSY)
         self._sweep()
         if self._acting >= self._most:
             return Refusal(FULL)
-        with self._by_address.under_way(address):
-            found = await self._session_of(name, password)
-        now_s = self._clock.monotonic_s()  # a failure counts from when it is known
+        now_s = self._clock.monotonic_s()
+        self._throttle.count(name, address, now_s)
+        found = await self._session_of(name, password)
         if isinstance(found, Refusal):
-            if found.key == REFUSED:
-                self._failures.failed(name, now_s)
-                self._by_address.failed(address, now_s)
+            if found.key != REFUSED:
+                self._throttle.take_back(name, address, now_s)
             return found
-        self._failures.succeeded(name, now_s)
+        self._throttle.succeeded(name, address)
         return await self._admit(found, name, address)
 
     def _too_many(self, name: str, address: str) -> Refusal | None:
         """Return why no password is looked at after too many failures; None where one is."""
         now_s = self._clock.monotonic_s()
-        waiting = self._failures.waiting(name, now_s)
-        if waiting is not None and waiting.everybody:
-            return _for_a_while(TOO_MANY_IN_ALL, waiting.left_s)
-        left_s = self._by_address.left_s(address, now_s)
-        if left_s is not None:
-            return _for_a_while(TOO_MANY_FROM_HERE, left_s)
-        return None if waiting is None else _for_a_while(TOO_MANY, waiting.left_s)
+        refused = self._throttle.refused(name, address, now_s)
+        if refused is None:
+            return None
+        key = TOO_MANY_FROM_HERE if refused.address else TOO_MANY
+        return Refusal(key, math.ceil(refused.left_s))
 
     def _sweep(self) -> None:
         for known, person in tuple(self._user_sessions.items()):
@@ -458,10 +447,6 @@ class UserSessions:
         known = self._known(person)
         if known is not None:
             await self._refresh(known, person)
-
-
-def _for_a_while(key: str, left_s: float) -> Refusal:
-    return Refusal(key, left_s=max(1, math.ceil(left_s)))
 
 
 def _hash(cookie: str | None) -> bytes:
