@@ -45,6 +45,7 @@ const settings = {
   range_um: 500.0, // a larger offset is answered with BadOutOfRange
   offset_at_start: "kept", // "kept" as the record says, or a number [um]
   clock_shift_s: 0.0, // how far the machine's clock is ahead
+  record_writes: false, // every write of an offset, with where the offset stood before it
 };
 Object.assign(settings, JSON.parse(fs.readFileSync(process.argv[2], "utf8")));
 shiftClock(settings.clock_shift_s);
@@ -53,7 +54,7 @@ const { DataType, StatusCodes, Variant, WellKnownRoles } = opcua;
 
 const MACHINE_URI = "urn:thermaxis:test:machine:plc";
 const FAULTS = [
-  "none", "bad", "frozen", "uncertain", "nan", "null", "exit", "busy", "deaf", "refuse", "jump",
+  "none", "bad", "frozen", "uncertain", "nan", "null", "exit", "busy", "deaf", "refuse", "jump", "stuck",
 ];
 const TEMPERATURES = {
   Temp1: { start_c: 21.0, rise_k: 12.0, time_constant_s: 300.0, swings: 1.0 },
@@ -78,6 +79,8 @@ const machine = {
   seen: 0, // heartbeat of the last PLC cycle
   moved_s: null, // when it last moved
   writes: 0,
+  late_s: 0.0, // the PLC takes offsets over so often
+  taken_s: 0.0,
   diameter_mm: 0.0,
   written_um: { Z: 0.0, X: 0.0, Y: 0.0 },
   accepted_um: { Z: 0.0, X: 0.0, Y: 0.0 },
@@ -132,6 +135,10 @@ function plcCycle() {
   if (moved) {
     if (machine.moved_s === null) record("watchdog", { met: true });
     machine.moved_s = now_s();
+  }
+  const takes = moved && now_s() - machine.taken_s >= machine.late_s;
+  if (takes) {
+    machine.taken_s = now_s();
     machine.accepted_um = { ...machine.written_um };
   }
   const limit_s = settings.watchdog_s ?? Infinity;
@@ -139,8 +146,8 @@ function plcCycle() {
     machine.moved_s = null;
     record("watchdog", { met: false, effective_um: shown(machine.effective_um) });
   }
-  follow();
-  if (moved) {
+  if (machine.fault !== "stuck") follow();
+  if (takes) {
     const { heartbeat, writes } = machine;
     const [accepted_um, effective_um] = [shown(machine.accepted_um), shown(machine.effective_um)];
     record("accepted", { accepted_um, effective_um, heartbeat, writes });
@@ -261,6 +268,12 @@ function addOffsets(readable, writable) {
       const value_um = variant.value * um;
       const limit_um = Math.min(settings.range_um, BIGGEST_UM[dataType]);
       if (Math.abs(value_um) > limit_um) return StatusCodes.BadOutOfRange;
+      if (settings.record_writes) {
+        const [node_um, accepted_um] = [machine.written_um[name], machine.accepted_um[name]];
+        const stood = { node_um, took_um: accepted_um, acts_um: machine.effective_um[name] };
+        const met = machine.moved_s !== null;
+        record("write", { axis: name, ...stood, met, told_um: value_um });
+      }
       machine.written_um[name] = value_um; // NaN passes, as with real servers
       machine.writes += 1;
       return StatusCodes.Good;
@@ -345,6 +358,12 @@ async function obey(line) {
   const command = JSON.parse(line);
   if ("fault" in command) takeFault(command.fault, command.channel);
   if ("busy_s" in command) machine.busy_s = command.busy_s;
+  if ("late_s" in command) machine.late_s = command.late_s;
+  if ("others_um" in command) { // another writer, whose value is taken over at once
+    Object.assign(machine.written_um, command.others_um);
+    Object.assign(machine.accepted_um, command.others_um);
+    record("other", { others_um: command.others_um });
+  }
   if ("diameter_mm" in command) machine.diameter_mm = command.diameter_mm;
   for (const [name, value] of Object.entries(command.flags ?? {})) {
     if (!(name in flags)) throw new Error(`no such flag: ${name}`);

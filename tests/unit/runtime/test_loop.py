@@ -395,6 +395,21 @@ async def test_the_status_carries_why_the_machines_are_not_reached() -> None:
         loop.sink.failure = why
         await asyncio.sleep(3.0)
         assert (loop.status.source_reason, loop.status.sink_reason) == (None, why)
+        assert await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(3.0)
+        assert "write_refused" in alarms_of(loop)
+        bench.machine.lose()
+        await asyncio.sleep(3.0)
+        lost = next(alarm for alarm in loop.status.alarms if alarm.code == "sink_lost")
+        assert lost.values["reason"] == why
+        loop.sink.failure = None
+        await asyncio.sleep(3.0)
+        loop.sink.failure = why
+        await asyncio.sleep(3.0)
+        bench.machine.come_back()
+        loop.sink.failure = None
+    told = [e.values for e in bench.said("connection") if e.code == "event-sink_reason"]
+    assert told == [{"reason": why}], "once in a minute"
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,13 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 from asyncua import ua
+from asyncua.client.client import Client
 from asyncua.client.ua_session import UaSession
 
 from tests.opcua_server import NAMESPACE, Cable, Machine, until
 from tests.refusals import refused
 from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, OpcUaSession, SystemClock
+from thermaxis.runtime.opcua._session import discard
 from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
 from thermaxis.runtime.sinks.opcua import HEARTBEAT
 from thermaxis.runtime.sources import NodeSettings, OpcUaSource
@@ -581,6 +583,25 @@ async def test_two_who_share_a_connection_close_it_with_the_last_one(wire: Wire)
     await sink.close()
     assert not wire.session.connected
     await until(lambda: wire.machine.sessions == 0)
+
+
+async def test_a_write_that_still_waits_in_this_computer_is_not_sent_once_it_was_given_up() -> None:
+    taken: asyncio.Queue[asyncio.StreamReader] = asyncio.Queue()
+
+    async def take(reader: asyncio.StreamReader, _: asyncio.StreamWriter) -> None:
+        await taken.put(reader)
+
+    server = await asyncio.start_server(take, "127.0.0.1", 0, limit=1024)
+    port = server.sockets[0].getsockname()[1]
+    client = Client(f"opc.tcp://127.0.0.1:{port}")
+    await client.connect_socket()
+    assert client.uaclient.protocol is not None
+    client.uaclient.protocol.transport.write(bytes(32 * 1024 * 1024))  # more than a socket takes
+    reader = await taken.get()
+    await discard(client)
+    with pytest.raises(ConnectionResetError):
+        await reader.readexactly(32 * 1024 * 1024)
+    server.close()
 
 
 def test_a_session_that_never_found_its_server_ends_at_once(runner) -> None:

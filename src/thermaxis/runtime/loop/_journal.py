@@ -1,12 +1,16 @@
 """What the history is told beside the cycles: every change, once."""
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import final
+from typing import Final, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import Request
 from thermaxis.runtime._ports import Clock, EventRecord, Historian, RequestOutcome
 from thermaxis.runtime.status import Alarm, RuntimeStatus, is_mismatch, message_of
+
+REASON_EVERY_S: Final = 60.0
+"""Why a machine is not reached, or refuses an offset, is told again so often. [s]"""
 
 
 @final
@@ -15,6 +19,7 @@ class Journal:
 
     def __init__(self, historian: Historian, clock: Clock) -> None:
         self._historian, self._clock = historian, clock
+        self._reasons: dict[tuple[str, str], float] = {}
 
     def event(self, kind: str, code: str, values: Mapping[str, Value] | None = None) -> None:
         """Tell a message."""
@@ -52,24 +57,17 @@ class Journal:
                 self.event("alarm", "event-alarm_gone", {"alarm": message_of(one)})
 
     def connections(self, last: RuntimeStatus | None, now: RuntimeStatus) -> None:
-        """Tell connections that came and went, and the reason when another one is known."""
-        for what, connected, was, reason, before in (
-            (
-                "source",
-                now.source_connected,
-                last and last.source_connected,
-                now.source_reason,
-                last and last.source_reason,
-            ),
-            (
-                "sink",
-                now.sink_connected,
-                last and last.sink_connected,
-                now.sink_reason,
-                last and last.sink_reason,
-            ),
-        ):
-            if last is not None and connected is not was:
+        """Tell connections that came and went, and why; the same reason once in a minute."""
+        rows = (
+            ("source", now.source_connected, last and last.source_connected, now.source_reason),
+            ("sink", now.sink_connected, last and last.sink_connected, now.sink_reason),
+        )
+        for what, connected, before, reason in rows:
+            if last is not None and connected is not before:
                 self.event("connection", f"event-{what}_{'connected' if connected else 'lost'}")
-            if reason is not None and (before is None or reason.code != before.code):
+            if reason is None:
+                continue
+            now_s = self._clock.monotonic_s()
+            if now_s - self._reasons.get((what, reason.code), -math.inf) >= REASON_EVERY_S:
+                self._reasons[what, reason.code] = now_s
                 self.event("connection", f"event-{what}_reason", {"reason": reason})

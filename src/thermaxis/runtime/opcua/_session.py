@@ -8,6 +8,8 @@ a server, its namespaces and the types of its nodes, is known anew after each co
 import asyncio
 import contextlib
 import logging
+import socket
+import struct
 from collections.abc import Coroutine, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeVar, cast, final
@@ -156,7 +158,8 @@ class OpcUaSession:
     Notes
     -----
     Not protected: a server that is frozen after it took a request may still obey it later, even
-    when the connection was given up meanwhile. One write at most is on its way at any time.
+    when the connection was given up meanwhile, and so may what a network holds. One write at most
+    is on its way at any time, and what still waits in this computer is not sent any more.
     """
 
     def __init__(self, settings: ConnectionSettings, clock: Clock) -> None:
@@ -694,7 +697,20 @@ def _content(value: ua.DataValue) -> object:
 
 async def discard(client: Client) -> None:
     """End a client that is of no use any more: its socket at once, its tasks, no more requests."""
+    _reset(client)
     client.disconnect_socket()
     with contextlib.suppress(*FAILURES):
         await client.close_session()
     await asyncio.sleep(0)
+
+
+def _reset(client: Client) -> None:
+    """Leave nothing on its way: a write that still waits in this computer may not act later."""
+    protocol = client.uaclient.protocol
+    transport = None if protocol is None else protocol.transport
+    if transport is None:
+        return
+    opened = transport.get_extra_info("socket")
+    with contextlib.suppress(OSError, AttributeError):  # it is closed already
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    transport.abort()
