@@ -34,6 +34,7 @@ GROUPS = {
     "machine": {
         "machine": "run a virtual machine: an OPC UA server, or a log",
         "record": "record nodes of OPC UA servers into logs that identify reads",
+        "machine-file": "write the beginning of a machine.toml from what a server shows",
         "check": "check the configuration of a machine, and the machine itself",
         "commission": "prove sign and size of an offset on the machine",
         "rehearse": "let a configuration compensate the virtual lathe, hours in seconds",

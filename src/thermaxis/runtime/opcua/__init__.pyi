@@ -1,3 +1,7 @@
+from ._browse import (
+    FoundNode as FoundNode,
+    browse_server as browse_server,
+)
 from ._certificates import (
     DEFAULT_DAYS as DEFAULT_DAYS,
     Certificate as Certificate,
