@@ -29,7 +29,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from tests.system.screen.stand import Rig, wait_until
-from thermaxis.runtime.historian import HistoryReader
+from thermaxis.runtime.history import HistoryReader
 
 PLAIN, IN_BROWSER = 18, 2
 MOST_GROWTH = 0.05
@@ -122,7 +122,7 @@ def looking(stand: Rig) -> Generator[tuple[Viewers, list[Page]]]:
 def lateness_s(stand: Rig, first: datetime, last: datetime) -> list[float]:
     """Return how late every cycle of a span began, by the history's own record. [s]"""
     with HistoryReader(f"sqlite:///{stand.folder / 'history.db'}") as reader:
-        return [record.lateness_s for record in reader.cycles(first, last)]
+        return reader.cycles(first, last, ["lateness_s"]).collect()["lateness_s"].to_list()
 
 
 def watch(stand: Rig, minutes: float) -> bool:

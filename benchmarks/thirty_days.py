@@ -41,7 +41,7 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
-from thermaxis.runtime.historian import HistorianSettings, NoHistorian, SqlHistorian
+from thermaxis.runtime.history import HistorianSettings, NoHistorian, SqlHistorian
 from thermaxis.runtime.sinks import DrySink
 
 DAY_S = 86_400.0
@@ -88,7 +88,7 @@ def historian(folder: Path | None, clock: Clock) -> Historian:
         return NoHistorian()
     folder.mkdir(parents=True, exist_ok=True)
     url = f"sqlite:///{(folder / 'thirty_days.db').absolute()}"
-    return SqlHistorian(url, HistorianSettings(retention_days=3.0), clock)
+    return SqlHistorian(url, HistorianSettings(retention_days=3), clock)
 
 
 async def play(days: int, folder: Path | None) -> list[int]:

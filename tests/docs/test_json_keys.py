@@ -16,7 +16,7 @@ from thermaxis.cli.machine.commission import _record
 from thermaxis.codes import Message
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import EventRecord, StepProof, SystemClock
-from thermaxis.runtime.historian import HistorianSettings, SqlHistorian
+from thermaxis.runtime.history import HistorianSettings, SqlHistorian
 
 PROMISED = {
     "test": "targets cycles unidirectional kind start end header environment time_source",

@@ -29,7 +29,7 @@ PUBLIC_PACKAGES = (
     "thermaxis.runtime",
     "thermaxis.runtime.sources",
     "thermaxis.runtime.sinks",
-    "thermaxis.runtime.historian",
+    "thermaxis.runtime.history",
 )
 
 

@@ -12,15 +12,20 @@ import sys
 import time
 
 from tests.unit.runtime.history_records import CHANNELS, OUTPUTS, cycle_record
-from thermaxis.runtime import SystemClock
-from thermaxis.runtime.historian import HistorianSettings, SqlHistorian
+from thermaxis.runtime import CycleRecord, SystemClock
+from thermaxis.runtime.history import HistorianSettings, SqlHistorian
+
+
+def recorded(number: int) -> CycleRecord:
+    """Return a cycle; an hour has 120 of them, so that hours end while records come."""
+    return cycle_record(number, cycle_s=30.0)
 
 
 async def record(historian: SqlHistorian, numbers: range, rate: float) -> None:
     begin_s = time.monotonic()
     for k, number in enumerate(numbers):
         await asyncio.sleep(max(0.0, begin_s + k / rate - time.monotonic()))
-        historian.record(cycle_record(number))
+        historian.record(recorded(number))
         print(number, time.monotonic(), flush=True)
 
 

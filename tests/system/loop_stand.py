@@ -21,7 +21,14 @@ from asyncua import ua
 from asyncua.client.client import Client
 
 from tests.in_time import in_time, slowness
-from tests.system.programs import Program, Said, compensating, gaps
+from tests.system.programs import (
+    Program,
+    Recorded,
+    Said,
+    compensating,
+    gaps,
+    recorded_cycles,
+)
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -31,8 +38,7 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.files import write_model
-from thermaxis.runtime import SHORTEST_WAIT_S, CycleRecord
-from thermaxis.runtime.historian import HistoryReader
+from thermaxis.runtime import SHORTEST_WAIT_S
 
 NODES: Final = "nsu=urn:thermaxis:lathe;s="
 MACHINE_RATE_UM_PER_S: Final = 200.0
@@ -371,14 +377,13 @@ def travelled_um(looks: Sequence[Look]) -> float:
 # ---- what was recorded --------------------------------------------------------------------------
 
 
-def read_runs(folder: Path) -> list[list[CycleRecord]]:
+def read_runs(folder: Path) -> list[list[Recorded]]:
     """Return the recorded cycles of every run that left some, in the order of the runs."""
-    runs: list[list[CycleRecord]] = []
-    with HistoryReader(f"sqlite:///{folder / 'history.db'}") as reader:
-        for cycle in reader.cycles():
-            if not runs or cycle.number <= runs[-1][-1].number:
-                runs.append([])
-            runs[-1].append(cycle)
+    runs: list[list[Recorded]] = []
+    for cycle in recorded_cycles(folder / "history.db"):
+        if not runs or cycle.number <= runs[-1][-1].number:
+            runs.append([])
+        runs[-1].append(cycle)
     return runs
 
 
@@ -408,7 +413,7 @@ class Campaign:
     """Every run that was killed."""
     looks: list[Look] = field(default_factory=list[Look])
     """What the machine showed."""
-    runs: list[list[CycleRecord]] = field(default_factory=list[list[CycleRecord]])
+    runs: list[list[Recorded]] = field(default_factory=list[list[Recorded]])
     """What the history holds, by run."""
     exit_code: int | None = None
     """Of the last run, which was asked to end."""
@@ -484,9 +489,9 @@ def campaign(folder: Path, kills: int, *, watchdog: str, seed: int) -> Campaign:
     return seen
 
 
-def lost_s(life: Life, looks: Iterable[Look], run: Sequence[CycleRecord]) -> float:
+def lost_s(life: Life, looks: Iterable[Look], run: Sequence[Recorded]) -> float:
     """Return how long before the kill the first cycle was that is proven and not recorded. [s]"""
-    recorded = sum(bool(cycle.applied) for cycle in run)
+    recorded = sum(cycle.written for cycle in run)
     last_s = run[-1].monotonic_s if run else life.began_s
     proven_s = [
         look.at_s - LOOKED_EVERY_S
@@ -508,24 +513,24 @@ def judge(seen: Campaign) -> Judgement:
     moving = active = never = lost_cycles = 0
     to_active = start = lost = 0.0
     for life in seen.lives:
-        run: list[CycleRecord] = []
+        run: list[Recorded] = []
         for one in seen.runs:
             if life.began_s <= one[0].monotonic_s <= life.killed_s:
                 run = one
-        with_machine = [cycle for cycle in run if cycle.applied]
+        with_machine = [cycle for cycle in run if cycle.written]
         lost_cycles = max(lost_cycles, life.writes - len(with_machine))
         lost = max(lost, lost_s(life, seen.looks, run))
         if not with_machine:
             continue
         start = max(start, with_machine[0].monotonic_s - life.began_s)
         first_s = with_machine[0].monotonic_s
-        found = [c for c in with_machine if c.output.state is SupervisorState.ACTIVE]
+        found = [c for c in with_machine if c.state is SupervisorState.ACTIVE]
         if found:
             to_active = max(to_active, found[0].monotonic_s - first_s)
         elif with_machine[-1].monotonic_s - first_s > SETTLE_S + HEAL_S:
             never += 1
-        active += run[-1].output.state is SupervisorState.ACTIVE
-        moving += run[-1].output.rate_um_per_s != (0.0,)
+        active += run[-1].state is SupervisorState.ACTIVE
+        moving += run[-1].correction_um != run[max(len(run) - 2, 0)].correction_um
     return Judgement(
         len(seen.lives),
         active,

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from thermaxis.compensation import SupervisorState
-from thermaxis.runtime import CycleRecord
+from thermaxis.runtime.history import HistoryReader
 
 KILLED_WITH_US: Final = ("setpriv", "--pdeathsig", "KILL")
 
@@ -165,7 +165,40 @@ def compensating(configuration: Path, *options: str) -> Generator[Program]:
         program.end()
 
 
-def gaps(cycles: Sequence[CycleRecord]) -> list[int]:
+class Recorded(NamedTuple):
+    """What a history says of a cycle."""
+
+    number: int
+    """Number of the cycle. [1]"""
+    monotonic_s: float
+    """Monotonic time. [s]"""
+    state: SupervisorState
+    """State of the compensation."""
+    written: bool
+    """Whether anything was written to the machine."""
+    correction_um: tuple[float, ...]
+    """What was in force. [um]"""
+
+
+def recorded_cycles(path: Path) -> list[Recorded]:
+    """Return the cycles of a history, in the order of recording."""
+    with HistoryReader(f"sqlite:///{path}") as reader:
+        found = reader.cycles().collect()
+    ends = ("_correction_um", "_commanded_um")
+    corrections, commanded = ([n for n in found.columns if n.endswith(end)] for end in ends)
+    return [
+        Recorded(
+            row["number"],
+            row["monotonic_s"],
+            SupervisorState(row["state"]),
+            any(row[name] is not None for name in commanded),
+            tuple(row[name] for name in corrections),
+        )
+        for row in found.iter_rows(named=True)
+    ]
+
+
+def gaps(cycles: Sequence[Recorded]) -> list[int]:
     """Return the numbers that are missing between 1 and the last one."""
     numbers = {cycle.number for cycle in cycles}
     return sorted(set(range(1, max(numbers, default=0) + 1)) - numbers)

@@ -24,19 +24,21 @@ from tests.unit.runtime.history_records import (
     CountingClock,
     cycle_record,
     event_record,
+    url_of,
+    write_history,
 )
 from thermaxis.cli import main
-from thermaxis.compensation import Answer, AnswerCode, Request, RequestKind
-from thermaxis.errors import DataError
-from thermaxis.runtime import CycleRecord, Secret
-from thermaxis.runtime.historian import (
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.runtime import Secret
+from thermaxis.runtime.history import (
     Backlog,
+    Columns,
     FileWatch,
     HistorianSettings,
     HistoryReader,
-    RowPacker,
     SqlHistorian,
     Writer,
+    check_database,
     check_history,
     export_history,
     open_store,
@@ -164,6 +166,7 @@ def server(running: Server) -> Server:
         running.start()
     running.execute("DROP SCHEMA public CASCADE")
     running.execute("CREATE SCHEMA public")
+    shutil.rmtree(running.folder / "parts", ignore_errors=True)
     return running
 
 
@@ -171,25 +174,32 @@ def run(scene: Callable[[], Coroutine[object, object, None]]) -> None:
     asyncio.run(scene())
 
 
+def settings(server: Server) -> HistorianSettings:
+    return replace(QUICK, folder=server.folder / "parts")
+
+
+def columns() -> Columns:
+    made = Columns()
+    made.outputs, made.channels = OUTPUTS, CHANNELS
+    return made
+
+
 async def opened(server: Server) -> SqlHistorian:
-    made = SqlHistorian(server.url, QUICK, CountingClock())
+    made = SqlHistorian(server.url, settings(server), CountingClock())
     await made.open(OUTPUTS, CHANNELS)
     return made
 
 
-def records_in(server: Server) -> list[CycleRecord]:
+def records_in(server: Server) -> list[int]:
+    """Return the numbers of the cycles."""
     with HistoryReader(server.url, PASSWORD) as reader:
-        return list(reader.cycles())
+        return reader.cycles(columns=["number"]).collect()["number"].to_list()
 
 
 def test_cycles_events_and_trends_are_those_of_sqlite(server: Server, tmp_path: Path) -> None:
-    records = [cycle_record(k, good=k % 50 != 49) for k in range(1000)]
-    request = Request(RequestKind.TRIM, who="Anna", output="Z_um", value=2.5, duration_s=60.0)
-    answers = (Answer(request, True, AnswerCode.TRIM_REPLACED, {"who": "µ \0 \ud800 '"}),)
-    first = records[0]
-    records[0] = CycleRecord(
-        0, first.utc, 1000.0, first.samples, first.output._replace(answers=answers), {}, 0.0
-    )
+    records = [cycle_record(k, cycle_s=10.0, good=k % 50 != 49) for k in range(1000)]
+    odd = records[0].samples["T_table_C"]._replace(status="µ \0 \ud800 '")
+    records[0] = replace(records[0], samples={**records[0].samples, "T_table_C": odd})
     event = event_record("Off -> Warming ☺")
 
     async def scene() -> None:
@@ -200,31 +210,30 @@ def test_cycles_events_and_trends_are_those_of_sqlite(server: Server, tmp_path: 
             one.record(record)
         assert await one.drain(30.0)
         assert one.status == (True, 0, 0, None)
+        for _ in range(100):  # the hours that are over become files beside it
+            if server.execute("SELECT min(id) FROM cycles") == [(721,)]:
+                break
+            await asyncio.sleep(0.1)
         await one.close(10.0)
 
     run(scene)
-    assert records_in(server) == records
-    lite = f"sqlite:///{tmp_path / 'h.db'}"
-    packer, backlog = RowPacker(), Backlog(10**9)
-    packer.outputs, packer.channels = OUTPUTS, CHANNELS
-    for record in records:
-        backlog.add_cycle(packer.pack(record))
-    writer = Writer(parse_url(lite), QUICK, CountingClock(), backlog, packer)
-    writer.attempt()
-    writer.close()
-    spans = [(100.5, 700.0, 50), (0.0, 86_400.0, 10), (-5.0, 2.0, 3)]
-    with HistoryReader(server.url, PASSWORD) as big, HistoryReader(lite) as small:
+    assert server.execute("SELECT min(id), max(id) FROM cycles") == [(721, 1000)]
+    path = tmp_path / "h.db"
+    write_history(path, records)
+    spans = [(1005.0, 7000.0, 50), (0.0, 86_400.0, 10), (-5.0, 20.0, 3)]
+    with HistoryReader(server.url, PASSWORD) as big, HistoryReader(url_of(path)) as small:
         assert [e.text for e in big.events()] == [event.text, "zero \\x00 and half \\ud800"]
         assert big.events()[0] == event
         assert big.span() == small.span()
-        assert set(big.series().items()) == set(small.series().items())
-        names = list(small.series())
+        assert big.series() == small.series()
         for first_s, last_s, points in spans:
             begin, end = BEGIN + timedelta(seconds=first_s), BEGIN + timedelta(seconds=last_s)
-            assert list(big.cycles(begin, end)) == list(small.cycles(begin, end))
-            trends = [reader.trend(names, begin, end, points=points) for reader in (big, small)]
-            for name in names:
-                one, two = (found[name] for found in trends)
+            found = [reader.cycles(begin, end).collect() for reader in (big, small)]
+            assert found[0].equals(found[1])
+            assert found[0].height
+            trends = [r.trend(big.series(), begin, end, points=points) for r in (big, small)]
+            for name, one in trends[0].items():
+                two = trends[1][name]
                 assert one.mean == pytest.approx(two.mean, rel=1e-12)
                 assert replace(one, mean=()) == replace(two, mean=())
         export_history(big, tmp_path / "big.parquet")
@@ -257,7 +266,7 @@ def test_a_server_that_goes_and_comes_back_has_every_cycle_once(server: Server) 
         await one.close(10.0)
 
     run(scene)
-    assert [record.number for record in records_in(server)] == list(range(240))
+    assert records_in(server) == list(range(240))
     with HistoryReader(server.url, PASSWORD) as reader:
         assert len(reader.events(kinds=["connection"])) >= 3
         assert reader.events(kinds=["loss"]) == []
@@ -265,22 +274,18 @@ def test_a_server_that_goes_and_comes_back_has_every_cycle_once(server: Server) 
 
 def test_a_commit_whose_answer_was_lost_is_not_written_twice(server: Server) -> None:
     """The writer is told that its connection broke, after the rows were stored."""
-    packer, backlog = RowPacker(), Backlog(10**8)
-    packer.outputs, packer.channels = OUTPUTS, CHANNELS
+    made, backlog = columns(), Backlog(10**8)
     for k in range(500):
-        backlog.add_cycle(packer.pack(cycle_record(k)))
+        backlog.add_cycle(made.row_of(cycle_record(k)))
     url = parse_url(server.url, PASSWORD)
-    store = open_store(url, "the run", check_s=1.0, utc=BEGIN, watch=FileWatch())
-    items = backlog.take(300)
-    store.write(items, packer)
-    while store.close_block():  # the rows are no longer single rows when it comes back
-        pass
+    store = open_store(url, "the run", settings(server), utc=BEGIN, watch=FileWatch())
+    store.write(backlog.take(300))
     store.close()
-    store = open_store(url, "the run", check_s=1.0, utc=BEGIN, watch=FileWatch())
+    store = open_store(url, "the run", settings(server), utc=BEGIN, watch=FileWatch())
     backlog.put_back(store.stored_seq())
-    store.write(backlog.take(1000), packer)
+    store.write(backlog.take(1000))
     store.close()
-    assert [record.number for record in records_in(server)] == list(range(500))
+    assert records_in(server) == list(range(500))
 
 
 def test_a_second_writer_is_refused_until_the_first_has_ended(server: Server) -> None:
@@ -304,8 +309,8 @@ def test_a_second_writer_is_refused_until_the_first_has_ended(server: Server) ->
 def test_a_wrong_password_is_said_without_a_password(server: Server) -> None:
     async def scene() -> None:
         wrong = "wrong but not to be shown either"
-        settings = HistorianSettings(password=Secret(wrong), retry_s=0.1)
-        one = SqlHistorian(server.url, settings, CountingClock())
+        some = replace(settings(server), password=Secret(wrong), retry_s=0.1)
+        one = SqlHistorian(server.url, some, CountingClock())
         await one.open(OUTPUTS, CHANNELS)
         one.record(cycle_record(0))
         assert not await one.drain(1.0)
@@ -320,25 +325,53 @@ def test_a_wrong_password_is_said_without_a_password(server: Server) -> None:
     assert "wrong as well" not in str(error.value)
 
 
-def test_old_days_go_and_the_rest_stays(server: Server) -> None:
-    url = parse_url(server.url, PASSWORD)
+def test_another_model_and_old_days_are_dealt_with_as_in_sqlite(server: Server) -> None:
     kept: list[int] = []
-    for day in range(6):
-        packer, backlog = RowPacker(), Backlog(10**8)
-        packer.outputs, packer.channels = OUTPUTS, CHANNELS
+    for day in range(4):
+        made, backlog = columns(), Backlog(10**8)
         begin = BEGIN.replace(hour=0) + timedelta(days=day)
-        for k in range(256):
-            backlog.add_cycle(packer.pack(cycle_record(256 * day + k, begin=begin, utc=begin)))
-            kept += [256 * day + k] if day >= 4 else []
-        store = open_store(url, f"day {day}", check_s=1.0, utc=begin, watch=FileWatch())
-        store.write(backlog.take(1000), packer)
-        while store.close_block():
-            pass
-        while store.retire(2):
-            pass
-        store.close()
-    assert [record.number for record in records_in(server)] == kept
-    assert server.execute("SELECT count(DISTINCT minute) FROM thermaxis_trend") == [(2,)]
+        parts = (("spindle", f"part{day}"), ("spindle",))
+        for k in range(10 * day, 10 * day + 10):
+            record = replace(cycle_record(k, begin=begin), parts=parts)
+            backlog.add_cycle(made.row_of(record))
+            kept += [k] if day >= 1 else []
+        some = replace(settings(server), retention_days=2)
+        url = parse_url(server.url, PASSWORD)
+        writer = Writer(url, some, CountingClock(), backlog, beside=False)
+        assert writer.attempt()
+        assert writer.trouble is None
+        writer.close()
+    assert records_in(server) == kept  # two days in files, and the newest as rows
+    names = server.execute("SELECT tablename FROM pg_tables WHERE schemaname = 'public'")
+    assert sorted(str(name) for (name,) in names) == ["cycles", "events", "history"]
+
+
+def test_a_database_that_stores_no_text_is_refused_with_a_sentence(
+    server: Server, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server.execute("DROP DATABASE IF EXISTS ascii", database="postgres")
+    server.execute(
+        "CREATE DATABASE ascii ENCODING 'SQL_ASCII' LOCALE 'C' TEMPLATE template0",
+        database="postgres",
+    )
+    url = f"{server.url.rpartition(chr(47))[0]}/ascii"
+
+    async def scene() -> None:
+        one = SqlHistorian(url, settings(server), CountingClock())
+        await one.open(OUTPUTS, CHANNELS)
+        one.record(cycle_record(0))
+        assert not await one.drain(1.0)
+        assert one.status.failure is not None
+        assert one.status.failure.code == "error-database_encoding", one.status.failure
+        await one.close(0.2)
+
+    run(scene)
+    with pytest.raises(ConfigurationError) as caught:
+        check_database(url, PASSWORD)
+    assert caught.value.values == {"found": "SQL_ASCII"}
+    monkeypatch.setenv("PGPASSWORD", PASSWORD)
+    assert main(["history", "check", url]) == 2
+    assert "stores text as SQL_ASCII, not as UTF8" in capsys.readouterr().err
 
 
 def test_the_command_reads_a_server(

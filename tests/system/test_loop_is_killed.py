@@ -89,7 +89,7 @@ def test_a_frozen_loop_looks_before_it_writes_and_goes_on_from_where_the_watchdo
     assert_two_seconds(tripped.at_s - frozen_s)
     first = next(look for look in watcher.looks if look.at_s > thawed_s and look.alive)
     assert abs(first.accepted_um) <= RATE_UM_PER_S * (first.at_s - thawed_s) + LATE_UM
-    states = {c.output.state for c in cycles if c.monotonic_s > thawed_s}
+    states = {c.state for c in cycles if c.monotonic_s > thawed_s}
     assert SupervisorState.ACTIVE in states
     assert SupervisorState.FAULT not in states
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from tests.in_time import slowness
 from tests.system.opcua.client import OUTPUTS, USERS, make_identity
 from tests.system.opcua.foreign_server import ForeignServer, Line
+from tests.system.programs import Recorded, recorded_cycles
 from thermaxis.compensation import (
     CompensationModel,
     Output,
@@ -22,8 +23,8 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.files import write_model
-from thermaxis.runtime import CycleRecord, EventRecord
-from thermaxis.runtime.historian import HistoryReader
+from thermaxis.runtime import EventRecord
+from thermaxis.runtime.history import HistoryReader
 
 LATE_CYCLES = 2.0
 """A late cycle may move an offset by what the rate allows in so many cycles."""
@@ -183,7 +184,7 @@ def make_site(folder: Path, machine: ForeignServer, rules: Rules, more: str = ""
 class History(NamedTuple):
     """What the loop left."""
 
-    cycles: list[CycleRecord]
+    cycles: list[Recorded]
     """Every cycle."""
     events: list[EventRecord]
     """Every event."""
@@ -192,7 +193,7 @@ class History(NamedTuple):
 def read_history(folder: Path) -> History:
     """Read the history of a run that has ended."""
     with HistoryReader(f"sqlite:///{folder / 'history.db'}") as reader:
-        return History(list(reader.cycles()), list(reader.events()))
+        return History(recorded_cycles(folder / "history.db"), list(reader.events()))
 
 
 class Stay(NamedTuple):
@@ -206,11 +207,11 @@ class Stay(NamedTuple):
     """Monotonic time of the first cycle after it, or of its last. [s]"""
 
 
-def stays(cycles: Sequence[CycleRecord]) -> list[Stay]:
+def stays(cycles: Sequence[Recorded]) -> list[Stay]:
     """Return the states one after the other."""
     found: list[Stay] = []
     for cycle in cycles:
-        state, at_s = cycle.output.state, cycle.monotonic_s
+        state, at_s = cycle.state, cycle.monotonic_s
         if found and found[-1].state is state:
             found[-1] = found[-1]._replace(end_s=at_s)
         else:

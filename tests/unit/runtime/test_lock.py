@@ -11,7 +11,7 @@ import pytest
 from tests.refusals import refused
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import sole_runner
-from thermaxis.runtime.historian._integrity import writer_lock
+from thermaxis.runtime.history._integrity import writer_lock
 from thermaxis.runtime.host import file_lock
 from thermaxis.runtime.record import sole_writer
 

@@ -8,7 +8,7 @@ import pytest
 
 from thermaxis.codes import Place
 from thermaxis.errors import ThermaxisError
-from thermaxis.runtime.historian import printable_cause
+from thermaxis.runtime.history import printable_cause
 
 
 def test_no_kind_of_an_error_reaches_people_with_what_the_history_says() -> None:

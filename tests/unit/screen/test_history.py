@@ -27,7 +27,7 @@ from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.messages import LANGUAGES, sentence, sentence_of
 from thermaxis.runtime import EventRecord, VirtualClock, run_in_virtual_time
-from thermaxis.runtime.historian import HistoryReader, Trend
+from thermaxis.runtime.history import HistoryReader, Trend
 from thermaxis.screen.access import RefusedError
 from thermaxis.screen.pages.history import (
     Kept,
@@ -322,10 +322,10 @@ def test_one_question_answers_everybody_for_a_while() -> None:
 # ---- lines --------------------------------------------------------------------------------------
 
 
-def trend_of(times_s: Sequence[float], step_s: float, unit: str = "um") -> Trend:
+def trend_of(times_s: Sequence[float], step_s: float) -> Trend:
     times = tuple(round(t * 1e6) for t in times_s)
     values = tuple(float(k) for k in range(len(times)))
-    return Trend("Z_um.correction", unit, round(step_s * 1e6), times, values, values, values)
+    return Trend("Z_correction_um", round(step_s * 1e6), times, values, values, values)
 
 
 def last_of(seconds: float) -> datetime:
@@ -369,9 +369,9 @@ def test_lines_hold_the_mean_and_the_band_of_what_was_recorded(tmp_path: Path) -
     write_history(path, records)
     with HistoryReader(url_of(path)) as reader:
         span = BEGIN, BEGIN + HOUR / 2
-        found = lines_of(reader, ["Z_um.correction", "T_spindle_C", "gone"], span, 1.0, 180)
-    assert list(found) == ["Z_um.correction", "T_spindle_C"]
-    line = found["Z_um.correction"]
+        found = lines_of(reader, ["Z_correction_um", "T_spindle_C", "gone"], span, 1.0, 180)
+    assert list(found) == ["Z_correction_um", "T_spindle_C"]
+    line = found["Z_correction_um"]
     assert (line["unit"], found["T_spindle_C"]["unit"], line["step_s"]) == ("µm", "°C", 10.0)
     assert line["mean"].count(None) == 1
     gap = line["mean"].index(None)
@@ -388,16 +388,16 @@ def test_lines_hold_the_mean_and_the_band_of_what_was_recorded(tmp_path: Path) -
 
 
 def test_a_unit_is_written_as_people_write_it() -> None:
-    for name, unit, shown in (
-        ("Z_um.correction", "um", "µm"),
-        ("T_spindle_C", "", "°C"),
-        ("T_spindle_C.redundant", "", "°C"),
-        ("probe.Z_um", "", "µm"),
-        ("Z_um.weight", "1", ""),
-        ("interlock.referenced", "", ""),
-        ("n_spindle_rpm", "", "1/min"),
+    for name, shown in (
+        ("Z_correction_um", "µm"),
+        ("T_spindle_C", "°C"),
+        ("T_spindle_redundant_C", "°C"),
+        ("probe_Z_um", "µm"),
+        ("Z_weight", ""),
+        ("interlock_referenced", ""),
+        ("n_spindle_rpm", "1/min"),
     ):
-        assert unit_of(name, unit) == shown
+        assert unit_of(name) == shown
 
 
 def test_numbers_keep_what_a_chart_can_show() -> None:
@@ -492,8 +492,8 @@ def test_the_trend_of_eight_hours_has_corrections_temperatures_and_marks(tmp_pat
     with HistoryReader(url_of(path)) as reader:
         found = trend8(reader, now, 10.0, OUTPUTS, [*CHANNELS, "T_new_C"])
     assert found["last"] - found["first"] == 8 * 3_600_000
-    assert list(found["series"]) == ["Z_um.correction", "X_um.correction", *CHANNELS]
-    line = found["series"]["Z_um.correction"]
+    assert list(found["series"]) == ["Z_correction_um", "X_correction_um", *CHANNELS]
+    line = found["series"]["Z_correction_um"]
     assert len(line["t"]) == 480
     assert None not in line["mean"]
     at = line["t"].index(to_ms(BEGIN + timedelta(hours=2, seconds=30)))
@@ -540,9 +540,8 @@ def test_a_question_between_statements_ends_at_the_next_and_a_server_is_told(
     write_history(path, [cycle_record(k) for k in range(10)])
     told: list[str] = []
     with HistoryReader(url_of(path)) as reader:
-        pieces = reader.pieces()
         reader._bare = SimpleNamespace(cancel=lambda: told.append("cancel"))
         reader.interrupt()
         with pytest.raises(DataError, match="interrupted"):
-            next(pieces)
+            reader.cycles()
     assert told == ["cancel"]

@@ -153,15 +153,15 @@ def test_who_may_look_without_a_log_in_may_not_export(path: Path) -> None:
 
 def test_series_come_with_their_units_and_the_span_of_the_history(client: Client) -> None:
     found = client.get("/history/series").json()
-    assert found["series"]["Z_um.correction"] == "µm"
+    assert found["series"]["Z_correction_um"] == "µm"
     assert found["series"]["T_spindle_C"] == "°C"
     assert (found["first"], found["last"]) == (to_ms(BEGIN), to_ms(BEGIN) + 1_799_000)
 
 
 def test_a_trend_has_the_mean_of_what_was_recorded(client: Client) -> None:
-    asked = {**SPAN, "names": ["Z_um.accepted", "T_spindle_C"], "points": "60"}
+    asked = {**SPAN, "names": ["Z_accepted_um", "T_spindle_C"], "points": "60"}
     found = client.get("/history/trend", params=asked).json()
-    line = found["series"]["Z_um.accepted"]
+    line = found["series"]["Z_accepted_um"]
     assert line["mean"] == [-1.5] * 30
     assert set(line["lowest"]) == {-3.0}
     assert set(line["highest"]) == {0.0}
@@ -171,13 +171,13 @@ def test_a_trend_has_the_mean_of_what_was_recorded(client: Client) -> None:
 
 def test_what_cannot_be_answered_is_refused_in_words(client: Client) -> None:
     for asked, key in (
-        ({"names": "Z_um.model"}, "history-no_span"),
-        ({**SPAN, "last": SPAN["first"], "names": "Z_um.model"}, "history-no_span"),
-        ({**SPAN, "first": "yesterday", "names": "Z_um.model"}, "history-no_span"),
-        ({**SPAN, "last": "2199-01-01T00:00Z", "names": "Z_um.model"}, "history-no_span"),
+        ({"names": "Z_model_um"}, "history-no_span"),
+        ({**SPAN, "last": SPAN["first"], "names": "Z_model_um"}, "history-no_span"),
+        ({**SPAN, "first": "yesterday", "names": "Z_model_um"}, "history-no_span"),
+        ({**SPAN, "last": "2199-01-01T00:00Z", "names": "Z_model_um"}, "history-no_span"),
         (SPAN, "history-no_series"),
         ({**SPAN, "names": [str(k) for k in range(9)]}, "history-too_many"),
-        ({**SPAN, "names": "Z_um.modell"}, "history-unknown_series"),
+        ({**SPAN, "names": "Z_model_uml"}, "history-unknown_series"),
     ):
         answer = client.get("/history/trend", params=asked, headers={"accept-language": "de"})
         assert (answer.status_code, answer.json()["error"]) == (400, key), asked
@@ -191,10 +191,10 @@ def test_what_cannot_be_answered_is_refused_in_words(client: Client) -> None:
 
 def test_no_number_of_points_breaks_a_question(client: Client) -> None:
     for points in ("", "-5", "1e9", "9" * 30, "0", "99999"):
-        asked = {**SPAN, "names": "Z_um.model", "points": points}
+        asked = {**SPAN, "names": "Z_model_um", "points": points}
         found = client.get("/history/trend", params=asked)
         assert found.status_code == 200
-        assert 1 <= len(found.json()["series"]["Z_um.model"]["t"]) <= 4000
+        assert 1 <= len(found.json()["series"]["Z_model_um"]["t"]) <= 4000
 
 
 def test_events_are_said_in_the_visitors_language(
@@ -235,7 +235,7 @@ def test_the_operators_trend_is_asked_once_in_a_quarter_of_a_minute(
         client.get("/trend8")
         assert len(asked) == 2
     assert found[0] == found[-1]
-    assert set(found[0]["series"]) == {"Z_um.correction", "X_um.correction", *CHANNELS}
+    assert set(found[0]["series"]) == {"Z_correction_um", "X_correction_um", *CHANNELS}
     assert [event["kind"] for event in found[0]["events"]] == ["state", "request"]
     assert german["events"][0]["said"] != found[0]["events"][0]["said"]
     assert german["series"] == found[0]["series"]
@@ -248,7 +248,7 @@ def test_without_a_history_every_page_says_why(tmp_path: Path) -> None:
         assert "no such file" in trend["error"]
         assert str(tmp_path) not in trend["error"]
         for address in ("/history/series", "/history/events", "/probe/values", "/history/trend"):
-            asked = {**SPAN, "names": "Z_um.model", "name": "Z_um"}
+            asked = {**SPAN, "names": "Z_model_um", "name": "Z_um"}
             answer = client.get(address, params=asked)
             assert (answer.status_code, answer.json()["error"]) == (503, "history-unreadable")
 

@@ -34,7 +34,7 @@ from thermaxis.runtime import (
     probe_name,
     run_in_virtual_time,
 )
-from thermaxis.runtime.historian import HistoryReader
+from thermaxis.runtime.history import HistoryReader
 from thermaxis.screen.pages import probe_page as _probe_page
 from thermaxis.screen.pages.history import to_ms
 from thermaxis.screen.pages.probe_page import by_cycle, by_minute, comparison
@@ -194,7 +194,7 @@ def measured(
 
 
 def compare_by_hand(path: Path, records: Sequence[CycleRecord]) -> dict[str, Any]:
-    write_history(path, records, outputs=("Z_um",), channels=("T_spindle_C", "T_table_C"))
+    write_history(path, records)
     with HistoryReader(url_of(path)) as reader:
         return comparison(reader, "Z_um", (BEGIN, BEGIN + timedelta(minutes=1)), 1.0, 1000)
 
@@ -230,7 +230,7 @@ def test_without_a_single_value_there_are_no_figures(tmp_path: Path) -> None:
 def test_a_history_before_the_probe_is_no_error_in_either_way(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     records = [measured(k, None, None, None) for k in range(200)]
-    write_history(path, records, outputs=("Z_um",), channels=("T_spindle_C", "T_table_C"))
+    write_history(path, records)
     span = BEGIN, BEGIN + timedelta(hours=1)
     with HistoryReader(url_of(path)) as reader:
         found, step_us = by_minute(reader, "Z_um", span, 10)

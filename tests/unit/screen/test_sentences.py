@@ -221,11 +221,12 @@ SECONDS = (0.0, 0.4, 44.5, 59.4, 60.0, 61.0, 599.0, 600.0, 3599.0, 3600.0, 5400.
 NAMES = ("Z_um", "T_spindle_C", "Z_um, X_um", "um", "Z_umf", "", "probe.Z_um")
 LABELS = {
     "T_spindle_C": "T_spindle",
-    "T_spindle_C.redundant": "T_spindle.redundant",
-    "Z_um.correction": f"Z {sentence('history-correction')}",
-    "probe.Z_um": f"Z {sentence('history-probe')}",
-    "Z_um.part.a_um": f"Z {template('history-part').format(name='a_um')}",
-    "Z_um.of_the_future": "Z.of_the_future",
+    "T_spindle_redundant_C": "T_spindle_redundant",
+    "Z_correction_um": f"Z {sentence('history-correction')}",
+    "Z_weight": f"Z {sentence('history-weight')}",
+    "probe_Z_um": f"Z {sentence('history-probe')}",
+    "Z_part_a_b_um": f"Z {template('history-part').format(name='a_b')}",
+    "Z_of_the_future_um": "Z_of_the_future",
 }
 WRITTEN = """
 const texts = { words: { textContent: JSON.stringify(given.sentences) } };

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, final
 from thermaxis import files, runtime
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import historian, sinks, sources
+from thermaxis.runtime import history, sinks, sources
 from thermaxis.runtime.config import configuration_sha256
 from thermaxis.runtime.host import is_loopback
 
@@ -95,7 +95,7 @@ def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> Machin
         probe_source = sources.OpcUaSource(probes, nodes)
         source = sources.ProbedSource(source, probe_source, tuple(nodes), clock)
     url, settings = configuration.historian_url, configuration.historian
-    recorder = historian.SqlHistorian(url, settings, clock)
+    recorder = history.SqlHistorian(url, settings, clock)
     sink = build_sink(configuration, sessions, clock)
     return MachineParts(sessions, runtime.Ports(source, sink, recorder, clock), probes)
 

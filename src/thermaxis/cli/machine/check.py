@@ -8,7 +8,8 @@ import argparse
 import asyncio
 import contextlib
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -27,9 +28,12 @@ from thermaxis.cli.machine._machine_words import (
     findings_as_json,
     findings_in_words,
 )
+from thermaxis.codes import Message, Place
+from thermaxis.errors import ConfigurationError
 from thermaxis.messages import text_of
 from thermaxis.report.tables import as_json, as_text
 from thermaxis.runtime.config import page_certificate_findings
+from thermaxis.runtime.history import check_database
 
 _LOOKS_AFTER_S = 0.05
 FOUND = 1
@@ -80,6 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
     findings: Sequence[runtime.Finding] = ()
     if not arguments.offline:
         findings = _look(found, wait_s=arguments.wait, write=arguments.write)
+        findings = (*findings, *_about_history(found))
     _write_result(
         arguments,
         machine=as_json(described),
@@ -138,6 +143,20 @@ class _Parts(NamedTuple):
         """All that is opened."""
         probes = () if self.probes is None else (self.probes,)
         return (*self.sessions.values(), self.sink, *probes)
+
+
+def _about_history(configuration: runtime.MachineConfiguration) -> Iterator[runtime.Finding]:
+    """Say whether the database can keep a history; one that is out of reach is waited for."""
+    url, key = configuration.historian_url, "historian.url"
+    try:
+        check_database(url, configuration.historian.password.reveal())
+    except ConfigurationError as error:
+        message = replace(error.message, place=error.place._replace(key=key))
+        yield runtime.Finding(runtime.Level.ERROR, message)
+    except OSError as error:
+        values, place = {"cause": str(error)}, Place(key=key)
+        message = Message("self_test-history_unreachable", values, place)
+        yield runtime.Finding(runtime.Level.WARNING, message)
 
 
 async def _tested(

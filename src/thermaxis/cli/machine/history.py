@@ -16,7 +16,7 @@ from thermaxis.cli._progress import Progress
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
-from thermaxis.runtime import EventRecord, historian, read_machine
+from thermaxis.runtime import EventRecord, history, read_machine
 from thermaxis.runtime.host import read_secret
 
 
@@ -46,7 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "headings that are wanted, with * and ?; may be given more than once (default: all)",
         many=True,
     )
-    add("--all", "also values of bad status, and status, state and reasons as words", bool)
+    add(
+        "--all",
+        "also states, reasons and statuses as codes, ages, and what the model was given",
+        bool,
+    )
     events = actions.add_parser("events", help="list what happened", allow_abbrev=False)
     _add_history(events)
     _add_span(events)
@@ -112,7 +116,7 @@ def _address_of(arguments: argparse.Namespace) -> tuple[str, str]:
     text: str = arguments.history
     password_file: Path | None = arguments.password_file
     if "://" in text:
-        historian.refuse_password(text, key="HISTORY")
+        history.refuse_password(text, key="HISTORY")
         if password_file is None:
             return text, ""
         return text, read_secret(password_file, key="--password-file").reveal()
@@ -124,7 +128,7 @@ def _address_of(arguments: argparse.Namespace) -> tuple[str, str]:
 
 
 def _span(
-    arguments: argparse.Namespace, reader: historian.HistoryReader
+    arguments: argparse.Namespace, reader: history.HistoryReader
 ) -> tuple[datetime | None, datetime | None]:
     first: datetime | None = arguments.first
     last: datetime | None = arguments.last
@@ -147,16 +151,15 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
         raise ConfigurationError(
             "history_suffix", place=Place(file=str(output), key="--output"), suffix=output.suffix
         )
-    with historian.HistoryReader(url, password) as reader, Progress() as progress:
+    with history.HistoryReader(url, password) as reader:
         first, last = _span(arguments, reader)
-        written = historian.export_history(
+        written = history.export_history(
             reader,
             output,
             first=first,
             last=last,
             patterns=arguments.column,
             everything=arguments.all,
-            report=progress,
         )
     sys.stdout.write(
         f"written: {printable(str(output))} ({written.rows} cycles,"
@@ -165,7 +168,7 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
 
 
 def _events(arguments: argparse.Namespace, url: str, password: str) -> None:
-    with historian.HistoryReader(url, password) as reader:
+    with history.HistoryReader(url, password) as reader:
         first, last = _span(arguments, reader)
         found = reader.events(first, last, kinds=arguments.kind, newest=arguments.newest)
     if arguments.json is not None:
@@ -196,11 +199,11 @@ def _event_line(event: EventRecord) -> str:
 
 def _check(_: argparse.Namespace, url: str, password: str) -> None:
     with Progress() as progress:
-        found = historian.check_history(url, password, report=progress)
+        found = history.check_history(url, password, report=progress)
     sys.stdout.write(_condition_text(found))
 
 
-def _condition_text(found: historian.Condition) -> str:
+def _condition_text(found: history.Condition) -> str:
     lines = ["The history is sound: everything in it could be read."]
     if found.first is not None and found.last is not None:
         times = (
@@ -216,11 +219,10 @@ def _condition_text(found: historian.Condition) -> str:
             f"It says itself that {found.lost_cycles} cycles and {found.lost_events} events were"
             " lost: thermaxis history events --kind loss"
         )
-    if found.size_bytes is not None:
-        lines.append(f"{found.size_bytes / 1e6:.1f} MB")
+    lines.append(f"{found.size_bytes / 1e6:.1f} MB")
     return "\n".join(lines) + "\n"
 
 
 def _copy(arguments: argparse.Namespace, url: str, _: str) -> None:
-    historian.copy_history(url, arguments.output)
+    history.copy_history(url, arguments.output)
     sys.stdout.write(f"written: {printable(str(arguments.output))}\n")

@@ -22,7 +22,7 @@ from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.report.tables import Part, Table, Value
-from thermaxis.runtime.historian import NoHistorian, SqlHistorian
+from thermaxis.runtime.history import NoHistorian, SqlHistorian
 from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED
 
 MOST_HOURS = 24.0 * 14

@@ -31,6 +31,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import OTHER_COMPENSATION
 from thermaxis.runtime.config import certificate_ends
+from thermaxis.runtime.history import check_database
 from thermaxis.runtime.host import RequestSocket
 
 CERTIFICATES_EVERY_S = 3600.0
@@ -55,6 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = runtime.read_machine(arguments.configuration)
+    with suppress(OSError):  # one that is out of reach is waited for
+        check_database(configuration.historian_url, configuration.historian.password.reveal())
     with sole_runner(configuration):
         standing = asyncio.run(_run(configuration, arguments))
     for name, value in standing.items():

@@ -110,3 +110,4 @@ self_test-offset_gone = Der Offset hat keinen Wert mehr: { $status }.
 self_test-offset_not_written_back = Der vorgefundene Offset kann nicht zurückgeschrieben werden: { $status }.
     .remedy = Dem Benutzer das Schreibrecht geben und prüfen, ob die Maschine in der jetzigen Betriebsart schreiben lässt.
 self_test-offset_written_back = Der vorgefundene Offset wurde zurückgeschrieben: Er ist schreibbar.
+self_test-history_unreachable = Die Datenbank des Verlaufs ist jetzt nicht erreichbar: { $cause }. Aufzeichnungen warten so lange im Speicher.

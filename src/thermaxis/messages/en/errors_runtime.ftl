@@ -234,12 +234,18 @@ error-server_history_copied = A history on a server is not copied here.
     .remedy = Use pg_dump.
 error-question_interrupted = The question was interrupted.
 error-trend_without_span = The span of a trend is empty.
-error-layout_damaged = A stored layout is damaged.
-    .remedy = Restore the database.
-error-block_damaged = A block of the history is damaged.
-    .remedy = Check the database with thermaxis history check.
-error-stored_cycle_unreadable = A stored cycle cannot be read: { $cause }.
-    .remedy = Use the version of the program that wrote it, or a newer one.
+error-history_earlier = This history was written by an earlier kind of this program, which packed its cycles.
+    .remedy = Name another database in the configuration; read the old one with the program that wrote it.
+error-history_folder_missing = A history on a server needs a folder for its finished days.
+    .remedy = State the folder.
+error-history_folder_lost = The folder with the finished days of this history is not there.
+    .remedy = Bring the folder back beside the database, or state its new place as historian.folder and start the loop once.
+error-database_encoding = The database stores text as { $found }, not as UTF8: it cannot keep a history.
+    .remedy = Make one with createdb --encoding=UTF8 --template=template0.
+error-part_incomplete = Cycles are missing from what was to become a file: the rows stay where they are.
+    .remedy = Check the history with thermaxis history check.
+error-part_not_read_back = The file that was written does not hold what it should: it is given up, and the rows stay where they are.
+    .remedy = Check the disk.
 
 ## Commissioning
 

@@ -44,12 +44,10 @@ history-wanted = wanted correction
 history-model = model
 history-weight = weight of the model
 history-trim = trim
-history-before = correction before the cycle
-history-requested = requested offset
+history-commanded = commanded offset
 history-accepted = accepted offset
 history-effective = effective offset
 history-part = part { $name }
-history-gain = gain { $name }
 history-probe = probe
 history-active = share of time compensating
 

@@ -86,7 +86,9 @@ class _Build:
         rules = self._rules()
         if rules is not None and sink.kind == "linuxcnc":
             sink = replace(sink, linuxcnc=self._linuxcnc(rules.limits))
-        historian = historian_settings(sections.historian, problems, f"{self.file.stem}.history.db")
+        historian = historian_settings(
+            sections.historian, problems, sections.machine.name, f"{self.file.stem}.history"
+        )
         server = server_settings(sections.server, problems)
         metrics = metrics_settings(sections.metrics, problems)
         screen = screen_settings(

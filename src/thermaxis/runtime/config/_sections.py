@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from thermaxis.compensation import Limits, SensorRules, SupervisorRules
 from thermaxis.messages import Language
 from thermaxis.runtime.config._connection import ConnectionSection, Section
-from thermaxis.runtime.historian import HistorianSettings
+from thermaxis.runtime.history import HistorianSettings
 from thermaxis.runtime.sinks import LinuxCncSettings
 
 _Table = TypeVar("_Table")
@@ -280,6 +280,8 @@ class HistorianSection(RulesSection):
     """File whose first line is the database's password; readable by its owner only."""
     password_environment: Text = ""
     """Environment variable that holds it."""
+    folder: Text = ""
+    """Folder of the finished hours and days."""
     retention_days: int | None = None
     """Days with records that are kept. [d]"""
     largest_waiting_bytes: int | None = None

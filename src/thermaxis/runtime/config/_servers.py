@@ -7,7 +7,7 @@ from thermaxis.runtime.config._connection import read_secret
 from thermaxis.runtime.config._problems import Problems
 from thermaxis.runtime.config._sections import HistorianSection, MetricsSection, ServerSection
 from thermaxis.runtime.config._settings import MetricsSettings, ServerSettings
-from thermaxis.runtime.historian import HistorianSettings, check_encryption, refuse_password
+from thermaxis.runtime.history import HistorianSettings, check_encryption, refuse_password
 from thermaxis.runtime.host import refuse_readable
 
 _FORGOTTEN_DATABASES = ("", "/", "/:memory:")
@@ -15,11 +15,11 @@ _POSTGRESQL = ("postgresql", "postgresql+psycopg")
 
 
 def historian_settings(
-    section: HistorianSection, problems: Problems, default: str
+    section: HistorianSection, problems: Problems, machine: str, default: str
 ) -> tuple[str, HistorianSettings] | None:
     """Return where cycles are recorded."""
     table, key = "historian", "historian.url"
-    url = section.url or f"sqlite:///{default}"
+    url = section.url or f"sqlite:///{default}.db"
     scheme = problems.guarded(key, lambda: _scheme_of(url, key))
     secret = stated_secret(
         table, section.password_file, section.password_environment, problems, key="password"
@@ -38,7 +38,9 @@ def historian_settings(
         return None
     if checked is None or secret is None:
         return None
-    stated = section.stated(HistorianSettings)
+    stated = section.stated(HistorianSettings) | {"machine": machine, "folder": None}
+    if section.folder or scheme != "sqlite":  # a server's is beside the configuration
+        stated["folder"] = problems.folder / (section.folder or default)
     settings = problems.guarded(table, lambda: HistorianSettings(password=secret, **stated))
     return None if settings is None else (checked, settings)
 

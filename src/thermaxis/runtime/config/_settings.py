@@ -20,7 +20,7 @@ from thermaxis.compensation import (
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.messages import Language
 from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime.historian import HistorianSettings
+from thermaxis.runtime.history import HistorianSettings
 from thermaxis.runtime.host import is_loopback
 from thermaxis.runtime.sinks import LinuxCncSettings
 

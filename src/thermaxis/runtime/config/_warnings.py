@@ -15,7 +15,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._findings import Finding, Level, advice
 from thermaxis.runtime.config._settings import MachineConfiguration
-from thermaxis.runtime.historian import Encryption, encryption_of
+from thermaxis.runtime.history import Encryption, encryption_of
 from thermaxis.runtime.host import is_loopback
 
 VISIBLE_STEP_UM: Final = 1.0

@@ -9,7 +9,7 @@ with the offset that the machine accepted where it does not say which one acts. 
 compensation is off, the loop reads no offset back, and there is no such number.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -34,7 +34,7 @@ from thermaxis.screen.pages.history import (
 )
 
 if TYPE_CHECKING:
-    from thermaxis.runtime.historian import HistoryReader, Piece, Trend
+    from thermaxis.runtime.history import HistoryReader, Trend
     from thermaxis.screen.access import ScreenParts
 
 MOST_CYCLES: Final = 200_000
@@ -160,47 +160,30 @@ def _range(values: Column) -> float | None:
 
 
 def by_cycle(reader: "HistoryReader", name: str, span: tuple[datetime, datetime]) -> Compared:
-    """Return the comparison of every cycle of a span."""
-    first_us, last_us = (to_ms(moment) * 1000 for moment in span)
-    found = [_of_piece(piece, name, first_us, last_us) for piece in reader.pieces(*span)]
-    if not found:
-        none: Column = np.empty(0)
-        return Compared(np.empty(0, np.int64), none, none, none)
-    times = np.concatenate([one.time_us for one in found])
-    order = np.argsort(times, kind="stable")
+    """Return the comparison of every cycle of a span, in the order of time."""
+    from thermaxis.runtime.history import TIME  # noqa: PLC0415 - heavy
 
-    def ordered(columns: Sequence[Column]) -> Column:
-        return np.concatenate(columns)[order]
+    names = _columns(name)
+    known = reader.series()
+    wanted = [one for one in names if one in known]
+    cycles = reader.retried(lambda: reader.cycles(*span, wanted).sort(TIME).collect())
+    nothing: Column = np.full(cycles.height, np.nan)
 
-    return Compared(
-        times[order],
-        ordered([one.compensated_um for one in found]),
-        ordered([one.uncompensated_um for one in found]),
-        ordered([one.model_um for one in found]),
+    def column(one: str) -> Column:
+        values = cycles[one].to_numpy() if one in wanted else nothing
+        return np.where(np.abs(values) <= _LARGEST_UM, values, np.nan)
+
+    return _compared(cycles[TIME].dt.epoch("us").to_numpy(), *map(column, names))
+
+
+def _columns(name: str) -> tuple[str, str, str, str]:
+    """Return the columns of probe, effective and accepted offset and model."""
+    from thermaxis.runtime.history import input_column, output_column  # noqa: PLC0415 - heavy
+
+    effective, accepted, model = (
+        output_column(name, quantity) for quantity in ("effective", "accepted", "model")
     )
-
-
-def _of_piece(piece: "Piece", name: str, first_us: int, last_us: int) -> Compared:
-    from thermaxis.runtime.historian import values_of  # noqa: PLC0415 - heavy
-
-    rows = piece.array()
-    time_us: NDArray[np.int64] = rows["times"][:, 1]
-    inside = (time_us >= first_us) & (time_us < last_us)
-
-    def column(series: str) -> Column:
-        values = values_of(piece, rows, series)
-        if values is None:
-            return np.full(int(inside.sum()), np.nan)
-        kept: Column = values[inside]
-        return np.where(np.abs(kept) <= _LARGEST_UM, kept, np.nan)
-
-    return _compared(
-        time_us[inside],
-        column(probe_name(name)),
-        column(f"{name}.effective"),
-        column(f"{name}.accepted"),
-        column(f"{name}.model"),
-    )
+    return input_column(probe_name(name)), effective, accepted, model
 
 
 def _compared(
@@ -215,7 +198,7 @@ def by_minute(
     reader: "HistoryReader", name: str, span: tuple[datetime, datetime], points: int
 ) -> tuple[Compared, int]:
     """Return the comparison of means over whole minutes."""
-    names = (probe_name(name), *(f"{name}.{k}" for k in ("effective", "accepted", "model")))
+    names = _columns(name)
     known = reader.series()
     trends = reader.trend([one for one in names if one in known], *span, points=points)
     times = sorted({time_us for trend in trends.values() for time_us in trend.time_us})
@@ -235,20 +218,19 @@ def _trends_of(compared: Compared, first_us: int, step_us: int) -> Mapping[str, 
 
 
 def _trend_of(time_us: NDArray[np.int64], values: Column, first_us: int, step_us: int) -> "Trend":
-    from thermaxis.runtime.historian import Trend  # noqa: PLC0415 - heavy
+    from thermaxis.runtime.history import Trend  # noqa: PLC0415 - heavy
 
     there = np.isfinite(values)
     step, kept = (time_us[there] - first_us) // step_us, values[there]
     numbers, begins, counts = np.unique(step, return_index=True, return_counts=True)
     if not numbers.size:
-        return Trend("", "um", step_us, (), (), (), ())
+        return Trend("", step_us, (), (), (), ())
 
     def told(column: NDArray[Any]) -> tuple[Any, ...]:
         return tuple(column.tolist())
 
     return Trend(
         "",
-        "um",
         step_us,
         told(first_us + numbers * step_us),
         told(np.minimum.reduceat(kept, begins)),

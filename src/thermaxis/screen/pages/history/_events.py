@@ -12,7 +12,7 @@ from thermaxis.screen.feed import said_code
 from thermaxis.screen.pages.history._series import Json, lines_of, to_ms
 
 if TYPE_CHECKING:
-    from thermaxis.runtime.historian import HistoryReader
+    from thermaxis.runtime.history import HistoryReader
 
 EVENT_KINDS: Final = (
     "start",
@@ -135,8 +135,10 @@ def trend8(
     channels: Sequence[str],
 ) -> Json:
     """Return the last hours of corrections and key temperatures, with events."""
+    from thermaxis.runtime.history import output_column  # noqa: PLC0415 - heavy
+
     span = now - timedelta(hours=TREND_H), now
-    names = [*(f"{output}.correction" for output in outputs), *channels]
+    names = [*(output_column(output, "correction") for output in outputs), *channels]
     series = lines_of(reader, names, span, cycle_s, TREND_POINTS)
     events, more = events_of(reader, span, MARKED, 200)
     return {

@@ -20,7 +20,7 @@ from thermaxis.runtime import Clock
 from thermaxis.screen.access import RefusedError, parts_of, visitor_of
 
 if TYPE_CHECKING:
-    from thermaxis.runtime.historian import HistoryReader
+    from thermaxis.runtime.history import HistoryReader
 
 T = TypeVar("T")
 _SQLITE: Final = "sqlite:"
@@ -71,7 +71,7 @@ class _Turn:
 
 
 def _opened(url: str, password: str) -> "HistoryReader":
-    from thermaxis.runtime.historian import HistoryReader  # noqa: PLC0415 - heavy
+    from thermaxis.runtime.history import HistoryReader  # noqa: PLC0415 - heavy
 
     return HistoryReader(url, password)
 

@@ -12,7 +12,7 @@ from starlette.requests import HTTPConnection
 from thermaxis.screen.access import RefusedError
 
 if TYPE_CHECKING:
-    from thermaxis.runtime.historian import HistoryReader, Trend
+    from thermaxis.runtime.history import HistoryReader, Trend
 
 Json = dict[str, Any]
 """An object of JSON."""
@@ -22,8 +22,7 @@ LONGEST: Final = timedelta(days=3660)
 _SINGLE_CYCLES: Final = 600
 _DIGITS: Final = 7
 _BAD_REQUEST: Final = 400
-_UNITS: Final = {"um": "µm", "degC": "°C", "1": ""}
-_UNIT_OF_NAME: Final = re.compile(r"_(um|mm|C|c|K|k|rpm|s|V|A|kW|W|Nm|bar|pct)(?:\.redundant)?$")
+_UNIT_OF_NAME: Final = re.compile(r"_(um|mm|C|c|K|k|rpm|s|V|A|kW|W|Nm|bar|pct)$")
 _SHOWN_UNITS: Final = {"um": "µm", "C": "°C", "c": "°C", "k": "K", "rpm": "1/min", "pct": "%"}
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -59,10 +58,8 @@ def span_of(connection: HTTPConnection) -> tuple[datetime, datetime]:
 # ---- series -------------------------------------------------------------------------------------
 
 
-def unit_of(name: str, unit: str) -> str:
+def unit_of(name: str) -> str:
     """Return the unit of a series as people write it."""
-    if unit:
-        return _UNITS.get(unit, unit)
     found = _UNIT_OF_NAME.search(name)
     return _SHOWN_UNITS.get(found[1], found[1]) if found else ""
 
@@ -82,7 +79,7 @@ def points_within(first: datetime, last: datetime, cycle_s: float, points: int) 
 def line_of(trend: "Trend", last: datetime, cycle_s: float) -> Json:
     """Return a trend as a page draws it: times in the middle of the steps, null in every gap."""
     found: Json = {
-        "unit": unit_of(trend.name, trend.unit),
+        "unit": unit_of(trend.name),
         "step_s": trend.step_us / 1e6,
         "t": [],
         "mean": [],

@@ -38,7 +38,7 @@ from thermaxis.screen.work import (
 )
 
 if TYPE_CHECKING:
-    from thermaxis.runtime.historian import HistoryReader
+    from thermaxis.runtime.history import HistoryReader
     from thermaxis.screen.access import ScreenParts
 
 MOST_SERIES: Final = 8
@@ -106,7 +106,7 @@ async def _series(request: Request) -> Response:
     def found(reader: "HistoryReader") -> Json:
         span = reader.span()
         return {
-            "series": {name: unit_of(name, unit) for name, unit in reader.series().items()},
+            "series": {name: unit_of(name) for name in reader.series()},
             "first": None if span is None else to_ms(span[0]),
             "last": None if span is None else to_ms(span[1]),
         }
@@ -195,7 +195,7 @@ async def _export(request: Request) -> Response:
 
 
 def _is_empty(reader: "HistoryReader", span: tuple[datetime, datetime]) -> bool:
-    return next(iter(reader.pieces(*span)), None) is None
+    return reader.retried(reader.cycles(*span, ()).head(1).collect).is_empty()
 
 
 async def _made(request: Request, span: tuple[datetime, datetime], ending: str) -> Response:

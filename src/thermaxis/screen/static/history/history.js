@@ -10,7 +10,7 @@ import {
   asked, clearField, fieldTime, pageOfPast, pointsFor, query, Refused, saved, setField, tellWrong,
   told,
 } from "./past.js";
-import { duration, moment, shortNames, word } from "../words.js";
+import { CORRECTION, duration, moment, shortNames, word } from "../words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */
@@ -192,8 +192,8 @@ function choose(name, pressed) {
 
 /** @param {string[]} names @returns {string[]} corrections and temperatures */
 function firstChoice(names) {
-  const corrections = names.filter((name) => name.endsWith(".correction")).slice(0, 4);
-  const inputs = names.filter((name) => units[name] === "°C" && !name.includes("."));
+  const corrections = names.filter((name) => CORRECTION.test(name)).slice(0, 4);
+  const inputs = names.filter((name) => units[name] === "°C" && !/_(used|redundant)_/.test(name));
   return [...corrections, ...inputs].slice(0, 5);
 }
 

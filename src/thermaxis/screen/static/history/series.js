@@ -1,7 +1,7 @@
 // @ts-check
-// Names of series in words, and in groups.
+// Names of series, which are the columns of the history, in words and in groups.
 
-import { shortNames, word } from "../words.js";
+import { CORRECTION, shortNames, word } from "../words.js";
 
 /** @type {Record<string, string>} */
 const QUANTITIES = {
@@ -10,8 +10,7 @@ const QUANTITIES = {
   model: word("history-model"),
   weight: word("history-weight"),
   trim: word("history-trim"),
-  before: word("history-before"),
-  requested: word("history-requested"),
+  commanded: word("history-commanded"),
   accepted: word("history-accepted"),
   effective: word("history-effective"),
 };
@@ -23,7 +22,24 @@ const OF_THE_LOOP = {
   diameter_mm: word("history-diameter"),
   other_compensation: word("history-other_compensation"),
 };
-const INTERLOCK = "interlock.";
+const INTERLOCK = "interlock_";
+const PROBE = "probe_";
+/** What the model was given, beside what was read. */
+const USED = /_used(_[A-Za-z]+)?$/;
+
+const QUANTITY = new RegExp(`^(.+)_(${Object.keys(QUANTITIES).join("|")})(_um)?$`);
+const OF_A_PART = /^(.+?)_part_(.+?)(_um)?$/;
+
+/**
+ * The short name of an output, and the quantity or the part of it that a column has.
+ * @param {string} name
+ */
+function quantityOf(name) {
+  const found = QUANTITY.exec(name);
+  if (found) return { output: found[1], said: QUANTITIES[found[2]] };
+  const part = OF_A_PART.exec(name);
+  return part && { output: part[1], said: word("history-part", { name: part[2] }) };
+}
 
 /**
  * A series' name in words, outputs and inputs by the names that every page shows.
@@ -35,17 +51,11 @@ export function labelOf(name) {
   if (name.startsWith(INTERLOCK)) {
     return word("history-interlock", { name: name.slice(INTERLOCK.length) });
   }
-  const [whole, quantity, ...rest] = name.split(".");
-  const head = shortNames(whole);
-  if (quantity === undefined) return head;
-  if (head === "probe") {
-    return `${shortNames([quantity, ...rest].join("."))} ${word("history-probe")}`;
+  if (name.startsWith(PROBE)) {
+    return `${shortNames(name.slice(PROBE.length))} ${word("history-probe")}`;
   }
-  const part = rest.join(".");
-  if (quantity === "part" && part) return `${head} ${word("history-part", { name: part })}`;
-  if (quantity === "gain" && part) return `${head} ${word("history-gain", { name: part })}`;
-  const known = QUANTITIES[quantity];
-  return known && !part ? `${head} ${known}` : [head, quantity, ...rest].join(".");
+  const found = quantityOf(name);
+  return found ? `${found.output} ${found.said}` : shortNames(name);
 }
 
 /**
@@ -55,10 +65,9 @@ export function labelOf(name) {
  * @returns {[string, string[]][]}
  */
 export function bySeries(units) {
-  const names = Object.keys(units);
-  const outputs = names
-    .filter((name) => name.endsWith(".correction"))
-    .map((name) => name.slice(0, -".correction".length));
+  const names = Object.keys(units).filter((name) => !USED.test(name));
+  const corrections = names.filter((name) => CORRECTION.test(name));
+  const outputs = corrections.map((name) => shortNames(name.replace(CORRECTION, "$1")));
   /** @type {Map<string, string[]>} */
   const groups = new Map(outputs.map((output) => [output, []]));
   const inputs = word("history-group_inputs");
@@ -68,9 +77,10 @@ export function bySeries(units) {
   groups.set(loop, []);
   groups.set(others, []);
   for (const name of names) {
-    const output = outputs.find((one) => name.startsWith(`${one}.`) || name === `probe.${one}`);
+    const whole = name.startsWith(PROBE) ? name.slice(PROBE.length) : quantityOf(name)?.output;
+    const output = outputs.find((one) => one === shortNames(whole ?? ""));
     const own = name in OF_THE_LOOP || name.startsWith(INTERLOCK);
-    const plain = units[name] === "°C" || name.endsWith(".redundant") || !name.includes(".");
+    const plain = units[name] !== "" && units[name] !== "µm" && units[name] !== "s";
     groups.get(output ?? (own ? loop : plain ? inputs : others))?.push(name);
   }
   return [...groups].filter(([, some]) => some.length > 0);

@@ -5,7 +5,7 @@ import { drawChart } from "../chart/chart.js";
 import { byId, say } from "../elements.js";
 import { eventMark } from "../history/event_marks.js";
 import { addPoint, joined } from "../live_points.js";
-import { shortNames, word } from "../words.js";
+import { CORRECTION, correctionOf, shortNames, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {{unit: string, t: number[], mean: (number | null)[]}} Series */
@@ -55,7 +55,7 @@ export function addLive(status) {
   /** @type {Map<string, number | null>} */
   const told = new Map();
   for (const [name, axis] of Object.entries(status.outputs)) {
-    told.set(`${name}.correction`, axis.correction_um);
+    told.set(correctionOf(name), axis.correction_um);
   }
   for (const [name, input] of Object.entries(status.inputs)) told.set(name, input.value_c);
   for (const name of [...live.keys()]) if (!told.has(name)) live.delete(name);
@@ -77,7 +77,7 @@ function lines() {
     const found = history.series[name];
     const before = { t: found?.t ?? [], y: found?.mean ?? [] };
     const seen = live.get(name) ?? { t: [], y: [] };
-    const axis = name.endsWith(".correction") ? "left" : "right";
+    const axis = CORRECTION.test(name) ? "left" : "right";
     return { name, axis, ...joined(before, seen, until, gapMs) };
   });
 }
@@ -120,7 +120,7 @@ function draw() {
     rightTitle: "°C",
     lines: most.map((line) => ({
       ...line,
-      name: shortNames(line.name.replace(/\.correction$/, "")),
+      name: shortNames(line.name.replace(CORRECTION, "$1")),
       unit: line.axis === "left" ? "µm" : "°C",
     })),
     marks: history.events.map(eventMark),

@@ -6,7 +6,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Sequence
-from datetime import timedelta
+from datetime import datetime, timedelta
 from itertools import count
 from pathlib import Path
 
@@ -27,24 +27,24 @@ from tests.unit.runtime.history_records import (
 )
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime import Secret
-from thermaxis.runtime.historian import (
+from thermaxis.runtime.history import (
     Backlog,
+    Columns,
     HistorianSettings,
     HistoryReader,
-    RowPacker,
     SqlHistorian,
     Writer,
     _database,
     _store,
-    _tables,
     _writer,
     check_file,
     parse_url,
 )
-from thermaxis.runtime.historian._backlog import Item
-from thermaxis.runtime.historian._integrity import put_aside, writer_lock
-from thermaxis.runtime.historian._store import BLOCK_ROWS, Store
-from thermaxis.runtime.historian._writer import pack_event
+from thermaxis.runtime.history._backlog import Item
+from thermaxis.runtime.history._closing import Order
+from thermaxis.runtime.history._integrity import put_aside, writer_lock
+from thermaxis.runtime.history._store import Store
+from thermaxis.runtime.history._writer import pack_event
 
 QUICK = HistorianSettings(batch_s=0.005, retry_s=0.01)
 
@@ -54,14 +54,15 @@ class Recorder:
 
     def __init__(self, path: Path, largest_bytes: int = 10**7) -> None:
         self.clock = CountingClock()
-        self.packer = RowPacker()
-        self.packer.outputs, self.packer.channels = OUTPUTS, CHANNELS
+        self.columns = Columns()
+        self.columns.outputs, self.columns.channels = OUTPUTS, CHANNELS
         self.backlog = Backlog(largest_bytes)
-        self.writer = Writer(parse_url(url_of(path)), QUICK, self.clock, self.backlog, self.packer)
+        url = parse_url(url_of(path))
+        self.writer = Writer(url, QUICK, self.clock, self.backlog, beside=False)
 
-    def record(self, numbers: Sequence[int]) -> None:
+    def record(self, numbers: Sequence[int], cycle_s: float = 1.0) -> None:
         for number in numbers:
-            self.backlog.add_cycle(self.packer.pack(cycle_record(number)))
+            self.backlog.add_cycle(self.columns.row_of(cycle_record(number, cycle_s=cycle_s)))
 
     def event(self, text: str) -> None:
         self.backlog.add_event(pack_event(event_record(text)))
@@ -69,7 +70,20 @@ class Recorder:
 
 def numbers_in(path: Path) -> list[int]:
     with HistoryReader(url_of(path)) as reader:
-        return [record.number for record in reader.cycles()]
+        found = reader.cycles(columns=["number"]).collect()
+    return found["number"].to_list() if found.height else []
+
+
+def columns() -> Columns:
+    made = Columns()
+    made.outputs, made.channels = OUTPUTS, CHANNELS
+    return made
+
+
+def whole(
+    reader: HistoryReader, first: datetime | None = None, last: datetime | None = None
+) -> list[dict[str, object]]:
+    return reader.cycles(first, last).drop("id").collect().to_dicts()
 
 
 def texts_in(path: Path, *kinds: str) -> list[str]:
@@ -93,23 +107,24 @@ class Trouble:
         if self.mode == "no database":
             raise OSError("no such host")
         store = self._open(*arguments, **keywords)
-        write, close_block = store.write, store.close_block
+        write, closed = store.write, store.closed
 
-        def troubled(items: Sequence[Item], packer: RowPacker) -> None:
+        def troubled(items: Sequence[Item]) -> None:
             if self.mode == "refused":
                 raise refused()
-            write(items, packer)
+            write(items)
             if self.mode == "answer lost":  # the commit happened, and nobody said so
                 raise refused("server closed the connection unexpectedly")
 
-        def troubled_block() -> bool:
-            made = close_block()
-            if self.mode == "block's answer lost":
+        def troubled_part(order: Order) -> None:
+            if self.mode == "part's rows stay":  # the file is there, and nobody knows of it
                 raise refused("server closed the connection unexpectedly")
-            return made
+            closed(order)
+            if self.mode == "part's answer lost":
+                raise refused("server closed the connection unexpectedly")
 
         store.write = troubled
-        store.close_block = troubled_block
+        store.closed = troubled_part
         return store
 
 
@@ -122,7 +137,12 @@ moves = st.lists(
         st.tuples(st.just("attempt"), st.just("well")),
         st.tuples(
             st.just("attempt"),
-            st.sampled_from(["refused", "answer lost", "block's answer lost", "no database"]),
+            st.sampled_from(
+                [
+                    *("refused", "answer lost", "no database"),
+                    *("part's rows stay", "part's answer lost"),
+                ]
+            ),
         ),
         st.tuples(st.just("restart"), st.booleans()),
     ),
@@ -151,7 +171,7 @@ def test_every_record_is_stored_once_or_counted_as_lost(
         for move, what in [*moves, ("attempt", "well"), ("attempt", "well")]:
             if move == "cycles":
                 added_cycles += (new := [next(numbers) for _ in range(int(str(what)))])
-                recorder.record(new)
+                recorder.record(new, 30.0)
             elif move == "events":
                 for _ in range(int(str(what))):
                     added_texts.append(f"event {next(texts)}")
@@ -218,10 +238,10 @@ def test_a_record_that_the_database_refuses_for_what_it_is_blocks_nothing(
     path = tmp_path / "h.db"
     write = Store.write
 
-    def picky(self: Store, items: Sequence[Item], packer: RowPacker) -> None:
+    def picky(self: Store, items: Sequence[Item]) -> None:
         if any(item.content.utc_us == bad_us for item in items):
             raise sa.exc.DataError("INSERT", {}, sqlite3.DataError("value out of range"))
-        write(self, items, packer)
+        write(self, items)
 
     monkeypatch.setattr(Store, "write", picky)
     recorder = Recorder(path)
@@ -247,7 +267,7 @@ def test_a_full_disk_keeps_everything_in_memory_and_writes_it_when_there_is_room
 ) -> None:
     path = tmp_path / "h.db"
     engine_of = _store.writing_engine
-    pages = 60
+    pages = 100
 
     def small(url: sa.URL) -> sa.Engine:
         engine = engine_of(url)
@@ -329,7 +349,7 @@ def test_a_file_that_is_damaged_while_it_is_used_is_put_aside_and_nothing_new_is
 ) -> None:
     path = tmp_path / "h.db"
     recorder = Recorder(path)
-    recorder.record(range(BLOCK_ROWS * 2))
+    recorder.record(range(512))
     recorder.writer.attempt()
     with sqlite3.connect(path, isolation_level=None) as other:
         other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -338,13 +358,13 @@ def test_a_file_that_is_damaged_while_it_is_used_is_put_aside_and_nothing_new_is
     recorder.writer.close()
     recorder = Recorder(path)
     recorder.writer._watch.checked = True  # as after a connection that was lost
-    done = BLOCK_ROWS * 2
+    done = 512
     for _ in range(6):
         recorder.record(range(done, done + 100))
         done += 100
         recorder.writer.attempt()
     recorder.writer.close()
-    assert numbers_in(path) == list(range(BLOCK_ROWS * 2, done))
+    assert numbers_in(path) == list(range(512, done))
     assert recorder.backlog.lost == 0
     assert len(list(tmp_path.glob("h.db.damaged-*Z"))) == 1
 
@@ -432,15 +452,17 @@ def test_a_large_file_is_looked_through_once_not_with_every_attempt(
         return check(file, longest_s)
 
     monkeypatch.setattr(_store, "check_file", counted)
-    monkeypatch.setattr(_tables, "SCHEMA", 0)  # as a program that is older than the history
     recorder = Recorder(path)
-    with sqlite3.connect(path) as other:
+    with sqlite3.connect(path) as other:  # as an earlier kind of the program left it
         other.execute("CREATE TABLE thermaxis_version (name TEXT, value INTEGER)")
-        other.execute("INSERT INTO thermaxis_version VALUES ('schema', 1)")
     other.close()
     for _ in range(5):
         assert not recorder.writer.attempt()
     assert len(looked) == 1
+    assert recorder.writer.trouble.code == "error-history_earlier"
+    with pytest.raises(ConfigurationError) as caught:
+        HistoryReader(url_of(path))
+    assert caught.value.code == "history_earlier"
 
 
 def test_a_reader_sees_that_the_file_was_put_aside(tmp_path: Path) -> None:
@@ -476,12 +498,12 @@ def test_a_history_of_a_newer_program_is_refused_by_writer_and_reader(tmp_path: 
     recorder.writer.attempt()
     recorder.writer.close()
     with sqlite3.connect(path) as other:
-        other.execute("UPDATE thermaxis_version SET value = 99")
+        other.execute("UPDATE history SET value = '99' WHERE name = 'version'")
     other.close()
     later = Recorder(path)
     later.record(range(3, 6))
     assert not later.writer.attempt()
-    assert later.writer.trouble.values["found"] == 99
+    assert later.writer.trouble.values["found"] == "99"
     assert later.backlog.waiting == 3
     later.writer.close()
     with pytest.raises(ConfigurationError) as caught:
@@ -506,9 +528,10 @@ def test_another_database_is_no_history(tmp_path: Path) -> None:
 @scene
 async def test_cycles_and_events_come_back_exactly(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
-    records = [cycle_record(k) for k in range(700)]  # two full blocks and a rest
+    records = [cycle_record(k, cycle_s=30.0) for k in range(700)]  # hours that are over, and a rest
     events = [event_record("started", kind="start"), event_record("Warming -> Active")]
 
+    stored = [columns().row_of(record).values() for record in records]
     one = SqlHistorian(url_of(path), QUICK, CountingClock())
     await one.open(OUTPUTS, CHANNELS)
     one.event(events[0])
@@ -517,19 +540,19 @@ async def test_cycles_and_events_come_back_exactly(tmp_path: Path) -> None:
     one.event(events[1])
     assert await one.drain(20.0)
     with HistoryReader(url_of(path)) as reader:  # beside the writer
-        assert list(reader.cycles()) == records
+        assert whole(reader) == stored
         assert reader.events() == events
     assert one.status == (True, 0, 0, None)
     await one.close(5.0)
     assert one.status == (True, 0, 0, None)
 
     with HistoryReader(url_of(path)) as reader:
-        assert list(reader.cycles()) == records
+        assert whole(reader) == stored
         assert reader.events(kinds=["start"]) == events[:1]
         assert reader.events(newest=1) == events[1:]
         assert reader.span() == (records[0].utc, records[-1].utc)
-        first, last = BEGIN + timedelta(seconds=200.5), BEGIN + timedelta(seconds=300)
-        assert list(reader.cycles(first, last)) == records[201:300]
+        first, last = BEGIN + timedelta(seconds=6015), BEGIN + timedelta(seconds=9000)
+        assert whole(reader, first, last) == stored[201:300]
 
 
 @scene

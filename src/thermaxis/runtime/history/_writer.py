@@ -2,7 +2,6 @@
 
 import json
 import sqlite3
-import struct
 import time
 import uuid
 from collections.abc import Callable, Mapping
@@ -15,40 +14,34 @@ from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyErro
 from thermaxis.codes import NOWHERE, Message, values_as_json
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Clock, EventRecord
-from thermaxis.runtime.historian._backlog import NO_LOSS, Backlog, Loss, PackedEvent
-from thermaxis.runtime.historian._integrity import is_damage
-from thermaxis.runtime.historian._rows import (
-    RowPacker,
-    from_us,
-    printable_cause,
-    storable,
-    to_us,
-)
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._store import FileWatch, Store, open_store
+from thermaxis.runtime.history._backlog import NO_LOSS, Backlog, Loss, PackedEvent
+from thermaxis.runtime.history._closing import Closing, Order, close
+from thermaxis.runtime.history._columns import LONGEST_TEXT, from_us, storable, to_us
+from thermaxis.runtime.history._database import printable_cause
+from thermaxis.runtime.history._integrity import is_damage
+from thermaxis.runtime.history._settings import HistorianSettings
+from thermaxis.runtime.history._store import FileWatch, Store, open_store
 
 _MOST_AT_ONCE: Final = 1000
 _RETIRE_EVERY_S: Final = 3600.0
+_CLOSE_AGAIN_S: Final = 60.0
 _SILENT_S: Final = 10.0
-_LONGEST_TEXT: Final = 4000
 _LONGEST_DETAILS: Final = 20_000
 _FAILURES = (SQLAlchemyError, sqlite3.Error, OSError)
-_UNREADABLE = (ThermaxisError, struct.error)
 _REFUSALS = (DataError, IntegrityError, ValueError, TypeError, OverflowError)
 
 
 def pack_event(event: EventRecord) -> PackedEvent:
     """Return an event as it is stored; what is too long is cut."""
-    details = json.dumps(
-        {**event.details, "code": event.code, "values": values_as_json(event.values)}
-    )
+    details = json.dumps({**event.details, "values": values_as_json(event.values)})
     if len(details) > _LONGEST_DETAILS:
         details = json.dumps({"cut": details[:1000]})
     return PackedEvent(
         to_us(event.utc),
         storable(event.kind, 100),
         storable(event.who, 400),
-        storable(event.text, _LONGEST_TEXT),
+        storable(event.code, 400),
+        storable(event.text, LONGEST_TEXT),
         details,
     )
 
@@ -68,7 +61,10 @@ def _failure_of(error: BaseException, cause: BaseException) -> Message:
 
 @final
 class Writer:
-    """Stores what waits, as often as it is asked to. Used by one thread, but for `trouble`."""
+    """Stores what waits, as often as it is asked to. Used by one thread, but for `trouble`.
+
+    Finished parts are written by a program beside this one, or, where `beside` is false, at once.
+    """
 
     def __init__(
         self,
@@ -76,19 +72,22 @@ class Writer:
         settings: HistorianSettings,
         clock: Clock,
         backlog: Backlog,
-        packer: RowPacker,
+        *,
+        beside: bool = True,
     ) -> None:
         self._url = url
         self._settings = settings
         self._clock = clock
         self._backlog = backlog
-        self._packer = packer
+        self._beside = beside
         self._key = uuid.uuid4().hex
         self._store: Store | None = None
         self._watch = FileWatch()
         self._most = _MOST_AT_ONCE
         self._retire_s = 0.0
-        self._blocks_made = True
+        self._closing: Closing | None = None
+        self._close_s = 0.0
+        self._unclosed = False
         self._failed_since_s = 0.0
         # Read by the loop as well; each is replaced whole.
         self._failure: Message | None = None
@@ -116,7 +115,10 @@ class Writer:
         return self._store is not None
 
     def close(self) -> None:
-        """End the connection."""
+        """End the connection, and what is being closed: it is begun again next time."""
+        if self._closing is not None:
+            self._closing.end()
+            self._closing = None
         if self._store is not None:
             self._store.close()
             self._store = None
@@ -127,7 +129,7 @@ class Writer:
             store = open_store(
                 self._url,
                 self._key,
-                check_s=self._settings.check_s,
+                self._settings,
                 utc=self._clock.utc(),
                 watch=self._watch,
             )
@@ -154,7 +156,7 @@ class Writer:
                 return
             self._busy = (time.monotonic(), "failure-database_silent")
             try:
-                self._store.write(items, self._packer)
+                self._store.write(items)
             except _REFUSALS as error:
                 if len(items) == 1:
                     self.unusable = printable_cause(error)
@@ -175,22 +177,63 @@ class Writer:
                 return
 
     def _keep_house(self, store: Store) -> None:
-        """Make blocks and delete what is old, a little each time."""
-        now_s = time.monotonic()
-        self._busy = (now_s, "failure-database_silent")
+        """Let finished parts be written, and delete what is in them, a little each time."""
+        self._busy = (time.monotonic(), "failure-database_silent")
         try:
-            while self._blocks_made and store.close_block():
-                if self._backlog.arrived.is_set():
-                    break
-            if now_s >= self._retire_s and not store.retire(self._settings.retention_days):
+            self._close_parts(store)
+            while store.delete_closed() and not self._backlog.arrived.is_set():
+                pass
+            now_s = time.monotonic()
+            if now_s >= self._retire_s:
+                store.retire(self._settings.retention_days)
                 self._retire_s = now_s + _RETIRE_EVERY_S
-        except _FAILURES as error:
+        except SQLAlchemyError as error:
             self._drop_store(error)
-        except _UNREADABLE as error:
-            self._blocks_made = False
-            cause = printable_cause(error)
-            self._state("alarm", Message("event-rows_unpacked", {"detail": cause}))
+        except OSError as error:
+            self._leave_unclosed(printable_cause(error))
+            self._retire_s = time.monotonic() + _RETIRE_EVERY_S
         self._busy = None
+
+    def _close_parts(self, store: Store) -> None:
+        password = self._settings.password.reveal()
+        while time.monotonic() >= self._close_s:
+            if self._closing is None:
+                order = store.finished()
+                if order is None:
+                    return
+                if not self._beside:
+                    self._close_here(store, order, password)
+                    continue
+                self._closing = Closing(order, password)
+            failure = self._closing.failure()
+            if failure is None:
+                return
+            order, self._closing = self._closing.order, None
+            if failure:
+                self._leave_unclosed(failure)
+            else:
+                self._closed(store, order)
+
+    def _close_here(self, store: Store, order: Order, password: str) -> None:
+        try:
+            close(order, password)
+        except (ThermaxisError, OSError) as error:
+            self._leave_unclosed(printable_cause(error))
+        else:
+            self._closed(store, order)
+
+    def _closed(self, store: Store, order: Order) -> None:
+        self._unclosed = False
+        store.closed(order)
+        while store.delete_closed() and not self._backlog.arrived.is_set():
+            pass
+
+    def _leave_unclosed(self, why: str) -> None:
+        """Try again later; rows stay where they are."""
+        self._close_s = time.monotonic() + _CLOSE_AGAIN_S
+        if not self._unclosed:
+            self._unclosed = True
+            self._state("alarm", Message("event-part_unwritten", {"detail": why}))
 
     def _drop_store(self, error: BaseException) -> None:
         if self._store is not None:

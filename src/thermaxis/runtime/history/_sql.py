@@ -1,8 +1,9 @@
 """The historian: cycles and events to a database, by a thread of its own.
 
-`SqlHistorian.record` makes a row of bytes and returns; a thread writes what has gathered, twice a
-second. Nothing that happens to the database reaches the loop: what cannot be written waits in
-memory up to a bound and is written later, and what is lost is counted, shown and recorded.
+`SqlHistorian.record` gathers the values of a cycle and returns; a thread writes what waits, twice a
+second, and lets finished hours become files. Nothing that happens to the database reaches the
+loop: what cannot be written waits in memory up to a bound and is written later, and what is lost is
+counted, shown and recorded.
 """
 
 import asyncio
@@ -13,11 +14,11 @@ from typing import Final, final
 
 from thermaxis.codes import Message
 from thermaxis.runtime._ports import Clock, CycleRecord, EventRecord, Historian, HistorianStatus
-from thermaxis.runtime.historian._backlog import Backlog, Loss
-from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._rows import UNPACKABLE, RowPacker, printable_cause, to_us
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._writer import Writer, pack_event
+from thermaxis.runtime.history._backlog import Backlog, Loss
+from thermaxis.runtime.history._columns import UNPACKABLE, Columns, to_us
+from thermaxis.runtime.history._database import parse_url, printable_cause
+from thermaxis.runtime.history._settings import HistorianSettings
+from thermaxis.runtime.history._writer import Writer, pack_event
 
 _IDLE_S: Final = 5.0
 _LAST_RETRY_S: Final = 0.1
@@ -53,10 +54,10 @@ class SqlHistorian(Historian):
     def __init__(self, url: str, settings: HistorianSettings, clock: Clock) -> None:
         self._settings = settings
         self._clock = clock
-        self._packer = RowPacker()
+        self._columns = Columns()
         self._backlog = Backlog(settings.largest_waiting_bytes)
         self._writer = Writer(
-            parse_url(url, settings.password.reveal()), settings, clock, self._backlog, self._packer
+            parse_url(url, settings.password.reveal()), settings, clock, self._backlog
         )
         self._thread: threading.Thread | None = None
         self._begun = False
@@ -68,8 +69,8 @@ class SqlHistorian(Historian):
 
     async def open(self, outputs: Sequence[str], channels: Sequence[str]) -> None:
         """Begin to store; a database that is not there is waited for."""
-        self._packer.outputs = tuple(outputs)
-        self._packer.channels = tuple(channels)
+        self._columns.outputs = tuple(outputs)
+        self._columns.channels = tuple(channels)
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="historian", daemon=True)
             self._thread.start()
@@ -77,7 +78,7 @@ class SqlHistorian(Historian):
     def record(self, record: CycleRecord) -> None:
         """Take a cycle; one that is not what its fields promise counts as lost."""
         try:
-            self._backlog.add_cycle(self._packer.pack(record))
+            self._backlog.add_cycle(self._columns.row_of(record))
         except UNPACKABLE as error:
             self._refuse(error, Loss(cycles=1))
 

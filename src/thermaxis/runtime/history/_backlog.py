@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple, final
 
-from thermaxis.runtime.historian._rows import PackedCycle
+from thermaxis.runtime.history._columns import Row
 
 
 class PackedEvent(NamedTuple):
@@ -17,6 +17,8 @@ class PackedEvent(NamedTuple):
     """Its kind."""
     who: str
     """Who caused it."""
+    code: str
+    """Key of its sentence; empty where it has none."""
     text: str
     """What happened."""
     details: str
@@ -60,7 +62,7 @@ class Item(NamedTuple):
 
     seq: int
     """Its number in this run: items are stored in this order. [1]"""
-    content: PackedCycle | PackedEvent
+    content: Row | PackedEvent
     """A cycle or an event."""
     size: int
     """Memory that it is counted with. [byte]"""
@@ -71,7 +73,7 @@ class Item(NamedTuple):
     def as_loss(self) -> Loss:
         """What is lost with it."""
         time_us = self.content.utc_us
-        cycles = int(isinstance(self.content, PackedCycle))
+        cycles = int(isinstance(self.content, Row))
         return Loss(cycles, 1 - cycles, time_us, time_us)
 
 
@@ -114,9 +116,9 @@ class Backlog:
         """What was lost since the start. [1]"""
         return self._lost
 
-    def add_cycle(self, packed: PackedCycle) -> None:
+    def add_cycle(self, packed: Row) -> None:
         """Take a cycle."""
-        size = _OBJECT_BYTES + len(packed.row) + (len(packed.text) if packed.text else 0)
+        size = _OBJECT_BYTES + packed.size
         with self._lock:
             self.empty.clear()
             if self._closed:
@@ -174,7 +176,7 @@ class Backlog:
             self._forget([item for item in self._flying if item.seq <= stored_seq])
             for item in reversed(self._flying):
                 if item.seq > stored_seq:
-                    queue = self._cycles if isinstance(item.content, PackedCycle) else self._events
+                    queue = self._cycles if isinstance(item.content, Row) else self._events
                     queue.appendleft(item)
             self._flying = []
             self._keep_bound()

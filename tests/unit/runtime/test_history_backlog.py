@@ -2,17 +2,19 @@
 
 from hypothesis import given, strategies as st
 
-from thermaxis.runtime.historian import Backlog
-from thermaxis.runtime.historian._backlog import NO_LOSS, Loss, PackedEvent
-from thermaxis.runtime.historian._rows import PackedCycle
+from thermaxis.runtime.history import Backlog
+from thermaxis.runtime.history._backlog import NO_LOSS, Loss, PackedEvent
+from thermaxis.runtime.history._columns import Column, Layout, Row
+
+LAYOUT = Layout((), (Column("answers", "text"),))
 
 
-def cycle(time_us: int = 0, size: int = 100) -> PackedCycle:
-    return PackedCycle(0, time_us, bytes(size), None)
+def cycle(time_us: int = 0, size: int = 100) -> Row:
+    return Row(LAYOUT, time_us, bytes(max(size - 8, 0)), (None,))
 
 
 def event(time_us: int = 0, size: int = 10) -> PackedEvent:
-    return PackedEvent(time_us, "state", "", "x" * size, "{}")
+    return PackedEvent(time_us, "state", "", "", "x" * size, "{}")
 
 
 def test_items_are_taken_in_the_order_in_which_they_came() -> None:
@@ -50,7 +52,7 @@ def test_a_flood_of_events_takes_no_more_than_a_quarter_from_the_cycles() -> Non
     for k in range(5000):
         backlog.add_event(event(k))
     taken = backlog.take(10_000)
-    assert sum(isinstance(item.content, PackedCycle) for item in taken) == 100
+    assert sum(isinstance(item.content, Row) for item in taken) == 100
     assert sum(item.size for item in taken) <= 200_000
     assert [i.content.utc_us for i in taken if isinstance(i.content, PackedEvent)][-1] == 4999
 

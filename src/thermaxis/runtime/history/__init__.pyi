@@ -1,30 +1,33 @@
 from ._backlog import (
     Backlog as Backlog,
 )
-from ._condition import (
-    Condition as Condition,
-    check_history as check_history,
-    copy_history as copy_history,
+from ._columns import (
+    TIME as TIME,
+    Columns as Columns,
+    input_column as input_column,
+    output_column as output_column,
 )
 from ._database import (
+    check_database as check_database,
     parse_url as parse_url,
+    printable_cause as printable_cause,
 )
 from ._export import (
+    Condition as Condition,
     Export as Export,
+    check_history as check_history,
+    copy_history as copy_history,
     export_history as export_history,
 )
 from ._integrity import (
     check_file as check_file,
 )
-from ._reading import (
-    HistoryReader as HistoryReader,
-    Piece as Piece,
-    Trend as Trend,
-    values_of as values_of,
+from ._none import (
+    NoHistorian as NoHistorian,
 )
-from ._rows import (
-    RowPacker as RowPacker,
-    printable_cause as printable_cause,
+from ._reader import (
+    HistoryReader as HistoryReader,
+    Trend as Trend,
 )
 from ._settings import (
     HistorianSettings as HistorianSettings,
@@ -45,7 +48,4 @@ from ._url import (
 from ._writer import (
     Writer as Writer,
     pack_event as pack_event,
-)
-from .none import (
-    NoHistorian as NoHistorian,
 )

@@ -1,6 +1,7 @@
 """What the historian is told: where to, for how long, how much it may keep in memory."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import final
 
 from thermaxis.codes import Place
@@ -21,6 +22,10 @@ class HistorianSettings:
         If a number is out of its range.
     """
 
+    machine: str = "machine"
+    """Name of the machine; the finished parts lie in a folder of this name."""
+    folder: Path | None = None
+    """Folder of the finished parts; None for one beside SQLite's file, named like it."""
     retention_days: int = 90
     """Days with records that are kept. Days on which nothing was recorded do not count, so that a
     clock that is wrong for once deletes nothing. Default: a quarter. [d]"""
@@ -28,7 +33,7 @@ class HistorianSettings:
     """Password of the database's user; empty where none is needed."""
     largest_waiting_bytes: int = 32_000_000
     """Memory for what cannot be stored at the moment; then the oldest cycles are lost. Default:
-    nine hours at one second with four outputs. [byte]"""
+    seven hours at one second with eight channels and four outputs. [byte]"""
     batch_s: float = 0.4
     """Time for which records are gathered before they are written. Default: with the write itself
     less than a second passes from a cycle to the disk. [s]"""

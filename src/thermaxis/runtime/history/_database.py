@@ -1,0 +1,231 @@
+"""Addresses of databases, and connections to them: SQLite by default, PostgreSQL by URL."""
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import sqlalchemy as sa
+from sqlalchemy import event
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
+
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.messages import sentence_of
+from thermaxis.runtime.history._url import check_encryption
+
+_URL = Place(key="historian.url")
+_SQLITE = "sqlite"
+_POSTGRESQL = "postgresql"
+_BUSY_S = 5.0
+_LONGEST_CAUSE: Final = 300
+_TEXTS = "UTF8"
+_BY_KIND: Final[tuple[tuple[type[BaseException], str], ...]] = (
+    (TimeoutError, "it took too long"),
+    (ConnectionResetError, "the connection was cut by the other side"),
+    (ConnectionRefusedError, "the connection was refused"),
+    (ConnectionAbortedError, "the connection was given up"),
+    (BrokenPipeError, "the other side has closed the connection"),
+    (ConnectionError, "the connection failed"),
+    (FileNotFoundError, "a file or folder is not there"),
+    (PermissionError, "it is not permitted"),
+    (InterruptedError, "it was interrupted"),
+    (MemoryError, "there is not enough memory"),
+    (RecursionError, "it is nested too deeply"),
+    (EOFError, "it ends too early"),
+    (OverflowError, "a number is too large"),
+)
+"""What is said of an error that says nothing itself; the first kind that fits."""
+
+
+def parse_url(url: str, password: str = "") -> URL:
+    """Return the address of a database."""
+    try:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError) as error:
+        raise ConfigurationError("no_database_url", place=_URL) from error
+    kind = parsed.get_backend_name()
+    if kind == _SQLITE:
+        if not parsed.database or parsed.database == ":memory:" or parsed.query:
+            raise ConfigurationError("no_file_in_url", place=_URL)
+        return parsed
+    if kind != _POSTGRESQL or parsed.drivername not in {_POSTGRESQL, f"{_POSTGRESQL}+psycopg"}:
+        raise ConfigurationError("unknown_database", kind=parsed.drivername, place=_URL)
+    parsed = parsed.set(drivername=f"{_POSTGRESQL}+psycopg")
+    if password:
+        parsed = parsed.set(password=password)
+    check_encryption(url, key=_URL.key)
+    return parsed
+
+
+def sqlite_path(url: URL) -> Path | None:
+    """Return the file of a database, None where it is no SQLite."""
+    return Path(str(url.database)) if url.get_backend_name() == _SQLITE else None
+
+
+def file_identity(path: Path) -> tuple[int, int] | None:
+    """Return what tells a file from another one of the same name."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def history_folder(url: URL, folder: Path | None) -> Path:
+    """Return where finished parts are kept: beside SQLite's file unless it is stated."""
+    if folder is not None:
+        return folder
+    path = sqlite_path(url)
+    if path is None:
+        raise ConfigurationError("history_folder_missing", place=Place(key="historian.folder"))
+    return path.with_suffix("") if path.suffix else path.with_name(f"{path.name}.parts")
+
+
+def shown_url(url: URL) -> str:
+    """Return an address without its password."""
+    path = sqlite_path(url)
+    return str(path) if path is not None else url.render_as_string(hide_password=True)
+
+
+def writing_engine(url: URL) -> sa.Engine:
+    """Return an engine for the one writer of a database. Nothing is opened yet.
+
+    SQLite: write-ahead log, and every commit is on the disk before it counts (synchronous FULL):
+    with NORMAL a loss of power would take everything since the last checkpoint, minutes, not the
+    last second. A commit a second costs a disk nothing.
+    """
+    path = sqlite_path(url)
+    if path is None:
+        return _postgresql_engine(url)
+
+    def connect() -> sqlite3.Connection:
+        connection = sqlite3.connect(
+            path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
+        )
+        for pragma in ("journal_mode=WAL", "synchronous=FULL", "journal_size_limit=16777216"):
+            connection.execute(f"PRAGMA {pragma}").close()
+        return connection
+
+    return _sqlite_engine(connect, begin="BEGIN IMMEDIATE")
+
+
+def reading_engine(url: URL) -> sa.Engine:
+    """Return an engine that cannot write."""
+    path = sqlite_path(url)
+    if path is None:
+        return _postgresql_engine(url, " -c default_transaction_read_only=on")
+    if not path.is_file():
+        raise ConfigurationError("file_not_found", place=Place(str(path)))
+    # A folder that cannot be written to has no place for the log's index; a file without a log
+    # needs none.
+    alone = not path.with_name(path.name + "-wal").exists()
+
+    def connect() -> sqlite3.Connection:
+        address = f"{path.resolve().as_uri()}?mode=ro"
+        connection = sqlite3.connect(
+            address, uri=True, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
+        )
+        try:
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        except sqlite3.OperationalError:
+            connection.close()
+            if not alone:
+                raise
+            return sqlite3.connect(
+                f"{address}&immutable=1", uri=True, isolation_level=None, check_same_thread=False
+            )
+        return connection
+
+    return _sqlite_engine(connect, begin="BEGIN")
+
+
+def _sqlite_engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
+    engine = sa.create_engine("sqlite://", creator=connect, poolclass=sa.NullPool)
+
+    def begun(connection: sa.Connection) -> None:
+        connection.exec_driver_sql(begin)
+
+    event.listen(engine, "begin", begun)
+    return engine
+
+
+def _postgresql_engine(url: URL, options: str = "") -> sa.Engine:
+    """Return an engine whose calls never wait for ever, of a database that takes every text."""
+    arguments = {
+        "connect_timeout": 5,
+        "keepalives_idle": 5,
+        "keepalives_interval": 2,
+        "keepalives_count": 3,
+        "tcp_user_timeout": 10_000,
+        "application_name": "thermaxis",
+        "options": f"-c statement_timeout=30000 -c lock_timeout=5000 -c timezone=UTC{options}",
+    }
+    engine = sa.create_engine(url, poolclass=sa.NullPool, connect_args=arguments)
+
+    def refuse_bytes(connection: Any, _: object) -> None:
+        encoding = connection.info.parameter_status("server_encoding")
+        if encoding != _TEXTS:  # SQL_ASCII gives bytes where text is asked for
+            connection.close()
+            raise ConfigurationError("database_encoding", found=str(encoding), place=_URL)
+
+    event.listen(engine, "connect", refuse_bytes, insert=True)  # before anything is asked
+    return engine
+
+
+def check_database(url: str, password: str = "") -> None:
+    """Check that a database can keep a history, as far as it can be reached.
+
+    Raises
+    ------
+    ConfigurationError
+        If it stores no text in UTF-8, or has tables of another program.
+    OSError
+        If it cannot be reached.
+    """
+    from thermaxis.runtime.history._tables import is_history  # noqa: PLC0415 - it needs this file
+
+    parsed = parse_url(url, password)
+    path = sqlite_path(parsed)
+    if path is not None and not path.exists():
+        return
+    engine = reading_engine(parsed)
+    try:
+        with engine.connect() as connection:
+            is_history(connection, shown_url(parsed))
+    except (SQLAlchemyError, sqlite3.Error) as error:
+        cause = error.orig if isinstance(error, DBAPIError) else error
+        raise OSError(printable_cause(cause or error)) from error
+    finally:
+        engine.dispose()
+
+
+def printable_cause(error: BaseException) -> str:
+    """Return why something failed, for a message that people read.
+
+    Parameters
+    ----------
+    error : BaseException
+        The error.
+
+    Returns
+    -------
+    str
+        The first line of what the error says, without the name of its kind, which says nothing to
+        people, and without the file that it names, which is nobody's business who only looks. An
+        error without a text is told by its kind: in words where there are some, else by its name.
+    """
+    if isinstance(error, KeyError) and error.args:  # it says no more than the key
+        text = f"{error.args[0]!r} is missing"
+    elif isinstance(error, OSError) and error.strerror:
+        text = str(error.strerror)
+    elif isinstance(error, ThermaxisError):
+        text = sentence_of(error.message).rstrip(".")
+    else:
+        text = str(error)
+    first = text.strip().partition("\n")[0][:_LONGEST_CAUSE]
+    if first:
+        return first
+    words = next((words for kind, words in _BY_KIND if isinstance(error, kind)), "")
+    return words or f"{type(error).__name__} without a text"

@@ -1,0 +1,500 @@
+"""Read a history: cycles, events and trends by time, while the loop goes on writing.
+
+Every question is a transaction of its own, so that a reader never keeps the writer from tidying
+its log. Cycles come in the order in which they were recorded, whatever a clock did.
+"""
+
+import json
+import sqlite3
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Self, TypeVar, final
+
+import polars as pl
+import sqlalchemy as sa
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+
+from thermaxis.codes import Place, values_of_json
+from thermaxis.errors import DataError
+from thermaxis.runtime._ports import EventRecord
+from thermaxis.runtime.history import _tables as t
+from thermaxis.runtime.history._columns import ID, TIME, from_us, to_us
+from thermaxis.runtime.history._database import (
+    file_identity,
+    history_folder,
+    parse_url,
+    printable_cause,
+    reading_engine,
+    shown_url,
+    sqlite_path,
+)
+from thermaxis.runtime.history._parts import (
+    MINUTE,
+    Part,
+    days_of,
+    machine_folder,
+    minutes_of,
+    parts_of,
+)
+
+_MINUTE_US: Final = 60_000_000
+_TRIES: Final = 3
+_T = TypeVar("_T")
+Span = tuple[datetime | None, datetime | None]
+"""Begin, and end that is not included; None for that of the history."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """One number over time, in equal steps; steps without a value are left out."""
+
+    name: str
+    """Name of the column."""
+    step_us: int
+    """Length of a step. [µs]"""
+    time_us: tuple[int, ...]
+    """Begin of each step, since 1970. [µs]"""
+    lowest: tuple[float, ...]
+    """Least value of each."""
+    mean: tuple[float, ...]
+    """Mean of each."""
+    highest: tuple[float, ...]
+    """Greatest value of each."""
+
+
+class _Stored(NamedTuple):
+    """Where the cycles of a span are."""
+
+    parts: list[Part]
+    rows: pl.DataFrame
+    closed: int
+
+
+@final
+class HistoryReader:
+    """A history, opened for reading. Used by one thread, closed with `close` or ``with``.
+
+    Parameters
+    ----------
+    url : str
+        ``sqlite:///file`` or ``postgresql+psycopg://user@host/database``.
+    password : str
+        Password of the database's user.
+
+    Raises
+    ------
+    ConfigurationError
+        If the URL is wrong, the file is not there, or the history is of another program.
+    DataError
+        If it cannot be read, or is no history.
+    """
+
+    def __init__(self, url: str, password: str = "") -> None:
+        parsed = parse_url(url, password)
+        self.where = shown_url(parsed)
+        """The database, without a password."""
+        self._engine = reading_engine(parsed)
+        self._path = sqlite_path(parsed)
+        self._identity = None if self._path is None else file_identity(self._path)
+        self._schemas: dict[Path, dict[str, pl.DataType]] = {}
+        self._interrupted = False
+        try:
+            with self._errors_named():
+                self._connection = self._engine.connect()
+                self._bare: Any = self._connection.connection.dbapi_connection
+            known = self._known()
+            stated = known.get("folder", "")
+            root = history_folder(parsed, Path(stated) if stated else None)
+            self.folder = machine_folder(root, known.get("machine", ""))
+            """Folder of the finished parts."""
+        except BaseException:
+            self.close()
+            raise
+
+    def _known(self) -> dict[str, str]:
+        with self._asked() as connection:
+            if t.is_history(connection, self.where):
+                return t.known_of(connection)
+        raise DataError("no_history", place=Place(self.where))
+
+    @property
+    def in_place(self) -> bool:
+        """Whether the file that is read is the one that has the name.
+
+        It is not where the loop has put a damaged file aside: then the history is to be opened
+        anew. A server is always in its place.
+        """
+        return self._path is None or file_identity(self._path) == self._identity
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+    def interrupt(self) -> None:
+        """End the question that is being asked: the only call from another thread.
+
+        The question ends with an error, at once where the database is working at it, else when it
+        asks the next time; and so does every later one of this reader. It is not to be closed
+        meanwhile.
+        """
+        self._interrupted = True
+        if isinstance(self._bare, sqlite3.Connection):
+            self._bare.interrupt()
+        else:
+            self._bare.cancel()
+
+    def close(self) -> None:
+        """End the connection."""
+        connection = getattr(self, "_connection", None)
+        if connection is not None:
+            connection.close()
+        self._engine.dispose()
+
+    @contextmanager
+    def _errors_named(self) -> Generator[None]:
+        try:
+            yield
+        except (SQLAlchemyError, sqlite3.Error) as error:
+            cause = error.orig if isinstance(error, DBAPIError) else error
+            raise self._unreadable(cause or error) from error
+
+    @contextmanager
+    def _asked(self) -> Generator[sa.Connection]:
+        if self._interrupted:
+            raise DataError("question_interrupted", place=Place(self.where))
+        with self._errors_named(), self._connection.begin():
+            yield self._connection
+
+    # ---- cycles ---------------------------------------------------------------------------------
+
+    def span(self) -> tuple[datetime, datetime] | None:
+        """Return the earliest and the latest time of a cycle, None where there is none."""
+        closed, times = 0, list[datetime]()
+        with self._asked() as connection:
+            closed = self._closed(connection)
+            for name in t.cycle_tables(connection):
+                c = t.named(name).c
+                query = sa.select(sa.func.min(c[TIME]), sa.func.max(c[TIME])).where(c[ID] > closed)
+                times += [_utc(moment) for moment in connection.execute(query).one() if moment]
+
+        times += self.retried(lambda: self._ends(closed))
+        return (min(times), max(times)) if times else None
+
+    def _ends(self, closed: int) -> list[datetime]:
+        """Return the earliest and the latest time in the files: of the first and the last day."""
+        days = [parts for _, parts in self._days(closed) if parts]
+        files = [part.cycles for parts in (*days[:1], *days[-1:]) for part in parts]
+        if not files:
+            return []
+        time = pl.scan_parquet(files, schema={TIME: _UTC}, **_ANY).select(TIME)
+        both = time.select(pl.min(TIME).alias("first"), pl.max(TIME).alias("last"))
+        return list(both.collect().row(0))
+
+    def _closed(self, connection: sa.Connection) -> int:
+        return int(t.known_of(connection).get(t.CLOSED, "0"))
+
+    def columns(self, first: datetime | None = None, last: datetime | None = None) -> pl.Schema:
+        """Return the columns of the cycles in a span of days with their types."""
+        stored = self._stored((_utc_or_none(first), _utc_or_none(last)), None, bare=True)
+        return self._schema(stored)
+
+    def cycles(
+        self,
+        first: datetime | None = None,
+        last: datetime | None = None,
+        columns: Iterable[str] | None = None,
+    ) -> pl.LazyFrame:
+        """Return cycles in the order of recording, from files and rows alike.
+
+        Parameters
+        ----------
+        first : datetime, optional
+            Begin of the span. Default: that of the history.
+        last : datetime, optional
+            End, not included. Default: that of the history.
+        columns : iterable of str, optional
+            Columns that are wanted; ``id`` and ``time_utc`` always come too. Default: all.
+
+        Returns
+        -------
+        polars.LazyFrame
+            The cycles; a column that some of them lack is null there.
+
+        Raises
+        ------
+        DataError
+            If the history cannot be read.
+        """
+        span = _utc_or_none(first), _utc_or_none(last)
+        wanted = None if columns is None else list(columns)
+        stored = self._stored(span, wanted)
+        schema = {ID: pl.Int64(), TIME: _UTC, **self._schema(stored)}
+        if wanted is not None:
+            schema = {name: kind for name, kind in schema.items() if name in {ID, TIME, *wanted}}
+        frames = [stored.rows.lazy()]
+        if stored.parts:
+            files = [part.cycles for part in stored.parts]
+            scan = pl.scan_parquet(files, schema=schema, **_ANY).filter(pl.col(ID) <= stored.closed)
+            ends = [part.last for part in stored.parts]
+            if any(part.first <= end for part, end in zip(stored.parts[1:], ends, strict=False)):
+                scan = scan.sort(ID)  # a clock went back, and a day was gone on with
+            frames.insert(0, scan)
+        found = pl.concat(frames, how="diagonal").select(list(schema))
+        return found.filter(*_inside(TIME, span))
+
+    def _stored(self, span: Span, columns: Sequence[str] | None, *, bare: bool = False) -> _Stored:
+        with self._asked() as connection:
+            closed = self._closed(connection)
+            frames = [
+                t.read_rows(
+                    connection, name, ids=(closed + 1, 2**62), span=span, columns=columns, bare=bare
+                )
+                for name in t.cycle_tables(connection)
+            ]
+        rows = pl.concat(
+            [pl.DataFrame(schema={ID: pl.Int64(), TIME: _UTC}), *frames], how="diagonal"
+        )
+        first, last = span
+        parts = [
+            part
+            for day, some in self._days(closed)
+            if (first is None or day >= first.date()) and (last is None or day <= last.date())
+            for part in some
+        ]
+        return _Stored(sorted(parts), rows, closed)
+
+    def _days(self, closed: int) -> list[tuple[date, list[Part]]]:
+        """Return the parts that count by day: the rows of a newer one are still in the database."""
+        if closed and not self.folder.is_dir():
+            raise DataError("history_folder_lost", place=Place(str(self.folder)))
+        return [
+            (day, [part for part in parts_of(path) if part.first <= closed])
+            for day, path in days_of(self.folder).items()
+        ]
+
+    def _schema(self, stored: _Stored) -> pl.Schema:
+        """Return the columns of files and rows together, those of the newest first."""
+        found: dict[str, pl.DataType] = dict(stored.rows.schema)
+        for part in reversed(stored.parts):
+            known = self._schemas.get(part.cycles)
+            if known is None:
+                known = self._schemas[part.cycles] = dict(pl.read_parquet_schema(part.cycles))
+            for name, kind in known.items():
+                found.setdefault(name, kind)
+        return pl.Schema(found)
+
+    def retried(self, work: Callable[[], _T]) -> _T:
+        """Do something with files; again where one has just been joined to that of its day."""
+        left = _TRIES
+        while True:
+            left -= 1
+            try:
+                return work()
+            except pl.exceptions.PolarsError as error:
+                raise self._unreadable(error) from error
+            except FileNotFoundError as error:
+                if not left:
+                    raise self._unreadable(error) from error
+
+    def _unreadable(self, error: BaseException) -> DataError:
+        where = Place(self.where)
+        return DataError("history_unreadable", cause=printable_cause(error), place=where)
+
+    # ---- events ---------------------------------------------------------------------------------
+
+    def starts(self) -> int:
+        """Return how often a program began to write. [1]"""
+        with self._asked() as connection:
+            return sum(name.startswith("run ") for name in t.known_of(connection))
+
+    def events(
+        self,
+        first: datetime | None = None,
+        last: datetime | None = None,
+        *,
+        kinds: Sequence[str] = (),
+        newest: int | None = None,
+    ) -> list[EventRecord]:
+        """Return events in the order of recording.
+
+        Parameters
+        ----------
+        first : datetime, optional
+            Begin of the span. Default: that of the history.
+        last : datetime, optional
+            End, not included. Default: that of the history.
+        kinds : sequence of str
+            Kinds that are wanted; empty for all.
+        newest : int, optional
+            Only so many, the newest. [1]
+
+        Returns
+        -------
+        list of EventRecord
+            The events.
+
+        Raises
+        ------
+        DataError
+            If the history cannot be read.
+        """
+        event = t.events.c
+        query = sa.select(t.events).order_by(event[ID].desc()).limit(newest)
+        if first is not None:
+            query = query.where(event[TIME] >= _utc(first))
+        if last is not None:
+            query = query.where(event[TIME] < _utc(last))
+        if kinds:
+            query = query.where(event.kind.in_(list(kinds)))
+        with self._asked() as connection:
+            found = connection.execute(query).all()
+        return [_event_of(row) for row in reversed(found)]
+
+    # ---- trends ---------------------------------------------------------------------------------
+
+    def series(self) -> tuple[str, ...]:
+        """Return the columns that trends can be asked of: all that hold numbers."""
+        schema = self.retried(self.columns)
+        kinds = (pl.Float64(), pl.Boolean())
+        return tuple(n for n, k in schema.items() if k in kinds and not n.endswith("_age_s"))
+
+    def trend(
+        self, names: Sequence[str], first: datetime, last: datetime, *, points: int = 1000
+    ) -> Mapping[str, Trend]:
+        """Return numbers over time, reduced to so many steps.
+
+        Short spans are made from the cycles themselves, long ones from what is kept of every
+        minute; every value of a cycle in the span is in exactly one step.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of columns.
+        first : datetime
+            Begin of the span, aware. Long spans begin with its minute.
+        last : datetime
+            End, not included.
+        points : int
+            Largest number of steps. Default: what a screen is wide. [1]
+
+        Returns
+        -------
+        mapping
+            Trends by name.
+
+        Raises
+        ------
+        DataError
+            If the history cannot be read, there is no such column, or the span is none.
+        """
+        known = self.series()
+        for name in names:
+            if name not in known:
+                nearest = get_close_matches(name, known, n=1, cutoff=0.3)
+                raise DataError(
+                    "unknown_name", name=name, known=tuple(nearest), place=Place(self.where)
+                )
+        first_us, last_us = to_us(first), to_us(last)
+        if last_us <= first_us or points < 1:
+            raise DataError("trend_without_span", place=Place(self.where))
+        step_us = -(-(last_us - first_us) // points)
+        long = step_us >= _MINUTE_US
+        if long:
+            first_us -= first_us % _MINUTE_US
+            last_us += -last_us % _MINUTE_US
+            step_us = -(-step_us // _MINUTE_US) * _MINUTE_US
+        span = from_us(first_us), from_us(last_us)
+        table = self._by_minute if long else self._by_cycle
+        found = self.retried(lambda: _steps(table(names, span), names, first_us, step_us))
+        return {name: _trend_of(name, found, first_us, step_us) for name in names}
+
+    def _by_cycle(self, names: Sequence[str], span: Span) -> pl.LazyFrame:
+        """Return every cycle as if it were a minute of its own."""
+        value = {name: pl.col(name).cast(pl.Float64) for name in names}
+        return self.cycles(*span, names).select(
+            pl.col(TIME).alias(MINUTE),
+            *[value[name].is_not_null().cast(pl.UInt32).alias(f"{name}_count") for name in names],
+            *[
+                value[name].alias(f"{name}_{end}")
+                for name in names
+                for end in ("least", "greatest", "mean")
+            ],
+        )
+
+    def _by_minute(self, names: Sequence[str], span: Span) -> pl.LazyFrame:
+        """Return minutes of files and those of rows; the same minute may be in several."""
+        stored = self._stored(span, names)
+        numbers = {
+            f"{name}_{end}": pl.UInt32() if end == "count" else pl.Float64()
+            for name in names
+            for end in ("count", "least", "greatest", "mean")
+        }
+        frames = [minutes_of(stored.rows.lazy())] if stored.rows.height else []
+        if stored.parts:
+            files = [part.minutes for part in stored.parts]
+            frames.append(pl.scan_parquet(files, schema={MINUTE: _UTC, **numbers}, **_ANY))
+        empty = pl.LazyFrame(schema={MINUTE: _UTC, **numbers})
+        found = pl.concat([empty, *frames], how="diagonal_relaxed").select(MINUTE, *numbers)
+        return found.filter(*_inside(MINUTE, span))
+
+
+_UTC: Final = pl.Datetime("us", "UTC")
+_ANY: Final[dict[str, Any]] = {
+    "missing_columns": "insert",
+    "extra_columns": "ignore",
+    "hive_partitioning": False,
+}
+
+
+def _inside(name: str, span: Span) -> list[pl.Expr]:
+    first, last = span
+    bounds = [] if first is None else [pl.col(name) >= first]
+    return bounds if last is None else [*bounds, pl.col(name) < last]
+
+
+def _steps(table: pl.LazyFrame, names: Sequence[str], first_us: int, step_us: int) -> pl.DataFrame:
+    """Join minutes to steps: counts add up, and means are weighted by them."""
+    step = ((pl.col(MINUTE).dt.epoch("us") - first_us) // step_us).alias("step")
+    joined: list[pl.Expr] = []
+    for name in names:
+        count = pl.col(f"{name}_count").cast(pl.Int64)
+        joined += [
+            count.sum(),
+            pl.col(f"{name}_least").min(),
+            pl.col(f"{name}_greatest").max(),
+            ((pl.col(f"{name}_mean") * count).sum() / count.sum()).alias(f"{name}_mean"),
+        ]
+    return table.group_by(step).agg(joined).sort("step").collect()
+
+
+def _trend_of(name: str, found: pl.DataFrame, first_us: int, step_us: int) -> Trend:
+    some = found.filter(pl.col(f"{name}_count") > 0)
+    low, mean, high = (
+        tuple(some[f"{name}_{end}"].to_list()) for end in ("least", "mean", "greatest")
+    )
+    begins = (first_us + some["step"] * step_us).to_list()
+    return Trend(name, step_us, tuple(begins), low, mean, high)
+
+
+def _event_of(row: Any) -> EventRecord:
+    details = json.loads(row.details)
+    values = values_of_json(details.pop("values", None))
+    return EventRecord(_utc(row.time_utc), row.kind, row.who, row.text, details, row.code, values)
+
+
+def _utc(moment: datetime) -> datetime:
+    """Return a time in UTC; one of SQLite does not say that it is."""
+    return moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
+
+
+def _utc_or_none(moment: datetime | None) -> datetime | None:
+    return None if moment is None else _utc(moment)
