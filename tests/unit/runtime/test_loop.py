@@ -1,6 +1,7 @@
 """The loop in virtual time: what it writes, survives and remembers, and tells of all that."""
 
 import asyncio
+import json
 import math
 import random
 from collections.abc import Mapping
@@ -582,6 +583,31 @@ async def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
         assert bench.machine.z_um == NEAR_GOAL
         assert loop.status.trim_owner == {"Z_um": ""}
     bench.assert_law(late_cycles=1.0)
+
+
+async def test_what_cannot_be_meant_is_refused_once_and_recorded_as_it_can_be_shown() -> None:
+    bench = Rig()
+    numbers = (math.nan, math.inf, -math.inf)
+    asked = [
+        *((Request(RequestKind.TRIM, "a", "Z_um", x, 60.0), "number_not_finite") for x in numbers),
+        *((Request(RequestKind.TRIM, "a", "Z_um", 1.0, x), "number_not_finite") for x in numbers),
+        *((Request(RequestKind.DIAMETER, "a", value=x), "number_not_finite") for x in numbers),
+        (Request(RequestKind.TRIM, "a", "\x1b[2J", 1.0, 60.0), "name_unusable"),
+        (Request(RequestKind.TRIM, "a", "x" * 201, 1.0, 60.0), "name_unusable"),
+        (Request(RequestKind.TRIM, "a", "", 1.0, 60.0), "unknown_output"),
+        (Request(RequestKind.MODEL, "a", text="a\u202egpj.nosj"), "name_unusable"),
+        (Request(RequestKind.MODEL, "a", text="outside.json"), "model_unusable"),
+    ]
+    async with bench.running() as loop:
+        await asyncio.sleep(3.0)
+        for request, code in asked:
+            outcome = await loop.submit(request)
+            assert (outcome.accepted, outcome.code) == (False, code), request
+    told = [event.details for event in bench.said("request") if event.who == "a"]
+    assert len(told) == len(asked)
+    json.dumps(told, allow_nan=False)
+    texts = [value for details in told for value in details.values() if isinstance(value, str)]
+    assert all(text.isprintable() and len(text) <= 200 for text in texts)
 
 
 async def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> None:

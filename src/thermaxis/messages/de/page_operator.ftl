@@ -161,7 +161,6 @@ operator-page_cannot_read = Diese Seite kann den Zustand nicht lesen. Einrichter
 operator-ask_form = Das ist keine Anforderung.
 operator-ask_method = Das kann niemand anfordern.
 operator-ask_arguments = Die Anforderung hat andere Werte, als sie braucht.
-operator-ask_value = Die Regelung kann einen Wert der Anforderung nicht annehmen: { $reason }.
 operator-old = alt
 operator-alarms_unknown = Alarme: unbekannt
 operator-alarms_before_none = Zuvor: keine.

@@ -189,7 +189,6 @@ operator-page_cannot_read = This page cannot read the status. Call the engineer.
 operator-ask_form = This is no request.
 operator-ask_method = Nobody can ask for that.
 operator-ask_arguments = The request has other values than it needs.
-operator-ask_value = The loop cannot take a value of the request: { $reason }.
 operator-old = old
 operator-alarms_unknown = Alarms: unknown
 operator-alarms_before_none = Before: none.

@@ -1,18 +1,33 @@
 """Requests on their way to a cycle, and their answers back."""
 
 import asyncio
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import final
 
+from thermaxis.codes import printable
 from thermaxis.compensation import Answer, Compensation, Request, RequestKind
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
 from thermaxis.runtime.loop._settings import Models
 from thermaxis.runtime.status import Alarm
 
+LONGEST_TEXT = 200
+"""Longest text in a request. [1]"""
 _ENDING = RequestOutcome(accepted=False, code=LoopAnswer.ENDING)
 _UNSEEN = RequestOutcome(accepted=False, code=LoopAnswer.SENSOR_ALARM_MEANWHILE)
+
+
+def _refusal_of(request: Request) -> RequestOutcome | None:
+    """Return why a request cannot be recorded, let alone meant; its limits the cycle checks."""
+    for text in (request.output, request.text):
+        if printable(text, LONGEST_TEXT) != text:
+            return RequestOutcome(accepted=False, code=LoopAnswer.NAME_UNUSABLE)
+    for value in (request.value, request.duration_s):
+        if value is not None and not math.isfinite(value):
+            return RequestOutcome(accepted=False, code=LoopAnswer.NUMBER_NOT_FINITE)
+    return None
 
 
 @final
@@ -51,6 +66,12 @@ class Requests:
         if self.closed:
             return _ENDING
         self._identity += 1
+        refused = _refusal_of(request)
+        if refused is not None:
+            output, text = (printable(t, LONGEST_TEXT) for t in (request.output, request.text))
+            shorn = replace(request, output=output, text=text, value=None, duration_s=None)
+            self._tell(shorn, refused)
+            return refused
         shown = frozenset(alarm.key for alarm in alarms)
         waiting = Waiting(replace(request, identity=self._identity), shown)
         if request.kind is RequestKind.MODEL:

@@ -25,7 +25,6 @@ from ._metrics import (
 from ._requests import (
     ASKS as ASKS,
     Ask as Ask,
-    refusal_of as refusal_of,
 )
 from ._server import (
     NAMESPACE as NAMESPACE,

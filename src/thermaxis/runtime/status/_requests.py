@@ -1,18 +1,12 @@
 """What a client of the status server may ask: methods, their arguments, and who may call them."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import final
 
-from thermaxis.codes import printable
 from thermaxis.compensation import Request, RequestKind
-from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
 from thermaxis.runtime.status._fields import Kind
 from thermaxis.runtime.users import Role
-
-LONGEST_TEXT = 200
-"""Longest text in a request. [1]"""
 
 
 @final
@@ -123,31 +117,3 @@ ASKS = (
     ),
 )
 """Every method that asks for something, in the order in which they are shown."""
-
-
-def refusal_of(values: Sequence[float | str]) -> RequestOutcome | None:
-    """Return why arguments cannot be handed to the loop.
-
-    Parameters
-    ----------
-    values : sequence of float or str
-        Arguments of a call, of the right types.
-
-    Returns
-    -------
-    RequestOutcome or None
-        The refusal; None where they can be.
-    """
-    for value in values:
-        if isinstance(value, str):
-            if not value:
-                return RequestOutcome(accepted=False, code=LoopAnswer.NAME_MISSING)
-            if len(value) > LONGEST_TEXT or printable(value, LONGEST_TEXT) != value:
-                return RequestOutcome(accepted=False, code=LoopAnswer.NAME_UNUSABLE)
-            if "/" in value or "\\" in value or value in {".", ".."}:
-                return RequestOutcome(
-                    accepted=False, code=LoopAnswer.FILE_NOT_PLAIN, values={"file": value}
-                )
-        elif not math.isfinite(value):
-            return RequestOutcome(accepted=False, code=LoopAnswer.NUMBER_NOT_FINITE)
-    return None

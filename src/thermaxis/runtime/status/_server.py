@@ -26,7 +26,7 @@ from thermaxis.runtime.status._fields import (
     leaves_of,
     shape_of,
 )
-from thermaxis.runtime.status._requests import ASKS, Argument, Ask, refusal_of
+from thermaxis.runtime.status._requests import ASKS, Argument, Ask
 from thermaxis.runtime.status._sessions import GuardedServer, caller
 from thermaxis.runtime.status._status import RuntimeStatus
 from thermaxis.runtime.status._tree import (
@@ -363,11 +363,7 @@ class StatusServer:
         values, wrong = values_of(ask.arguments, arguments)
         if wrong:
             return status_code(wrong)
-        outcome = refusal_of(values)
-        if outcome is None and self._waiting >= _MOST_WAITING:
-            outcome = RequestOutcome(accepted=False, code=LoopAnswer.TOO_MANY_WAITING)
-        if outcome is None:
-            outcome = await self._submit(ask.request(identity.name, values))
+        outcome = await self._submit(ask.request(identity.name, values))
         return [
             flag_variant(flag=outcome.accepted),
             text_variant(sentence_of(outcome.message)),
@@ -377,6 +373,8 @@ class StatusServer:
 
     async def _submit(self, request: Request) -> RequestOutcome:
         """Hand a request to the loop and wait for its answer within a bound."""
+        if self._waiting >= _MOST_WAITING:
+            return RequestOutcome(accepted=False, code=LoopAnswer.TOO_MANY_WAITING)
         cycle_s = 0.0 if self._status is None else self._status.cycle_s
         self._waiting += 1
         try:

@@ -1,4 +1,4 @@
-"""A request to the loop, checked as its server would, and what is known of how it was answered."""
+"""A request to the loop, passed on as it is, and what is known of how it was answered."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from thermaxis.codes import Message, printable, values_of_json
 from thermaxis.messages import LANGUAGES, keys
 from thermaxis.runtime import LoopAnswer
 from thermaxis.runtime.opcua import MethodAnswer
-from thermaxis.runtime.status import ASKS, Ask, Kind, refusal_of
+from thermaxis.runtime.status import ASKS, Ask
 
 NO_ANSWER: Final = "ask-no_answer"
 """No answer in time; the request may still take effect."""
@@ -58,20 +58,21 @@ class Outcome(NamedTuple):
 
 
 class Question(NamedTuple):
-    """What a page asks of the loop, checked."""
+    """What a page asks of the loop."""
 
     ask: Ask
     """The method."""
     arguments: tuple[float | str, ...]
-    """Its arguments, of the right types and count."""
+    """Its arguments: texts and numbers."""
 
     @property
     def variants(self) -> list[ua.Variant]:
         """The arguments as the server takes them."""
-        kinds = {Kind.TEXT: ua.VariantType.String}
         return [
-            ua.Variant(value, kinds.get(wanted.kind, ua.VariantType.Double))
-            for wanted, value in zip(self.ask.arguments, self.arguments, strict=True)
+            ua.Variant(
+                value, ua.VariantType.String if isinstance(value, str) else ua.VariantType.Double
+            )
+            for value in self.arguments
         ]
 
 
@@ -84,31 +85,22 @@ def question_of(found: object) -> Question | Message:
     ask = _ASKS.get(method) if isinstance(method, str) else None
     if ask is None:
         return Message("operator-ask_method")
-    arguments = cast("list[object]", given) if isinstance(given, list) else []
-    if not isinstance(given, list) or len(arguments) != len(ask.arguments):
+    if not isinstance(given, list):
         return Message("operator-ask_arguments")
-    values: list[float | str] = []
-    for wanted, value in zip(ask.arguments, arguments, strict=True):
-        fitting = _as_kind(wanted.kind, value)
-        if fitting is None:
-            return Message("operator-ask_arguments")
-        values.append(fitting)
-    wrong = refusal_of(values)
-    if wrong is not None:
-        return Message("operator-ask_value", {"reason": wrong.message})
-    return Question(ask, tuple(values))
-
-
-def _as_kind(kind: Kind, value: object) -> float | str | None:
-    """Return a value as its argument's type; None where it is of another one."""
-    if kind is Kind.TEXT:
-        return value if isinstance(value, str) else None
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
     try:
-        return float(value)
-    except OverflowError:
-        return None
+        return Question(ask, tuple(map(_passed_on, cast("list[object]", given))))
+    except (TypeError, ValueError, OverflowError):
+        return Message("operator-ask_arguments")
+
+
+def _passed_on(value: object) -> float | str:
+    """Return a text or a number as it can be sent; whether it is the right one, the loop knows."""
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise TypeError
+    if isinstance(value, str):
+        value.encode()  # half a pair of surrogates is no text
+        return value
+    return float(value)
 
 
 def outcome_of(answer: MethodAnswer) -> Outcome:
