@@ -30,14 +30,10 @@ from thermaxis.runtime.sinks._linuxcnc_hal import (
     COUNT,
     HEARTBEAT,
     OK,
-    LinuxCncOutput,
     LinuxCncSettings,
     arrangement_commands,
     arrangement_faults,
-    hal_text,
 )
-
-__all__ = ["LinuxCncOutput", "LinuxCncSettings", "LinuxCncSink", "hal_text"]
 
 T = TypeVar("T")
 
