@@ -131,7 +131,6 @@ class Machine:
             },
             lateness_s=abs(noise(0.0, 2e-4)),
             parts=self._names,
-            gain=((1.0,) * self._parts,) * four,
             diameter_mm=1500.0,
         )
 

@@ -61,7 +61,7 @@ def states_of(path: Path) -> list[str]:
 
 def check_whole(path: Path, taken: dict[int, float], end_s: float) -> int:
     """Check what is in the files, and return how many cycles before the end are missing."""
-    assert check_file(path, 60.0) == (True, True, "")
+    assert check_file(path) == ""
     with HistoryReader(url_of(path)) as reader:
         found = reader.cycles().drop("id").collect()
     numbers = found["number"].to_list()

@@ -175,10 +175,13 @@ class CycleRecord:
     """How late the cycle began. [s]"""
     parts: tuple[tuple[str, ...], ...] = ()
     """Names of the model's parts, by output, as in the output's contributions."""
-    gain: tuple[tuple[float, ...], ...] = ()
-    """Gain by diameter that is in force, by output and part; it is in the contributions. [1]"""
     diameter_mm: float | None = None
     """Clamping diameter of the workpiece; None for the tool centre point. [mm]"""
+    source_reason: str = ""
+    """Code of why the values' machine was not reached; empty while it is."""
+    sink_reason: str = ""
+    """Code of why the offsets' machine was not reached, or what it refused last; empty while
+    nothing is wrong."""
 
 
 @final

@@ -92,7 +92,6 @@ def cycle_record(
         applied={"Z_um": Applied(-z_um, -z_um, None), "X_um": Applied(-x_um, None, -x_um)},
         lateness_s=0.0005,
         parts=PARTS,
-        gain=((1.0, 0.8), (1.0,)),
         diameter_mm=1500.0,
     )
 
@@ -176,7 +175,6 @@ cycle_records: st.SearchStrategy[CycleRecord] = st.builds(
     ),
     lateness_s=floats,
     parts=some(some(names)),
-    gain=some(some(floats)),
     diameter_mm=optional_floats,
 )
 

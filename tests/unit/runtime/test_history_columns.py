@@ -31,7 +31,8 @@ def values_of(record: CycleRecord) -> dict[str, object]:
 
 
 def test_every_value_by_its_column_is_the_one_of_the_record() -> None:
-    record = cycle_record(31, state=SupervisorState.HOLDING)
+    plain = cycle_record(31, state=SupervisorState.HOLDING)
+    record = replace(plain, sink_reason="failure-refused")
     output, applied = record.output, record.applied
     expected = {
         "time_utc": record.utc,
@@ -59,6 +60,8 @@ def test_every_value_by_its_column_is_the_one_of_the_record() -> None:
         "quality": "good",
         "reasons": "input_bad recovering",
         "outcomes": "diameter_held",
+        "source_reason": None,
+        "sink_reason": "failure-refused",
         "T_spindle_C_status": "Good",
         "T_table_C_status": "Good",
         "referenced_status": "Good",

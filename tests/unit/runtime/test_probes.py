@@ -148,7 +148,7 @@ def eventful(
     return Run(
         machine.written,
         [
-            (r.number, r.utc, r.monotonic_s, r.output, r.applied, r.lateness_s, r.gain)
+            (r.number, r.utc, r.monotonic_s, r.output, r.applied, r.lateness_s)
             for r in bench.historian.records
         ],
         [(e.utc, e.kind, e.who, e.text, dict(e.details)) for e in bench.historian.events],

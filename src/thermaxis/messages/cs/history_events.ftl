@@ -33,7 +33,6 @@ event-logged_in = { $name }: přihlášení ke stavovému serveru
 event-log_in_refused = { $name }: stavový server přihlášení odmítl
 event-not_stored = Historii nebylo možné zapisovat po dobu { DURATION($lasted_s) }: { $why }
 event-history_damaged = Historie { $file } je poškozena ({ $detail }): byla odložena jako { $aside } a začala nová
-event-history_unchecked = Historie { $file }: kontrola byla po { $longest_s } s přerušena, protože soubor je velký
 event-part_unwritten = hotové hodiny zůstávají řádky databáze, protože jejich soubor nelze zapsat ({ $detail })
 event-self_test = vlastní test: { $finding }
 event-alarm_gone = pominulo: { $alarm }

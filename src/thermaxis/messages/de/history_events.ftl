@@ -33,7 +33,6 @@ event-logged_in = { $name } hat sich am Statusserver angemeldet
 event-log_in_refused = { $name } wurde vom Statusserver abgewiesen
 event-not_stored = Der Verlauf konnte { DURATION($lasted_s) } lang nicht geschrieben werden: { $why }
 event-history_damaged = Der Verlauf { $file } ist beschädigt ({ $detail }): er wurde als { $aside } beiseitegelegt und ein neuer begonnen
-event-history_unchecked = Der Verlauf { $file }: die Prüfung wurde nach { $longest_s } s abgebrochen, denn die Datei ist groß
 event-part_unwritten = fertige Stunden bleiben Zeilen der Datenbank, denn ihre Datei kann nicht geschrieben werden ({ $detail })
 event-self_test = Selbsttest: { $finding }
 event-alarm_gone = gegangen: { $alarm }

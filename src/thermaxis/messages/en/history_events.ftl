@@ -39,7 +39,6 @@ event-logged_in = { $name } logged in to the status server
 event-log_in_refused = { $name } was refused by the status server
 event-not_stored = The history could not be written for { DURATION($lasted_s) }: { $why }
 event-history_damaged = The history { $file } is damaged ({ $detail }): it was put aside as { $aside } and a new one begun
-event-history_unchecked = The history { $file }: the check was broken off after { $longest_s } s, for the file is large
 event-part_unwritten = finished hours stay rows of the database, for their file cannot be written ({ $detail })
 event-self_test = self-test: { $finding }
 event-alarm_gone = gone: { $alarm }

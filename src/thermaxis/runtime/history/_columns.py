@@ -34,6 +34,10 @@ _NOTHING = float("nan")
 _UNKNOWN = Applied(None, None)
 _MICROSECOND = timedelta(microseconds=1)
 _UNIT_ENDS = ("_um", "_mm", "_C", "_K")
+_CODES = (
+    *("answers", "state", "quality", "reasons", "outcomes"),
+    *("source_reason", "sink_reason"),
+)
 _NM_UM, _US_S, _MS_S = 3, 6, 3  # digits: a nanometre, a microsecond, a millisecond
 
 
@@ -174,6 +178,8 @@ class Columns:
             output.quality.value,
             " ".join(output.reasons) or None,
             " ".join(output.outcomes) or None,
+            record.source_reason or None,
+            record.sink_reason or None,
             *[s.status for s in samples],
             *[quality.value for quality in output.qualities],
         )
@@ -220,8 +226,7 @@ class Columns:
             yield Column(output_column(name, quantity), "number", _NM_UM)
 
     def _texts(self, record: CycleRecord) -> Iterator[Column]:
-        for name in ("answers", "state", "quality", "reasons", "outcomes"):
-            yield Column(name, "text")
+        yield from (Column(name, "text") for name in _CODES)
         yield from (Column(f"{input_column(name)}_status", "text") for name in record.samples)
         yield from (Column(f"{name}_quality", "text") for name in self.channels)
 

@@ -21,22 +21,6 @@ _POSTGRESQL = "postgresql"
 _BUSY_S = 5.0
 _LONGEST_CAUSE: Final = 300
 _TEXTS = "UTF8"
-_BY_KIND: Final[tuple[tuple[type[BaseException], str], ...]] = (
-    (TimeoutError, "it took too long"),
-    (ConnectionResetError, "the connection was cut by the other side"),
-    (ConnectionRefusedError, "the connection was refused"),
-    (ConnectionAbortedError, "the connection was given up"),
-    (BrokenPipeError, "the other side has closed the connection"),
-    (ConnectionError, "the connection failed"),
-    (FileNotFoundError, "a file or folder is not there"),
-    (PermissionError, "it is not permitted"),
-    (InterruptedError, "it was interrupted"),
-    (MemoryError, "there is not enough memory"),
-    (RecursionError, "it is nested too deeply"),
-    (EOFError, "it ends too early"),
-    (OverflowError, "a number is too large"),
-)
-"""What is said of an error that says nothing itself; the first kind that fits."""
 
 
 def parse_url(url: str, password: str = "") -> URL:
@@ -212,20 +196,11 @@ def printable_cause(error: BaseException) -> str:
     Returns
     -------
     str
-        The first line of what the error says, without the name of its kind, which says nothing to
-        people, and without the file that it names, which is nobody's business who only looks. An
-        error without a text is told by its kind: in words where there are some, else by its name.
+        The first line of what the error says, without the file that it names, which is nobody's
+        business who only looks; its kind where it says nothing.
     """
-    if isinstance(error, KeyError) and error.args:  # it says no more than the key
-        text = f"{error.args[0]!r} is missing"
-    elif isinstance(error, OSError) and error.strerror:
-        text = str(error.strerror)
-    elif isinstance(error, ThermaxisError):
+    if isinstance(error, ThermaxisError):
         text = sentence_of(error.message).rstrip(".")
     else:
-        text = str(error)
-    first = text.strip().partition("\n")[0][:_LONGEST_CAUSE]
-    if first:
-        return first
-    words = next((words for kind, words in _BY_KIND if isinstance(error, kind)), "")
-    return words or f"{type(error).__name__} without a text"
+        text = str(getattr(error, "strerror", None) or error)
+    return text.strip().partition("\n")[0][:_LONGEST_CAUSE] or type(error).__name__

@@ -174,9 +174,9 @@ def check_history(
     path = sqlite_path(parse_url(url, password))
     if path is not None and path.is_file():
         report("checking the file", 0, 0)
-        found = check_file(path, float("inf"))
-        if not found.sound:
-            raise DataError("history_damaged", detail=found.text, place=Place(str(path)))
+        damage = check_file(path)
+        if damage:
+            raise DataError("history_damaged", detail=damage, place=Place(str(path)))
     with HistoryReader(url, password) as reader:
         report("reading the cycles", 0, 0)
         every = pl.len().alias(""), pl.all().hash().sum()  # a sum of all reads all

@@ -1,10 +1,8 @@
 """Whether SQLite's file is sound, and what becomes of one that is not."""
 
 import sqlite3
-import time
 from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple
 
 from filelock import BaseFileLock
 
@@ -13,19 +11,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import file_lock
 
 _MAGIC = b"SQLite format 3\0"
-_STEPS = 100_000
 _DAMAGE = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
-
-
-class Soundness(NamedTuple):
-    """Result of a check."""
-
-    sound: bool
-    """Whether nothing wrong was found."""
-    complete: bool
-    """Whether the whole file was looked at."""
-    text: str
-    """What is wrong; empty if nothing is."""
 
 
 def is_damage(error: BaseException | None) -> bool:
@@ -34,28 +20,23 @@ def is_damage(error: BaseException | None) -> bool:
     return isinstance(error, sqlite3.Error) and code is not None and code & 0xFF in _DAMAGE
 
 
-def check_file(path: Path, longest_s: float) -> Soundness:
-    """Look through SQLite's file."""
+def check_file(path: Path) -> str:
+    """Look through SQLite's file; return what is wrong, empty if nothing is."""
     if not path.exists() or path.stat().st_size == 0:
-        return Soundness(sound=True, complete=True, text="")
+        return ""
     _refuse_text(path)
-    deadline_s = time.monotonic() + longest_s
     # Reading only: what a sudden end has left in the log is looked at where it is.
     address = f"{path.resolve().as_uri()}?mode=ro"
     connection = sqlite3.connect(address, uri=True, timeout=5.0, isolation_level=None)
     try:
-        connection.set_progress_handler(lambda: int(time.monotonic() > deadline_s), _STEPS)
         lines = [str(row[0]) for row in connection.execute("PRAGMA quick_check(3)")]
     except sqlite3.Error as error:
         if is_damage(error):
-            return Soundness(sound=False, complete=True, text=str(error))
-        if error.sqlite_errorcode == sqlite3.SQLITE_INTERRUPT:
-            return Soundness(sound=True, complete=False, text="")
+            return str(error)
         raise
     finally:
         connection.close()
-    sound = lines == ["ok"]
-    return Soundness(sound, complete=True, text="" if sound else "; ".join(lines)[:300])
+    return "" if lines == ["ok"] else "; ".join(lines)[:300]
 
 
 def _refuse_text(path: Path) -> None:

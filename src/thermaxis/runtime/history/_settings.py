@@ -39,9 +39,6 @@ class HistorianSettings:
     less than a second passes from a cycle to the disk. [s]"""
     retry_s: float = 2.0
     """Time between attempts to reach a lost database. Default: two seconds. [s]"""
-    check_s: float = 20.0
-    """Longest integrity check at the start; records wait meanwhile. Default: some gigabytes of a
-    solid-state disk. [s]"""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -49,7 +46,6 @@ class HistorianSettings:
         _require(self.largest_waiting_bytes, 100_000, 10**12, "largest_waiting_bytes")
         _require(self.batch_s, 0.0, 10.0, "batch_s")
         _require(self.retry_s, 0.01, 3600.0, "retry_s")
-        _require(self.check_s, 0.0, 86_400.0, "check_s")
 
 
 def _require(value: float, lowest: float, highest: float, key: str) -> None:

@@ -30,7 +30,6 @@ from thermaxis.runtime.history._database import (
     writing_engine,
 )
 from thermaxis.runtime.history._integrity import (
-    Soundness,
     check_file,
     put_aside,
     writer_lock,
@@ -54,7 +53,7 @@ class FileWatch:
     damage: str = ""
     """What the database has said about a damage that it met; empty where it met none."""
     remarks: list[Message] = field(default_factory=list[Message])
-    """Sentences about damage and checks that were not finished, until somebody takes them."""
+    """Sentences about damage, until somebody takes them."""
 
 
 def open_store(
@@ -72,7 +71,7 @@ def open_store(
     store = None
     try:
         if path is not None:
-            _look_through(path, settings.check_s, utc, watch)
+            _look_through(path, utc, watch)
         store = Store(url, path, lock, settings)
         store.prepare(run_key, utc)
     except BaseException:
@@ -84,20 +83,11 @@ def open_store(
     return store
 
 
-def _look_through(path: Path, check_s: float, utc: datetime, watch: FileWatch) -> None:
-    if watch.damage:
-        found = Soundness(sound=False, complete=True, text=watch.damage)
-    elif watch.checked:
-        return
-    else:
-        found = check_file(path, check_s)
-    if not found.sound:
-        target = put_aside(path, utc)
-        values = {"file": path.name, "detail": found.text, "aside": target.name}
+def _look_through(path: Path, utc: datetime, watch: FileWatch) -> None:
+    damage = watch.damage or ("" if watch.checked else check_file(path))
+    if damage:
+        values = {"file": path.name, "detail": damage, "aside": put_aside(path, utc).name}
         watch.remarks.append(Message("event-history_damaged", values))
-    elif not found.complete:
-        values = {"file": path.name, "longest_s": check_s}
-        watch.remarks.append(Message("event-history_unchecked", values))
     watch.checked, watch.damage = True, ""
 
 

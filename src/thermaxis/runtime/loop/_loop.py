@@ -21,7 +21,6 @@ from thermaxis.compensation import (
     SupervisorState,
     cycle,
     cycle_state,
-    gain_of,
     with_compensation,
 )
 from thermaxis.errors import ConfigurationError
@@ -481,8 +480,9 @@ class CompensationLoop:
                 self._applied,
                 lateness_s,
                 tuple(tuple(p.name for p in o.parts) for o in outputs),
-                tuple(tuple(gain_of(part, diameter_mm) for part in o.parts) for o in outputs),
                 diameter_mm,
+                _code_of(self.source.failure),
+                _code_of(self.sink.failure),
             )
         )
 
@@ -574,6 +574,10 @@ class CompensationLoop:
             self._resume if self._stopping else self._state.memory.enabled,
             self._state,
         )
+
+
+def _code_of(message: Message | None) -> str:
+    return "" if message is None else message.code
 
 
 def _kinds(findings: Sequence[Message]) -> list[tuple[str, Place]]:
