@@ -29,6 +29,7 @@ from tests.system.opcua.foreign_server import WATCH_S, ForeignServer, Line, inst
 from tests.system.programs import Program, compensating, gaps
 from thermaxis.cli import main
 from thermaxis.compensation import SupervisorState
+from thermaxis.runtime import AWAY
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(600)]
 
@@ -365,3 +366,24 @@ def test_a_user_makes_and_fetches_certificates_is_trusted_and_finds_the_machine_
         assert main([*check, str(WATCH_S), "--write"]) == 0
         machine.tell(plc_cycle=True)
         assert {one.accepted_um["Z"] for one in machine.record() if one.accepted_um} == {0.0}
+
+
+def test_a_machine_of_others_is_brought_up_with_the_lines_that_are_decided(tmp_path: Path) -> None:
+    with ForeignServer(tmp_path / "machine", users=USERS) as machine:
+        text = make_site(tmp_path, machine, Rules()).read_text(encoding="utf-8")
+        table = text[text.index("[connection.") : text.index("[source]")]
+        connection, new = tmp_path / "connection.toml", tmp_path / "new.toml"
+        connection.write_text(table, encoding="utf-8")
+        words = ["--connection", str(connection), "--model", str(tmp_path / "model.json")]
+        assert main(["machine-file", machine.url, *words, "-o", str(new)]) == 0
+        assert main(["check", str(new), "--offline"]) == 2
+        text = new.read_text(encoding="utf-8")
+        for axis, unit in (("Z", "mm"), ("X", "um"), ("Y", "0.1 um")):
+            before, output, after = text.partition(f'[output."{axis}_um"]')
+            after = after.replace('unit = ""', f'unit = "{unit}"', 1)
+            text = before + output + after
+        text = text.replace('sign = ""', f'sign = "{AWAY}"')
+        text = text.replace("largest_um = 0 ", "largest_um = 700.0 ")
+        new.write_text(text.replace("_per_s = 0 ", "_per_s = 20.0 "), encoding="utf-8")
+        assert main(["check", str(new), "--wait", str(WATCH_S)]) == 0
+        assert machine.record()[-1].kind == "start"  # nothing was written
