@@ -14,7 +14,6 @@ from tests.unit.runtime.status_server_parts import (
     PASSWORD,
     Box,
     Pairs,
-    compensation,
     output,
     status,
 )
@@ -68,8 +67,7 @@ def test_a_client_written_by_others_reads_watches_and_asks(tmp_path: Path, user:
 
     async def scene() -> dict[str, Any]:
         settings = Pairs(tmp_path).settings(anonymous="viewer")
-        known = compensation()
-        server = StatusServer(settings, box, SystemClock(), compensation=lambda: known)
+        server = StatusServer(settings, box, SystemClock())
         await server.open()
         try:
             return await told_by_the_client(server, user, tmp_path)

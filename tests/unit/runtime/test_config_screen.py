@@ -353,7 +353,7 @@ async def everything(
     """Log in as the screen does, and return the status of what it was told first."""
     assert found.server is not None
     box, clock = Box(), SystemClock()
-    server = StatusServer(found.server, box, clock, compensation=lambda: found.compensation)
+    server = StatusServer(found.server, box, clock)
     await server.open()
     session = OpcUaSession(found.screen_connection(user, Secret(password)), clock)
     try:

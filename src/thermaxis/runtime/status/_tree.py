@@ -13,6 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast, final
 
 from asyncua import ua
+from asyncua.common.node import Node
 from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.object_ids import ObjectIds
 from asyncua.ua.status_codes import StatusCodes
@@ -129,8 +130,9 @@ class Tree:
     def __contains__(self, path: str) -> bool:
         return path in self._held
 
-    def _node_id(self, path: str) -> ua.NodeId:
-        return ua.NodeId(path, self._namespace)
+    def _names(self, path: str) -> tuple[ua.NodeId, ua.QualifiedName]:
+        name = path.rpartition("/")[2]
+        return ua.NodeId(path, self._namespace), ua.QualifiedName(name, self._namespace)
 
     def _on_read(self, node_id: ua.NodeId, attribute: AttributeIds) -> ua.DataValue:
         del attribute
@@ -144,63 +146,26 @@ class Tree:
                 await asyncio.sleep(0)
 
     async def _add_leaf(self, leaf: Leaf) -> None:
-        parent, _, name = leaf.path.rpartition("/")
-        attributes = ua.VariableAttributes(
-            DisplayName=ua.LocalizedText(name),
-            Description=ua.LocalizedText(leaf.field.text),
-            Value=_NULL,
-            DataType=ua.NodeId(_TYPES[leaf.field.kind].value),
-            ValueRank=1 if leaf.field.kind in _LISTS else -1,
-            ArrayDimensions=[0] if leaf.field.kind in _LISTS else None,
-            AccessLevel=1,
-            UserAccessLevel=1,
-        )
-        variable = ua.NodeClass.Variable
-        held_by = await self._folder(parent)
-        node_id = await self._add(
-            leaf.path, (variable, ObjectIds.BaseDataVariableType), held_by, attributes
-        )
-        self._server.iserver.set_attribute_value_callback(node_id, cast("Any", self._on_read))
-        self._held[leaf.path] = self._server.iserver.aspace[node_id].attributes[AttributeIds.Value]
+        inner, kind = self._server.iserver, leaf.field.kind
+        folder = await self._folder(leaf.path.rpartition("/")[0])
+        data_type = ua.NodeId(_TYPES[kind].value)
+        node = await folder.add_variable(*self._names(leaf.path), _NULL, datatype=data_type)
+        await _describe(node, leaf.field.text)
+        if kind in _LISTS:
+            rank = ua.DataValue(ua.Variant(1, ua.VariantType.Int32))
+            await node.write_attribute(AttributeIds.ValueRank, rank)
+        inner.set_attribute_value_callback(node.nodeid, cast("Any", self._on_read))
+        self._held[leaf.path] = inner.aspace[node.nodeid].attributes[AttributeIds.Value]
 
-    async def _folder(self, path: str) -> ua.NodeId:
+    async def _folder(self, path: str) -> Node:
         """Return the folder of a path, made with everything above it where it is not there."""
-        node_id = self._node_id(path)
+        node_id, name = self._names(path)
         if node_id in self._server.iserver.aspace:
-            return node_id
-        above = ua.NodeId(ObjectIds.ObjectsFolder)
+            return self._server.get_node(node_id)
+        above = self._server.nodes.objects
         if path != ROOT:
             above = await self._folder(path.rpartition("/")[0] or ROOT)
-        attributes = ua.ObjectAttributes(DisplayName=ua.LocalizedText(path.rpartition("/")[2]))
-        return await self._add(path, (ua.NodeClass.Object, ObjectIds.FolderType), above, attributes)
-
-    async def _add(
-        self,
-        path: str,
-        kind: tuple[ua.NodeClass, int | None],
-        above: ua.NodeId,
-        attributes: object,
-    ) -> ua.NodeId:
-        node_class, node_type = kind
-        item = ua.AddNodesItem()
-        item.RequestedNewNodeId = self._node_id(path)
-        name = path.rpartition("/")[2]
-        item.BrowseName = ua.QualifiedName(name, self._namespace)
-        item.ParentNodeId = above
-        reference = ObjectIds.HasComponent
-        if node_class is ua.NodeClass.Object:
-            reference = ObjectIds.Organizes
-        elif node_type == ObjectIds.PropertyType:
-            reference = ObjectIds.HasProperty
-            item.BrowseName = ua.QualifiedName(name, 0)
-        item.ReferenceTypeId = ua.NodeId(reference)
-        item.NodeClass = node_class
-        if node_type is not None:
-            item.TypeDefinition = ua.NodeId(node_type)
-        item.NodeAttributes = attributes
-        result = (await self._server.iserver.isession.add_nodes([item]))[0]
-        result.StatusCode.check()
-        return cast("ua.NodeId", result.AddedNodeId)
+        return await above.add_folder(node_id, name)
 
     async def add_method(
         self,
@@ -210,48 +175,24 @@ class Tree:
         called: Called,
     ) -> None:
         """Make a method under ``Requests``."""
-        path = f"Requests/{name}"
-        attributes = ua.MethodAttributes(
-            DisplayName=ua.LocalizedText(name),
-            Description=ua.LocalizedText(text),
-            Executable=True,
-            UserExecutable=True,
-        )
-        folder = await self._folder("Requests")
-        node_id = await self._add(path, (ua.NodeClass.Method, None), folder, attributes)
-        for label, listed in zip(("InputArguments", "OutputArguments"), arguments, strict=True):
-            if listed:
-                await self._add_arguments(f"{path}/{label}", node_id, listed)
 
         async def answer(parent: ua.NodeId, *given: ua.Variant) -> object:
             del parent
             return await called(given)
 
-        self._server.iserver.isession.add_method_callback(node_id, answer)
-
-    async def _add_arguments(
-        self, path: str, method: ua.NodeId, arguments: Sequence[Argument]
-    ) -> None:
-        described = [
-            ua.Argument(
-                Name=argument.name,
-                DataType=ua.NodeId(_TYPES[argument.kind].value),
-                ValueRank=-1,
-                ArrayDimensions=[],
-                Description=ua.LocalizedText(argument.text),
-            )
-            for argument in arguments
-        ]
-        attributes = ua.VariableAttributes(
-            DisplayName=ua.LocalizedText(path.rpartition("/")[2]),
-            Value=ua.Variant(described, ua.VariantType.ExtensionObject),
-            DataType=ua.NodeId(ObjectIds.Argument),
-            ValueRank=1,
-            ArrayDimensions=[len(described)],
-            AccessLevel=1,
-            UserAccessLevel=1,
-        )
-        await self._add(path, (ua.NodeClass.Variable, ObjectIds.PropertyType), method, attributes)
+        path = f"Requests/{name}"
+        folder = await self._folder("Requests")
+        method = await folder.add_method(*self._names(path), answer)
+        await _describe(method, text)
+        for label, listed in zip(("InputArguments", "OutputArguments"), arguments, strict=True):
+            if listed:
+                await method.add_property(
+                    self._names(f"{path}/{label}")[0],
+                    ua.QualifiedName(label, 0),
+                    [_described(argument) for argument in listed],
+                    ua.VariantType.ExtensionObject,
+                    ua.NodeId(ObjectIds.Argument),
+                )
 
     def watched(self) -> Iterator[str]:
         """Return the paths that somebody has subscribed to."""
@@ -288,6 +229,21 @@ class Tree:
         for held, value in self._times:
             if held.datachange_callbacks:
                 await _tell_all(held, value())
+
+
+async def _describe(node: Node, text: str) -> None:
+    described = ua.Variant(ua.LocalizedText(text), ua.VariantType.LocalizedText)
+    await node.write_attribute(AttributeIds.Description, ua.DataValue(described))
+
+
+def _described(argument: Argument) -> ua.Argument:
+    return ua.Argument(
+        Name=argument.name,
+        DataType=ua.NodeId(_TYPES[argument.kind].value),
+        ValueRank=-1,
+        ArrayDimensions=[],
+        Description=ua.LocalizedText(argument.text),
+    )
 
 
 def _read_time(
