@@ -1,10 +1,12 @@
 from ._linuxcnc_hal import (
     ARM as ARM,
     HEARTBEAT as HEARTBEAT,
+    hal_text as hal_text,
+)
+from ._linuxcnc_settings import (
     HalUnit as HalUnit,
     LinuxCncOutput as LinuxCncOutput,
     LinuxCncSettings as LinuxCncSettings,
-    hal_text as hal_text,
 )
 from .dry import (
     DrySink as DrySink,

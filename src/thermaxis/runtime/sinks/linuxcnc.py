@@ -30,10 +30,10 @@ from thermaxis.runtime.sinks._linuxcnc_hal import (
     COUNT,
     HEARTBEAT,
     OK,
-    LinuxCncSettings,
     arrangement_commands,
     arrangement_faults,
 )
+from thermaxis.runtime.sinks._linuxcnc_settings import LinuxCncSettings
 
 T = TypeVar("T")
 
