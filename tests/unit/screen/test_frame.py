@@ -29,7 +29,7 @@ from thermaxis.screen._application import build_application
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._server import allowed_hosts
 from thermaxis.screen.access import LOOP_GONE, ScreenParts, _login_page, for_script, needs
-from thermaxis.screen.access._user_sessions import FULL, TOO_MANY, TOO_MANY_IN_ALL, Refusal
+from thermaxis.screen.access._user_sessions import FULL, TOO_MANY, TOO_MANY_FROM_HERE, Refusal
 
 LIVE = "ws://127.0.0.1:8450/live"
 HOSTS = ("127.0.0.1:8450",)
@@ -283,7 +283,7 @@ def test_a_log_in_sets_a_cookie_that_scripts_and_other_sites_do_not_get(*, secur
     [
         (None, 401),
         (Refusal(TOO_MANY, left_s=48), 429),
-        (Refusal(TOO_MANY_IN_ALL, left_s=48), 429),
+        (Refusal(TOO_MANY_FROM_HERE, left_s=48), 429),
         (Refusal(FULL), 503),
     ],
 )

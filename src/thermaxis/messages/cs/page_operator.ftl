@@ -33,7 +33,6 @@ operator-within = v mezích
 operator-rate = Změna
 operator-rate_of = z { $limit }
 operator-commanded = Zadáno
-operator-ago = před { $age }
 operator-accepted = Převzato
 operator-effective = Účinné
 operator-trim = Ruční posun

@@ -33,7 +33,6 @@ operator-within = innerhalb der Grenzen
 operator-rate = Änderung
 operator-rate_of = von { $limit }
 operator-commanded = Vorgegeben
-operator-ago = vor { $age }
 operator-accepted = Übernommen
 operator-effective = Wirksam
 operator-trim = Trimmung

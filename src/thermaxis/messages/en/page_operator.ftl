@@ -43,7 +43,6 @@ operator-within = within the limits
 operator-rate = Change
 operator-rate_of = of { $limit }
 operator-commanded = Commanded
-operator-ago = { $age } ago
 operator-accepted = Accepted
 operator-effective = Effective
 operator-trim = Trim

@@ -19,7 +19,7 @@ import { duration, number, shortNames, signed, word } from "../words.js";
 
 const MOST_CARDS = 4;
 const NARROW_PX = 280;
-const OLD_S = 3; // an offset is told with its age from here on: it is of the past
+const OLD_S = 3; // an offset that is older is of the past, and not shown as what stands
 const WEIGHT_OFFSET = 8; // so much or more is never left out: the three offsets, and a trim
 const WEIGHT_TRIM = 9;
 const LIMIT_ALARMS = ["limit", "soft_limit"];
@@ -51,9 +51,9 @@ function rowsOf(status, name, unit) {
   const trimmed = isTrimmed(axis);
   const inside = (axis.weight ?? 0) >= 1;
   return [
-    offset(axis, "requested", "commanded", unit),
-    offset(axis, "accepted", "accepted", unit),
-    offset(axis, "effective", "effective", unit),
+    row("commanded", word("operator-commanded"), offset(axis, "requested") + unit, WEIGHT_OFFSET),
+    row("accepted", word("operator-accepted"), offset(axis, "accepted") + unit, WEIGHT_OFFSET),
+    row("effective", word("operator-effective"), offset(axis, "effective") + unit, WEIGHT_OFFSET),
     trimmed ? trimRow(axis) : row("trim", word("operator-trim"), word("operator-trim_none"), 3),
     row("rate", word("operator-rate"),
       `${signed(axis.rate_um_per_s, 2)}${rateLimit}\u00a0µm/s`, 6),
@@ -65,12 +65,9 @@ function rowsOf(status, name, unit) {
   ];
 }
 
-/** @param {any} axis @param {string} key in the status @param {string} name @param {string} unit */
-function offset(axis, key, name, unit) {
-  const age = axis[`${key}_age_s`];
-  const old = age > OLD_S ? `, ${word("operator-ago", { age: duration(age) })}` : "";
-  const value = signed(axis[`${key}_um`], 1) + unit + old;
-  return row(name, word(`operator-${name}`), value, WEIGHT_OFFSET, old !== "");
+/** @param {any} axis @param {string} key */
+function offset(axis, key) {
+  return signed(axis[`${key}_age_s`] > OLD_S ? null : axis[`${key}_um`], 1);
 }
 
 /** @param {any} axis @returns {Row} */
