@@ -351,7 +351,7 @@ def test_a_log_is_replayed_through_the_whole_chain_into_a_dry_sink(tmp_path):
     for second in range(1190):
         state_k += alpha * (0.5 * min(second // 10, 20) - state_k)
     assert loop.status.output.correction_um[0] == pytest.approx(-10.0 * state_k, abs=1e-6)
-    assert loop.status.offsets["Z_um"].accepted.value_um == loop.status.output.correction_um[0]
+    assert loop.status.offsets["Z_um"].accepted.um == loop.status.output.correction_um[0]
     assert (tmp_path / "history" / "lathe.db").stat().st_size > 0
 
 
