@@ -7,9 +7,9 @@ written since, of which those that A has passed are forgotten. So, by the tolera
 
     min(b, w) - t <= A <= max(b, w) + t,
 
-and E lies on the path of the A in the same way. What lies outside has moved by itself, and the
-correction goes on from there. After a silence, a lost connection or a cycle without a write
-nothing kept the offset, so that it is found anew as well.
+and E lies between where it was seen and the A of then and of now. What lies outside has moved by
+itself, and the correction goes on from there. After a silence, a lost connection or a cycle
+without a write nothing kept the offset, so that it is found anew as well.
 """
 
 import math
@@ -106,11 +106,14 @@ class Path(NamedTuple):
 
     def reached(self, um: float, rules: "OffsetRules") -> "Path":
         """Return the path that is left once a value was seen, by its earliest place there."""
+        rounding_um = PROGRESS * rules.tolerance_um
+        if abs(um - self.begin_um) <= rounding_um:
+            return self
         low_um = high_um = self.begin_um
         for k, span in enumerate(self.spans):
             low_um, high_um = min(low_um, span.low_um), max(high_um, span.high_um)
-            if max(low_um - um, um - high_um) <= PROGRESS * rules.tolerance_um:
-                return Path(um, self.spans[k:]) if k else self
+            if max(low_um - um, um - high_um) <= rounding_um:
+                return Path(um, self.spans[k:])
         return self
 
 
@@ -119,8 +122,8 @@ class OutputOffset(NamedTuple):
 
     written: Path | None = None
     """Path of what is accepted: what was written since it was found; None for nothing."""
-    accepted: Path | None = None
-    """Path of what acts: what was accepted since then; None where the machine does not tell."""
+    acts: Path | None = None
+    """Where it was seen to act, and what was accepted then; None where the machine is silent."""
     earlier: Path | None = None
     """What was written before it was found: a network may deliver it late."""
     left_um: float | None = None
@@ -277,7 +280,7 @@ def _find(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[OffsetsS
     outputs: list[OutputOffset] = []
     for k, one in enumerate(state.outputs):
         um = row[k] or 0.0
-        paths = [path.beyond_um(um) for path in (one.written, one.accepted) if path is not None]
+        paths = [path.beyond_um(um) for path in (one.written, one.acts) if path is not None]
         moves = min(paths, default=-math.inf) > rules.tolerance_um
         if moves and not (one.moving and look.news_um is None):
             told.append(_mismatch(rules, k, one, um, look.number))
@@ -315,7 +318,7 @@ def _standing(
     path = None if effective_um is None else Path(effective_um).further(begin_um, time_s, rules)
     return OutputOffset(
         written=Path(begin_um).further(um, time_s, rules),
-        accepted=path,
+        acts=path,
         earlier=None if another else one.written or one.earlier,
         left_um=um,
         effective_um=effective_um,
@@ -366,11 +369,9 @@ def _moved_to(rules: OffsetRules, one: OutputOffset, said: Applied) -> float | N
         return accepted_um
     if one.written.beyond_um(accepted_um) > rules.tolerance_um:
         return accepted_um
-    if effective_um is None or one.accepted is None:
+    if effective_um is None or one.acts is None:
         return None
-    beyond_um = one.accepted.beyond_um(effective_um)
-    low_um, high_um = sorted((one.accepted.begin_um, accepted_um))  # it may have gone on since
-    beyond_um = min(beyond_um, max(low_um - effective_um, effective_um - high_um))
+    beyond_um = one.acts.further(accepted_um, 0.0, rules).beyond_um(effective_um)
     return effective_um if beyond_um > rules.tolerance_um else None
 
 
@@ -391,9 +392,8 @@ def _followed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: floa
         return one
     one = one._replace(written=one.written.reached(accepted_um, rules), moving=False)
     if effective_um is None:
-        return one._replace(accepted=None, effective_um=None)
-    path = (one.accepted or Path(effective_um)).further(accepted_um, time_s, rules)
-    one = one._replace(accepted=path.reached(effective_um, rules))
+        return one._replace(acts=None, effective_um=None)
+    one = one._replace(acts=Path(effective_um).further(accepted_um, time_s, rules))
     before_um = effective_um if one.effective_um is None else one.effective_um
     gone_um, to_go_um = effective_um - before_um, accepted_um - before_um
     nearer = gone_um * to_go_um > 0.0 and abs(gone_um) >= PROGRESS * rules.tolerance_um

@@ -463,6 +463,19 @@ def test_what_acts_is_found_where_the_machine_alone_moved_it() -> None:
     assert (again.found_um, again.told) == ((7.0,), ()), "told once, as long as it goes on"
 
 
+def test_what_was_seen_on_its_way_is_not_explained_back_where_it_began() -> None:
+    """The release is taken away twice: the way from zero to 8 um explains no second zero."""
+    steps = Steps().begin(8.0)
+    steps.write(8.0)
+    steps.look(8.0, 8.0)
+    assert steps.look(8.0, 0.0).found_um == (0.0,)
+    for k in range(1, 6):
+        steps.write(0.5 * k)
+        assert steps.look(0.5 * k, 0.5 * k).found_um is None
+    steps.write(3.0)
+    assert steps.look(2.5, 0.0).found_um == (0.0,)
+
+
 def test_nothing_is_believed_after_a_look_without_an_answer() -> None:
     steps = Steps().begin(10.0)
     steps.write(10.0)

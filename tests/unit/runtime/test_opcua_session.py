@@ -15,6 +15,7 @@ from asyncua.client.ua_session import UaSession
 from tests.opcua_server import NAMESPACE, Cable, Machine, until
 from tests.refusals import refused
 from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, OpcUaSession, SystemClock
+from thermaxis.runtime.opcua._failures import within
 from thermaxis.runtime.opcua._session import discard
 from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
 from thermaxis.runtime.sinks.opcua import HEARTBEAT
@@ -583,6 +584,27 @@ async def test_two_who_share_a_connection_close_it_with_the_last_one(wire: Wire)
     await sink.close()
     assert not wire.session.connected
     await until(lambda: wire.machine.sessions == 0)
+
+
+async def test_an_answer_at_the_moment_of_the_time_limit_is_late_and_ends_nothing() -> None:
+    class WithResult(asyncio.CancelledError):
+        """What the library's own wait raises then."""
+
+    async def answered_as_it_is_cancelled() -> None:
+        try:
+            await asyncio.sleep(10.0)
+        except asyncio.CancelledError:
+            raise WithResult from None
+
+    with pytest.raises(TimeoutError):
+        async with within(0.01):
+            await answered_as_it_is_cancelled()
+    task = asyncio.ensure_future(answered_as_it_is_cancelled())
+    await asyncio.sleep(0)
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        async with within(5.0):
+            await task
 
 
 async def test_a_write_that_still_waits_in_this_computer_is_not_sent_once_it_was_given_up() -> None:

@@ -1,13 +1,15 @@
 from ._loop import (
-    SELF_TEST as SELF_TEST,
     SHORTEST_WAIT_S as SHORTEST_WAIT_S,
-    TESTED_EVERY_S as TESTED_EVERY_S,
     UNREAD_AFTER_S as UNREAD_AFTER_S,
     CompensationLoop as CompensationLoop,
 )
 from ._saved_state import (
     SavedState as SavedState,
     StateFile as StateFile,
+)
+from ._self_test import (
+    SELF_TEST as SELF_TEST,
+    TESTED_EVERY_S as TESTED_EVERY_S,
 )
 from ._settings import (
     AtStop as AtStop,

@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Final, final
 
-from thermaxis.codes import Message, Place, Value
+from thermaxis.codes import Message, Value
 from thermaxis.compensation import (
     Answer,
     Compensation,
@@ -16,14 +16,12 @@ from thermaxis.compensation import (
     CycleReading,
     Request,
     RequestKind,
-    Sample,
     SampleQuality,
     SupervisorState,
     cycle,
     cycle_state,
     with_compensation,
 )
-from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._offsets import (
     Found,
     Look,
@@ -39,17 +37,16 @@ from thermaxis.runtime._offsets import (
 from thermaxis.runtime._ports import (
     DIAMETER,
     NOT_READ,
-    OTHER_COMPENSATION,
     Applied,
     CycleRecord,
     RequestOutcome,
     SourceSample,
-    interlock_name,
-    redundant_name,
 )
 from thermaxis.runtime.loop._journal import Journal
+from thermaxis.runtime.loop._reading import reading_of
 from thermaxis.runtime.loop._requests import Requests, Waiting
 from thermaxis.runtime.loop._saved_state import SavedState, Saver, StateFile, take_up
+from thermaxis.runtime.loop._self_test import SELF_TEST, SelfTest, with_self_test
 from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
 from thermaxis.runtime.status import (
     AgedOffset,
@@ -63,14 +60,10 @@ from thermaxis.runtime.status import (
     state_message,
 )
 
-SELF_TEST = "self-test passed"
-"""Interlock that the loop adds: the start-up self-test found nothing that forbids a correction."""
 SHORTEST_WAIT_S = 0.25
 """Time that a request to the machine is given at least, however short the cycle. [s]"""
 LONGEST_WAIT_S = 1.0
 """Time that it is given at most. [s]"""
-TESTED_EVERY_S = 5.0
-"""A self-test that failed is tried again so often. [s]"""
 PAST_EVERY_S = 60.0
 """Inputs are kept so often for a model that takes over later. [s]"""
 PAST_ROWS = 1440
@@ -79,7 +72,6 @@ ALARMS_EVERY_S = 1.0
 """Alarms are looked for so often, and whenever the state changes. [s]"""
 UNREAD_AFTER_S = 5.0
 """It is told when a machine that is there does not tell its offsets for so long. [s]"""
-_UNKNOWN = Applied(None, None)
 _DECIDES: Final = frozenset({RequestKind.ENABLE, RequestKind.DISABLE, RequestKind.ACKNOWLEDGE})
 """What a person asks to go on after a saved state that was not used."""
 _ACCEPTED_ANEW = frozenset(
@@ -133,7 +125,7 @@ class CompensationLoop:
         self_test: Callable[[], Awaitable[Sequence[Message]]] | None = None,
     ) -> None:
         self.settings = settings
-        self.compensation = _with_self_test(compensation) if self_test else compensation
+        self.compensation = with_self_test(compensation) if self_test else compensation
         self.source, self.sink = ports.source, ports.sink
         self.historian, self.clock = ports.historian, ports.clock
         self.status: RuntimeStatus | None = None
@@ -142,7 +134,7 @@ class CompensationLoop:
         self._journal = Journal(self.historian, self.clock)
         self._requests = Requests(models, self._journal.request)
         self._saver = Saver(state_file, lambda m: self._journal.event("alarm", m.code, m.values))
-        self._state_file, self._self_test = state_file, self_test
+        self._state_file = state_file
         self._state = cycle_state(self.compensation)
         self._names = tuple(output.name for output in compensation.model.outputs)
         self._offsets = OffsetsState((OutputOffset(),) * len(self._names))
@@ -150,9 +142,7 @@ class CompensationLoop:
         self._applied_s = 0.0
         self._commanded: dict[str, tuple[float, float]] = {}  # [µm] and when [s], by output
         self._known_s = 0.0
-        self._forbidden: tuple[Message, ...] | None = None if self_test else ()
-        self._test_task: asyncio.Task[Sequence[Message]] | None = None
-        self._tested_s = float("-inf")
+        self._test = SelfTest(self_test, self._journal)
         self._diameter: float | None = None
         self._number = self._overruns = 0
         self._other_state: Message | None = None
@@ -208,8 +198,7 @@ class CompensationLoop:
             try:
                 await self._cycles(stop, cycles)
             finally:
-                if self._test_task is not None:
-                    self._test_task.cancel()
+                self._test.cancel()
                 self._requests.close()
                 await self._saver.save_last(self._saved, self.compensation)
                 self._tell_end()
@@ -292,7 +281,7 @@ class CompensationLoop:
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
         samples = await self.source.read(wait_s)
         found = await self._look(wait_s)
-        self._watch_self_test(now_s)
+        self._test.watch(now_s, there=self.source.connected and self.sink.connected)
         before = self._state.memory
         output = self._compute(now_s, samples, found)
         await self._write(output, wait_s)
@@ -320,19 +309,27 @@ class CompensationLoop:
     @property
     def _ready(self) -> bool:
         """Whether the machine is there, tested, and told its offsets."""
-        return self.sink.connected and self._forbidden is not None and self._offsets.known
+        return self.sink.connected and self._test.forbidden is not None and self._offsets.known
 
     def _compute(
         self, now_s: float, samples: Mapping[str, SourceSample], found: Found
     ) -> CycleOutput:
         """Answer requests, advance the model and limit the correction."""
-        if self._ready or not self.sink.connected or self._forbidden is None:
+        if self._ready or not self.sink.connected or self._test.forbidden is None:
             self._known_s = now_s
         waiting, own = self._requests.take()
         for one in waiting:
             self._change_model(one)
         own.extend(self._changed_diameter(samples))
-        reading = self._reading(now_s, samples, found)
+        reading = reading_of(
+            self.compensation,
+            self.settings,
+            samples,
+            found,
+            time_s=now_s,
+            connected=self._ready,
+            tested=self._test.passed,
+        )
         waiting = self._requests.without_unseen(waiting, self._doubted(reading, waiting))
         asked = [one.request for one in waiting if one.change is None]
         reading = reading._replace(requests=(*asked, *own))
@@ -357,38 +354,7 @@ class CompensationLoop:
         self._applied = await self.sink.read_back(wait_s)
         self._applied_s = self.clock.monotonic_s()
 
-    # ---- what a cycle is given ------------------------------------------------------------------
-
-    def _reading(
-        self, now_s: float, samples: Mapping[str, SourceSample], found: Found
-    ) -> CycleReading:
-        compensation, settings = self.compensation, self.settings
-        channels = compensation.model.channels
-        redundant: tuple[Sample | None, ...] = ()
-        if compensation.redundant:
-            redundant = tuple(
-                _sample(samples, redundant_name(c)) if c in compensation.redundant else None
-                for c in channels
-            )
-        other: bool | None = False
-        if settings.other_active is not None:
-            other = _flag(samples.get(OTHER_COMPENSATION, NOT_READ), settings.other_active)
-        return CycleReading(
-            now_s,
-            tuple([_sample(samples, channel) for channel in channels]),
-            redundant,
-            tuple([self._met(name, samples) for name in compensation.interlocks]),
-            connected=self._ready,
-            read_back_um=found.read_back_um,
-            found_um=found.found_um,
-            other_compensation=found.other_writer or other,
-        )
-
-    def _met(self, interlock: str, samples: Mapping[str, SourceSample]) -> bool | None:
-        if interlock == SELF_TEST:
-            return self._forbidden is not None and not self._forbidden
-        sample = samples.get(interlock_name(interlock), NOT_READ)
-        return _flag(sample, self.settings.interlocks_met.get(interlock, True))
+    # ---- what is asked -------------------------------------------------------------------------
 
     def _changed_diameter(self, samples: Mapping[str, SourceSample]) -> list[Request]:
         if not self.settings.reads_diameter:
@@ -403,8 +369,8 @@ class CompensationLoop:
         if waiting.change is None:
             return
         new, sha256 = waiting.change
-        if self._self_test:
-            new = _with_self_test(new)
+        if SELF_TEST in self.compensation.interlocks:
+            new = with_self_test(new)
         self._state = with_compensation(new, self.compensation, self._state, tuple(self._past))
         self.compensation = new
         self.settings = replace(self.settings, model_file=waiting.request.text, model_sha256=sha256)
@@ -426,32 +392,6 @@ class CompensationLoop:
             if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
                 seen = shown.get(answer.request.identity, frozenset())
                 self._offsets = acknowledged(self._offsets, seen)
-
-    # ---- self-test ------------------------------------------------------------------------------
-
-    def _watch_self_test(self, now_s: float) -> None:
-        """Start the self-test once the machine is there, and take its findings."""
-        if self._self_test is None:
-            return
-        task = self._test_task
-        if task is not None:
-            if task.done():
-                self._test_task = None
-                self._tested_s = now_s
-                self._take_findings(tuple(task.result()))
-            return
-        again = bool(self._forbidden) and now_s - self._tested_s >= TESTED_EVERY_S
-        if self.source.connected and self.sink.connected and (self._forbidden is None or again):
-            self._test_task = asyncio.ensure_future(self._self_test())
-
-    def _take_findings(self, findings: tuple[Message, ...]) -> None:
-        # their numbers change with every look
-        if self._forbidden is None or _kinds(findings) != _kinds(self._forbidden):
-            for finding in findings:
-                self._journal.event("alarm", "event-self_test", {"finding": finding})
-            if not findings:
-                self._journal.event("start", "event-self_test_passed")
-        self._forbidden = findings
 
     # ---- record ---------------------------------------------------------------------------------
 
@@ -527,7 +467,7 @@ class CompensationLoop:
             alarms=self._alarms,
             historian=self.historian.status,
             certificates=self.certificates,
-            offsets=self._aged_offsets(),
+            offsets={name: self._aged(name) for name in self._names},
             facts=facts_of(compensation),
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
@@ -539,7 +479,7 @@ class CompensationLoop:
             self._alarms = alarms_of(
                 status,
                 compensation,
-                self._forbidden or (),
+                self._test.forbidden or (),
                 self._offsets.mismatches,
                 unread=now_s - self._known_s >= UNREAD_AFTER_S,
                 other_state=self._other_state,
@@ -550,20 +490,18 @@ class CompensationLoop:
         for listener in self.listeners:
             listener(status)
 
-    def _aged_offsets(self) -> dict[str, OutputOffsets]:
-        """Return what is known of every offset, with the time since it was learned."""
+    def _aged(self, name: str) -> OutputOffsets:
+        """Return what is known of an offset, with the time since it was learned."""
         now_s = self.clock.monotonic_s()
-        told: dict[str, OutputOffsets] = {}
-        for name in self._names:
-            _, *said = self._applied.get(name, _UNKNOWN)
-            read = (
-                AgedOffset() if um is None else AgedOffset(um, now_s - self._applied_s)
-                for um in said
-            )
-            um, at_s = self._commanded.get(name, (None, 0.0))
-            commanded = AgedOffset() if um is None else AgedOffset(um, now_s - at_s)
-            told[name] = OutputOffsets(commanded, *read)
-        return told
+        said = self._applied.get(name, Applied(None, None))
+        commanded_um, at_s = self._commanded.get(name, (None, now_s))
+        rows = (
+            (commanded_um, at_s),
+            (said.accepted_um, self._applied_s),
+            (said.effective_um, self._applied_s),
+        )
+        aged = (AgedOffset() if um is None else AgedOffset(um, now_s - s) for um, s in rows)
+        return OutputOffsets(*aged)
 
     def _saved(self) -> SavedState:
         return SavedState(
@@ -578,28 +516,3 @@ class CompensationLoop:
 
 def _code_of(message: Message | None) -> str:
     return "" if message is None else message.code
-
-
-def _kinds(findings: Sequence[Message]) -> list[tuple[str, Place]]:
-    return [(finding.code, finding.place) for finding in findings]
-
-
-def _with_self_test(compensation: Compensation) -> Compensation:
-    """Return the compensation with the self-test as its first interlock."""
-    if len(compensation.interlocks) and compensation.interlocks[0] == SELF_TEST:
-        return compensation
-    if SELF_TEST in compensation.interlocks:
-        raise ConfigurationError("reserved_name", name=SELF_TEST, place=Place(key="interlock"))
-    return replace(compensation, interlocks=(SELF_TEST, *compensation.interlocks))
-
-
-def _flag(sample: SourceSample, meaning: bool) -> bool | None:  # noqa: FBT001 - the value that means yes
-    """Return whether a flag has the value that is looked for; None where it was not read."""
-    if not sample.good or sample.value is None:
-        return None
-    return (sample.value != 0.0) is meaning
-
-
-def _sample(samples: Mapping[str, SourceSample], name: str) -> Sample:
-    sample = samples.get(name, NOT_READ)
-    return Sample(sample.value, sample.good, sample.age_s)

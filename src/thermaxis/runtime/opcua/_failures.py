@@ -1,8 +1,10 @@
 """What a failed connection means, as a code with values."""
 
+import asyncio
 import socket
 import struct
-from collections.abc import Collection, Mapping
+from collections.abc import AsyncGenerator, Collection, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import Final, TypeAlias
 
@@ -189,3 +191,17 @@ def _network_meaning(error: OSError) -> _Meaning:
         if isinstance(error, kind):
             return code, {}
     return "network_failed", {"cause": error.strerror or type(error).__name__}
+
+
+@asynccontextmanager
+async def within(seconds: float) -> AsyncGenerator[None]:
+    """Limit the time of what the library does; raise `TimeoutError` when it is over.
+
+    Where an answer comes at the moment of the limit the library raises a cancellation of its own
+    kind, which `asyncio.timeout` takes for that of the whole task.
+    """
+    async with asyncio.timeout(seconds):
+        try:
+            yield
+        except asyncio.CancelledError as error:
+            raise asyncio.CancelledError from error

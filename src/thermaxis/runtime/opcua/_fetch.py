@@ -10,7 +10,7 @@ from asyncua.client.client import Client
 
 from thermaxis.runtime._connection import SECURITIES, ConnectionSettings
 from thermaxis.runtime.opcua._certificates import Certificate, certificate_from
-from thermaxis.runtime.opcua._failures import FAILURES, refuse
+from thermaxis.runtime.opcua._failures import FAILURES, refuse, within
 
 MOST_ENDPOINTS = 100
 """More endpoints than this are not looked at. [1]"""
@@ -38,7 +38,7 @@ async def fetch_offers(url: str, timeout_s: float) -> tuple[ServerOffer, ...]:
     settings = ConnectionSettings(name="the server", url=url, security="none", timeout_s=timeout_s)
     client = Client(settings.full_url, timeout=timeout_s)
     try:
-        async with asyncio.timeout(4.0 * timeout_s):
+        async with within(4.0 * timeout_s):
             endpoints = await client.connect_and_get_server_endpoints()
     except FAILURES as error:
         raise refuse(error, settings) from None

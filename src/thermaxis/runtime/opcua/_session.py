@@ -37,6 +37,7 @@ from thermaxis.runtime.opcua._failures import (
     explain,
     explain_offer,
     is_ambiguous,
+    within,
 )
 from thermaxis.runtime.opcua._fetch import fetch_offers
 from thermaxis.runtime.opcua._link import (
@@ -276,7 +277,7 @@ class OpcUaSession:
             self._asked_s, self._offer_failure = now_s, None
             with contextlib.suppress(ThermaxisError, TimeoutError):
                 pinned = (await self._files.load_aside()).server_der
-                async with asyncio.timeout(self.settings.timeout_s):
+                async with within(self.settings.timeout_s):
                     offers = await fetch_offers(self.settings.url, self.settings.timeout_s)
                 offered = {offer.certificate.der: offer.policies for offer in offers}
                 self._offer_failure = explain_offer(offered, pinned, self.settings)
@@ -601,7 +602,7 @@ async def connect_once(
     link = Link(client)
     connected = False
     try:
-        async with asyncio.timeout(within_s):
+        async with within(within_s):
             if settings.encrypted:
                 await _secure(client, settings, files)
             await client.connect()
@@ -678,7 +679,7 @@ def answer_of(result: ua.CallMethodResult) -> MethodAnswer:
 async def take_leave(client: Client, within_s: float) -> None:
     """Give a session back, so that the server need not wait until it expires."""
     with contextlib.suppress(*FAILURES):
-        async with asyncio.timeout(within_s):
+        async with within(within_s):
             await client.disconnect()
 
 
