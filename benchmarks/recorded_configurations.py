@@ -41,8 +41,26 @@ TESTS = (
     *("tests/unit/cli", "tests/unit/screen", "tests/scenarios/machine", "tests/docs"),
 )
 """Tests that write configurations."""
-EXPECTED: dict[tuple[str, str], str] = {}
+MEANINGS = "a key's meaning is that of the page docs/machine-toml.md"
+WHOLE = "a table is what the file says of it: keys that stood elsewhere alone"
+EXPECTED: dict[tuple[str, str], str] = {
+    ("*", ".refused*.values.meaning"): MEANINGS,
+    ("*", "*.read_back_node"): "an output without a node to read back states none",
+    ("*", "*.read_back_stated"): "an output without a node to read back states none",
+    ("record*", "*_bytes"): "sizes of a recording are stated in MB",
+    ("tests*", "*_bytes"): "sizes of a recording are stated in MB",
+}
 """Causes of differences that are meant, by patterns: configuration, place in its record."""
+MOVED: dict[str, str] = {
+    ".values.model_folder": ".values.machine.model_folder",
+    ".values.state_file": ".values.machine.state_file",
+    ".values.name": ".values.machine.name",
+    **{
+        f".values.{key}": f".values.supervisor.{key}"
+        for key in ("resume_enabled", "resume_within_s", "at_stop", "stop_within_s")
+    },
+}
+"""Values by what was their place in the frozen configuration."""
 OF_A_MACHINE = re.compile(r"^\s*\[(?:machine|record|source|channel\b.*|output\b.*)\]", re.MULTILINE)
 KEY = re.compile(r"^(?P<key>[\w-]+)\s*=\s*(?P<value>.*?)\s*(?:#.*)?$")
 UNITS = ("_um", "_s", "_k", "_c", "_mm", "_days", "_bytes")
@@ -387,11 +405,15 @@ def compare(before: Path, after: Path) -> int:
     causes: Counter[str] = Counter()
     for name in sorted(old.keys() | new.keys()):
         said = [dict(leaves(one.get(name, "no such"))) for one in (old, new)]
+        moved = MOVED if "told" in old.get(name, {}) else {}
+        said[0] = {moved.get(place, place): value for place, value in said[0].items()}
         for place in sorted(said[0].keys() | said[1].keys()):
             was, now = (one.get(place, "-") for one in said)
             if was == now:
                 continue
             cause = cause_of(name, place)
+            if place.startswith(".values.") and was == "-":
+                cause = WHOLE
             if cause is not None:
                 causes[cause] += 1
                 continue

@@ -1,16 +1,14 @@
-"""docs/machine-toml.md lists every key of machine.toml with its default, and no other."""
+"""The tables of docs/machine-toml.md are those of the program, and so is the schema for editors."""
 
+import json
 import re
+import subprocess
+import sys
 import tomllib
-from dataclasses import MISSING, fields
-from pathlib import Path
 
-from pydantic import BaseModel
+from tests.docs.refresh_machine_toml import PAGE, parts_of, refreshed, tables
+from thermaxis.runtime.config import MachineFile, schema_of
 
-from thermaxis.compensation import Compensation
-from thermaxis.runtime.config import SECTIONS, MachineFile
-
-PAGE = Path(__file__).parents[2] / "docs" / "machine-toml.md"
 UNITS = {
     "_um_per_s2": "µm/s²",
     "_um_per_s": "µm/s",
@@ -23,90 +21,38 @@ UNITS = {
     "_days": "d",
     "_bytes": "byte",
 }
-WORKED_OUT = {"total_um", "soft_um", "watchdog_s"}
-"""Defaults that follow from other values; the class says 0 for them."""
-ELSEWHERE = {"margin_k": "validity_margin_k", "lowest_weight": "lowest_weight"}
 
 
-def rows_of(table: str) -> dict[str, list[str]]:
-    text = PAGE.read_text(encoding="utf-8")
-    section = text.split(f"## `[{table}]`")[1].split("\n## ")[0]
-    rows: dict[str, list[str]] = {}
-    for line in section.splitlines():
-        match = re.match(r"\| `(\w+)` \|", line)
-        if match:
-            cells = [cell.strip() for cell in line.strip("|").split("|")]
-            assert len(cells) == 5, line
-            assert match[1] not in rows, line
-            rows[match[1]] = cells
-    return rows
+def test_the_page_has_every_key_with_its_meaning_unit_default_and_origin() -> None:
+    page = PAGE.read_text("utf-8")
+    assert page == refreshed(page), "run tests/docs/refresh_machine_toml.py"
+    assert re.findall(r"^## `\[(.+)\]`$", page, re.MULTILINE) == list(tables())
 
 
-def default_of(table: str, key: str) -> object:
-    """Return what the program takes where the key is left out; MISSING where it must be there."""
-    model, rules = SECTIONS[table]
-    field = model.model_fields[key]
-    if field.is_required():
-        return MISSING
-    if field.default is not None:
-        return field.default
-    known = Compensation if key in ELSEWHERE else rules
-    if known is None:
-        return None
-    name = ELSEWHERE.get(key, key)
-    return next((entry.default for entry in fields(known) if entry.name == name), None)
+def test_every_key_says_what_it_means_its_unit_and_where_its_default_comes_from() -> None:
+    for name, table in tables().items():
+        for key, entry in table["properties"].items():
+            meaning, origin, absent, unit = parts_of(entry)
+            default = entry.get("default")
+            assert len(meaning) > 5, (name, key)
+            suffix = next((s for s in UNITS if key.endswith(s)), "")
+            assert unit == UNITS.get(suffix, unit), (name, key)
+            if isinstance(default, float | int) and not isinstance(default, bool | None):
+                assert origin or absent or key == "port", (name, key)
+            for word in entry.get("enum", ()):
+                assert f"`{word}`" in meaning, (name, key, word)
 
 
-def test_the_page_has_exactly_the_keys_of_the_program():
-    written = {table: list(rows_of(table)) for table in SECTIONS}
-    assert written == {table: list(model.model_fields) for table, (model, _) in SECTIONS.items()}
-
-
-def stated(cell: str, default: object) -> object:
-    """Return the default that a cell states, as TOML has it."""
-    value = re.fullmatch(r"`([^`]*)`", cell)
-    assert value is not None, cell
-    text = value[1] if not isinstance(default, str) else f'"{value[1]}"'
-    return tomllib.loads(f"x = {text}")["x"]
-
-
-def test_the_page_states_the_defaults_and_units_of_the_program():
-    for table in SECTIONS:
-        for key, cells in rows_of(table).items():
-            default, cell = default_of(table, key), cells[3]
-            if default is MISSING:
-                assert cell == "required", (table, key)
-            elif default is None or default == "" or key in WORKED_OUT:
-                assert cell not in {"", "required"}, (table, key)
-                assert not re.fullmatch(r"`[^`]*`", cell), (table, key)
-            else:
-                read = stated(cell, default)
-                assert (read, type(read)) == (default, type(default)), (table, key)
-            suffix = next((s for s in UNITS if key.endswith(s)), None)
-            if suffix is not None:
-                assert cells[2] == UNITS[suffix], (table, key)
-
-
-def test_every_number_of_the_page_has_an_origin_of_its_default():
-    for table in SECTIONS:
-        for key, cells in rows_of(table).items():
-            if re.fullmatch(r"`[\d.]+`", cells[3]) and key != "port":
-                assert cells[4], key
-
-
-def test_every_table_of_the_file_is_on_the_page_and_every_key_has_a_meaning():
-    tables = {name.partition(".")[0] for name in SECTIONS}
-    assert tables == set(MachineFile.model_fields)
-    headings = re.findall(r"^## `\[(.+)\]`$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    assert headings == list(SECTIONS)
-    for name, (model, _) in SECTIONS.items():
-        assert issubclass(model, BaseModel)
-        for key, cells in rows_of(name).items():
-            assert len(cells[1]) > 5, key
-
-
-def test_words_that_may_stand_in_a_key_are_on_the_page():
-    for name, (model, _) in SECTIONS.items():
-        for key, schema in model.model_json_schema()["properties"].items():
-            for word in schema.get("enum", ()):
-                assert f"`{word}`" in " ".join(rows_of(name)[key]), f"{key}: {word}"
+def test_the_schema_for_editors_knows_every_key_of_the_example_and_needs_no_other() -> None:
+    command = [sys.executable, "-m", "thermaxis", "check", "--schema"]
+    printed = subprocess.run(command, check=True, capture_output=True).stdout
+    schema = json.loads(printed)
+    assert schema == schema_of(MachineFile)
+    example = tomllib.loads((PAGE.parents[1] / "examples/machine/lathe.toml").read_text("utf-8"))
+    assert set(schema["required"]) <= set(example) <= set(schema["properties"])
+    for name, table in tables().items():
+        first, _, several = name.partition(".")
+        found = example.get(first, {})
+        for stated in found.values() if several else [found] if found else []:
+            assert set(table.get("required", ())) <= set(stated) <= set(table["properties"])
+            assert not table["additionalProperties"]

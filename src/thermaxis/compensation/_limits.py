@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import final
 
 from thermaxis.errors import require_positive, require_range
 
@@ -14,7 +13,6 @@ COARSE_TRIM_UM = 5.0
 """Coarse step of the operator's screen. [µm]"""
 
 
-@final
 @dataclass(frozen=True, slots=True)
 class Limits:
     """Limits of one output. Output limit and rate have no default: they must be stated.
@@ -30,16 +28,17 @@ class Limits:
     """
 
     largest_um: float
-    """Output limit: the correction without trim is no larger, up or down. [µm]"""
+    """Output limit: the correction without trim is no larger, up or down; up to 10 000. [µm]"""
     largest_rate_um_per_s: float
-    """Largest change of the correction in a second, also while it fades. [µm/s]"""
+    """Fastest change of the correction, also while it fades, up to 1000. [µm/s]"""
     total_um: float = 0.0
-    """Total limit: of correction and trim together. Default: the output limit. [µm]"""
+    """Total limit: of correction and trim together. Default: a trim is no way around the limit.
+    Without it: that of `largest_um`. [µm]"""
     deadband_um: float = 0.0
     """The correction stays until the model asks for something that differs by more. Default:
     none. [µm]"""
     soft_um: float = 0.0
-    """Magnitude from which the operator is warned. Default: four fifths of the largest. [µm]"""
+    """Magnitude from which the operator is warned. Without it: four fifths of `largest_um`. [µm]"""
     largest_trim_um: float = COARSE_TRIM_UM
     """Largest trim. Default: one coarse step of the operator's screen, but no more than the
     total. [µm]"""

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple, final
+from typing import NamedTuple
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_positive, require_range
@@ -58,7 +58,6 @@ class SensorState(NamedTuple):
     """How far the value may have moved while nothing could be read. [K]"""
 
 
-@final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorRules:
     """When a value of one channel is believed. The range has no default: it must be stated.
@@ -70,7 +69,7 @@ class SensorRules:
     """
 
     lowest_c: float
-    """Lowest plausible value. A pin that is not connected often reads 0.0. [degC]"""
+    """Lowest plausible value; above 0 where an open input reads 0.0 [run]. [degC]"""
     highest_c: float
     """Highest plausible value. [degC]"""
     largest_rate_k_per_s: float = 0.1
@@ -80,7 +79,7 @@ class SensorRules:
     longest_age_s: float = 10.0
     """Oldest value that is believed. Default: ten cycles of a second. [s]"""
     time_stamp_required: bool = True
-    """Whether a value without a time stamp is refused."""
+    """Whether a value without a time stamp is refused. Default: an unknown age is never "fresh"."""
     frozen_s: float = 14_400.0
     """A value that has not changed at all for so long is not believed; 0 where the sensor may
     stand still. Default: four hours. [s]"""

@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
-from typing import NamedTuple, final
+from typing import NamedTuple
 
 from thermaxis.errors import require_positive, require_range
 
@@ -75,7 +75,6 @@ class Reason(StrEnum):
     """The offset found in the machine lies outside the limits."""
 
 
-@final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SupervisorRules:
     """How long what is tolerated. Every default is finite, and none may be set beyond a day.
@@ -87,13 +86,15 @@ class SupervisorRules:
     """
 
     settle_s: float = 60.0
-    """Time that the model runs before the first correction. Default: a minute. [s]"""
+    """Time that the model runs with good inputs before the first correction. Default: a minute.
+    [s]"""
     recovery_delay_s: float = 1.0
     """Time that everything must be there again after a loss. Default: a second. [s]"""
     input_timeout_s: float = 2.0
     """Time for which a lost input is bridged by its last value. Default: two cycles. [s]"""
     hold_input_s: float = 300.0
-    """Time for which the correction is held while an input is lost. Default: five minutes. [s]"""
+    """Time for which the correction is held while an input is lost; then it fades. Default: five
+    minutes. [s]"""
     hold_connection_s: float = 300.0
     """The same while the connection is lost. Default: five minutes. [s]"""
     hold_interlock_s: float = 0.0
@@ -103,9 +104,11 @@ class SupervisorRules:
     at_limit_s: float = 600.0
     """Time at the output limit that is a fault. Default: ten minutes. [s]"""
     read_back_tolerance_um: float = 0.5
-    """Difference of read-back and correction that is believed. Default: half a display's. [µm]"""
+    """Difference of read-back and written correction that is believed. Default: half of what a
+    control displays. [µm]"""
     read_back_s: float = 10.0
-    """Time for which they may differ before it is a fault. Default: ten cycles. [s]"""
+    """Time for which they may differ, or nothing be read back, before it is a fault. Default: ten
+    cycles of a second. [s]"""
     longest_trim_s: float = 28_800.0
     """Longest time after which a trim expires. Default: a shift. [s]"""
     max_hold_s: float = field(init=False, repr=False, compare=False)
@@ -114,7 +117,7 @@ class SupervisorRules:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        for entry in fields(self):
+        for entry in fields(SupervisorRules):
             if entry.init:
                 require_range(entry.name, getattr(self, entry.name), 0.0, LONGEST_RULE_S)
         require_positive("read_back_tolerance_um", self.read_back_tolerance_um, LONGEST_RULE_S)

@@ -2,14 +2,17 @@
 
 import hmac
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Final, final
+from typing import Annotated, Final, Literal, final, get_args
 from urllib.parse import SplitResult, urlsplit
+
+from pydantic import Field
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_range
+from thermaxis.runtime._keys import FileName, Hidden, Own, Text
 
-SECURITIES: Final = ("none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss")
+Security = Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"]
+SECURITIES: Final[tuple[str, ...]] = get_args(Security)
 """Security policies that are offered; all but ``none`` sign and encrypt every message. The older
 Basic128Rsa15 and Basic256 are withdrawn and never used."""
 CERTIFICATE_WARNED_DAYS: Final = 30
@@ -78,37 +81,44 @@ class ConnectionSettings:
         or encryption without certificates; if a time is out of its range.
     """
 
-    name: str
+    name: Own[str] = ""
     """Name of the connection, for messages."""
-    url: str
-    """Where the server is, such as ``opc.tcp://192.168.214.241:4840``."""
-    security: str
-    """``none``, or the policy by which every message is signed and encrypted: see `SECURITIES`."""
-    user: str = ""
-    """User name; empty: anonymous."""
-    password: Secret = Secret("")  # noqa: RUF009 - it cannot change
+    url: Annotated[str, Field(max_length=1000)]
+    """Address of the server, `opc.tcp://host:4840/path`, without a user."""
+    security: Security
+    """`none`, `Basic256Sha256`, `Aes128Sha256RsaOaep` or `Aes256Sha256RsaPss`; all but `none` sign
+    and encrypt every message. Default: nobody goes without encryption by mistake."""
+    user: Annotated[str, Field(max_length=200)] = ""
+    """User name; only with encryption. Without it: anonymous."""
+    password: Hidden[Secret] = Secret("")  # noqa: RUF009 - it cannot change
     """Password of the user. It is never sent without encryption."""
-    certificate: Path | None = None
-    """Own certificate, DER or PEM."""
-    private_key: Path | None = None
-    """Its private key, PEM or DER, readable by its owner only."""
-    server_certificate: Path | None = None
-    """The server's certificate, DER or PEM: no other is accepted."""
-    application_uri: str = "urn:thermaxis:client"
-    """Must equal the address in the own certificate. Default: what ``thermaxis certificate new``
-    puts there."""
-    timeout_s: float = 1.0
-    """Longest time of a request. Default: 400 times the measured 2.4 ms of a write. [s]"""
-    retry_s: float = 0.5
-    """Shortest time between two attempts to connect. Default: a server that returned was read
-    again after 0.1 to 0.5 s. [s]"""
+    password_file: FileName = None
+    """File whose first line is the password."""
+    password_environment: Text = ""
+    """Environment variable that holds it."""
+    certificate: FileName = None
+    """Own certificate, DER or PEM; required with encryption."""
+    private_key: FileName = None
+    """Its key; mode 0600; required with encryption."""
+    server_certificate: FileName = None
+    """The server's certificate: no other is accepted, as one that is fetched unseen proves
+    nothing; required with encryption."""
+    application_uri: Annotated[str, Field(min_length=1, max_length=500)] = "urn:thermaxis:client"
+    """Must equal the address in the own certificate, else the server answers
+    BadCertificateUriInvalid [run]. Default: what `thermaxis certificate new` writes."""
+    timeout_s: Annotated[float, Field(ge=0.05, le=60.0)] = 1.0
+    """Longest time of one request, 0.05 to 60. Default: 400 times the measured 2.4 ms of a write
+    [run]. [s]"""
+    retry_s: Annotated[float, Field(ge=0.1, le=60.0)] = 0.5
+    """Pause before a lost connection is tried again, 0.1 to 60. Default: a server that returned
+    was read again after 0.1 to 0.5 s [run]. [s]"""
 
     def __post_init__(self) -> None:
         """Check what contradicts itself."""
         self._check_url()
         self._check_security()
         for name in ("timeout_s", "retry_s"):
-            key = f"{self._place.key}.{name}"
+            key = self._at(name).key
             require_range(key, getattr(self, name), SHORTEST_TIMEOUT_S, LONGEST_TIMEOUT_S)
 
     @property
@@ -135,9 +145,9 @@ class ConnectionSettings:
         host = f"[{self.host}]" if ":" in self.host else self.host
         return SplitResult(parts.scheme, f"{host}:{DEFAULT_PORT}", parts.path, "", "").geturl()
 
-    @property
-    def _place(self) -> Place:
-        return Place(key=f"connection.{self.name}")
+    def _at(self, key: str = "") -> Place:
+        table = f"connection.{self.name}" if self.name else ""
+        return Place(key=f"{table}.{key}".strip("."))
 
     def _check_url(self) -> None:
         try:
@@ -146,22 +156,31 @@ class ConnectionSettings:
         except ValueError:
             raise self._no_address() from None
         if parts.username is not None or parts.password is not None:
-            raise ConfigurationError("user_in_address", place=self._place)
+            raise ConfigurationError("user_in_address", place=self._at())
         if not known or not self.url.isprintable() or " " in self.url:
             raise self._no_address()
 
     def _no_address(self) -> ConfigurationError:
-        return ConfigurationError("no_opcua_address", place=self._place)
+        return ConfigurationError("no_opcua_address", place=self._at())
 
     def _check_security(self) -> None:
         if self.security not in SECURITIES:
             raise ConfigurationError(
-                "unknown_choice", name=self.security, known=SECURITIES, place=self._place
+                "unknown_choice", name=self.security, known=SECURITIES, place=self._at()
             )
-        if self.password and not self.user:
-            raise ConfigurationError("password_without_user", place=self._place)
+        named = self.password_file is not None or bool(self.password_environment)
+        if self.password_file is not None and self.password_environment:
+            place = self._at("password_environment")
+            raise ConfigurationError("stated_twice", name="password", place=place)
+        if self.user and not (self.password or named):
+            raise ConfigurationError("user_needs_password", place=self._at("user"))
+        if not self.user and (self.password or named):
+            raise ConfigurationError("password_without_user", place=self._at())
         if not self.encrypted and self.user:
-            raise ConfigurationError("user_unencrypted", place=self._place)
+            raise ConfigurationError("user_unencrypted", place=self._at())
         for key in ("certificate", "private_key", "server_certificate"):
-            if self.encrypted and getattr(self, key) is None:
-                raise ConfigurationError("certificate_missing", name=key, place=self._place)
+            stated = getattr(self, key) is not None
+            if self.encrypted and not stated:
+                raise ConfigurationError("certificate_missing", name=key, place=self._at())
+            if stated and not self.encrypted:
+                raise ConfigurationError("certificate_unused", place=self._at(key))

@@ -91,8 +91,8 @@ def test_every_mistake_is_told_on_a_line_of_its_own_and_the_code_is_two(tmp_path
     )
     assert checked(path, "--offline", "--json", str(tmp_path / "found.json")) == check.WRONG
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 1
-    assert "hold_inputs_s" in lines[0]
+    assert len(lines) == 2
+    assert "hold_inputs_s" in lines[1]
     path = machine_file(
         tmp_path, ("largest_um = 100.0", "largest_um = -1.0"), ("lowest_c = 5.0", "lowest_c = 99.0")
     )

@@ -379,8 +379,10 @@ def test_what_is_no_toml_is_refused(path: Path) -> None:
     wrong = {
         b"[Z_um": "not_toml",
         b"\xff" * 3: "not_utf8",
-        b"a = " + b"[" * 20_000: "not_toml",
-        b"a = " + b"9" * 20_000: "not_toml",
+        b"a = " + b"[" * 9_000: "not_toml",
+        b"a = " + b"[" * 20_000: "line 1: not_toml",
+        b"a = " + b"9" * 9_000: "not_toml",
+        b"a." * 200 + b"b = 1": "line 1: not_toml",
         b"#" * 1_000_001: "file_too_large",
     }
     for read in TOML_READERS:

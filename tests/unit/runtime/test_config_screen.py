@@ -30,7 +30,7 @@ from thermaxis.runtime import (
     warnings_of,
 )
 from thermaxis.runtime.config import page_certificate_findings
-from thermaxis.runtime.config._screen import is_host
+from thermaxis.runtime.config._contradictions import is_host
 from thermaxis.runtime.opcua import NewCertificate, make_pair
 from thermaxis.runtime.status import NAMESPACE
 

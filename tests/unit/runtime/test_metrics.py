@@ -158,7 +158,7 @@ def test_any_text_and_any_number_make_a_page_that_can_be_read(
 
 
 def settings(**changes: Any) -> MetricsSettings:
-    return replace(MetricsSettings("127.0.0.1", 0, Secret(""), None, None), **changes)
+    return replace(MetricsSettings(port=0), **changes)
 
 
 @contextlib.asynccontextmanager

@@ -82,7 +82,7 @@ def test_what_contradicts_itself_or_would_send_a_password_in_the_clear_is_refuse
     secret = {"password": Secret(WORD)}
     for changes, code in (
         ({"user": "thermaxis", **secret}, "user_unencrypted"),
-        ({"user": "thermaxis"}, "user_unencrypted"),
+        ({"user": "thermaxis"}, "user_needs_password"),
         ({"security": "Basic256Sha256", **secret, **FILES}, "password_without_user"),
         *(({"security": old, **FILES}, "unknown_choice") for old in ("", "None", "Basic128Rsa15")),
         ({"url": "opc.tcp://me:correcthorse@a:4840"}, "user_in_address"),

@@ -7,8 +7,8 @@ import pytest
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.logs import parse_log_heading
 from thermaxis.runtime import RecordSettings, read_record
-from thermaxis.runtime.config import ConnectionSection
-from thermaxis.runtime.record._config import ChannelSection, RecordSection
+from thermaxis.runtime.config import schema_of
+from thermaxis.runtime.record._config import RecordFile
 
 CONNECTION = """
 [connection.control]
@@ -135,8 +135,8 @@ def test_the_page_on_recording_names_every_key_and_its_example_is_right(
     page = (root / "docs" / "how-to" / "record-a-log.md").read_text(encoding="utf-8")
     rows = [line for line in page.splitlines() if line.startswith("| `")]
     keys = " ".join(line.split("|")[1] for line in rows)
-    for model in (RecordSection, ChannelSection, ConnectionSection):
-        for name in model.model_fields:
+    for table in schema_of(RecordFile)["$defs"].values():
+        for name in table["properties"]:
             assert f"`{name}`" in keys, name
     for folder, name in (("secrets", "control"), ("pki", "own.der"), ("pki", "own.pem")):
         (tmp_path / folder).mkdir(exist_ok=True)
@@ -162,4 +162,4 @@ def test_the_page_on_recording_states_the_defaults_that_hold(root: Path) -> None
         if line.startswith("| `") and line.count("|") == 4
     ]
     for name in ("every_s", "days_per_file", "largest_mb", "memory_mb", "repeat_unchanged_s"):
-        assert (name, f"{RecordSection.model_fields[name].default:g}") in stated
+        assert (name, f"{getattr(RecordSettings(), name):g}") in stated

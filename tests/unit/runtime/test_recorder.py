@@ -343,7 +343,7 @@ def test_what_memory_cannot_hold_is_lost_from_the_oldest_on_and_stated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     disk = FullDisk(monkeypatch)
-    recording = Recording(settings(channel("T_a_C"), memory_bytes=10_000), tmp_path)
+    recording = Recording(settings(channel("T_a_C"), memory_mb=0.01), tmp_path)
     summary = recording.run(1000.0, disk.between(10.5, 800.5))
     values = [cells[1] for cells in rows_of(tmp_path / NAME) if cells[1]]
     assert len(values) == summary.rows
@@ -432,7 +432,7 @@ def test_whatever_happens_lines_are_whole_times_rise_and_every_row_is_there_once
             recording.stop.set()
 
         some = settings(
-            channel("T_a_C", 500), channel("T_b_C", 2000), memory_bytes=4000, largest_bytes=8000
+            channel("T_a_C", 500), channel("T_b_C", 2000), memory_mb=0.004, largest_mb=0.008
         )
         recording = Recording(some, folder)
         summary = recording.run(None, happen)

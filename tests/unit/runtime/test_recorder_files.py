@@ -74,7 +74,7 @@ def test_several_days_share_a_file_where_that_is_wanted(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_large_enough_is_followed_by_another(tmp_path: Path) -> None:
-    files = recording(tmp_path, largest_bytes=3000)
+    files = recording(tmp_path, largest_mb=0.003)
     files.store([row(k) for k in range(200)])
     files.close()
     paths = files.written

@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal, cast
 
 import pytest
 from asyncua import ua
@@ -47,7 +48,14 @@ from thermaxis.runtime.sources.opcua import _number_in
 
 RULES = SensorRules(lowest_c=5.0, highest_c=90.0)
 LIMITS = Limits(100.0, 0.5)
-OUTPUT = OutputSettings("ns=2;s=Z", "ns=2;s=Z_accepted", "", "mm", AWAY, read_back_stated=True)
+OUTPUT = OutputSettings(
+    largest_um=100.0,
+    largest_rate_um_per_s=0.5,
+    node="ns=2;s=Z",
+    read_back_node="ns=2;s=Z_accepted",
+    unit="mm",
+    sign=AWAY,
+)
 
 
 def node(value: float | bool | None = 20.0, **changes: object) -> NodeDescription:
@@ -77,10 +85,21 @@ def one(findings: Sequence[Finding]) -> Finding:
 # ---- inputs -------------------------------------------------------------------------------------
 
 
+def sensor(unit: str, scale: float, redundant: str = "") -> InputSettings:
+    return InputSettings(
+        node="ns=2;s=X",
+        unit=cast("Literal['degC']", unit),
+        scale=scale,
+        redundant_node=redundant,
+        lowest_c=5.0,
+        highest_c=90.0,
+    )
+
+
 def of_input(
     described: NodeDescription, unit: str = "degC", scale: float = 1.0, rules: SensorRules = RULES
 ) -> Finding:
-    settings = InputSettings("ns=2;s=X", unit, "", scale)
+    settings = sensor(unit, scale)
     return one(tuple(judge_input("input.T", described, settings, rules)))
 
 
@@ -141,7 +160,7 @@ def test_every_suggested_unit_makes_the_value_plausible_and_none_is_suggested_in
     raw: float, unit: str, scale: float, lowest_c: float, width_k: float
 ) -> None:
     rules = SensorRules(lowest_c=lowest_c, highest_c=lowest_c + width_k)
-    settings = InputSettings("ns=2;s=X", unit, "", scale)
+    settings = sensor(unit, scale)
     suggested = units_that_fit(raw, settings, rules)
     if of_input(node(raw), unit, scale, rules).level is Level.OK:
         assert suggested == ()
@@ -152,7 +171,7 @@ def test_every_suggested_unit_makes_the_value_plausible_and_none_is_suggested_in
 
 
 def test_two_sensors_of_one_place_must_agree() -> None:
-    settings = InputSettings("ns=2;s=X", "degC", "ns=2;s=Y", 0.1)
+    settings = sensor("degC", 0.1, "ns=2;s=Y")
     close = tuple(judge_redundant("input.T", node(200.0), node(229.0), settings, RULES))
     apart = one(tuple(judge_redundant("input.T", node(200.0), node(169.0), settings, RULES)))
     assert close == ()

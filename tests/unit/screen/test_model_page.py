@@ -109,8 +109,8 @@ def test_the_hash_of_a_model_that_may_be_chosen_is_told_and_of_nothing_else(
 
 
 def test_a_model_chosen_from_the_folder_is_found_there(machine: MachineConfiguration) -> None:
-    assert machine.model_folder is not None
-    other = machine.model_folder / "other.json"
+    assert machine.machine.model_folder is not None
+    other = machine.machine.model_folder / "other.json"
     shutil.copy(machine.model.path, other)
     change_model(other)
     write_model(read_model(other), other)
@@ -179,9 +179,9 @@ def test_what_cannot_be_shown_is_looked_for_again(machine: MachineConfiguration)
 def test_hidden_files_and_names_that_nobody_could_ask_for_are_not_offered(
     machine: MachineConfiguration,
 ) -> None:
-    assert machine.model_folder is not None
+    assert machine.machine.model_folder is not None
     for name in (".lathe.json", ".json", "a\nb.json", "C:lathe.json", "a\\b.json", "b lathe.json"):
-        shutil.copy(machine.model.path, machine.model_folder / name)
+        shutil.copy(machine.model.path, machine.machine.model_folder / name)
     assert machine.models_to_choose() == ("b lathe.json", "lathe.json")
     for name in machine.models_to_choose():
         assert machine.other_model(name)[1] == machine.model.sha256

@@ -213,10 +213,10 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
         interlocks_met={name: flag.value for name, flag in configuration.interlocks.items()},
         other_active=None if other is None else other.value,
         reads_diameter=configuration.diameter is not None,
-        resume_enabled=configuration.resume_enabled,
-        resume_within_s=configuration.resume_within_s,
-        at_stop=runtime.AtStop(configuration.at_stop),
-        stop_within_s=configuration.stop_within_s,
+        resume_enabled=configuration.supervisor.resume_enabled,
+        resume_within_s=configuration.supervisor.resume_within_s,
+        at_stop=runtime.AtStop(configuration.supervisor.at_stop),
+        stop_within_s=configuration.supervisor.stop_within_s,
         configuration_sha256=configuration_sha256(configuration),
     )
 

@@ -221,7 +221,7 @@ def _signs(configuration: MachineConfiguration) -> Iterator[str]:
             f" the correction is {-_EXAMPLE_UM:+g} µm, and {written:+g} in {entry.unit} is written"
             f" to {where}, for there {entry.sign}."
         )
-        if entry.read_back_stated:
+        if entry.read_back_node:
             yield f"  What the machine accepts is read from {entry.read_back_node}."
         if entry.effective_node:
             yield f"  What acts is read from {entry.effective_node}."
@@ -233,8 +233,8 @@ def _signs(configuration: MachineConfiguration) -> Iterator[str]:
 def _times(configuration: MachineConfiguration) -> Iterator[str]:
     rules = configuration.rules.supervisor
     again = (
-        f"if it was enabled at most {_seconds(configuration.resume_within_s)} before"
-        if configuration.resume_enabled
+        f"if it was enabled at most {_seconds(configuration.supervisor.resume_within_s)} before"
+        if configuration.supervisor.resume_enabled
         else "never: somebody enables it"
     )
     yield (
@@ -255,8 +255,8 @@ def _times(configuration: MachineConfiguration) -> Iterator[str]:
         f" {_seconds(rules.read_back_s)}; another compensation; an offset found beyond the limits."
     )
     end = (
-        f"the correction fades for at most {_seconds(configuration.stop_within_s)} first"
-        if configuration.at_stop == "fade"
+        f"the correction fades for at most {_seconds(configuration.supervisor.stop_within_s)} first"
+        if configuration.supervisor.at_stop == "fade"
         else "the offset stays, and the machine's watchdog decides"
     )
     yield f"When the program is ended, {end}."
@@ -272,9 +272,9 @@ def _surroundings(configuration: MachineConfiguration) -> Iterator[str]:
         f" {configuration.historian.retention_days} days; the state is kept in"
         f" {configuration.state_file}."
     )
-    if configuration.model_folder is not None:
+    if configuration.machine.model_folder is not None:
         choice = ", ".join(configuration.models_to_choose()) or "none"
-        yield f"Models to choose from in {configuration.model_folder}: {choice}."
+        yield f"Models to choose from in {configuration.machine.model_folder}: {choice}."
     server, metrics = configuration.server, configuration.metrics
     if server is None:
         yield "There is no status server: it is enabled at the start, by thermaxis run --enable."

@@ -32,7 +32,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import text_of
 from thermaxis.report.tables import as_json, as_text
-from thermaxis.runtime.config import page_certificate_findings
+from thermaxis.runtime.config import MachineFile, page_certificate_findings, schema_of
 from thermaxis.runtime.history import check_database
 
 _LOOKS_AFTER_S = 0.05
@@ -60,7 +60,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         number("wait of more than 0 and at most 3600 s", 1e-9, 3600.0),
         default=10.0,
     )
+    text = "print the JSON schema of such files, for editors, and end"
+    parser.add_argument("--schema", action=_Schema, nargs=0, help=text)
     add_json(parser)
+
+
+class _Schema(argparse.Action):
+    """Prints the schema; no configuration is needed for that."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print it and end."""
+        write_json(schema_of(MachineFile), "-")
+        parser.exit()
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -9,19 +9,17 @@ import asyncio
 import json
 import re
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import cast
-
-from pydantic import ValidationError
 
 from thermaxis.cli._arguments import adder
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model
-from thermaxis.runtime import AWAY, TOWARDS, SystemClock
-from thermaxis.runtime.config import ConnectionSection, explain, read_tables, refuse
+from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, SystemClock
+from thermaxis.runtime.config import open_connection, read_tables, refuse, tree_of
 from thermaxis.runtime.host import whole_file
 from thermaxis.runtime.opcua import FoundNode, browse_server
 
@@ -58,10 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
     output: Path | None = arguments.output
     if output is not None and output.exists():
         raise ConfigurationError("file_kept", place=Place(str(output)))
-    section = _connection(arguments.connection, arguments.url)
-    folder = (arguments.connection or Path("machine.toml")).absolute().parent
-    found = asyncio.run(browse_server(section.settings(_NAME, folder), SystemClock()))
-    text = "\n".join(_lines(found, section, arguments.model)) + "\n\n"
+    table, settings = _connection(arguments.connection, arguments.url)
+    found = asyncio.run(browse_server(open_connection(_NAME, settings), SystemClock()))
+    text = "\n".join(_lines(found, table, arguments.model)) + "\n\n"
     text += "".join(
         f"# not used: {_told(one)} {one.node}\n" for one in found if _quoted(one.node) not in text
     )
@@ -74,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _connection(file: Path | None, url: str) -> ConnectionSection:
+def _connection(file: Path | None, url: str) -> tuple[dict[str, object], ConnectionSettings]:
     table: dict[str, object] = {"security": "none"}
     if file is not None:
         tables = cast("dict[str, dict[str, object]]", read_tables(file).get("connection", {}))
@@ -82,14 +79,15 @@ def _connection(file: Path | None, url: str) -> ConnectionSection:
             place = Place(str(file), key="connection")
             raise ConfigurationError("connection_not_alone", place=place)
         (table,) = tables.values()
-    try:
-        return ConnectionSection.model_validate({**table, "url": url})
-    except ValidationError as error:
-        raise refuse(explain(error, ConnectionSection), file or url) from None
+    table = {**table, "url": url}
+    found = tree_of(ConnectionSettings, table, (file or Path("machine.toml")).absolute().parent)
+    if isinstance(found, list):
+        raise refuse(found, file or url)
+    return table, found
 
 
 def _lines(
-    found: Sequence[FoundNode], section: ConnectionSection, model_file: Path | None
+    found: Sequence[FoundNode], table: Mapping[str, object], model_file: Path | None
 ) -> Iterator[str]:
     """Yield the file line by line."""
     model = None if model_file is None else read_model(model_file)
@@ -105,7 +103,7 @@ def _lines(
     yield f"\n[connection.{_NAME}]"
     yield from (
         f"{key} = {_quoted(value) if isinstance(value, str) else value}"
-        for key, value in section.model_dump(exclude_unset=True).items()
+        for key, value in table.items()
     )
     yield f'\n[source]\nkind = "opcua"\nconnection = "{_NAME}"'
     yield f'\n[sink]\nkind = "opcua"\nconnection = "{_NAME}"'

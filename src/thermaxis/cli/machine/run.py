@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
         standing = asyncio.run(_run(configuration, arguments))
     for name, value in standing.items():
         sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")
-    return 1 if standing and configuration.at_stop == "fade" else 0
+    return 1 if standing and configuration.supervisor.at_stop == "fade" else 0
 
 
 async def _run(
@@ -100,7 +100,7 @@ async def _run(
         if metrics is not None:
             _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
         requests = RequestSocket(
-            configuration.state_file, loop, may_start=configuration.ask_enables
+            configuration.state_file, loop, may_start=configuration.supervisor.ask_enables
         )
         try:
             await requests.open()

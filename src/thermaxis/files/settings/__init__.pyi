@@ -1,4 +1,5 @@
 from ._moments import day_of as day_of, duration_of as duration_of, moment_of as moment_of
+from ._reading import parse_toml as parse_toml
 from .budget_toml import read_budget as read_budget
 from .correction_limits_toml import read_correction_limits as read_correction_limits
 from .figure_limits_toml import (

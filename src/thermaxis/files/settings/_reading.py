@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 LARGEST_TOML_BYTES = 1_000_000
 """Largest TOML file that is read. [byte]"""
+LONGEST_TOML_LINE = 10_000
+"""Longest line of a TOML file. [character]"""
+MOST_TOML_POINTS = 100
+"""Most points of a line of a TOML file: keys of thousands of parts are read for minutes. [1]"""
 LONGEST_TEXT = 2000
 """Longest text. [character]"""
 LARGEST_NUMBER = 1e12
@@ -48,9 +52,17 @@ def read_toml(path: Path | str) -> dict[str, object]:
 
 
 def parse_toml(text: str, *, file: str) -> dict[str, object]:
-    """Return the tables of a text that is TOML."""
+    """Return the tables of a text that is TOML; no number or key of it is absurdly long."""
     import tomllib  # noqa: PLC0415  evaluating a run without such a file does not need it
 
+    for number, line in enumerate(text.split("\n"), start=1):
+        if len(line) > LONGEST_TOML_LINE or (
+            line.count(".") > MOST_TOML_POINTS and not line.lstrip().startswith("#")
+        ):
+            cause = f"the line has {len(line)} characters, and {LONGEST_TOML_LINE} are the most"
+            if len(line) <= LONGEST_TOML_LINE:
+                cause = f"the line has more than {MOST_TOML_POINTS} points"
+            raise ConfigurationError("not_toml", cause=cause, place=Place(file, line=number))
     try:
         return tomllib.loads(text)
     except RecursionError:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import cast
 
-from thermaxis.runtime.config._settings import MachineConfiguration
+from thermaxis.runtime.config._configuration import MachineConfiguration
 
 
 def configuration_sha256(configuration: MachineConfiguration) -> str:

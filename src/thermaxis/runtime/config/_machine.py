@@ -16,22 +16,50 @@ Not protected: a configuration that is free of mistakes may still name the wrong
 wrong sign. The self-test looks at the machine; the sign is proven at commissioning.
 """
 
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+import os
+from collections.abc import Callable
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import cast
+from typing import Any, TypeVar, cast, final
 
-from pydantic import ValidationError
+from thermaxis.codes import Message, Place
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    Limits,
+    SensorRules,
+    SupervisorRules,
+)
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._connection import ConnectionSettings, Secret
+from thermaxis.runtime.config._configuration import (
+    MachineConfiguration,
+    MachineRules,
+    read_model_file,
+)
+from thermaxis.runtime.config._contradictions import about_model, about_screen, contradictions
+from thermaxis.runtime.config._reading import (
+    placed,
+    read_tables,
+    read_tree,
+    refuse,
+    with_lines,
+)
+from thermaxis.runtime.config._tables import (
+    MachineFile,
+    MetricsSettings,
+    SinkSettings,
+    part_of,
+    require_file,
+)
+from thermaxis.runtime.history import HistorianSettings, check_encryption, refuse_password
+from thermaxis.runtime.host import read_secret as secret_in, refuse_readable
+from thermaxis.runtime.sinks import HalSettings, HalUnit, LinuxCncOutput, LinuxCncSettings
 
-from thermaxis.codes import Message
-from thermaxis.runtime.config._build import build_configuration
-from thermaxis.runtime.config._connection import explain, read_tables, refuse
-from thermaxis.runtime.config._sections import MachineFile
-from thermaxis.runtime.config._settings import MachineConfiguration
-
-_TABLE = re.compile(r"""^\s*\[\s*((?:[\w-]+|"[^"]*"|'[^']*'|\s*\.\s*)+)\s*\]\s*(?:\#.*)?$""")
-_KEY = re.compile(r"""^\s*([\w-]+|"[^"]*"|'[^']*')\s*=""")
+_VALIDITY = {"margin_k": "validity_margin_k", "lowest_weight": "lowest_weight"}
+_FORGOTTEN_DATABASES = ("", "/", "/:memory:")
+_POSTGRESQL = ("postgresql", "postgresql+psycopg")
+_T = TypeVar("_T")
 
 
 def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, ...]:
@@ -54,15 +82,10 @@ def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, .
         If the file cannot be read or is no TOML; then the line is named.
     """
     file = Path(path).absolute()
-    tables = read_tables(file)
-    try:
-        sections = MachineFile.model_validate(tables)
-    except ValidationError as error:
-        return _with_lines(explain(error, MachineFile), file)
-    built = build_configuration(file, sections)
-    if isinstance(built, MachineConfiguration):
-        return built
-    return _with_lines(built, file)
+    found = read_tree(MachineFile, file)
+    if isinstance(found, MachineFile):
+        found = _Reading(found, file).configuration()
+    return found if isinstance(found, MachineConfiguration) else with_lines(found, file)
 
 
 def read_machine(path: Path | str) -> MachineConfiguration:
@@ -100,45 +123,207 @@ def state_file_of(path: Path | str) -> Path:
     return file.parent / (str(stated) if stated else f"{file.stem}.state.json")
 
 
-def _with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:
-    """Name the file and the line of every mistake, where they can be found.
+@final
+class _Reading:
+    """Reads what the tables of a file name, fits it together, and collects what is wrong."""
 
-    Where a key is missing, the line is that of its table. There is none where the text has forms
-    that only a whole reader of TOML follows, such as texts over several lines.
-    """
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError):
-        text = ""
-    lines = {} if '"""' in text or "'''" in text else _lines_of(text)
-    return tuple(_with_line(problem, str(file), lines) for problem in problems)
+    def __init__(self, file: MachineFile, path: Path) -> None:
+        self.file, self.path = file, path
+        self.problems: list[Message] = []
+
+    def configuration(self) -> MachineConfiguration | list[Message]:
+        """Return the configuration, or everything that is wrong."""
+        file, attempt = self.file, self._attempt
+        model = attempt("machine.model", lambda: read_model_file(file.machine.model))
+        attempt("machine.model_folder", lambda: _require_folder(file.machine.model_folder))
+        connections = self._connections()
+        self.problems += contradictions(file)
+        if file.source.kind == "replay":
+            for key in ("log", "mapping"):
+                attempt(f"source.{key}", lambda key=key: require_file(getattr(file.source, key)))
+        if model is not None:
+            self.problems += about_model(file, model.model)
+        history = attempt("historian", self._history)
+        metrics = attempt("metrics", lambda: _metrics(file.metrics))
+        password = attempt("screen", lambda: secret_of("screen", file.screen))
+        self.problems += about_screen(file)
+        if model is None or history is None or password is None or self.problems:
+            return self.problems
+        read = _acting(file)
+        rules = _rules(read)
+        compensation = attempt("", lambda: _fitted(rules, model.model))
+        sink = compensation and attempt("", lambda: _sink_of(read))
+        if compensation is None or sink is None:
+            return self.problems
+        name = f"{self.path.stem}.state.json"
+        state_file = file.machine.state_file or self.path.with_name(name)
+        tables: dict[str, Any] = {
+            one.name: getattr(read, one.name) for one in fields(MachineFile)
+        } | {
+            "machine": replace(file.machine, state_file=state_file),
+            "connections": connections,
+            "sink": sink,
+            "metrics": metrics,
+            "screen": file.screen and replace(file.screen, password=password),
+        }
+        return MachineConfiguration(
+            **tables,
+            path=self.path,
+            model=model,
+            rules=rules,
+            compensation=compensation,
+            historian_url=history[0],
+            historian=history[1],
+        )
+
+    def _attempt(self, key: str, build: Callable[[], _T]) -> _T | None:
+        """Return what a function builds, or take its error and return None."""
+        try:
+            return build()
+        except ConfigurationError as error:
+            self.problems.append(placed(error.message, key))
+            return None
+
+    def _connections(self) -> dict[str, ConnectionSettings]:
+        """Return the connections that are used; files and secrets of others are not read."""
+        parts = (self.file.source, self.file.sink)
+        used = {part.connection for part in parts if part.kind == "opcua"}
+        found: dict[str, ConnectionSettings] = {}
+        for name, entry in self.file.connections.items():
+            if name in used:
+                table = f"connection.{name}"
+                opened = self._attempt(table, lambda n=name, e=entry: open_connection(n, e))
+                found |= {} if opened is None else {name: opened}
+        return found
+
+    def _history(self) -> tuple[str, HistorianSettings]:
+        """Return where cycles are recorded."""
+        table, key = self.file.history, "historian.url"
+        url = table.url or f"sqlite:///{self.path.stem}.history.db"
+        refuse_password(url, key=key)
+        scheme, secret = url.partition(":")[0].casefold(), secret_of("historian", table)
+        if scheme == "sqlite":
+            name = url.removeprefix("sqlite://")
+            if name in _FORGOTTEN_DATABASES or not name.startswith("/") or "?" in name:
+                raise ConfigurationError("no_file_in_url", place=Place(key=key))
+            if secret:
+                place = Place(key="historian.password_file")
+                raise ConfigurationError("sqlite_without_password", place=place)
+            url = f"sqlite:///{self.path.parent / name[1:]}"
+        elif scheme in _POSTGRESQL:
+            check_encryption(url, key=key)
+        else:
+            raise ConfigurationError("unknown_database", kind=scheme, place=Place(key=key))
+        keys = ("retention_days", "largest_waiting_bytes")
+        stated = {key: getattr(table, key) for key in keys if getattr(table, key) is not None}
+        folder = table.folder
+        if folder is None and scheme != "sqlite":
+            folder = self.path.with_name(f"{self.path.stem}.history")
+        machine = self.file.machine.name
+        return url, HistorianSettings(password=secret, machine=machine, folder=folder, **stated)
 
 
-def _lines_of(text: str) -> dict[str, int]:
-    """Return the line of every table and every key, by its name with its tables."""
-    found: dict[str, int] = {}
-    table = ""
-    for number, line in enumerate(text.splitlines(), start=1):
-        head = _TABLE.match(line)
-        if head is not None:
-            table = _plain(head[1])
-            found.setdefault(table, number)
-            continue
-        key = _KEY.match(line)
-        if key is not None:
-            found.setdefault(f"{table}.{_plain(key[1])}".strip("."), number)
+def open_connection(name: str, entry: ConnectionSettings) -> ConnectionSettings:
+    """Return a connection with its name and its password; what it names must be there."""
+    table = f"connection.{name}"
+    found = replace(entry, name=name, password=secret_of(table, entry))
+    for key in ("certificate", "private_key", "server_certificate"):
+        require_file(getattr(entry, key), f"{table}.{key}")
+    if entry.private_key is not None:
+        refuse_readable(entry.private_key, key=f"{table}.private_key")
     return found
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"\s*\.\s*", ".", name).replace('"', "").replace("'", "").strip()
+def secret_of(table: str, entry: object, key: str = "password") -> Secret:
+    """Return the secret that a table names by a file or an environment variable."""
+    file: Path | None = getattr(entry, f"{key}_file", None)
+    name: str = getattr(entry, f"{key}_environment", "")
+    variable = Place(key=f"{table}.{key}_environment")
+    if file is not None and name:
+        raise ConfigurationError("stated_twice", name=key, place=variable)
+    if file is not None:
+        return secret_in(file, key=f"{table}.{key}_file")
+    if name and not os.environ.get(name):
+        raise ConfigurationError("variable_not_set", name=name, place=variable)
+    return Secret(os.environ[name] if name else "")
 
 
-def _with_line(problem: Message, file: str, lines: Mapping[str, int]) -> Message:
-    place = problem.place
-    if place.file:
-        return problem
-    key = place.key
-    while key and key not in lines:
-        key = key.rpartition(".")[0]
-    return replace(problem, place=place._replace(file=file, line=lines.get(key)))
+def _metrics(table: MetricsSettings | None) -> MetricsSettings | None:
+    return table and replace(table, token=secret_of("metrics", table, "token"))
+
+
+def _require_folder(folder: Path | None) -> None:
+    try:
+        there = folder is None or folder.is_dir()
+    except (OSError, ValueError):
+        there = False
+    if not there:
+        place = Place(str(folder), key="machine.model_folder")
+        raise ConfigurationError("folder_not_found", place=place)
+
+
+def _acting(file: MachineFile) -> MachineFile:
+    """Return what is left of the tables where a log is replayed, or nothing is written."""
+    if file.source.kind == "replay":
+        away = {"node": "", "redundant_node": "", "scale": 1.0}
+        file = replace(
+            file,
+            source=replace(file.source, connection=""),
+            inputs={name: replace(entry, **away) for name, entry in file.inputs.items()},
+            interlocks={},
+            other_compensation=None,
+            diameter=None,
+            probes={},
+        )
+    if file.sink.kind == "dry":
+        keys = ("node", "read_back_node", "effective_node", "unit", "sign")
+        away = dict.fromkeys(keys, "")
+        outputs = {name: replace(entry, **away) for name, entry in file.outputs.items()}
+        file = replace(file, sink=SinkSettings(kind="dry"), outputs=outputs)
+    return file
+
+
+def _rules(file: MachineFile) -> MachineRules:
+    validity = {field: getattr(file.validity, key) for key, field in _VALIDITY.items()}
+    return MachineRules(
+        cycle_s=file.machine.cycle_s,
+        sensors={name: part_of(SensorRules, entry) for name, entry in file.inputs.items()},
+        limits={name: part_of(Limits, entry) for name, entry in file.outputs.items()},
+        supervisor=part_of(SupervisorRules, file.supervisor),
+        redundant=frozenset(name for name, entry in file.inputs.items() if entry.redundant_node),
+        interlocks=tuple(file.interlocks),
+        validity={field: value for field, value in validity.items() if value is not None},
+    )
+
+
+def _fitted(rules: MachineRules, model: CompensationModel) -> Compensation:
+    try:
+        return rules.applied_to(model)
+    except ConfigurationError as error:
+        keys = {field: f"validity.{key}" for key, field in _VALIDITY.items()}
+        key = keys.get(error.place.key, f"machine.{error.place.key}")
+        raise error.at(Place(key=key)) from None
+
+
+def _sink_of(file: MachineFile) -> SinkSettings:
+    """Return the sink; that of LinuxCNC with its joints, limits and times."""
+    sink = file.sink
+    if sink.kind != "linuxcnc":
+        return sink
+    outputs: dict[str, LinuxCncOutput] = {}
+    key = "sink"
+    try:
+        for name, entry in file.outputs.items():
+            key = f"output.{name}"
+            outputs[name] = LinuxCncOutput(
+                cast("int", entry.joint),
+                cast("HalUnit", entry.unit),
+                entry.sign,
+                part_of(Limits, entry),
+                entry.largest_acceleration_um_per_s2 or 0.0,
+            )
+        key, times = "sink", {one.name: getattr(sink, one.name) for one in fields(HalSettings)}
+        settings = LinuxCncSettings(outputs=outputs, cycle_s=file.machine.cycle_s, **times)
+    except ConfigurationError as error:
+        raise ConfigurationError.of(placed(error.message, key)) from None
+    return replace(sink, linuxcnc=settings)

@@ -1,8 +1,9 @@
 """What somebody should know of a configuration before it runs, found without the machine."""
 
 import errno
+import ipaddress
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
@@ -14,7 +15,9 @@ from thermaxis.compensation import START, Limits, Output, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._findings import Finding, Level, advice
-from thermaxis.runtime.config._settings import MachineConfiguration
+from thermaxis.runtime.config._configuration import MachineConfiguration
+from thermaxis.runtime.config._contradictions import EVERY_ADDRESS, HOST
+from thermaxis.runtime.config._tables import ScreenSettings
 from thermaxis.runtime.history import Encryption, encryption_of
 from thermaxis.runtime.host import is_loopback
 
@@ -104,14 +107,17 @@ def _about_outputs(configuration: MachineConfiguration) -> Iterator[Finding]:
         limits = configuration.rules.limits[output.name]
         settings = configuration.outputs[output.name]
         key = f"output.{output.name}"
-        if configuration.sink.kind == "opcua" and not settings.read_back_stated:
+        if configuration.sink.kind == "opcua" and not settings.read_back_node:
             yield advice("no_read_back", key)
         step_um = limits.largest_rate_um_per_s * configuration.rules.cycle_s
         if step_um > VISIBLE_STEP_UM:
             yield advice("visible_step", key, step_um=step_um)
         longest_s = limits.total_um / limits.largest_rate_um_per_s
-        if configuration.at_stop == "fade" and longest_s > configuration.stop_within_s:
-            stop_s = configuration.stop_within_s
+        if (
+            configuration.supervisor.at_stop == "fade"
+            and longest_s > configuration.supervisor.stop_within_s
+        ):
+            stop_s = configuration.supervisor.stop_within_s
             yield advice("fade_too_long", key, longest_s=longest_s, stop_within_s=stop_s)
         yield from _about_size(key, output, limits)
 
@@ -277,3 +283,56 @@ def _about_pair(own: Path, key: Path, application_uri: str) -> Iterator[Finding]
         check_own_pair(*pair, application_uri, file=str(own))
     except ConfigurationError as failure:
         yield _wrong(failure)
+
+
+def page_certificate_findings(configuration: MachineConfiguration) -> Iterator[Finding]:
+    """Look at the certificate with which the pages are served, as a browser will.
+
+    Whether it is one, and its dates, are looked at with all other certificates: see `warnings_of`.
+    """
+    screen = configuration.screen
+    if screen is None or screen.certificate is None or screen.private_key is None:
+        return
+    from thermaxis.runtime.host import server_context  # noqa: PLC0415 - as above
+    from thermaxis.runtime.opcua import certificate_of  # noqa: PLC0415 - cryptography is heavy
+
+    key = "screen.certificate"
+    try:
+        contained = certificate_of(screen.certificate).hosts
+    except ConfigurationError:
+        return  # told already
+    try:
+        server_context(screen.certificate, screen.private_key)
+    except ConfigurationError as failure:
+        yield Finding(Level.ERROR, failure.message)
+        return
+    for name in _called(screen):
+        if not _contains(contained, name):
+            yield advice("host_not_in_certificate", key, name=name, hosts=contained)
+
+
+def _called(screen: ScreenSettings) -> list[str]:
+    """Return the names by which browsers reach the pages, without ports, each once."""
+    names = [HOST.fullmatch(host) for host in screen.hosts]
+    found = [one["name"].strip("[]") for one in names if one is not None]
+    if screen.address not in EVERY_ADDRESS and not (is_loopback(screen.address) and found):
+        found.append(screen.address)
+    return list(dict.fromkeys(found))
+
+
+def _contains(contained: Iterable[str], name: str) -> bool:
+    """Whether a certificate is for a name, by RFC 9525, 6.3: a star stands for one first label."""
+    try:
+        address = ipaddress.ip_address(name)
+    except ValueError:
+        rest = name.partition(".")[2]
+        wanted = {name.lower(), f"*.{rest.lower()}"} if rest else {name.lower()}
+        return any(one.lower() in wanted for one in contained)
+    return any(_is_address(one, address) for one in contained)
+
+
+def _is_address(text: str, address: ipaddress.IPv4Address | ipaddress.IPv6Address) -> bool:
+    try:
+        return ipaddress.ip_address(text) == address
+    except ValueError:
+        return False

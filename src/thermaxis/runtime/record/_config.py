@@ -17,24 +17,18 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Final, TypeAlias, final
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.logs import parse_log_heading
 from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime.config import (
-    ConnectionSection,
-    Section,
-    explain,
-    problem,
-    read_tables,
-    refuse,
-)
+from thermaxis.runtime._keys import Checked, Own
+from thermaxis.runtime.config import open_connection, problem, read_tree, refuse
 from thermaxis.runtime.opcua import parse_node
 from thermaxis.thermal.log import unit_named, unit_of_name
 
@@ -50,23 +44,56 @@ NO_UNIT: Final = frozenset({"1", "bool"})
 _CHANNEL_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.\-]{0,99}")
 _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,59}")
 _RESERVED = frozenset({"date", "datum", "day", "tag", "den"})
-_MEGABYTE = 1_000_000
 _Period: TypeAlias = Annotated[float, Field(ge=SHORTEST_PERIOD_S, le=LONGEST_PERIOD_S)]
 _Bounded: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9)]
 _Repeat: TypeAlias = Annotated[float, Field(ge=0.0, le=1e7)]
 
 
 @final
-class RecordSection(Section):
-    """The table ``[record]``: files and what holds for all channels."""
+@dataclass(frozen=True, kw_only=True)
+class ChannelSettings:
+    """``[channel.NAME]``: a channel; its name is the column's, and must not state another unit."""
+
+    name: Own[str] = ""
+    """Name in the log."""
+    heading: Own[str] = ""
+    """Heading of its column, from which readers take name and unit."""
+    period_ms: Own[int] = 0
+    """Time between two readings. [ms]"""
+    node: str
+    """Node id, such as `ns=2;s=/Plc/T_spindle` or `nsu=urn:machine;s=T_spindle`."""
+    unit: str
+    """Unit in the log: degC, K, um, mm, rpm, ..., 1 for a number without a unit, bool for a
+    switch."""
+    connection: str = ""
+    """Name of the connection; may be left out where there is only one."""
+    every_s: _Period | None = None
+    """Time between two readings, 0.1 to 3600. Without it: that of the recording. [s]"""
+    factor: _Bounded = 1.0
+    """What a value of the node is multiplied by to get the unit, such as 0.1 for tenths."""
+    offset: _Bounded = 0.0
+    """What is added then. [unit]"""
+    repeat_unchanged_s: _Repeat | None = None
+    """As in the table `[record]`, for this channel. Without it: that of the recording. [s]"""
+
+    @property
+    def repeat_s(self) -> float:
+        """For how long a value counts again while its source time stamp does not move. [s]"""
+        return self.repeat_unchanged_s or 0.0
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class RecordSettings:
+    """``[record]``: files, and what holds for all channels."""
 
     name: str = "log"
-    """Begin of the file names: letters, digits, ``_``, ``-`` and points."""
+    """Begin of the file names: letters, digits, `_`, `-` and points."""
     every_s: _Period = 1.0
     """Time between two readings of a channel that states none, 0.1 to 3600. Default: the cycle of
     the compensation. [s]"""
     days_per_file: Annotated[int, Field(ge=1, le=366)] = 1
-    """UTC days that one file covers. Default: a file a day."""
+    """UTC days that one file covers. Default: a file a day. [d]"""
     largest_mb: Annotated[float, Field(ge=0.01, le=900.0)] = 200.0
     """Size at which a new file begins, of the log and of its sources, each. Default: what is
     read in seconds; the reader's limit is 1000. [MB]"""
@@ -74,94 +101,29 @@ class RecordSection(Section):
     """Rows that wait in memory while the disk is full. Default: 20 channels for a day at 1 s.
     [MB]"""
     keep_days: Annotated[int, Field(ge=2, le=36_600)] | None = None
-    """Files whose last day lies more than so many days back are deleted. Default: nothing is
+    """Files whose last day lies more than so many days back are deleted. Without it: nothing is
     deleted. [d]"""
     parquet: bool = False
     """Whether each file that is complete is written as Parquet as well."""
     repeat_unchanged_s: _Repeat = 0.0
     """For how long a value counts as measured again while its source time stamp does not move.
     Default: not at all, the cell stays empty. [s]"""
-
-
-@final
-class ChannelSection(Section):
-    """A table ``[channel.NAME]``; the name is the column's, and must not state another unit."""
-
-    node: str
-    """Node id, such as ``ns=2;s=/Plc/T_spindle`` or ``nsu=urn:machine;s=T_spindle``."""
-    unit: str
-    """Unit in the log: degC, K, um, mm, rpm, ..., 1 for a number without a unit, bool for a
-    switch."""
-    connection: str = ""
-    """Name of the connection; may be left out where there is only one."""
-    every_s: _Period | None = None
-    """Time between two readings, 0.1 to 3600. Default: that of the recording. [s]"""
-    factor: _Bounded = 1.0
-    """What a value of the node is multiplied by to get the unit, such as 0.1 for tenths."""
-    offset: _Bounded = 0.0
-    """What is added then. [unit]"""
-    repeat_unchanged_s: _Repeat | None = None
-    """As in the table ``[record]``, for this channel. Default: that of the recording. [s]"""
-
-
-@final
-class RecordFile(Section):
-    """A whole file ``record.toml``."""
-
-    record: RecordSection = RecordSection()
-    """Files and what holds for all channels."""
-    connection: dict[str, ConnectionSection]
-    """OPC UA connections by their name."""
-    channel: dict[str, ChannelSection]
-    """Channels by the name of their column."""
-
-
-@final
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelSettings:
-    """One channel that is recorded."""
-
-    name: str
-    """Name in the log."""
-    heading: str
-    """Heading of its column, from which readers take name and unit."""
-    unit: str
-    """Unit in the log; empty for numbers without one."""
-    node: str
-    """Node id as text."""
-    connection: str
-    """Name of its connection."""
-    period_ms: int
-    """Time between two readings. [ms]"""
-    factor: float = 1.0
-    """What a value of the node is multiplied by."""
-    offset: float = 0.0
-    """What is added then. [unit]"""
-    repeat_unchanged_s: float = 0.0
-    """For how long a value counts again while its source time stamp does not move. [s]"""
-
-
-@final
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecordSettings:
-    """Everything that a recording needs to know."""
-
-    name: str
-    """Begin of the file names."""
-    channels: tuple[ChannelSettings, ...]
+    channels: Own[tuple[ChannelSettings, ...]] = ()
     """Channels in the order of the file."""
-    connections: Mapping[str, ConnectionSettings]
+    connections: Own[Mapping[str, ConnectionSettings]] = field(
+        default_factory=dict[str, ConnectionSettings]
+    )
     """Connections that channels use."""
-    days_per_file: int = 1
-    """UTC days that one file covers. [d]"""
-    largest_bytes: int = 200 * _MEGABYTE
-    """Size at which a new file begins. [byte]"""
-    memory_bytes: int = 64 * _MEGABYTE
-    """Largest size of what waits in memory. [byte]"""
-    keep_days: int | None = None
-    """Age at which files are deleted; None: never. [d]"""
-    parquet: bool = False
-    """Whether complete files are written as Parquet as well."""
+
+    @property
+    def largest_bytes(self) -> int:
+        """Size at which a new file begins. [byte]"""
+        return round(self.largest_mb * 1e6)
+
+    @property
+    def memory_bytes(self) -> int:
+        """Largest size of what waits in memory. [byte]"""
+        return round(self.memory_mb * 1e6)
 
     @property
     def fastest_ms(self) -> int:
@@ -169,55 +131,61 @@ class RecordSettings:
         return min(channel.period_ms for channel in self.channels)
 
 
+@final
+@dataclass(frozen=True, kw_only=True)
+class RecordFile:
+    """A whole file ``record.toml``."""
+
+    record: RecordSettings = RecordSettings()
+    """Files and what holds for all channels."""
+    connections: Annotated[dict[str, Checked[ConnectionSettings]], Field(alias="connection")]
+    """OPC UA connections by their name."""
+    channels: Annotated[dict[str, ChannelSettings], Field(alias="channel")]
+    """Channels by the name of their column."""
+
+
 def read_record(path: Path | str) -> RecordSettings:
     """Read the configuration of a recording."""
-    path = Path(path)
-    tables = read_tables(path)
-    try:
-        file = RecordFile.model_validate(tables)
-    except ValidationError as error:
-        raise refuse(explain(error, RecordFile), path) from None
-    channels = {name: _channel(name, entry, file) for name, entry in file.channel.items()}
-    problems = [*_check_file(file), *(c for c in channels.values() if isinstance(c, Message))]
+    file = read_tree(RecordFile, Path(path))
+    if isinstance(file, list):
+        raise refuse(file, path)
+    found = [_channel(name, entry, file) for name, entry in file.channels.items()]
+    problems = [*_check_file(file), *(c for c in found if isinstance(c, Message))]
     if problems:
         raise refuse(problems, path)
-    used = {
-        section.connection for section in channels.values() if isinstance(section, ChannelSettings)
-    }
-    record = file.record
-    return RecordSettings(
-        channels=tuple(c for c in channels.values() if isinstance(c, ChannelSettings)),
-        connections={
-            name: _settings(name, section, path)
-            for name, section in file.connection.items()
+    channels = tuple(one for one in found if isinstance(one, ChannelSettings))
+    used = {channel.connection for channel in channels}
+    try:
+        connections = {
+            name: open_connection(name, entry)
+            for name, entry in file.connections.items()
             if name in used
-        },
-        largest_bytes=round(record.largest_mb * _MEGABYTE),
-        memory_bytes=round(record.memory_mb * _MEGABYTE),
-        **record.model_dump(include={"name", "days_per_file", "keep_days", "parquet"}),
-    )
+        }
+    except ConfigurationError as error:
+        raise refuse([error.message], path) from None
+    return replace(file.record, channels=channels, connections=connections)
 
 
 def _check_file(file: RecordFile) -> Iterator[Message]:
     """Yield what is wrong with the file as a whole."""
     if _FILE_NAME.fullmatch(file.record.name) is None:
         yield problem("no_file_name", "record.name")
-    if not file.connection:
+    if not file.connections:
         yield problem("no_connection", "connection")
-    if not 1 <= len(file.channel) <= MOST_CHANNELS:
-        yield problem("channels", "channel", channels=len(file.channel), most=MOST_CHANNELS)
+    if not 1 <= len(file.channels) <= MOST_CHANNELS:
+        yield problem("channels", "channel", channels=len(file.channels), most=MOST_CHANNELS)
     seen: dict[str, str] = {}
-    for name in file.channel:
+    for name in file.channels:
         other = seen.setdefault(name.casefold(), name)
         if other != name:
             yield problem("same_but_case", f"channel.{name}", other=other)
 
 
-def _channel(name: str, section: ChannelSection, file: RecordFile) -> ChannelSettings | Message:
+def _channel(name: str, section: ChannelSettings, file: RecordFile) -> ChannelSettings | Message:
     """Return the settings of a channel, or the first thing that is wrong with it."""
     table = f"channel.{name}"
     unit, heading = _unit_and_heading(name, section.unit)
-    connection = section.connection or next(iter(file.connection), "")
+    connection = section.connection or next(iter(file.connections), "")
     wrong = _wrong_name(table, name, section.unit, unit, heading)
     wrong = wrong or _wrong_connection(table, section.connection, file)
     if wrong is None and section.factor == 0.0:
@@ -233,34 +201,24 @@ def _channel(name: str, section: ChannelSection, file: RecordFile) -> ChannelSet
     if abs(period_ms - every_s * 1000.0) > 1e-6:
         return problem("no_whole_milliseconds", f"{table}.every_s")
     repeat_s = section.repeat_unchanged_s
-    return ChannelSettings(
+    return replace(
+        section,
         name=name,
         heading=heading,
-        unit=unit or "",
-        node=section.node,
-        connection=connection,
         period_ms=period_ms,
-        factor=section.factor,
-        offset=section.offset,
+        unit=unit or "",
+        connection=connection,
         repeat_unchanged_s=file.record.repeat_unchanged_s if repeat_s is None else repeat_s,
     )
 
 
 def _wrong_connection(table: str, stated: str, file: RecordFile) -> Message | None:
-    known = tuple(file.connection)
+    known = tuple(file.connections)
     if not stated and len(known) > 1:
         return problem("connection_unstated", f"{table}.connection", known=known)
     if stated and stated not in known:
         return problem("unknown_name", f"{table}.connection", name=stated, known=known)
     return None
-
-
-def _settings(name: str, section: ConnectionSection, path: Path) -> ConnectionSettings:
-    try:
-        return section.settings(name, path.absolute().parent)
-    except ConfigurationError as error:
-        place = error.place if error.place.file else error.place._replace(file=str(path))
-        raise error.at(place) from None
 
 
 def _unit_and_heading(name: str, word: str) -> tuple[str | None, str]:

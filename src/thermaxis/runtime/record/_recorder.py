@@ -425,7 +425,7 @@ class Recorder:
             channel.unchanged_in_a_row >= _FEWEST_UNCHANGED
             and channel.unchanged_for_s >= UNCHANGED_WARNING_S
         )
-        if stands_still and channel.settings.repeat_unchanged_s == 0.0:
+        if stands_still and channel.settings.repeat_s == 0.0:
             self._warn("stands_still", name=name, lasts_s=UNCHANGED_WARNING_S)
 
     def _warn(self, code: str, **values: str | float) -> None:

@@ -4,6 +4,7 @@ from ._linuxcnc_hal import (
     hal_text as hal_text,
 )
 from ._linuxcnc_settings import (
+    HalSettings as HalSettings,
     HalUnit as HalUnit,
     LinuxCncOutput as LinuxCncOutput,
     LinuxCncSettings as LinuxCncSettings,

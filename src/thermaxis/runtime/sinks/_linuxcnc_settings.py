@@ -9,6 +9,7 @@ from typing import Literal, final, get_args
 from thermaxis.codes import Place
 from thermaxis.compensation import LONGEST_CYCLE_S, SHORTEST_CYCLE_S, Limits
 from thermaxis.errors import ConfigurationError, require_positive, require_range
+from thermaxis.runtime._keys import Word
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 
 HalUnit = Literal["mm", "inch"]
@@ -85,24 +86,30 @@ class LinuxCncOutput:
         }
 
 
+@dataclass(frozen=True, kw_only=True)
+class HalSettings:
+    """What the table of the sink says of LinuxCNC."""
+
+    watchdog_s: float = 0.0
+    """Time without a heartbeat after which LinuxCNC takes the offset back; linuxcnc only. Default:
+    one late write is no loss. Without it: two cycles, at least 2. [s]"""
+    thread: Word = "servo-thread"
+    """HAL thread of the motion controller; linuxcnc only. Default: LinuxCNC's own name."""
+    halcmd: Word = "halcmd"
+    """Name or path of the program `halcmd`; linuxcnc only. Default: found as every program is."""
+
+
 @final
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinuxCncSettings:
+@dataclass(frozen=True, kw_only=True)
+class LinuxCncSettings(HalSettings):
     """What the sink and the HAL file are made from."""
 
     outputs: Mapping[str, LinuxCncOutput]
     """Outputs by the name that the model gives them."""
     cycle_s: float = 1.0
     """Nominal time from write to write. [s]"""
-    watchdog_s: float = 0.0
-    """Time without a heartbeat after which the machine takes the offset back. Default: two
-    cycles, at least two seconds. [s]"""
     retry_s: float = 0.5
     """Pause between two looks for LinuxCNC. [s]"""
-    halcmd: str = "halcmd"
-    """Name or path of the program."""
-    thread: str = "servo-thread"
-    """Thread in which the motion controller runs."""
 
     def __post_init__(self) -> None:
         """Check the values."""

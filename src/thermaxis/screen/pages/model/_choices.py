@@ -74,7 +74,7 @@ class ModelChoices:
         return tuple(found)
 
     def _stamp(self, name: str) -> _Stamp | None:
-        folder = self._configuration.model_folder
+        folder = self._configuration.machine.model_folder
         try:
             found = ((folder or Path()) / name).stat()
         except OSError:

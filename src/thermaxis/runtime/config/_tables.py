@@ -1,0 +1,511 @@
+"""The tables of ``machine.toml``: every key with its kind, range, default, meaning and unit.
+
+They are what a file is checked against, what the rest of the program reads, and what the schema
+for editors and the tables of ``docs/machine-toml.md`` are made of. Below a key stands what it
+means; behind *Default* where its default comes from, behind *Without it* what follows where it is
+left out and no value stands for that; in brackets at the end the unit.
+"""
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, TypeVar, cast, final
+
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
+
+from thermaxis.codes import Place
+from thermaxis.compensation import Limits, SensorRules, SupervisorRules
+from thermaxis.errors import ConfigurationError
+from thermaxis.messages import Language
+from thermaxis.runtime._connection import ConnectionSettings, Secret
+from thermaxis.runtime._keys import (
+    LOCATED,
+    Checked,
+    Factor,
+    FileName,
+    Hidden,
+    Own,
+    Port,
+    Scale,
+    Table,
+    Text,
+    Word,
+    located,
+    read_as,
+)
+from thermaxis.runtime.host import is_loopback, refuse_readable
+from thermaxis.runtime.opcua import parse_node
+from thermaxis.runtime.sinks import HalSettings, LinuxCncSettings
+
+SHORTEST_TOKEN = 16
+"""Shortest token of a reader of the figures. [1]"""
+_Rules = TypeVar("_Rules", SensorRules, Limits, SupervisorRules)
+
+
+def require_file(path: Path | None, key: str = "") -> Path | None:
+    """Check that a file that a key names is there."""
+    try:
+        there = path is None or path.is_file()
+    except (OSError, ValueError):
+        there = False
+    if not there:
+        raise ConfigurationError("file_not_found", place=Place(str(path), key=key))
+    return path
+
+
+def _private(path: Path) -> Path:
+    refuse_readable(path)
+    return path
+
+
+def _checked_by(check: Any) -> AfterValidator:
+    def checked(value: Any) -> Any:
+        try:
+            return check(value) if value else value
+        except ConfigurationError as error:
+            raise PydanticCustomError("refused", "refused", {"message": error.message}) from None
+
+    return AfterValidator(checked)
+
+
+def _node(text: str) -> str:
+    parse_node(text)
+    return text
+
+
+File = Annotated[Path | None, read_as(Annotated[LOCATED, _checked_by(require_file)])]
+"""A file that must be there."""
+PrivateFile = Annotated[Path | None, read_as(Annotated[LOCATED, _checked_by(_private)])]
+"""A file that nobody but its owner may read."""
+Node = Annotated[Text, _checked_by(_node)]
+"""A node, or none."""
+NeededNode = Annotated[Word, _checked_by(_node)]
+"""A node."""
+
+
+def part_of(kind: type[_Rules], table: _Rules) -> _Rules:
+    """Return the rules alone that are part of a table."""
+    return kind(**{one.name: getattr(table, one.name) for one in fields(kind) if one.init})
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class MachineSettings:
+    """``[machine]``: what is compensated, and with which model."""
+
+    name: Word
+    """Name of the machine, as people call it."""
+    model: Annotated[Path, read_as(Annotated[Word, AfterValidator(located)])]
+    """File of the compensation model, JSON of `thermaxis identify` or `combine`."""
+    model_folder: FileName = None
+    """The only folder from which an operator may choose another model; a name with `..`, an
+    absolute name and a link that leads out are refused. Default: what nobody configured, nobody
+    can do. Without it: no other model can be chosen."""
+    cycle_s: float = 1.0
+    """Time from cycle to cycle, 0.1 to 60. Default: heat needs no more; a SINUMERIK server samples
+    at 0.1 s at best [src]. [s]"""
+    state_file: FileName = None
+    """File in which the state is kept for a restart. Default: beside the configuration. Without
+    it: the file's name with `.state.json`."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SourceSettings:
+    """``[source]``: where the values come from."""
+
+    kind: Literal["opcua", "replay"]
+    """`opcua` reads a server, `replay` plays a log."""
+    connection: Text = ""
+    """Name of the connection; required for opcua."""
+    log: FileName = None
+    """The log; required for replay."""
+    mapping: FileName = None
+    """What the log's columns mean ([how to](how-to/use-my-own-logs.md)); replay only. Without it:
+    the columns are named as the inputs."""
+    as_fast_as_possible: bool = False
+    """Whether the log is played without waiting; replay only. Default: a replay looks like the day
+    itself."""
+    may_move_a_machine: bool = False
+    """Whether a replayed log may act on a sink that is no dry run: for simulations. Default: a
+    machine must not be moved by temperatures of another day."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SinkSettings(HalSettings):
+    """``[sink]``: where the corrections go."""
+
+    kind: Literal["opcua", "linuxcnc", "dry"]
+    """`opcua` writes nodes, `linuxcnc` signals of the LinuxCNC of this computer, `dry` nothing at
+    all."""
+    connection: Text = ""
+    """Name of the connection; required for opcua."""
+    heartbeat_node: Node = ""
+    """Node that moves with every write; a watchdog on the machine takes the offset back when it
+    stands still; opcua only. Without it: none, and `check` warns."""
+    linuxcnc: Own[LinuxCncSettings | None] = None
+    """Joints, limits and times of LinuxCNC; None for every other kind."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class InputSettings(SensorRules):
+    """``[input.NAME]``: one temperature; the name is the model's channel."""
+
+    node: Node = ""
+    """Node of the sensor; required for an opcua source."""
+    unit: Literal["degC", "K", "degF"]
+    """Unit of its value, after the scale: `degC`, `K` or `degF`."""
+    scale: Scale = 1.0
+    """What the number is multiplied by first; 0.1 where a PLC counts tenths of a degree. Default:
+    the node holds the value itself. [1]"""
+    redundant_node: Node = ""
+    """Node of a redundant sensor at the same place, in the same unit and scale."""
+
+
+@dataclass(frozen=True)
+class FlagSettings:
+    """Where a flag is read."""
+
+    node: NeededNode
+    """Node of the flag: a Boolean, or a number 0 or 1."""
+    value: bool
+    """Value at which it says what its table is called: met, or active."""
+
+
+@final
+@dataclass(frozen=True)
+class InterlockSettings(FlagSettings):
+    """``[interlock.NAME]``: a condition that must be met for the compensation to be active."""
+
+    value: Annotated[bool, Field(alias="met")]
+    """`true` or `false`: the flag's value at which the condition is met."""
+
+
+@final
+@dataclass(frozen=True)
+class OtherCompensationSettings(FlagSettings):
+    """``[other_compensation]``: a flag that tells whether another compensation is active."""
+
+    value: Annotated[bool, Field(alias="active")]
+    """`true` or `false`: the flag's value at which the other compensation is active."""
+
+
+@final
+@dataclass(frozen=True)
+class DiameterSettings:
+    """``[diameter]``: the workpiece's clamping diameter, as the control knows it."""
+
+    node: NeededNode
+    """Node of the diameter."""
+    unit: Literal["mm", "inch"]
+    """`mm` or `inch`, after the scale."""
+    scale: Scale = 1.0
+    """What the number is multiplied by first. Default: the node holds the value itself. [1]"""
+
+
+@final
+@dataclass(frozen=True)
+class ProbeSettings:
+    """``[probe.NAME]``: a displacement that is measured while the correction acts; only shown."""
+
+    node: NeededNode
+    """Node of the probe."""
+    unit: Literal["um", "mm", "inch"]
+    """`um`, `mm` or `inch`, after the scale. Default: a wrong unit is a factor of 1000."""
+    scale: Factor = 1.0
+    """What the number is multiplied by first; negative where the probe counts towards the
+    workpiece; not 0. Default: the node holds the value itself. [1]"""
+
+    @property
+    def factor(self) -> float:
+        """What the number in the node is multiplied by. [µm per unit of the node]"""
+        return self.scale * {"um": 1.0, "mm": 1e3, "inch": 25.4e3}[self.unit]
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class OutputSettings(Limits):
+    """``[output.NAME]``: one correction; the name is the model's output."""
+
+    node: Node = ""
+    """Node that the correction is written to; required for an opcua sink."""
+    read_back_node: Node = ""
+    """Node at which the machine reports what it accepted. Without it: the node that is written to,
+    and `check` warns."""
+    effective_node: Node = ""
+    """Node at which the machine reports what acts now. Without it: not known."""
+    joint: Annotated[int, Field(ge=0, le=15)] | None = None
+    """Number of the joint, 0 to 15; required for linuxcnc."""
+    unit: Text = ""
+    """Unit of the value in the machine: `um`, `0.1 um`, `mm`, `m` or `inch`; for linuxcnc `mm` or
+    `inch`; required unless the sink is dry. Default: a wrong unit is a factor of 1000. Without
+    it: none."""
+    sign: Text = ""
+    """`positive moves the tool away from the workpiece` or `positive moves the tool towards the
+    workpiece`; required unless the sink is dry. Default: a wrong sign doubles the error. Without
+    it: none."""
+    largest_acceleration_um_per_s2: float | None = None
+    """Largest acceleration of the offset; linuxcnc only. Default: the full rate stands after
+    0.04 s. Without it: 25 times the rate. [µm/s²]"""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SupervisorSettings(SupervisorRules):
+    """``[supervisor]``: how long what is tolerated."""
+
+    resume_enabled: bool = True
+    """Whether it is enabled again after a restart if it was enabled before. Default: a power cut
+    must not cost the shift's accuracy."""
+    resume_within_s: Annotated[float, Field(ge=0.0, le=86_400.0)] = 3600.0
+    """After a longer break it is not. Default: an hour. [s]"""
+    at_stop: Literal["fade", "leave"] = "fade"
+    """What becomes of the offset when the program is ended: `fade`, or `leave` it to the machine's
+    watchdog. Default: nothing stays that nobody watches."""
+    stop_within_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 120.0
+    """A fade at the end lasts at most so long. Default: two minutes. [s]"""
+    ask_enables: bool = False
+    """Whether `thermaxis ask` may enable and end a hold, at the computer itself. Default: who
+    starts it again stands at the machine."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ValiditySettings:
+    """``[validity]``: what follows outside the range of the model's training logs."""
+
+    margin_k: float | None = None
+    """A part's weight falls from 1 at the range's end to the lowest weight so far outside.
+    Without it: five kelvin. [K]"""
+    lowest_weight: float | None = None
+    """Weight that is left, 0 to 1. Without it: none is left. [1]"""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class HistoryTable:
+    """``[historian]``: where every cycle is recorded."""
+
+    url: Text = ""
+    """`sqlite:///FILE`, or `postgresql+psycopg://user@host/database` without a password; another
+    computer needs `?sslmode=verify-full` or `verify-ca`; `require` proves nothing about who
+    answers, and is warned of. Default: nothing to set up. Without it: a file of SQLite with the
+    configuration's name and `.history.db`."""
+    password: Hidden[Secret] = Secret("")  # noqa: RUF009 - it cannot change
+    """Password of the database's user."""
+    password_file: FileName = None
+    """File whose first line is the database's password."""
+    password_environment: Text = ""
+    """Environment variable that holds it."""
+    folder: FileName = None
+    """Folder of the finished hours and days, Parquet files. Default: stays with its database.
+    Without it: `NAME.history` beside `NAME.history.db` of SQLite; with PostgreSQL `NAME.history`
+    beside the configuration."""
+    retention_days: int | None = None
+    """Days with records that are kept, 1 to 36 500. Default: a quarter. Without it: 90. [d]"""
+    largest_waiting_bytes: int | None = None
+    """Memory for what cannot be stored at the moment; then the oldest cycles are lost, and that is
+    stated. Default: seven hours at one second with four outputs and
+    eight channels. Without it: 32 MB. [byte]"""
+
+
+@final
+@dataclass(frozen=True)
+class ServerSettings:
+    """``[server]``: the status server, OPC UA. Without this table there is none.
+
+    Raises
+    ------
+    ConfigurationError
+        If a certificate stands without its key, users without a certificate (a password is never
+        taken over an unencrypted connection), an address other than this computer's own without
+        users or with an anonymous role, or if nobody could connect at all.
+    """
+
+    address: Word = "127.0.0.1"
+    """Address at which it listens. Default: this computer only."""
+    port: Port = 4850
+    """Port, 0 to 65 535; 0 takes a free one. Default: ten above the machine's usual 4840. [1]"""
+    users: File = None
+    """File of users, roles and password hashes, written by `thermaxis user`. Without it: nobody
+    has a name."""
+    anonymous_role: Literal["none", "viewer"] = "none"
+    """What somebody without a name may do: `none`, or `viewer`."""
+    certificate: File = None
+    """The server's own certificate."""
+    private_key: PrivateFile = None
+    """Its key; mode 0600."""
+
+    def __post_init__(self) -> None:
+        """Check that nobody can connect who must not, and that somebody can."""
+        outside, users = not is_loopback(self.address), self.users is not None
+        check_pair(self.certificate, self.private_key, "server")
+        if outside and not users:
+            code = "users_needed"
+        elif users and self.certificate is None:
+            code = "certificate_for_users_missing"
+        elif outside and self.anonymous_role != "none":
+            code = "anonymous_from_outside"
+        elif not users and self.anonymous_role == "none":
+            code = "nobody_can_connect"
+        else:
+            return
+        raise ConfigurationError(code, place=Place(key="server"))
+
+
+@final
+@dataclass(frozen=True)
+class MetricsSettings:
+    """``[metrics]``: figures for Prometheus. Without this table there are none.
+
+    Raises
+    ------
+    ConfigurationError
+        If an address other than this computer's own has no certificate or no token, a certificate
+        stands without its key, or the token is shorter than 16 characters or is no plain ASCII.
+    """
+
+    address: Word = "127.0.0.1"
+    """Address at which they are served. Default: this computer only."""
+    port: Port = 9180
+    """Port, 0 to 65 535; 0 takes a free one. [1]"""
+    token: Hidden[Secret] = Secret("")  # noqa: RUF009 - it cannot change
+    """What a reader must send; empty where nothing is asked for."""
+    token_file: FileName = None
+    """File whose first line is the token that a reader must send."""
+    token_environment: Text = ""
+    """Environment variable that holds it."""
+    certificate: File = None
+    """Certificate for TLS."""
+    private_key: PrivateFile = None
+    """Its key; mode 0600."""
+
+    def __post_init__(self) -> None:
+        """Check that nobody reads the figures who must not."""
+        place, token = Place(key="metrics"), self.token.reveal()
+        check_pair(self.certificate, self.private_key, "metrics")
+        if token and not (len(token) >= SHORTEST_TOKEN and token.isascii() and token.isprintable()):
+            raise ConfigurationError("token_unusable", fewest=SHORTEST_TOKEN, place=place)
+        asked = token or self.token_file or self.token_environment
+        if not is_loopback(self.address) and (self.certificate is None or not asked):
+            raise ConfigurationError("token_needed", place=place)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ScreenSettings:
+    """``[screen]``: the pages of thermaxis screen. Without this table there are none."""
+
+    address: Word = "127.0.0.1"
+    """Address at which the pages are served. Default: this computer only."""
+    port: Port = 8450
+    """Port, 0 to 65 535; 0 takes a free one. [1]"""
+    hosts: Annotated[tuple[Word, ...], Field(max_length=20, strict=False)] = ()
+    """Further names by which browsers reach them, such as `"lathe-3.shop"` or `"10.0.0.5:8450"`, at
+    most 20; a page that is asked for by any other name is refused; required where the address is
+    `0.0.0.0` or `::`. Default: a name that nobody stated may lead elsewhere."""
+    certificate: File = None
+    """Certificate for TLS of the pages."""
+    private_key: PrivateFile = None
+    """Its key; mode 0600."""
+    view_without_login: bool = False
+    """Whether somebody who has not logged in may look."""
+    language: Language = "en"
+    """Language for browsers that ask for none of them: `en`, `de` or `cs`."""
+    user: Text = ""
+    """User of the status server, with the role viewer, for what every page shows. Without it:
+    anonymous."""
+    password: Hidden[Secret] = Secret("")  # noqa: RUF009 - it cannot change
+    """That user's password."""
+    password_file: FileName = None
+    """File whose first line is that user's password."""
+    password_environment: Text = ""
+    """Environment variable that holds it."""
+    client_certificate: File = None
+    """Own certificate for connections to the status server; its address is that of
+    `thermaxis certificate new`; required with users there. Without it: none, and they are not
+    encrypted."""
+    client_private_key: PrivateFile = None
+    """Its key; mode 0600."""
+    idle_s: Annotated[float, Field(ge=60.0, le=86_400.0)] = 900.0
+    """A log-in ends after so long without a sign of its person, 60 to 86 400. Default: a quarter of
+    an hour. [s]"""
+    longest_login_s: Annotated[float, Field(ge=60.0, le=86_400.0)] = 28_800.0
+    """A log-in ends after so long in any case, 60 to 86 400. Default: a shift. [s]"""
+    evaluation_s: Annotated[float, Field(ge=1.0, le=600.0)] = 60.0
+    """Longest time of the evaluation of an uploaded run, 1 to 600. Default: a minute. [s]"""
+
+    def __post_init__(self) -> None:
+        """Write names of computers in small letters, and check that certificates have keys."""
+        object.__setattr__(self, "hosts", tuple(host.lower() for host in self.hosts))
+        check_pair(self.certificate, self.private_key, "screen")
+        check_pair(self.client_certificate, self.client_private_key, "screen", "client_")
+
+    @property
+    def secure(self) -> bool:
+        """Whether the pages are served over TLS."""
+        return self.certificate is not None
+
+
+def check_pair(
+    certificate: Path | None, private_key: Path | None, key: str, prefix: str = ""
+) -> None:
+    """Check that a certificate does not stand without its key."""
+    if (certificate is None) != (private_key is None):
+        lacking = f"{prefix}{'certificate' if certificate is None else 'private_key'}"
+        raise ConfigurationError("pair_incomplete", name=lacking, place=Place(key=key))
+
+
+@dataclass(frozen=True, kw_only=True)
+class MachineFile:
+    """The tables of one machine's configuration."""
+
+    machine: Checked[MachineSettings]
+    """What is compensated, and with which model."""
+    connections: Annotated[Table[Checked[ConnectionSettings]], Field(alias="connection")] = field(
+        default_factory=dict[str, ConnectionSettings]
+    )
+    """OPC UA connections by name."""
+    source: SourceSettings
+    """Where the values come from."""
+    sink: SinkSettings
+    """Where the corrections go."""
+    inputs: Annotated[Table[Checked[InputSettings]], Field(alias="input")]
+    """One table for every channel of the model."""
+    interlocks: Annotated[Table[InterlockSettings], Field(alias="interlock")] = field(
+        default_factory=dict[str, InterlockSettings]
+    )
+    """Conditions that must be met."""
+    other_compensation: OtherCompensationSettings | None = None
+    """A flag that tells whether another compensation is active."""
+    diameter: DiameterSettings | None = None
+    """The workpiece's clamping diameter."""
+    probes: Annotated[Table[ProbeSettings], Field(alias="probe")] = field(
+        default_factory=dict[str, ProbeSettings]
+    )
+    """What is measured while the correction acts, by output."""
+    outputs: Annotated[Table[Checked[OutputSettings]], Field(alias="output")]
+    """One table for every output of the model."""
+    supervisor: Checked[SupervisorSettings] = SupervisorSettings()
+    """How long what is tolerated."""
+    validity: ValiditySettings = ValiditySettings()
+    """What follows outside the range of the training logs."""
+    history: Annotated[HistoryTable, Field(alias="historian")] = HistoryTable()
+    """Where every cycle is recorded."""
+    server: Checked[ServerSettings] | None = None
+    """The status server."""
+    metrics: Checked[MetricsSettings] | None = None
+    """Figures for Prometheus."""
+    screen: Checked[ScreenSettings] | None = None
+    """The pages of thermaxis screen."""
+
+    def __post_init__(self) -> None:
+        """Freeze the mappings."""
+        for one in fields(self):
+            value: object = getattr(self, one.name)
+            if isinstance(value, dict):
+                frozen = MappingProxyType(cast("dict[str, object]", value))
+                object.__setattr__(self, one.name, frozen)
