@@ -1,8 +1,7 @@
 """How fast the history page opens a month at one cycle a second, and what it costs the screen.
 
-The historian's own writer records one day of a machine with four channels and four outputs. The
-days before it are copies of what it stored: of the minutes and of the limits of the blocks, at
-other times. What is inside the copied blocks is not moved; no question about a month reads it.
+The historian's own writer records one day of a machine with eight channels and four outputs; the
+days after it are copies of its files, at later times, and an hour follows as rows.
 ``thermaxis screen`` serves the history without a loop, and a headless Chromium opens it: the time
 counts from the click to the frame in which the chart stands.
 
@@ -11,30 +10,28 @@ counts from the click to the frame in which the chart stands.
 
 import argparse
 import shutil
-import sqlite3
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 from urllib.request import urlopen
 
-from historian import BEGIN, write_days
+from historian import BEGIN, write_month
 from playwright.sync_api import Page, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "machine"
-DAY_US = 86_400_000_000
 PROMISE_S = 2.0
 TIMES = 5
 ASKED = 200
-SERIES = ("Z_um.correction", "Z0_um.correction", "T_spindle_C", "T_table_C")
+SERIES = ("Z_correction_um", "Z0_correction_um", "T_00_C", "T_01_C")
 CLICK = """(button) => new Promise((drawn) => {
   const chart = document.getElementById("chart");
   const begun = performance.now();
@@ -44,24 +41,6 @@ CLICK = """(button) => new Promise((drawn) => {
   }).observe(chart, { attributeFilter: ["data-drawn"] });
   button.click();
 })"""
-
-
-def copy_days(path: Path, days: int) -> None:
-    """Copy the day of a history to the days before it."""
-    with closing(sqlite3.connect(path)) as history, history:
-        runs = history.execute("SELECT max(id) FROM thermaxis_block").fetchone()[0]
-        for day in range(1, days):
-            back_us, back = day * DAY_US, day * 1440
-            history.execute(
-                "INSERT INTO thermaxis_block SELECT id - ?, run, last_seq - ?, layout, entries,"
-                " utc_min_us - ?, utc_max_us - ?, rows, texts FROM thermaxis_block WHERE id > 0",
-                (day * (runs + 1), day * 86_400, back_us, back_us),
-            )
-            history.execute(
-                "INSERT INTO thermaxis_trend SELECT series, minute - ?, entries, lowest, highest,"
-                " total FROM thermaxis_trend WHERE minute >= ?",
-                (back, int(BEGIN.timestamp()) // 60),
-            )
 
 
 def write_machine(folder: Path, history: Path) -> Path:
@@ -138,13 +117,11 @@ def main() -> int:
         path = (arguments.keep or folder / "month.db").resolve()
         if not path.exists():
             begun_s = time.monotonic()
-            cycles = write_days(path, 1.0)
-            copy_days(path, arguments.days)
+            _, size = write_month(path, arguments.days)
             took_s = time.monotonic() - begun_s
-            print(f"{cycles} cycles, {arguments.days} times: {took_s:.0f} s,", end=" ")
-            print(f"{path.stat().st_size / 1e6:.0f} MB")
+            print(f"{arguments.days} days: {took_s:.0f} s, {size:.0f} bytes a cycle")
         with screen(write_machine(folder, path)) as (address, pid):
-            end = BEGIN.astimezone(UTC) + timedelta(days=1)
+            end = BEGIN.astimezone(UTC) + timedelta(days=arguments.days, hours=1)
             for days in (1.0 / 24.0, 1.0, 7.0, float(arguments.days)):
                 times, sizes = zip(*(asked(address, days, end) for _ in range(TIMES)), strict=True)
                 print(f"server, {days:5.2f} days: {statistics.median(times):.3f} s,", end=" ")

@@ -21,6 +21,7 @@ from thermaxis.runtime.history._parts import (
     day_folder,
     days_of,
     join_parts,
+    may_join,
     parts_of,
     remove_remains,
     write_part,
@@ -62,7 +63,7 @@ def close(order: Order, password: str = "") -> None:
     write_part(cycles, day_folder(folder, date.fromisoformat(order.day)))
     del cycles
     for day, path in days_of(folder).items():
-        if day.isoformat() != order.open_day and len(parts := parts_of(path)) > 1:
+        if day.isoformat() != order.open_day and may_join(parts := parts_of(path)):
             join_parts(parts)
 
 
@@ -74,6 +75,7 @@ class Closing:
         self.order = order
         self._child = subprocess.Popen(  # noqa: S603 - this interpreter, a module of ours
             [sys.executable, "-m", __name__],
+            env={"POLARS_MAX_THREADS": "1", **os.environ},  # least memory, and one core at most
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
@@ -105,6 +107,8 @@ class Closing:
 
 def _main() -> int:
     os.nice(_NICENESS)
+    with suppress(OSError):  # where memory runs out it is this program that goes, never the loop
+        Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
     asked = json.load(sys.stdin)
     try:
         close(Order(*asked["order"]), asked["password"])

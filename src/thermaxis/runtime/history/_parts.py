@@ -29,6 +29,8 @@ STATISTICS: Final = ("count", "least", "greatest", "mean")
 """What is kept of every number in a minute, as the ends of the columns' names."""
 _PART = re.compile(r"cycles-(\d{12})-(\d{12})\.parquet")
 _ZSTD_LEVEL = 9
+_ROW_GROUP = 16_000  # less memory than larger ones, and hardly more bytes
+_MOST_JOINED = 150_000_000  # values; they take some 700 MB of memory
 _COMPARED_AT_ONCE = 50
 
 
@@ -156,6 +158,16 @@ def write_part(cycles: "pl.DataFrame", folder: Path) -> Part:
     return part
 
 
+def may_join(parts: Sequence[Part]) -> bool:
+    """Return whether there are parts to join, and memory for all their values."""
+    import polars as pl  # noqa: PLC0415 - see above
+
+    if len(parts) < 2:
+        return False
+    width = len(pl.read_parquet_schema(parts[-1].cycles))
+    return width * sum(part.last - part.first + 1 for part in parts) <= _MOST_JOINED
+
+
 def join_parts(parts: Sequence[Part]) -> Part:
     """Make one part of those of a day; columns that some of them lack are null there."""
     import polars as pl  # noqa: PLC0415 - see above
@@ -169,7 +181,8 @@ def join_parts(parts: Sequence[Part]) -> Part:
             _write(every, target)
             written = pl.scan_parquet(target, hive_partitioning=False)
             sums = [scan.select(pl.len(), pl.all().hash().sum()) for scan in (every, written)]
-            if not sums[0].collect().equals(sums[1].collect()):
+            found = [one.collect(engine="streaming") for one in sums]
+            if not found[0].equals(found[1]):
                 raise DataError("part_not_read_back", place=Place(str(target)))
     for part in parts:
         if part[:2] != joined[:2]:
@@ -203,7 +216,11 @@ class _replacing:  # noqa: N801 - used as a word of a with statement
 
 def _write(frame: "pl.LazyFrame", target: Path) -> None:
     frame.sink_parquet(
-        target, compression="zstd", compression_level=_ZSTD_LEVEL, sync_on_close="all"
+        target,
+        compression="zstd",
+        compression_level=_ZSTD_LEVEL,
+        row_group_size=_ROW_GROUP,
+        sync_on_close="all",
     )
 
 
