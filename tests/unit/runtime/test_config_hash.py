@@ -43,6 +43,12 @@ def test_it_is_the_same_for_the_same_rules_wherever_the_file_lies(machine: Path)
     assert hash_of(machine) == hash_of(EXAMPLE)
 
 
+def test_it_is_that_of_the_state_which_an_earlier_version_has_kept() -> None:
+    assert hash_of(EXAMPLE) == "e1815904cf1f80c0017bd233bce42ae869fc88f3ebac1219d6491a1ba938d33f", (
+        "a loop and a screen of two versions would not know each other"
+    )
+
+
 def test_remarks_blanks_nodes_and_places_do_not_count(machine: Path) -> None:
     for pattern, by in (
         (r"\Z", "\n# a remark\n"),

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from tests.refusals import refused
 from tests.unit.runtime.machine_files import machine_file, model
 from thermaxis.codes import Message
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
@@ -67,6 +69,40 @@ def test_what_protects_less_than_it_could_is_said(tmp_path: Path) -> None:
         found = warned(tmp_path, change)
         assert codes(found)[said] != before.get(said), said
         assert all(finding.level is Level.WARNING for finding in found)
+
+
+def test_what_hides_a_loss_or_a_wrong_unit_is_said(tmp_path: Path) -> None:
+    before = codes(warned(tmp_path))
+    for right, wrong, said in (
+        ("hold_input_s = 120.0", "read_back_tolerance_um = 100.0", "tolerance_wide"),
+        ("hold_input_s = 120.0", "input_timeout_s = 86400.0", "time_long"),
+        ("hold_input_s = 120.0", "read_back_s = 86400.0", "time_long"),
+        ("highest_c = 60.0", "highest_c = 60.0\nfrozen_s = 0.0", "frozen_unseen"),
+    ):
+        assert said not in before
+        assert said in codes(warned(tmp_path, (right, wrong))), wrong
+
+
+def test_a_disk_that_the_history_fills_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=1e15))
+    assert "disk_short" not in codes(warned(tmp_path))
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=50e6))
+    found = codes(warned(tmp_path))["disk_short"].values
+    assert found["day_mb"] * found["left_days"] == pytest.approx(50.0)
+    assert found["days"] == 30
+
+
+def test_state_and_history_are_no_other_file_of_the_configuration(tmp_path: Path) -> None:
+    for change, other in (
+        ('state_file = "machine.toml"', "machine.toml"),
+        ('state_file = "models/../models/lathe.json"', "machine.model"),
+        ('state_file = "history/lathe.db"', "machine.state_file"),
+    ):
+        path = machine_file(tmp_path, ("cycle_s = 1.0", f"cycle_s = 1.0\n{change}"))
+        with refused("file_overwritten", other=other):
+            read_machine(path)
 
 
 def test_a_fade_that_the_end_does_not_wait_for_is_said(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from thermaxis.runtime import (
     ServerSettings,
     offset_factor,
 )
+from thermaxis.runtime.config import history_day_mb
 
 _EXAMPLE_UM = 10.0
 _MARKS = {"ok": "ok", "warning": "warning", "error": "ERROR"}
@@ -269,7 +270,8 @@ def _at_once(value_s: float) -> str:
 def _surroundings(configuration: MachineConfiguration) -> Iterator[str]:
     yield (
         f"Every cycle is recorded in {configuration.historian_url} for"
-        f" {configuration.historian.retention_days} days; the state is kept in"
+        f" {configuration.historian.retention_days} days, about"
+        f" {history_day_mb(configuration):.3g} MB a day; the state is kept in"
         f" {configuration.state_file}."
     )
     if configuration.machine.model_folder is not None:

@@ -67,7 +67,9 @@ def judge_input(
         return
     value_c = _temperature_c(node.value, settings)
     wrong = list(_judge_age(key, node, rules))
-    wrong += _judge_temperature(key, float(node.value), value_c, settings, rules)
+    # a sensor in kelvin tells no whole degrees: a whole number counts parts of one
+    whole = node.data_type in WHOLE_RANGES
+    wrong += _judge_temperature(key, float(node.value), value_c, settings, rules, whole=whole)
     yield from wrong
     if not wrong:
         if node.age_s is None:
@@ -85,7 +87,13 @@ def _judge_age(key: str, node: "NodeDescription", rules: SensorRules) -> Iterato
 
 
 def _judge_temperature(
-    key: str, raw: float, value_c: float, settings: InputSettings, rules: SensorRules
+    key: str,
+    raw: float,
+    value_c: float,
+    settings: InputSettings,
+    rules: SensorRules,
+    *,
+    whole: bool,
 ) -> Iterator[Finding]:
     if rules.lowest_c <= value_c <= rules.highest_c:
         return
@@ -94,7 +102,8 @@ def _judge_temperature(
         "lowest_c": rules.lowest_c,
         "highest_c": rules.highest_c,
     }
-    others = units_that_fit(raw, settings, rules)
+    fit = units_that_fit(raw, settings, rules)
+    others = tuple(sorted(fit, key=lambda line: line.startswith("scale") is not whole))
     if others:
         yield error("input_other_unit", key, **values, raw=raw, others=others, first=others[0])
     elif raw == 0.0:

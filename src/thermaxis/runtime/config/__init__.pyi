@@ -37,6 +37,7 @@ from ._tables import (
 )
 from ._warnings import (
     certificate_ends as certificate_ends,
+    history_day_mb as history_day_mb,
     page_certificate_findings as page_certificate_findings,
     warnings_of as warnings_of,
 )

@@ -17,7 +17,7 @@ wrong sign. The self-test looks at the machine; the sign is proven at commission
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast, final
@@ -40,6 +40,7 @@ from thermaxis.runtime.config._configuration import (
 from thermaxis.runtime.config._contradictions import about_model, about_screen, contradictions
 from thermaxis.runtime.config._reading import (
     placed,
+    problem,
     read_tables,
     read_tree,
     refuse,
@@ -166,6 +167,9 @@ class _Reading:
             "metrics": metrics,
             "screen": file.screen and replace(file.screen, password=password),
         }
+        self.problems += _overwritten(file, self.path, state_file, history[0])
+        if self.problems:
+            return self.problems
         return MachineConfiguration(
             **tables,
             path=self.path,
@@ -260,6 +264,31 @@ def _require_folder(folder: Path | None) -> None:
     if not there:
         place = Place(str(folder), key="machine.model_folder")
         raise ConfigurationError("folder_not_found", place=place)
+
+
+def sqlite_file(url: str) -> Path | None:
+    """Return the file of a database of SQLite."""
+    return Path(url.removeprefix("sqlite:///")) if url.startswith("sqlite:///") else None
+
+
+def _overwritten(file: MachineFile, path: Path, state: Path, url: str) -> Iterator[Message]:
+    """Yield where state or history would be written over another file of the configuration."""
+    tables = {
+        **{f"connection.{name}": one for name, one in file.connections.items()},
+        **{name: getattr(file, name) for name in ("source", "server", "metrics", "screen")},
+        "historian": file.history,
+    }
+    taken = {path.resolve(): path.name, file.machine.model.resolve(): "machine.model"}
+    for name, table in tables.items():
+        for one in fields(table) if table is not None else ():
+            named: object = getattr(table, one.name)
+            if isinstance(named, Path):
+                taken[named.resolve()] = f"{name}.{one.name}"
+    for key, written in (("machine.state_file", state), ("historian.url", sqlite_file(url))):
+        if written is not None:
+            first = taken.setdefault(written.resolve(), key)
+            if first != key:
+                yield problem("file_overwritten", key, other=first)
 
 
 def _acting(file: MachineFile) -> MachineFile:

@@ -3,6 +3,7 @@
 import errno
 import ipaddress
 import os
+import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -17,12 +18,21 @@ from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._findings import Finding, Level, advice
 from thermaxis.runtime.config._configuration import MachineConfiguration
 from thermaxis.runtime.config._contradictions import EVERY_ADDRESS, HOST
+from thermaxis.runtime.config._machine import sqlite_file
 from thermaxis.runtime.config._tables import ScreenSettings
 from thermaxis.runtime.history import Encryption, encryption_of
 from thermaxis.runtime.host import is_loopback
 
 VISIBLE_STEP_UM: Final = 1.0
 """A correction that moves further from one cycle to the next may mark the surface. [µm]"""
+LONG_BRIDGE_S: Final = 60.0
+"""A loss or a difference that is believed for longer protects little: heat moves a tool by some
+micrometres in a minute. [s]"""
+WIDE_TOLERANCE_UM: Final = 2.0
+"""A read-back that may differ by more hides a wrong unit, or another writer. [µm]"""
+BYTES_PER_VALUE: Final = 6.3
+"""Size of a value in the history, as measured with 53 sensors and 4 outputs of 52 parts: 1,736
+bytes a cycle. [byte]"""
 WIDE_LIMIT: Final = 3.0
 """A limit so many times what the model asks for in the range of its training protects little.
 [1]"""
@@ -77,6 +87,8 @@ def _about_inputs(configuration: MachineConfiguration) -> Iterator[Finding]:
             yield advice("input_unused", key)
         if rules.lowest_c <= 0.0 <= rules.highest_c:
             yield advice("zero_plausible", key)
+        if rules.frozen_s == 0.0:
+            yield advice("frozen_unseen", key)
         if rules.longest_age_s < configuration.rules.cycle_s:
             yield advice(
                 "age_below_cycle",
@@ -89,6 +101,14 @@ def _about_inputs(configuration: MachineConfiguration) -> Iterator[Finding]:
 def _about_protection(configuration: MachineConfiguration) -> Iterator[Finding]:
     if configuration.sink.kind == "dry":
         return
+    rules = configuration.rules.supervisor
+    for name in ("input_timeout_s", "read_back_s"):
+        value_s: float = getattr(rules, name)
+        if value_s > LONG_BRIDGE_S:
+            yield advice("time_long", f"supervisor.{name}", value_s=value_s)
+    if rules.read_back_tolerance_um > WIDE_TOLERANCE_UM:
+        key, wide_um = "supervisor.read_back_tolerance_um", rules.read_back_tolerance_um
+        yield advice("tolerance_wide", key, tolerance_um=wide_um)
     if not configuration.interlocks:
         yield advice("no_interlock", "interlock")
     if configuration.sink.kind != "opcua":
@@ -191,20 +211,36 @@ def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
     state = configuration.state_file.parent
     while not state.exists() and state != state.parent:
         state = state.parent  # the program makes what is missing below
-    yield from _about_folder("machine.state_file", state)
-    url = configuration.historian_url
-    if url.startswith("sqlite:///"):
-        yield from _about_folder("historian.url", Path(url.removeprefix("sqlite:///")).parent)
+    yield from _about_folder("machine.state_file", state, configuration.state_file)
+    file = sqlite_file(configuration.historian_url)
+    if file is None:
+        return
+    yield from _about_folder("historian.url", file.parent, file)
+    days, day_mb = configuration.historian.retention_days, history_day_mb(configuration)
+    if file.parent.is_dir():
+        left = shutil.disk_usage(file.parent).free / (day_mb * 1e6)
+        if left < days:
+            key = "historian.retention_days"
+            yield advice("disk_short", key, day_mb=day_mb, days=days, left_days=left)
 
 
-def _about_folder(key: str, folder: Path) -> Iterator[Finding]:
+def history_day_mb(configuration: MachineConfiguration) -> float:
+    """Return about how much history a day makes. [MB]"""
+    outputs = configuration.compensation.model.outputs
+    values = len(configuration.inputs) + sum(len(one.parts) + 4 for one in outputs)
+    return values * BYTES_PER_VALUE * 86_400.0 / configuration.rules.cycle_s / 1e6
+
+
+def _about_folder(key: str, folder: Path, file: Path) -> Iterator[Finding]:
+    place, denied = Place(str(folder), key=key), os.strerror(errno.EACCES)
     if not folder.is_dir():
-        yield _wrong(ConfigurationError("folder_not_found", place=Place(str(folder), key=key)))
+        yield _wrong(ConfigurationError("folder_not_found", place=place))
     elif not os.access(folder, os.W_OK | os.X_OK):
-        place = Place(str(folder), key=key)
-        yield _wrong(
-            ConfigurationError("folder_unwritable", cause=os.strerror(errno.EACCES), place=place)
-        )
+        yield _wrong(ConfigurationError("folder_unwritable", cause=denied, place=place))
+    elif file.exists() and not (file.is_file() and os.access(file, os.W_OK)):
+        cause = denied if file.is_file() else os.strerror(errno.EISDIR)
+        place = Place(str(file), key=key)
+        yield _wrong(ConfigurationError("file_unwritable", cause=cause, place=place))
 
 
 def _wrong(failure: ConfigurationError) -> Finding:
