@@ -1,6 +1,7 @@
 """Long records are drawn with their extremes, and gaps stay gaps."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as st_numpy
 
@@ -14,6 +15,8 @@ from thermaxis.report.thermal._lines import (
     span_of,
 )
 from thermaxis.report.thermal._panels import LOOKS, MOST_LINES, legend_columns, line_label
+from thermaxis.report.thermal._steps import _bode
+from thermaxis.thermal import ModalPart, ThermalModel, frequency_response
 
 SERIES = st_numpy.arrays(np.float64, st.integers(1, 400), elements=st.floats(-1e3, 1e3, width=32))
 
@@ -155,3 +158,21 @@ def test_a_legend_has_as_many_columns_as_fit() -> None:
     assert legend_columns(["x" * 22] * 6) == 3
     assert legend_columns(["x" * 22] * 4) == 2
     assert legend_columns(["x"]) == 1
+
+
+def test_the_phase_of_a_negative_gain_begins_where_it_stays_small() -> None:
+    lags, taus_s = np.array([15.0]), np.array([3000.0])
+    parts = [ModalPart(f"a{late_s:g}", -20.0, lags, taus_s, late_s) for late_s in (0.0, 200.0)]
+    model = ThermalModel((*parts, ModalPart("b", 5.0, -lags / 5.0, taus_s, 600.0)))
+    hz = np.geomspace(1e-6, 1e-3, 400)
+    _, bode = _bode("Z_um", model, None, hz)
+    response = frequency_response(model, hz)
+    for k, phase in enumerate(bode.curve.values()):
+        turned = np.exp(1j * np.radians(phase)) * np.abs(response[:, k])
+        np.testing.assert_allclose(turned, response[:, k], atol=1e-9)
+        assert np.max(np.abs(np.diff(phase))) < 30.0
+    begins = [phase[0] for phase in bode.curve.values()]
+    assert begins == pytest.approx([-180.0, -180.0, 0.0], abs=5.0)
+    far = ThermalModel((ModalPart("a", -20.0, lags, taus_s, 900.0),))
+    (phase,) = _bode("Z_um", far, None, hz)[1].curve.values()
+    assert phase[0] == pytest.approx(180.0, abs=5.0)

@@ -254,7 +254,8 @@ def test_an_input_with_a_gap_near_an_end_of_the_log_is_identified(gap: slice) ->
     assert said.values["shift_s"] == 1200.0
     options = ModalOptions(intervals=False, most_lags=1)
     found = identify(records_of([shifted], inputs, ["Z_um"]), modal_options=options)
-    assert found.outputs[0].fit_percent > 75.0
+    # The free run begins anew behind the gap, as the machine's does, so its fit says little.
+    assert found.outputs[0].model.parts[0].dc_gain == pytest.approx(18.0, rel=0.01)
 
 
 @pytest.mark.parametrize("plan", range(len(PLANS)))

@@ -137,3 +137,11 @@ def test_what_the_ambients_sensor_does_vanishes_at_rest_and_a_lag_of_the_ambient
     assert segment.ambient[:, 0] == pytest.approx(lagged[1], abs=1e-9)
     assert segment.ambient[1:, 1] == pytest.approx(1.0 - lagged[0][1:], abs=1e-9)
     assert segment.ambient[:, 2] == pytest.approx(lagged[0] - lagged[1], abs=1e-9)
+
+
+def test_the_zero_is_that_of_the_time_which_displacements_count_from() -> None:
+    y = np.arange(600.0)
+    for reference_s, mean in ((60.0, 3.0), (600.0, 30.0)):
+        record = Experiment(10.0, np.ones((600, 1)), y, reference_s=reference_s)
+        (segment,) = segments_of([record], 100.0, (0.0,))
+        assert segment.zero_um == mean

@@ -90,7 +90,7 @@ def response_charts(
     note = " No bands: a model file says nothing of its uncertainty." + (
         " Gains by diameter are not applied." if gains else ""
     )
-    return _charts(models, record_s, record_name, model.sample_time_s, note)
+    return _charts(models, record_s, record_name, model.sample_time_s, (note, note))
 
 
 def identified_response_charts(
@@ -100,24 +100,27 @@ def identified_response_charts(
     stable = [(o.name, o.model, o) for o in outputs if o.model is not None]
     if not stable:
         return ()
-    if any(o.posterior is not None for o in outputs):
-        note = (
-            " Pale: 95 % band, by all sets of lags that the record leaves open; it can be too"
-            " narrow at periods of an hour and less."
-        )
-    elif any(o.polynomials is not None for o in outputs):
-        note = " Pale: 95 % band of the polynomials, white residual assumed."
-    else:
-        note = " No bands: this choice of inputs and lags supports none."
-    return _charts(stable, record_s, "length of the record", sample_time_s, note)
+    banded = (
+        " Pale, where it is known: 95 % band, by all sets of lags that the record leaves open; it"
+        " can be too narrow at periods of an hour and less."
+    )
+    if any(o.polynomials is not None for o in outputs):
+        banded = " Pale, where it is known: 95 % band of the polynomials, white residual assumed."
+    notes = banded, " No bands: none is known of these inputs and lags."
+    return _charts(stable, record_s, "length of the record", sample_time_s, notes)
 
 
 _Model = tuple[str, ThermalModel, IdentifiedOutput | None]
 
 
 def _charts(
-    models: Sequence[_Model], record_s: float, record_name: str, sample_time_s: float, note: str
+    models: Sequence[_Model],
+    record_s: float,
+    record_name: str,
+    sample_time_s: float,
+    notes: tuple[str, str],
 ) -> tuple[ThermalChart, ...]:
+    """Return both charts; of the notes the first where a band is drawn, else the second."""
     taus_s = np.concatenate([p.time_constants_s for _, m, _ in models for p in m.parts])
     delay_s = max(p.delay_s for _, m, _ in models for p in m.parts)
     longest_s = float(np.max(taus_s)) if taus_s.size else record_s / _SETTLED
@@ -127,6 +130,7 @@ def _charts(
     hz = np.geomspace(0.02 / longest_s, highest_hz, _POINTS)
     steps = [_step(name, model, output, times_s) for name, model, output in models]
     bodes = [_bode(name, model, output, hz) for name, model, output in models]
+    note = notes[not any(one.std for one in steps[:MOST_PANELS])]
     shown, count = _shown_inputs(steps)
     looks = dict(zip(shown, LOOKS, strict=False))
     drawn, records_h = len(models[:MOST_PANELS]), max(record_s, 1.0) / HOUR_S
@@ -199,14 +203,16 @@ def _interpolated(
 def _bode(
     name: str, model: ThermalModel, output: IdentifiedOutput | None, hz: FloatArray
 ) -> tuple[Responses, Responses]:
-    """Return gain and phase.
+    """Return gain and phase; of a negative gain it begins at the 180 degrees that keep it small.
 
     With d the deviation of a response G of phase factor e = G / |G|, to first order gain and phase
     vary by Re(d / e) and Im(d / e) / |G|.
     """
     response = frequency_response(model, hz)
     gain = np.maximum(np.abs(response), _LEAST_GAIN)
-    phase = np.degrees(np.unwrap(np.angle(response), axis=0))
+    phase = np.asarray(np.degrees(np.unwrap(np.angle(response), axis=0)), dtype=np.float64)
+    turns = np.asarray(np.floor(np.mean(phase, axis=0) / 360.0 + 0.5), dtype=np.float64)
+    phase = phase - 360.0 * turns * (np.abs(phase[0]) > 90.0)
     both: tuple[FloatArray, FloatArray] | None = None
     if output is not None and output.posterior is not None:
         plain, square = output.posterior.deviations(

@@ -17,6 +17,7 @@ from thermaxis.compensation import (
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import (
+    REFERENCE_S,
     Experiment,
     InputDefinition,
     ThermalLog,
@@ -131,7 +132,9 @@ def records_of(
         ambient_even = even.columns.get("ambient")
         for name in names:
             y = even.columns[f"y {name}"]
-            found[name].append(Experiment(step_s, inputs_even, y, log.name, ambient_even))
+            first_s = reference_s or REFERENCE_S
+            one = Experiment(step_s, inputs_even, y, log.name, ambient_even, first_s)
+            found[name].append(one)
     for output, experiments in found.items():
         if not experiments:
             raise DataError(

@@ -113,7 +113,7 @@ def _judged(
     """Return models that switch, what they and what one leaves of rows held out; else None."""
     measured = np.flatnonzero(~np.isnan(one.y))
     cut = int(measured[int(LEARNT_SHARE * measured.size)])
-    part = Experiment(one.sample_time_s, one.u[:cut], one.y[:cut])
+    part = replace(one, u=one.u[:cut], y=one.y[:cut], ambient_k=None)
     left: list[float] = []
     for switching in (True, False):
         learnt = fit_switched(part, on[:cut], names, switching=switching).models
@@ -140,7 +140,7 @@ def _gained(one: Experiment, on: BoolArray) -> float:
     """Return the evidence that lags that change have beyond all that do not. [1]"""
     names = [str(k) for k in range(one.inputs + 1)]
     regime = (on.astype(np.float64) - on[0]) * float(np.sqrt(np.nanmean(one.u**2)))
-    added = Experiment(one.sample_time_s, np.column_stack([one.u, regime]), one.y)
+    added = replace(one, u=np.column_stack([one.u, regime]), ambient_k=None)
     without = [fit_switched(e, on, names[: e.inputs], switching=False) for e in (one, added)]
     switched = fit_switched(one, on, names[:-1]).log_evidence
     return switched - max(each.log_evidence for each in without)
@@ -155,7 +155,7 @@ def _likely_rows(one: Experiment) -> BoolArray:
 
     def gated(on: BoolArray) -> list[Experiment]:
         u = np.hstack([one.u * on[:, None], one.u * ~on[:, None]])
-        return [Experiment(one.sample_time_s, u, one.y)]
+        return [replace(one, u=u, ambient_k=None)]
 
     without = ModalOptions(intervals=False)
     found = response_evidence(gated(stretch < STRETCHES // 2), without)

@@ -4,6 +4,7 @@ from ._clock import (
 )
 from ._experiment import (
     FEWEST_READINGS as FEWEST_READINGS,
+    REFERENCE_S as REFERENCE_S,
     Experiment as Experiment,
     common_shape as common_shape,
 )
@@ -38,7 +39,6 @@ from ._resample import (
 )
 from ._thermal_log import (
     MOST_CELLS as MOST_CELLS,
-    REFERENCE_S as REFERENCE_S,
     ThermalLog as ThermalLog,
     common_names as common_names,
     unit_named as unit_named,

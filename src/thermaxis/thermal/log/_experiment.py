@@ -10,6 +10,8 @@ from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray, require_sample_time
 
+REFERENCE_S = 60.0
+"""References are the levels over this first time. [s]"""
 FEWEST_READINGS = 8
 """Measured displacements that an experiment must have. [1]"""
 
@@ -52,6 +54,8 @@ class Experiment:
     ambient_k: FloatArray | None = None
     """What everything follows, such as the reference of the inputs, relative to its start, (n,);
     a drift that follows it is told apart from the inputs. None: not known. [K]"""
+    reference_s: float = REFERENCE_S
+    """The displacement is relative to its level over this first time. [s]"""
 
     def __post_init__(self) -> None:
         """Check the shapes and freeze the arrays."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from thermaxis.codes import Message, Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray, require_sample_time
+from thermaxis.thermal.log._experiment import REFERENCE_S
 from thermaxis.thermal.log._resample import block_means, block_numbers, usual_step_s
 
 TIME_COLUMN: Final = "time_s"
@@ -21,8 +22,6 @@ TIME_COLUMN: Final = "time_s"
 MOST_CELLS = 400_000_000
 """Largest number of rows times columns of a log: 3.2 GB. [1]"""
 
-REFERENCE_S = 60.0
-"""References are the levels over this first time. [s]"""
 FEWEST_OF_LINE, PLAIN = 5, 0.05
 """Rows that show a line, and share of still channels, of any number of rows, that seem to move.
 Default: a line too many adds a noise of no weight, one too few half a minute's rise. [1]"""

@@ -273,7 +273,7 @@ class ResponseEvidence:
         """
         design, (count, inputs) = self.design, (1 + self.design.lags, self.design.inputs)
         ramp = np.linspace(0.0, 1.0, experiment.y.size)[:, None]
-        risen = Experiment(experiment.sample_time_s, np.hstack([experiment.u, ramp]), experiment.y)
+        risen = replace(experiment, u=np.hstack([experiment.u, ramp]), ambient_k=None)
         rows = self.segments[0].rows * self.segments[0].sample_time_s
         wide = design_of(
             segments_of([risen], rows, (0.0,) * (inputs + 1)),

@@ -23,8 +23,6 @@ LONGEST_GAP_S = 900.0
 """Inputs missing for longer are not interpolated: the record is cut there. [s]"""
 AT_REFERENCE = 0.15
 """First value over the root mean square of an input up to which it begins at its reference. [1]"""
-REFERENCE_S = 60.0
-"""A log's displacements refer to their mean over this first time. [s]"""
 AMBIENT_LAGS_S = (1800.0, 7200.0, 28800.0)
 """Lags through which a drift may follow the ambient. [s]"""
 MANY_BLOCKS = 30
@@ -259,7 +257,7 @@ def _zero_rows(experiment: Experiment, spans: Sequence[tuple[int, int]]) -> IntA
     for begin, end in spans:
         usable[begin:end] = True
     measured = np.flatnonzero(usable & ~np.isnan(experiment.y))
-    early = measured[measured * experiment.sample_time_s <= REFERENCE_S]
+    early = measured[measured * experiment.sample_time_s <= experiment.reference_s]
     return early if early.size else measured[:1]
 
 

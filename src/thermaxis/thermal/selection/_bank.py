@@ -1,7 +1,7 @@
 """Means over blocks of time of all candidates and their lags, computed once for all outputs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias, final
 
 import numpy as np
@@ -115,7 +115,7 @@ def banks_of(
     for names in _same_rows(outputs):
         segments = [
             segments_of(
-                [Experiment(e.sample_time_s, e.u[:, columns], e.y, e.name) for e in outputs[name]],
+                [replace(e, u=e.u[:, columns], ambient_k=None) for e in outputs[name]],
                 mean_s,
                 [0.0] * len(columns),
             )
