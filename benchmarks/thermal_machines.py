@@ -16,8 +16,11 @@ All count from the start of the log: none has an offset. Sections:
 
 bench       the machine `direct`: 8 h with 40 tests, 72 h with 20, 1 Hz
 rivals      every machine, as `identify` reads and `verify` runs it: error of `modal` over that of
-            the best of ridge, ARX and static; logs of which it is told that it is not fit, and of
-            which it is not though it is more than 10 % worse
+            the best of ridge, ARX and static; logs of which anything is said of the rows held out,
+            and of which nothing is though it is more than 10 % worse
+verdicts    every machine, with and without a probe that drifts by 1 um/h: what `identify` says of
+            rows held out, and whether its model is more than 10 % better on another log, without
+            drift, than the better one of `averages` and `static`, as these methods write them
 intervals   every machine, and a probe that drifts by 1 um/h: share of DC gains with an interval,
             share of intervals that hold the truth, width beside that with true lags given; of
             that fit the share that holds, and how much wider it is where the number of lags is
@@ -39,6 +42,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -47,9 +51,11 @@ from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.thermal_machines import KINDS, TRUE_TAU_S, Log, log, power
+from thermaxis.codes import Message
 from thermaxis.thermal import (
     Experiment,
     LogStart,
+    Method,
     ModalOptions,
     ModalResult,
     ThermalLog,
@@ -66,6 +72,10 @@ from thermaxis.virtual import Heating, ThermalTestPlan, generate_thermal_test
 Array = NDArray[np.float64]
 NAMES = ("spindle", "table")
 INPUTS = [parse_input(f"{name}=T_{name}_c-T_column_c") for name in NAMES]
+TOLD = [
+    f"warning-{what}"
+    for what in ("not_fit", "explains_nothing", "simple_left_less", "drift_held_out")
+]
 RIVALS_FROM = 500
 """First seed of the section `rivals`: none that a setting was chosen with."""
 OTHER = 50_000
@@ -194,14 +204,18 @@ def bench(tests: int) -> None:
             print(f"  {name:27s}" + "".join(f"{v:8.1f}" for v in values), flush=True)
 
 
-def as_used(test: Log, other: Log) -> tuple[Array, str]:
-    """Free run of what `identify` writes of a log, and the method that it says to use instead."""
+WAYS = (Method.MODAL, Method.AVERAGES, Method.STATIC)
+
+
+def as_used(test: Log, other: Log, method: Method = Method.MODAL) -> tuple[Array, Message | None]:
+    """Error in free run of what `identify` writes of a log, and what it says of rows held out."""
     logs = [ThermalLog.from_columns(one.columns()) for one in (test, other)]
     records = records_of(logs[:1], INPUTS, ["Z_um"])
-    found = identify(records)
+    found = identify(records, method=method)
     run = verify(found.to_compensation_model(records), logs[1:], start=LogStart.REST)
-    told = [w for w in found.outputs[0].warnings if w.code == "warning-not_fit"]
-    return run.logs[0].outputs[0].simulated_um, str(told[0].values["method"]) if told else ""
+    output = run.logs[0].outputs[0]
+    told = [w for w in found.outputs[0].warnings if w.code in TOLD]
+    return output.measured_um - output.simulated_um, told[0] if told else None
 
 
 def rivals(tests: int) -> None:
@@ -215,11 +229,12 @@ def rivals(tests: int) -> None:
             ratios, fits, told = [], [], []
             for seed in range(RIVALS_FROM, RIVALS_FROM + tests):
                 test, other = pair(kind, hours, seed, step_s=10.0)
-                own, method = as_used(test, other)
-                runs = [own, *(rival(test, other) for rival in RIVALS.values())]
+                own, told_of = as_used(test, other)
+                rivals = (rival(test, other) for rival in RIVALS.values())
+                runs = [other.z_um - own, *rivals]
                 errors = [np.mean(np.abs(other.z_um - run)) for run in runs]
                 ratios.append(errors[0] / min(errors[1:]))
-                told.append(bool(method))
+                told.append(told_of is not None)
                 fits.append([fit_percent(other.z_um, run) for run in (other.clean_um, *runs)])
                 good += max(fits[-1][2:]) >= 80.0
                 told_of_good += told[-1] and max(fits[-1][2:]) >= 80.0
@@ -230,7 +245,34 @@ def rivals(tests: int) -> None:
                 f" {np.sum(told):5d} {silent:8d}                 {middle}",
                 flush=True,
             )
-    print(f"told that it is not fit on {told_of_good} of {good} logs whose best rule reaches 80 %")
+    print(f"anything is said of {told_of_good} of {good} logs whose best rule reaches 80 %")
+
+
+def verdicts(tests: int) -> None:
+    print("\nwhat is said of rows held out of one log, by what holds on another log without drift")
+    print("  logs              said                 logs   better   alike   worse    fit (median)")
+    for hours in (8.0, 72.0):
+        for probe in (0.0, 1.0):
+            rows: dict[str, list[tuple[float, float]]] = {}
+            for kind, seed in product(KINDS, range(RIVALS_FROM, RIVALS_FROM + tests)):
+                test = log(kind, hours, seed, step_s=10.0, probe_um_per_h=probe)
+                other = log(kind, hours, OTHER + seed, step_s=10.0)
+                found = [as_used(test, other, method) for method in WAYS]
+                errors = [float(np.sqrt(np.mean(error**2))) for error, _ in found]
+                fit = 100.0 * (1.0 - errors[0] / float(np.std(other.z_um)))
+                code = found[0][1].code if found[0][1] else "nothing"
+                rows.setdefault(code, []).append((min(errors[1:]) / errors[0], fit))
+            for code, pairs in sorted(rows.items()):
+                ratio, fits = np.array(pairs).T
+                counts = [np.sum(ratio > 1.1), np.sum(abs(np.log(ratio)) <= np.log(1.1))]
+                counts.append(len(ratio) - sum(counts))
+                label = f"{hours:g} h" + (", probe 1 um/h" if probe else "")
+                print(
+                    f"  {label:17s} {code.removeprefix('warning-'):18s} {len(ratio):6d}"
+                    + "".join(f"{n:8d}" for n in counts)
+                    + f" {np.median(fits):12.1f}",
+                    flush=True,
+                )
 
 
 def intervals(tests: int) -> None:
@@ -387,6 +429,7 @@ def main() -> None:
     sections = {
         "bench": bench,
         "rivals": rivals,
+        "verdicts": verdicts,
         "intervals": intervals,
         "delays": delays,
         "tests": proposed_tests,

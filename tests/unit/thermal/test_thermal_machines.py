@@ -10,6 +10,7 @@ from thermaxis.thermal import (
     ModalOptions,
     ThermalLog,
     fit_baseline,
+    identify,
     modal,
     parse_input,
     records_of,
@@ -124,3 +125,20 @@ def test_the_channel_that_all_inputs_are_relative_to_is_the_ambient() -> None:
     mixed = [inputs[0], parse_input("t=T_table_c-T_hall_c")]
     (experiment,) = records_of([test], mixed, ["Z_um"]).experiments["Z_um"]
     assert experiment.ambient_k is None
+
+
+@pytest.mark.parametrize("um_per_h", [1.0, 0.0])
+def test_a_probe_that_drifts_is_told_with_its_speed_and_condemns_no_model(um_per_h: float) -> None:
+    test = log("direct", 72.0, 3, step_s=300.0, probe_um_per_h=um_per_h)
+    inputs = [parse_input(f"T_{name}_c-T_column_c") for name in ("spindle", "table")]
+    records = records_of([ThermalLog.from_columns(test.columns())], inputs, ["Z_um"])
+    (found,) = identify(records, modal_options=ModalOptions(intervals=False)).outputs
+    told = {w.code: w for w in found.warnings}
+    assert not told.keys() & {"warning-not_fit", "warning-explains_nothing"}
+    assert ("warning-probe_drift" in told) == bool(um_per_h)
+    if um_per_h:
+        assert told["warning-probe_drift"].values["um_per_h"] == pytest.approx(1.0, abs=0.05)
+        assert found.held_out is not None
+        left = found.held_out.rmse_um
+        assert left["model"] > 1.1 * left["averages"], "these rows would have condemned it"
+        assert "warning-drift_held_out" in told

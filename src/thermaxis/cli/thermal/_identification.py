@@ -27,6 +27,7 @@ _RULES = {
     "model": "model", "static": "static", "averages": "fixed averages", "hold": "nothing changes"
 }  # fmt: skip
 _VERDICTS = {"warning-not_fit", "warning-explains_nothing"}
+_FIRST = _VERDICTS | {"warning-simple_left_less", "warning-drift_held_out", "warning-probe_drift"}
 
 
 def _with_interval(value: float, std: float | None) -> str:
@@ -180,7 +181,7 @@ def _notes(result: thermal.Identification, *, several: bool) -> tuple[list[str],
         listed = ", ".join(f"{what} {um:.2g} um" for what, um in stds.items() if um is not None)
         for warning in output.warnings:
             text = text_of(replace(warning, place=NOWHERE))
-            group = verdicts if warning.code in _VERDICTS else said
+            group = verdicts if warning.code in _FIRST else said
             group.setdefault(text, []).append(warning.place.file or output.name)
         names = () if output.model is None else output.model.input_names
         for name, std in zip(names, output.std, strict=bool(output.std)):

@@ -20,7 +20,13 @@ warning-not_fit = not fit, do not use it: on rows held out the model leaves { $m
     [averages] and their exponential averages
    *[static] alone
     } { $simple_um } um; use --method { $method } with these inputs, or check sensors, inputs and rows and give another test
+warning-simple_left_less = on rows held out a ridge on the inputs { $method ->
+    [averages] and their exponential averages
+   *[static] alone
+    } leaves { $simple_um } um, the model { $model_um } um: on another log it is as often the other way round. Write both (--method { $method } for the other) and let compare rank them on one
 warning-explains_nothing = do not use it, it explains nothing: on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um); check sensors, inputs and rows first, or give another test
+warning-probe_drift = the displacement of the log drifts by { SIGNED($um_per_h) } um/h ({ SIGNED($drift_um) } um in { $span_h } h), as a probe does and no input explains; the model leaves it out
+warning-drift_held_out = what the model leaves of rows held out is less than the probe drifts: they do not judge it, only a log without this drift can
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
 warning-candidates_left_out = not learnt from, as their sensors cannot be trusted (the findings say why): { $names }
 warning-two_regimes_by = two regimes in { $log }: gains and time constants change with { $column } ({ $low } or { $high }), which is { $high } in rows { $rows } (stretches in all: { $stretches }). Train and run the model at one of the two, interlocked with it: nothing on the machine switches models

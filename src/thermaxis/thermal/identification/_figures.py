@@ -40,14 +40,16 @@ MOST_FOLDS = 4
 SEEN_SHARE = 0.5
 """A run judges others' models where these saw so much of the range of every input. [1]"""
 LEAST_LEFT = 0.2
-"""Rows held out in which the displacement hardly moves condemn no model that leaves less than this
-share of its standard deviation in the training. [1]"""
+"""Rows held out condemn no model that leaves less of them than this share of the displacement's
+standard deviation in the training: what averages leave of it is then luck. [1]"""
 SIMPLE = {Method.AVERAGES: Baseline.AVERAGES_RIDGE, Method.STATIC: Baseline.RIDGE}
 """Methods that are simple rules."""
 NOT_FIT = {Method.AVERAGES: 2.0, Method.STATIC: 1.1}
 """More than so many times what a simple rule leaves of rows held out condemns a model. Default:
 two, as the later part of one run often leaves 1.5 times of a model that is better on another run;
 no lags at all are rarely a tenth better by chance. [1]"""
+LESS = 1.1
+"""More than so many times is said, though it ranks none on another log. [1]"""
 _MOST_GAIN = 1e5
 """An input that hardly moves may get gains that no model file holds. [µm/K]"""
 
@@ -136,7 +138,7 @@ def with_figures(
                 warnings=(
                     *output.warnings,
                     *(replace(r, place=Place(run.log)) for run in runs for r in run.start_remarks),
-                    *_verdict(found.method, held_out, trained),
+                    *_verdict(found.method, held_out, trained, _drift_um(output)),
                 ),
             )
         outputs.append(output)
@@ -246,8 +248,14 @@ def _hold(runs: Sequence[VerifiedOutput]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
+def _drift_um(output: IdentifiedOutput) -> float:
+    """Return how far a probe drifted in a log: a model rightly leaves that of its rows. [µm]"""
+    found = [w.values["drift_um"] for w in output.warnings if w.code == "warning-probe_drift"]
+    return max((abs(um) for um in found if isinstance(um, float)), default=0.0)
+
+
 def _verdict(
-    method: Method, held_out: HeldOut | None, trained: VerificationFigures
+    method: Method, held_out: HeldOut | None, trained: VerificationFigures, drift_um: float
 ) -> tuple[Message, ...]:
     """Return a warning where a simple rule, or none, does for rows held out what the model does.
 
@@ -261,12 +269,17 @@ def _verdict(
     here_um = worse / max(1.0 - held_out.fit_percent / 100.0, 1e-9)
     std_um = trained.rmse_um / max(1.0 - trained.fit_percent / 100.0, 1e-9)
     others = {rule: left_um.get(rule, here_um) for rule in NOT_FIT if rule is not method}
-    better = [r for r, um in others.items() if um < here_um and worse > NOT_FIT[r] * um]
-    if better:
-        best = min(better, key=lambda rule: left_um[rule])
-        simple = {"method": str(best), "simple_um": rmse[best]}
-        return (Message("warning-not_fit", {"model_um": rmse["model"], **simple}),)
-    if worse >= here_um and worse > LEAST_LEFT * std_um:
-        values = {"model_um": rmse["model"], "std_um": significant(std_um, 3)}
-        return (Message("warning-explains_nothing", values),)
-    return ()
+    less = [rule for rule, um in others.items() if um < here_um and worse > LESS * um]
+    unfit = [rule for rule in less if worse > NOT_FIT[rule] * others[rule]]
+    much = worse > LEAST_LEFT * std_um
+    if not less and not (much and worse >= here_um):
+        return ()
+    if worse < drift_um:
+        return (Message("warning-drift_held_out"),)
+    if less:
+        best = min(less, key=lambda rule: left_um[rule])
+        values = {"model_um": rmse["model"], "method": str(best), "simple_um": rmse[best]}
+        code = "warning-not_fit" if much and unfit else "warning-simple_left_less"
+        return (Message(code, values),)
+    values = {"model_um": rmse["model"], "std_um": significant(std_um, 3)}
+    return (Message("warning-explains_nothing", values),)

@@ -84,6 +84,8 @@ FASTEST_DRIFT_UM_PER_H = 3.0
 DRIFT_FROM_S = 86400.0
 """Length of a record from which a probe that drifts is told from slow heat: at 8 h it never was.
 [s]"""
+LEAST_DRIFT = 0.1
+"""Drift of a probe that is told, over the spread of the displacement. [1]"""
 LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
 AGAINST = 10.0
@@ -717,7 +719,8 @@ def _result(
     zeros = problem.design_at(refined.time_constants_s).zeros
     at_zero = zeros[:, -1] - zeros[:, :-1] @ np.concatenate([gains.ravel(), others])
     offsets = scales.y * (at_zero + others[others.size - refined.offsets.size :])
-    warnings = _warnings(evidence, stds)
+    drift = _probe_drift(problem, refined, np.concatenate([gains.ravel(), others]), scales.y)
+    warnings = (*_warnings(evidence, stds), *drift)
     if against := _lags_against(trials):
         # Their intervals hold if the lags do.
         none = (None,) * max(part.gains.size for part in parts)
@@ -773,6 +776,27 @@ def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[Mess
     if any(flag.code == "flag-dc_gain" for s in stds for flag in s.flags):
         warnings.append(Message("warning-dc_gains_not_supported"))
     return tuple(warnings)
+
+
+def _probe_drift(
+    problem: Refinement, refined: Refined, coefficients: FloatArray, unit_um: float
+) -> tuple[Message, ...]:
+    """Return a warning where the evidence found a line: the largest, its most likely size.
+
+    With the line b of ratio R and what the model leaves r it is b' K^-1 r / (b' K^-1 b + 1 / R).
+    """
+    own, noise = problem.design_at(refined.time_constants_s), problem.sizes.noise
+    if noise.trend_ratio == 0.0 or not own.basis:
+        return ()
+    line, left = own.rows[0].shape[1], np.append(-coefficients, 1.0)
+    grams = [one.gram[line] for one in own.joint(noise.stationary)]
+    ends = [float(g[:line] @ left) / (float(g[line]) + 1.0 / noise.trend_ratio) for g in grams]
+    drift_um, shares = unit_um * max(ends, key=abs), own.basis[0][:, 0]
+    if abs(drift_um) < LEAST_DRIFT * unit_um:
+        return ()
+    span_h = float(own.times_s[0][-1] / shares[-1]) / 3600.0
+    values = {"drift_um": significant(drift_um, 3), "um_per_h": significant(drift_um / span_h, 3)}
+    return (Message("warning-probe_drift", {**values, "span_h": significant(span_h, 3)}),)
 
 
 def _starts_and_offsets(problem: Refinement, refined: Refined, gains: FloatArray) -> FloatArray:
