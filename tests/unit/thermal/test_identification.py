@@ -17,7 +17,7 @@ from thermaxis.thermal import (
     records_of,
     verify,
 )
-from thermaxis.thermal.transfer_function import section_response
+from thermaxis.thermal.transfer_function import held, section_response
 
 Array = NDArray[np.float64]
 ROWS = 400
@@ -103,6 +103,26 @@ def test_one_run_is_judged_by_its_later_part_and_promises_no_other() -> None:
     assert not {w.code for w in own.warnings} & {"warning-not_fit"}
     few = ThermalLog.from_columns({k: v[:60] for k, v in log.columns.items()}, sample_time_s=10.0)
     assert identify(records_of([few], INPUTS, ["Z_um"])).outputs[0].held_out is None
+
+
+def test_rows_in_which_an_input_had_failed_judge_nothing_and_are_counted() -> None:
+    log = warmed(3)
+    name = next(channel for channel in log.columns if channel != "Z_um")
+    stopped = {k: v.copy() for k, v in log.columns.items()}
+    stopped[name][ROWS // 2 :] = np.nan
+    stopped["Z_um"][ROWS // 2 + 30 :] += 500.0
+    log = ThermalLog.from_columns(stopped, time_s=log.time_s, name="stopped")
+    made = records_of([log], INPUTS, ["Z_um"])
+    (own,) = identify(made).outputs
+    assert own.trained is not None
+    assert own.held_out is not None
+    assert max(own.training_rmse_um["model"], own.held_out.rmse_um["model"]) < 5.0
+    (failed,) = [w for w in own.warnings if w.code == "remark-input_failed"]
+    assert failed.values["rows"] == ROWS - own.trained.rows > ROWS // 3
+    (run,) = own.runs
+    left = run.measured_um - held(run.input_k)[0] @ own.static_gains_um_per_k
+    static = (left - np.mean(left[:7]))[run.counted]
+    assert own.training_rmse_um["static"] == pytest.approx(np.sqrt(np.mean(static**2)))
 
 
 def test_a_model_of_inputs_that_say_nothing_is_not_to_be_used() -> None:

@@ -122,13 +122,13 @@ def with_figures(
     `again` identifies from other records as the first time.
     """
     own, beside = _both_runs(found, records, [(log, None) for log in records.logs])
-    judged = _held_out(found, records, again)
+    judged = _held_out(found, records, [run for runs in own.values() for run in runs], again)
     outputs: list[IdentifiedOutput] = []
     for output in found.outputs:
         runs, held_out = own.get(output.name), judged.get(output.name)
         if runs:
             trained = pooled_figures(runs)
-            averages = pooled_figures(beside[output.name]).rmse_um
+            averages = _left_um(runs, beside[output.name])
             output = replace(  # noqa: PLW2901 - the same output, with its figures
                 output,
                 trained=trained,
@@ -137,12 +137,22 @@ def with_figures(
                 held_out=held_out,
                 warnings=(
                     *output.warnings,
-                    *(replace(r, place=Place(run.log)) for run in runs for r in run.start_remarks),
+                    *(
+                        replace(r, place=Place(run.log))
+                        for run in runs
+                        for r in (*run.failed, *run.start_remarks)
+                    ),
                     *_verdict(found.method, held_out, trained, _drift_um(output)),
                 ),
             )
         outputs.append(output)
     return replace(found, outputs=tuple(outputs))
+
+
+def _left_um(runs: Sequence[VerifiedOutput], beside: Sequence[VerifiedOutput]) -> float:
+    """Return what other runs leave of the rows that count in the runs of a model. [µm]"""
+    left = [one.residual_um[run.counted] for run, one in zip(runs, beside, strict=True)]
+    return float(np.sqrt(np.nanmean(np.concatenate(left) ** 2)))
 
 
 def _rmse(
@@ -154,7 +164,10 @@ def _rmse(
 
 
 def _held_out(
-    found: Identification, records: Records, again: Callable[[Records], Identification]
+    found: Identification,
+    records: Records,
+    runs: Sequence[VerifiedOutput],
+    again: Callable[[Records], Identification],
 ) -> dict[str, HeldOut]:
     """Fit anew without part of the rows, and judge there; outputs of the same logs together."""
     groups: dict[tuple[int, ...], list[str]] = {}
@@ -166,7 +179,7 @@ def _held_out(
     for numbers, channels in groups.items():
         logs = [records.logs[k] for k in numbers]
         try:
-            judged |= _group(channels, logs, records, again)
+            judged |= _group(channels, logs, records, runs, again)
         except (DataError, ConfigurationError):
             continue  # what is left of the rows allows no model: nothing is promised
     return judged
@@ -184,12 +197,15 @@ def _other_runs(logs: Sequence[ThermalLog]) -> list[_Fold]:
     ]
 
 
-def _later_part(channels: Sequence[str], logs: Sequence[ThermalLog]) -> list[_Fold]:
+def _later_part(
+    channels: Sequence[str], logs: Sequence[ThermalLog], trained: Sequence[VerifiedOutput]
+) -> list[_Fold]:
     learnt: list[ThermalLog] = []
     judges: list[_Judge] = []
     for log in logs:
-        measured = [~np.isnan(log.column(c, unit="um")) for c in channels if has_output(log, c)]
-        rows = np.flatnonzero(np.any(measured, axis=0))
+        own = [run for run in trained if run.time_s is log.time_s]
+        there = [run.counted for run in own if run.measured.channel in channels]
+        rows = np.flatnonzero(np.any(there, axis=0)) if there else np.zeros(0, dtype=np.intp)
         first = int(LEARNT_SHARE * rows.size)
         if min(first, rows.size - first) >= FEWEST_HELD_OUT:
             cut = int(rows[first])
@@ -202,6 +218,7 @@ def _group(
     channels: Sequence[str],
     logs: Sequence[ThermalLog],
     records: Records,
+    trained: Sequence[VerifiedOutput],
     again: Callable[[Records], Identification],
 ) -> dict[str, HeldOut]:
     """Judge by other runs where each shows most of what an input does, else by later parts."""
@@ -222,7 +239,9 @@ def _group(
     seen = [np.all(p.highest_k - p.lowest_k >= SEEN_SHARE * range_k) for p, _ in folds]
     if not (seen and all(seen)):
         what = Message("held_out-later_part", {"percent": round(100 * (1 - LEARNT_SHARE))})
-        folds = [(part_of(learnt), judges) for learnt, judges in _later_part(channels, logs)]
+        folds = [
+            (part_of(learnt), judges) for learnt, judges in _later_part(channels, logs, trained)
+        ]
     own: _Runs = {}
     beside: _Runs = {}
     for part, judges in folds:
@@ -232,7 +251,7 @@ def _group(
     judged: dict[str, HeldOut] = {}
     for name, runs in own.items():
         figures = pooled_figures(runs)
-        rmse = _rmse(figures, pooled_figures(beside[name]).rmse_um, hold=_hold(runs))
+        rmse = _rmse(figures, _left_um(runs, beside[name]), hold=_hold(runs))
         starts = tuple(run.start.start for run in runs)
         judged[name] = HeldOut(what, figures.fit_percent, rmse, starts)
     return judged

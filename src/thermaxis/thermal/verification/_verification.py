@@ -12,6 +12,7 @@ from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import REFERENCE_S, ThermalLog
+from thermaxis.thermal.transfer_function import held
 from thermaxis.thermal.verification._free_run import (
     SimulatedLog,
     model_columns,
@@ -122,6 +123,8 @@ class VerifiedOutput:
     """Rows that count in the figures, (n,)."""
     start: StartOfLog
     """How the log began."""
+    failed: tuple[Message, ...]
+    """How many rows of the log do not count, as an input had failed for too long; else empty."""
     start_rows: int
     """Measured rows that say so, none where a steady one was asked for: those before the
     rows that count, where there are enough. [1]"""
@@ -357,8 +360,7 @@ def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[Message, ...]:
                 "beyond_percent": 100.0 * beyond,
             }
             said.append(Message("remark-outside_training", values))
-    if run.bad_share > 0:
-        said.append(Message("remark-input_failed", {"share_percent": 100.0 * run.bad_share}))
+    said += _failed(run.bad)
     for outcome in (Outcome.GAP, Outcome.CLOCK_BACKWARD):
         count = run.outcomes.get(outcome, 0)
         if count:
@@ -369,6 +371,11 @@ def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[Message, ...]:
         if any(outcome in r.outcomes for r in runs.values())
     ]
     return tuple(said)
+
+
+def _failed(bad: NDArray[np.bool_]) -> tuple[Message, ...]:
+    values = {"rows": int(np.sum(bad)), "share_percent": 100.0 * float(np.mean(bad))}
+    return (Message("remark-input_failed", values),) if values["rows"] else ()
 
 
 def _stopped(runs: Iterable[LimitedRun]) -> tuple[Message, ...]:
@@ -387,7 +394,7 @@ def _verify_output(
     model, reference_s, rows = asked.model, asked.reference_s, asked.rows
     rest, steady = (run.outputs[entry.output] for run in runs)
     measured = np.array(log.column(entry.channel, unit="um"))
-    both = ~(np.isnan(measured) | np.isnan(rest.displacement_um))
+    both = ~(np.isnan(measured) | np.isnan(rest.displacement_um) | runs[0].bad)
     if not bool(np.any(both)):
         raise DataError("not_measured_with_model", place=Place(log.name, channel=entry.channel))
     at_start = both & (log.time_s <= (reference_s or REFERENCE_S))
@@ -429,9 +436,9 @@ def _verify_output(
     if start.start is LogStart.FITTED:
         displacement += fading @ start.states_k + start.zero_um
         contribution += (fading * start.states_k) @ part
-    static = _static_of(model, entry, inputs)
+    static = _static_of(model, entry, held(inputs)[0])
     static_rmse = (
-        _own_static_rmse(measured[counted], inputs[counted])
+        _own_static_rmse(measured[counted], held(inputs)[0][counted])
         if static is None
         else _rmse((e := measured - static)[counted] - _first_of(e[:, None], level)[0])
     )
@@ -453,6 +460,7 @@ def _verify_output(
         parts=simulated.parts,
         counted=counted,
         start=start,
+        failed=_failed(runs[0].bad),
         start_rows=0 if asked.start is LogStart.STEADY else int(np.sum(known)),
         limited=limited,
     )
