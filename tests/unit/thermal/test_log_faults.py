@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tests.thermal_machines import log as machine_log
 from thermaxis.errors import DataError
 from thermaxis.thermal import (
     InputDefinition,
@@ -295,9 +296,20 @@ def test_a_sensor_that_drifts_by_three_kelvins_is_named_among_the_channels(seed:
     log = changed("T_spindle_c", rows, spindle, seed)
     (said,) = with_one_clock(log, INPUTS, ["Z_um"]).remarks
     assert said.code == "remark-channel_drifts"
-    assert "T_spindle_c" in str(said.values["names"])
-    assert abs(float(said.values["rise_k"])) in {2.0, 3.0, 4.5}
+    rises = dict(one.split(" (") for one in str(said.values["sensors"]).split(" K)")[:-1])
+    rises = {name.strip(", "): float(rise) for name, rise in rises.items()}
+    assert rises["T_spindle_c"] == pytest.approx(3.0, abs=1.0)
     assert with_one_clock(made(0, seed), INPUTS, ["Z_um"]) is made(0, seed)
+
+
+@pytest.mark.parametrize("um_per_h", [12.0, -20.0])
+def test_a_displacement_that_drifts_is_told_by_its_rate(um_per_h: float) -> None:
+    columns = machine_log("coupled", 8.0, 1, step_s=10.0, probe_um_per_h=um_per_h).columns()
+    (said,) = with_one_clock(ThermalLog.from_columns(columns), INPUTS, ["Z_um"]).remarks
+    assert said.code == "remark-displacement_drifts"
+    within = float(said.values["within_um_per_h"])
+    assert within < 5.0
+    assert said.values["um_per_h"] == pytest.approx(um_per_h, abs=within)
 
 
 def test_a_log_that_is_too_short_or_says_nothing_is_not_asked_for_its_clock() -> None:

@@ -22,7 +22,11 @@ remark-displacements_late = { $names } follow the temperatures as if stamped { $
 remark-displacements_early = { $names } go before the temperatures as if stamped { $shift_s } s too early: they were shifted on, by more than sensors away from the heat are late
 remark-displacements_seem_late = { $names } follow the temperatures as if stamped { $shift_s } ± { $within_s } s too late: nothing was shifted (identify does, from 400 s on and without --delay); compare the clocks of the recorders (heat that has a way to go does the same)
 remark-displacements_seem_early = { $names } go before the temperatures as if stamped { $shift_s } ± { $within_s } s too early: nothing was shifted (identify does, from 400 s on and without --delay); compare the clocks of the recorders (sensors away from the heat do the same)
-remark-channel_drifts = { $names }: one of them seems to drift, by about { $rise_k } K over the log if it is the first, or else { $output } itself: with such a steady rise the record is much more likely (it is used as it is; check them against another sensor)
+remark-displacement_drifts = { $output } drifts steadily by { SIGNED($um_per_h) } ± { $within_um_per_h } um/h, which no input explains: a probe or a clamping that creeps; { $sensors ->
+    [none] a sensor that drifts explains it far less
+   *[other] or else a sensor drifts, one of { $sensors } over the log
+    } (the rows are used as they are: DC gains and slow lags may be wrong; check the probe, and sensors against another)
+remark-channel_drifts = a sensor seems to drift steadily, one of { $sensors } over the log, or else { $output } itself, by { SIGNED($um_per_h) } ± { $within_um_per_h } um/h: with such a rise the record is much more likely (it is used as it is; check them against another sensor)
 
 ## Order and times
 
