@@ -363,6 +363,9 @@ def test_a_log_that_began_warm_gets_the_states_that_it_had_and_says_so() -> None
     assert output.start.zero_um == pytest.approx(0.0, abs=0.6)
     assert output.figures.rmse_um == pytest.approx(0.3, rel=0.1)
     assert "remark-start_fitted" in [w.code for w in result.warnings]
+    slightly = verify(TWO_LAGS, [began((0.05, 0.05))])
+    assert slightly.logs[0].outputs[0].start.start is LogStart.FITTED
+    assert slightly.warnings == ()  # 0.4 um of 60 um say nothing of the machine
     parts = output.contribution_um.sum(axis=1) + output.start.zero_um
     assert parts == pytest.approx(output.simulated_um, abs=1e-9)
     (asked,) = verify(TWO_LAGS, [log], start=LogStart.REST).logs[0].outputs

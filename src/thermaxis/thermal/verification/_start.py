@@ -14,8 +14,8 @@ FEWEST_BLOCKS = 20
 """Blocks with measured rows below which a log is taken to begin at rest. [1]"""
 REST_ODDS = 3.0
 """Logarithm of how much more likely another start must be than rest: 20 times. [1]"""
-
-
+TOLD_SHARE = 0.02
+"""Share of the displacement's range up to which a start is not worth a word. [1]"""
 MODEL_ERROR = 0.15
 """Share of the displacement that a model may err by without its start being wrong. [1]"""
 
@@ -39,6 +39,8 @@ class StartOfLog(NamedTuple):
     """States of the lags at the first row, (j,); zero unless fitted. [K]"""
     zero_um: float
     """Displacement of the model at the log's zero; zero unless fitted. [µm]"""
+    matters: bool = False
+    """Whether it moves the free run by more than the noise and `TOLD_SHARE` of the range."""
 
 
 def start_of_log(
@@ -106,6 +108,11 @@ def start_of_log(
     of_fitted -= 0.5 * (lags + 1) * math.log(independent)
     best = LogStart.FITTED if of_fitted > of_steady + REST_ODDS else LogStart.STEADY
     start = asked or (best if max(of_fitted, of_steady) > REST_ODDS else LogStart.REST)
-    if start is not LogStart.FITTED:
-        return rest._replace(start=start)
-    return StartOfLog(start, states[:-1], float(states[-1]))
+    if start is LogStart.REST:
+        return rest
+    ends = after if start is LogStart.FITTED else steady
+    least_um = TOLD_SHARE * float(np.ptp(measured))
+    matters = float(np.max(np.abs(left - ends))) > max(float(np.std(ends)), least_um)
+    if start is LogStart.STEADY:
+        return rest._replace(start=start, matters=matters)
+    return StartOfLog(start, states[:-1], float(states[-1]), matters)

@@ -139,8 +139,8 @@ class VerifiedOutput:
 
     @property
     def start_remarks(self) -> tuple[Message, ...]:
-        """How the log began, told where the rows show that it was not at rest, or are fitted."""
-        if self.start.start is LogStart.REST or not self.start_rows:
+        """How the log began, told where the rows show that it was not at rest and it matters."""
+        if not (self.start.matters and self.start_rows):
             return ()
         values = {
             "channel": self.measured.channel,
