@@ -16,6 +16,7 @@ from thermaxis.thermal import (
     records_of,
     simulate_baseline,
     simulate_from_rest,
+    with_one_clock,
 )
 
 
@@ -127,6 +128,19 @@ def test_the_channel_that_all_inputs_are_relative_to_is_the_ambient() -> None:
     assert experiment.ambient_k is None
 
 
+def test_a_model_far_worse_on_its_own_rows_than_averages_is_told_with_what_drifts() -> None:
+    test = log("coupled", 12.0, 3, step_s=60.0, probe_um_per_h=8.0)
+    inputs = [parse_input(f"T_{name}_c-T_column_c") for name in ("spindle", "table")]
+    made = with_one_clock(ThermalLog.from_columns(test.columns()), inputs, ["Z_um"])
+    quick = ModalOptions(intervals=False, delays_s=(0.0, 0.0))
+    (found,) = identify(records_of([made], inputs, ["Z_um"]), modal_options=quick).outputs
+    (said,) = [w for w in found.warnings if w.code == "warning-trained_badly"]
+    left = found.training_rmse_um
+    assert left["model"] > 2.0 * left["averages"]
+    assert said.values["simple_um"] == pytest.approx(left["averages"], rel=5e-3)
+    assert said.values["drifts"] == "yes"
+
+
 @pytest.mark.parametrize("um_per_h", [1.0, 0.0])
 def test_a_probe_that_drifts_is_told_with_its_speed_and_condemns_no_model(um_per_h: float) -> None:
     test = log("direct", 72.0, 3, step_s=300.0, probe_um_per_h=um_per_h)
@@ -135,7 +149,8 @@ def test_a_probe_that_drifts_is_told_with_its_speed_and_condemns_no_model(um_per
     quick = ModalOptions(intervals=False, delays_s=(0.0, 0.0))  # no search for two regimes
     (found,) = identify(records, modal_options=quick).outputs
     told = {w.code: w for w in found.warnings}
-    assert not told.keys() & {"warning-not_fit", "warning-explains_nothing"}
+    wrong = {"warning-not_fit", "warning-explains_nothing", "warning-trained_badly"}
+    assert not told.keys() & wrong
     assert ("warning-probe_drift" in told) == bool(um_per_h)
     if um_per_h:
         assert told["warning-probe_drift"].values["um_per_h"] == pytest.approx(1.0, abs=0.05)

@@ -27,7 +27,10 @@ _RULES = {
     "model": "model", "static": "static", "averages": "fixed averages", "hold": "nothing changes"
 }  # fmt: skip
 _VERDICTS = {"warning-not_fit", "warning-explains_nothing"}
-_FIRST = _VERDICTS | {"warning-simple_left_less", "warning-drift_held_out", "warning-probe_drift"}
+_FIRST = _VERDICTS | {
+    "warning-trained_badly", "warning-simple_left_less",
+    "warning-drift_held_out", "warning-probe_drift",
+}  # fmt: skip
 
 
 def _with_interval(value: float, std: float | None) -> str:

@@ -24,6 +24,10 @@ warning-simple_left_less = on rows held out a ridge on the inputs { $method ->
     [averages] and their exponential averages
    *[static] alone
     } leaves { $simple_um } um, the model { $model_um } um: on another log it is as often the other way round. Write both (--method { $method } for the other) and let compare rank them on one
+warning-trained_badly = on its own training rows the model leaves { $model_um } um, a ridge on the inputs and their exponential averages { $simple_um } um: do not trust its DC gains and slow lags; { $drifts ->
+    [yes] what drifts (told with the reading of the log) is no answer of an input, so mend it and identify anew
+   *[no] look for what no input explains (a drift, a switch, a missing sensor), or give other inputs or methods
+    }
 warning-explains_nothing = do not use it, it explains nothing: on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um); check sensors, inputs and rows first, or give another test
 warning-probe_drift = the displacement of the log drifts by { SIGNED($um_per_h) } um/h ({ SIGNED($drift_um) } um in { $span_h } h), as a probe does and no input explains; the model leaves it out
 warning-drift_held_out = what the model leaves of rows held out is less than the probe drifts: they do not judge it, only a log without this drift can

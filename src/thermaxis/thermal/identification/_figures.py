@@ -143,6 +143,7 @@ def with_figures(
                         for r in (*run.failed, *run.start_remarks)
                     ),
                     *_verdict(found.method, held_out, trained, _drift_um(output)),
+                    *_trained_badly(found.method, output, trained.rmse_um, averages, records.logs),
                 ),
             )
         outputs.append(output)
@@ -271,6 +272,22 @@ def _drift_um(output: IdentifiedOutput) -> float:
     """Return how far a probe drifted in a log: a model rightly leaves that of its rows. [µm]"""
     found = [w.values["drift_um"] for w in output.warnings if w.code == "warning-probe_drift"]
     return max((abs(um) for um in found if isinstance(um, float)), default=0.0)
+
+
+def _trained_badly(
+    method: Method,
+    output: IdentifiedOutput,
+    model_um: float,
+    simple_um: float,
+    logs: Sequence[ThermalLog],
+) -> tuple[Message, ...]:
+    """Return a warning where averages explain the very rows better that a model is learnt from."""
+    least_um = max(NOT_FIT[Method.AVERAGES] * simple_um, _drift_um(output))
+    if method in SIMPLE or model_um < least_um:
+        return ()
+    drifts = any(remark.code.endswith("_drifts") for log in logs for remark in log.remarks)
+    values = {"model_um": significant(model_um, 3), "simple_um": significant(simple_um, 3)}
+    return (Message("warning-trained_badly", {**values, "drifts": "yes" if drifts else "no"}),)
 
 
 def _verdict(
