@@ -117,7 +117,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "no date": (("--output", "Z_um", *INPUT, "--date", "31.3.2026"), "2026-03-31"),
     "the output as its own input": (("--output", "Z_um", "--input", "a=z_um"), "displacement"),
     "an output twice": (("--output", "Z_um", "--output", "Z_um", *INPUT), "twice"),
-    "rows backwards": (("--output", "Z_um", *INPUT, "--span", "10:5"), "No row lies in 10:5"),
+    "rows backwards": (
+        ("--output", "Z_um", *INPUT, "--span", "10:5"),
+        "the end is not after the start",
+    ),
     "span behind the log": (("--output", "Z_um", *INPUT, "--span", "20h:30h"), "in 20h:30h"),
     "mask behind the log": (("--output", "Z_um", *INPUT, "--mask", "20h..30h"), "in 20h..30h"),
     "all of it masked": (("--output", "Z_um", *INPUT, "--mask", "Z_um=0..99999"), "or masked"),
@@ -147,6 +150,12 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
 def test_an_option_that_cannot_be_met_says_why(what, good, capsys):
     words, expected = OPTIONS[what]
     assert expected in refusal(capsys, "identify", good, *words)
+
+
+def test_an_option_of_another_command_is_refused_with_the_help_of_this_one(good, model, capsys):
+    with pytest.raises(SystemExit):
+        main(["compare", str(model), str(good), "--span", "0:100"])
+    assert "--span 0:100 (see thermaxis compare --help)" in capsys.readouterr().err
 
 
 def test_no_output_overwrites_what_is_read_or_another_output(good, model, capsys):

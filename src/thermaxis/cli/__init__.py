@@ -98,6 +98,15 @@ def _load(name: str) -> Command:
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line: the usage of a command may take thirty."""
 
+    def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Refuse what is unknown here, where the help is the command's own."""
+        found, unknown = super().parse_known_args(args, namespace or argparse.Namespace())
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found, unknown
+
     def error(self, message: str) -> NoReturn:
         """Write the error and leave."""
         self.exit(2, f"{self.prog}: error: {message} (see {self.prog} --help)\n")

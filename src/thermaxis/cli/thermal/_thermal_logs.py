@@ -76,14 +76,21 @@ def span(text: str) -> Span:
     if not units:
         if any(n is not None and n != int(n) for n in numbers):
             raise argparse.ArgumentTypeError(f"'{text}': rows are whole numbers")
-        return Span(numbers[0], numbers[1], in_seconds=False, text=text)
+        return _in_order(Span(numbers[0], numbers[1], in_seconds=False, text=text))
     scaled: list[float | None] = []
     for match, number in zip((first, last), numbers, strict=True):
         unit = match["unit"] or units[0]  # 0:8h
         scaled.append(None if number is None else number * UNITS_S[unit])
     if any(n is not None and n < 0 for n in scaled):
         raise argparse.ArgumentTypeError(f"'{text}': times count from the first row")
-    return Span(scaled[0], scaled[1], in_seconds=True, text=text)
+    return _in_order(Span(scaled[0], scaled[1], in_seconds=True, text=text))
+
+
+def _in_order(typed: Span) -> Span:
+    """Refuse a span that is empty in any log; rows below zero count from the last."""
+    if None not in (typed.first, typed.last) and 0 <= (typed.last or 0) <= (typed.first or 0):
+        raise argparse.ArgumentTypeError(f"'{typed.text}': the end is not after the start")
+    return typed
 
 
 class Mask(NamedTuple):
@@ -129,13 +136,13 @@ def add_log_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_start(parser: argparse.ArgumentParser) -> None:
+def add_start(parser: argparse.ArgumentParser, *, spans: bool = False) -> None:
     """Declare the option of how a log began."""
     adder(parser)(
         "--start",
         "the machine at the first row: rest, steady (inputs were for long what they are then), or"
-        " fitted to the measured rows before --span, or to all of them (default: rest, unless the"
-        " measured rows make another start far more likely; it is said)",
+        f" fitted to {'the measured rows before --span, or to ' * spans}all measured rows (default:"
+        " rest, unless the measured rows make another start far more likely; it is said)",
         LogStart,
         choices=tuple(LogStart),
     )

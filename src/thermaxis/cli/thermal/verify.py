@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " first row all the same",
         span,
     )
-    add_start(parser)
+    add_start(parser, spans=True)
     add(
         "--limits FILE",
         "limits of the correction by output (TOML: [Z_um] with largest_um and"
