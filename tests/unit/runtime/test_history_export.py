@@ -170,6 +170,16 @@ def test_a_damaged_file_ends_an_export_and_leaves_the_older_one(tmp_path: Path) 
         check_history(url_of(path))
 
 
+def test_minutes_that_cannot_be_read_are_damage(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    write_history(path, [cycle_record(k, cycle_s=60.0) for k in range(90)])
+    assert check_history(url_of(path)).cycles == 90
+    (file,) = (tmp_path / "h").glob("*/*/minutes-*.parquet")
+    file.write_bytes(b"PAR1 torn PAR1")
+    with pytest.raises(DataError, match="cannot be read"):
+        check_history(url_of(path))
+
+
 # ---- the command --------------------------------------------------------------------------------
 
 

@@ -34,6 +34,7 @@ from thermaxis.runtime.history import (
     HistoryReader,
     SqlHistorian,
     Writer,
+    _closing,
     _database,
     _store,
     _writer,
@@ -390,6 +391,77 @@ def test_a_text_file_is_refused_and_left_alone(tmp_path: Path) -> None:
     recorder.writer.close()
     assert path.read_text().startswith("[machine]")
     assert recorder.backlog.waiting == 3
+
+
+def test_a_day_that_cannot_be_joined_keeps_no_other_hour_from_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(90), 60.0)
+    recorder.writer.attempt()
+    (file,) = (tmp_path / "h").glob("*/*/cycles-*.parquet")
+    file.write_bytes(b"PAR1 torn PAR1")
+    recorder.record(range(90, 1500), 60.0)  # the rest of the day, and the begin of the next
+    for _ in range(3):
+        recorder.writer.attempt()
+    assert recorder.writer.trouble is None
+    recorder.writer.close()
+    with sqlite3.connect(path) as other:
+        ((first,),) = other.execute("SELECT min(number) FROM cycles")
+    other.close()
+    assert first > 1400
+    (said,) = texts_in(path, "alarm")
+    assert "2026-11-03: " in said
+
+
+def test_a_folder_that_is_away_is_not_begun_anew(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(90), 60.0)
+    recorder.writer.attempt()
+    (tmp_path / "h").rename(tmp_path / "away")
+    recorder.record(range(90, 200), 60.0)
+    recorder.writer.attempt()
+    recorder.writer.attempt()
+    assert not (tmp_path / "h").exists()
+    assert recorder.writer.trouble.code == "failure-part_unwritten"
+    (tmp_path / "away").rename(tmp_path / "h")
+    recorder.writer._close_s = 0.0  # the minute is over
+    recorder.writer.attempt()
+    assert recorder.writer.trouble is None
+    recorder.writer.close()
+    assert numbers_in(path) == list(range(200))
+    assert "is not there" in texts_in(path, "alarm")[0]
+
+
+def wait_for(closing: _closing.Closing) -> None:
+    while not closing.ended():
+        time.sleep(0.01)
+
+
+def test_the_program_beside_says_what_it_has_done_and_is_ended_if_it_hangs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(90), 60.0)
+    recorder.writer._close_s = float("inf")
+    recorder.writer.attempt()
+    order = recorder.writer._store.finished()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "json.py").write_text("raise SystemExit('a file of the working folder')")
+    (tmp_path / "h" / "machine=machine" / "day=2026-11-02").mkdir(parents=True)
+    for name in ("000000000001-000000000002", "000000000003-000000000004"):
+        torn = tmp_path / "h" / "machine=machine" / "day=2026-11-02" / f"cycles-{name}.parquet"
+        torn.write_bytes(b"PAR1 torn PAR1")
+    closing = _closing.Closing(order)
+    wait_for(closing)
+    written, why = closing.result()
+    assert (written, why[:12]) == (True, "2026-11-02: ")
+    monkeypatch.setattr(_closing, "_LONGEST_S", 0.0)
+    closing = _closing.Closing(order)
+    wait_for(closing)
+    assert closing.result() == (False, "not done after 0 s")
+    recorder.writer.close()
 
 
 # ---- other programs -----------------------------------------------------------------------------

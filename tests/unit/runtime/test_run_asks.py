@@ -3,12 +3,19 @@
 import argparse
 import asyncio
 import signal
+import sqlite3
+from pathlib import Path
 
+import pytest
+
+from tests.unit.runtime.machine_files import machine_file
 from tests.unit.runtime.simulated import Rig, state_of
+from thermaxis.cli import main
+from thermaxis.cli.machine import run
 from thermaxis.cli.machine._signals import at_signals
 from thermaxis.cli.machine.run import _ask_first
 from thermaxis.compensation import SupervisorState
-from thermaxis.runtime import OTHER_COMPENSATION
+from thermaxis.runtime import OTHER_COMPENSATION, read_machine
 
 VIRTUAL_TIME = True
 
@@ -40,3 +47,24 @@ def test_a_terminal_that_is_closed_asks_for_the_end_as_a_service_does() -> None:
 
     asyncio.run(close_terminal())
     assert len(asked) == 2
+
+
+def test_a_history_that_cannot_be_written_keeps_no_machine_from_running(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran: list[object] = []
+
+    async def loop(*arguments: object) -> dict[str, float]:
+        ran.append(arguments)
+        return {}
+
+    monkeypatch.setattr(run, "_run", loop)
+    path = machine_file(tmp_path)
+    file = Path(read_machine(path).historian_url.removeprefix("sqlite:///"))
+    file.parent.mkdir(exist_ok=True)
+    with sqlite3.connect(file) as other:
+        other.execute("CREATE TABLE thermaxis_version (name TEXT, value INTEGER)")
+    other.close()
+    assert main(["run", str(path)]) == 0
+    assert len(ran) == 1
+    assert "nothing is recorded: " in capsys.readouterr().err

@@ -56,8 +56,11 @@ def run(arguments: argparse.Namespace) -> int:
         )
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = runtime.read_machine(arguments.configuration)
-    with suppress(OSError):  # one that is out of reach is waited for
-        check_database(configuration.historian_url, configuration.historian.password.reveal())
+    try:
+        with suppress(OSError):  # one that is out of reach is waited for
+            check_database(configuration.historian_url, configuration.historian.password.reveal())
+    except ConfigurationError as error:  # no reason to leave a machine alone
+        sys.stderr.write(f"thermaxis: nothing is recorded: {sentence_of(error.message)}\n")
     with sole_runner(configuration):
         standing = asyncio.run(_run(configuration, arguments))
     for name, value in standing.items():

@@ -240,7 +240,7 @@ error-history_earlier = This history was written by an earlier kind of this prog
     .remedy = Name another database in the configuration; read the old one with the program that wrote it.
 error-history_folder_missing = A history on a server needs a folder for its finished days.
     .remedy = State the folder.
-error-history_folder_lost = The folder with the finished days of this history is not there.
+error-history_folder_lost = The folder with the finished days of this history is not there: mount it or move it back; if it is lost, make an empty one.
     .remedy = Bring the folder back beside the database, or state its new place as historian.folder and start the loop once.
 error-database_encoding = The database stores text as { $found }, not as UTF8: it cannot keep a history.
     .remedy = Make one with createdb --encoding=UTF8 --template=template0.

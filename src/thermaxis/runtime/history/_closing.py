@@ -8,6 +8,8 @@ import json
 import os
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
 from contextlib import suppress
 from datetime import date
 from pathlib import Path
@@ -15,7 +17,8 @@ from typing import Final, NamedTuple, final
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from thermaxis.errors import ThermaxisError
+from thermaxis.codes import Place
+from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.runtime.history._database import parse_url, printable_cause, reading_engine
 from thermaxis.runtime.history._parts import (
     day_folder,
@@ -26,9 +29,11 @@ from thermaxis.runtime.history._parts import (
     remove_remains,
     write_part,
 )
-from thermaxis.runtime.history._tables import read_rows
+from thermaxis.runtime.history._tables import CLOSED_IN, known_of, read_rows
 
 _NICENESS: Final = 10
+_LONGEST_S: Final = 600.0
+_WRITTEN: Final = "written"
 
 
 class Order(NamedTuple):
@@ -51,20 +56,30 @@ class Order(NamedTuple):
 
 
 def close(order: Order, password: str = "") -> None:
-    """Write rows as a part, and join the parts of finished days."""
+    """Write rows as a part."""
     folder = Path(order.folder)
     remove_remains(folder)
     engine = reading_engine(parse_url(order.url, password))
     try:
         with engine.connect() as connection:
+            if known_of(connection).get(CLOSED_IN) == order.folder and not folder.is_dir():
+                raise DataError("history_folder_lost", place=Place(order.folder))  # a disk is away
             cycles = read_rows(connection, order.table, ids=(order.first, order.last))
     finally:
         engine.dispose()
     write_part(cycles, day_folder(folder, date.fromisoformat(order.day)))
-    del cycles
-    for day, path in days_of(folder).items():
-        if day.isoformat() != order.open_day and may_join(parts := parts_of(path)):
-            join_parts(parts)
+
+
+def join_days(order: Order) -> Iterator[str]:
+    """Join the parts of finished days; yield why one cannot be joined; its parts stay."""
+    import polars as pl  # noqa: PLC0415 - the loop's own process does without
+
+    for day, path in days_of(Path(order.folder)).items():
+        try:
+            if day.isoformat() != order.open_day and may_join(parts := parts_of(path)):
+                join_parts(parts)
+        except (ThermaxisError, OSError, pl.exceptions.PolarsError) as error:
+            yield f"{day}: {printable_cause(error)}"
 
 
 @final
@@ -73,11 +88,13 @@ class Closing:
 
     def __init__(self, order: Order, password: str = "") -> None:
         self.order = order
+        self._end_s = time.monotonic() + _LONGEST_S
+        self._late = False
         self._child = subprocess.Popen(  # noqa: S603 - this interpreter, a module of ours
-            [sys.executable, "-m", __name__],
+            [sys.executable, "-P", "-m", __name__],  # -P: no file of the working folder
             env={"POLARS_MAX_THREADS": "1", **os.environ},  # least memory, and one core at most
             stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
         )
@@ -85,24 +102,31 @@ class Closing:
             with suppress(BrokenPipeError):
                 self._child.stdin.write(json.dumps({"order": order, "password": password}))
                 self._child.stdin.close()
+            self._child.stdin = None  # what `communicate` would flush
 
-    def failure(self, wait_s: float = 0.0) -> str | None:
-        """Return why it has failed, an empty text if it has not, None while it works."""
-        try:
-            code = self._child.wait(wait_s)
-        except subprocess.TimeoutExpired:
-            return None
-        said = "" if self._child.stderr is None else self._child.stderr.read()
-        if self._child.stderr is not None:
-            self._child.stderr.close()
-        if code == 0:
-            return ""
-        return said.strip().rpartition("\n")[2][:300] or f"exit code {code}"
+    def ended(self) -> bool:
+        """Return whether it has ended; one that hangs is ended."""
+        going = self._child.poll() is None
+        if going and time.monotonic() >= self._end_s:
+            self._late = True
+            self._child.kill()
+        return not going
+
+    def result(self) -> tuple[bool, str]:
+        """Return whether the part is written, and what else has failed; once it has ended."""
+        said, failed = self._child.communicate(timeout=10.0)
+        written, _, why = said.strip().replace("\n", "; ").partition("; ")
+        if self._late:
+            why = f"not done after {_LONGEST_S:g} s"
+        elif self._child.returncode:
+            why = failed.strip().rpartition("\n")[2] or f"exit code {self._child.returncode}"
+        return written == _WRITTEN, why[:300]
 
     def end(self) -> None:
         """End it; what it has begun is done again."""
         self._child.kill()
-        self.failure(10.0)
+        with suppress(subprocess.TimeoutExpired):
+            self.result()
 
 
 def _main() -> int:
@@ -111,10 +135,13 @@ def _main() -> int:
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
     asked = json.load(sys.stdin)
     try:
-        close(Order(*asked["order"]), asked["password"])
+        close(order := Order(*asked["order"]), asked["password"])
     except (ThermaxisError, SQLAlchemyError, OSError) as error:
         sys.stderr.write(f"{printable_cause(error)}\n")
         return 1
+    print(_WRITTEN, flush=True)  # noqa: T201 - what follows may fail, and undoes nothing of it
+    for why in join_days(order):
+        print(why, flush=True)  # noqa: T201 - as above
     return 0
 
 

@@ -17,6 +17,7 @@ from thermaxis.files.table import protected
 from thermaxis.runtime.history._columns import ACTIVE, ID, TIME
 from thermaxis.runtime.history._database import parse_url, sqlite_path
 from thermaxis.runtime.history._integrity import check_file
+from thermaxis.runtime.history._parts import days_of, parts_of
 from thermaxis.runtime.history._reader import HistoryReader
 
 LOG_TIME: Final = "time"
@@ -181,6 +182,7 @@ def check_history(
         report("reading the cycles", 0, 0)
         every = pl.len().alias(""), pl.all().hash().sum()  # a sum of all reads all
         cycles = reader.retried(lambda: reader.cycles().select(*every).collect().item(0, 0))
+        reader.retried(lambda: _read_minutes(reader.folder))
         events = reader.events()
         losses = [event.details for event in events if event.kind == "loss"]
         span = reader.span() or (None, None)
@@ -194,6 +196,11 @@ def check_history(
             lost_events=sum(int(details.get("events") or 0) for details in losses),
             size_bytes=_size_of((*own, *reader.folder.glob("day=*/*.parquet"))),
         )
+
+
+def _read_minutes(folder: Path) -> None:
+    for part in (part for day in days_of(folder).values() for part in parts_of(day)):
+        pl.scan_parquet(part.minutes).select(pl.all().hash().sum()).collect()
 
 
 def _size_of(files: Sequence[Path]) -> int:

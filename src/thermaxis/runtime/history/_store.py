@@ -266,6 +266,7 @@ class Store:
         """Take note that rows are in a file; they no longer count, and go little by little."""
         with self._connection.begin():
             self._know(t.CLOSED, str(order.last))
+            self._know(t.CLOSED_IN, order.folder)
         self._closed, self._leftover = order.last, True
 
     def delete_closed(self) -> bool:

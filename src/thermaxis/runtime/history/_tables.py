@@ -30,6 +30,8 @@ CYCLES: Final = "cycles"
 """Table of the newest cycles."""
 CLOSED: Final = "closed_id"
 """Name under which `history` has the id of the last cycle that is in a file."""
+CLOSED_IN: Final = "closed_in"
+"""Name of the folder of the last file."""
 _EARLIER = "thermaxis_version"
 _BEFORE = "cycles_until_"
 _ROWS_AT_ONCE = 2000

@@ -15,7 +15,7 @@ from thermaxis.codes import NOWHERE, Message, values_as_json
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Clock, EventRecord
 from thermaxis.runtime.history._backlog import NO_LOSS, Backlog, Loss, PackedEvent
-from thermaxis.runtime.history._closing import Closing, Order, close
+from thermaxis.runtime.history._closing import Closing, Order, close, join_days
 from thermaxis.runtime.history._columns import LONGEST_TEXT, from_us, storable, to_us
 from thermaxis.runtime.history._database import printable_cause
 from thermaxis.runtime.history._integrity import is_damage
@@ -87,23 +87,24 @@ class Writer:
         self._retire_s = 0.0
         self._closing: Closing | None = None
         self._close_s = 0.0
-        self._unclosed = False
+        self._unjoined = ""
         self._failed_since_s = 0.0
         # Read by the loop as well; each is replaced whole.
         self._failure: Message | None = None
+        self._unclosed: Message | None = None
         self._busy: tuple[float, str] | None = None
         self.unusable = ""
         """Why a record could not be stored whatever the database did."""
 
     @property
     def trouble(self) -> Message | None:
-        """What keeps records from being stored; None if nothing does."""
+        """What keeps records, or files of finished hours, from being stored; None if nothing."""
         busy = self._busy
         if self._failure is None and busy is not None:
             lasts_s = time.monotonic() - busy[0]
             if lasts_s > _SILENT_S:
                 return Message(busy[1], {"lasts_s": lasts_s})
-        return self._failure
+        return self._failure or self._unclosed
 
     def attempt(self, expired: Callable[[], bool] = lambda: False) -> bool:
         """Store everything that waits, and keep house."""
@@ -205,14 +206,14 @@ class Writer:
                     self._close_here(store, order, password)
                     continue
                 self._closing = Closing(order, password)
-            failure = self._closing.failure()
-            if failure is None:
+            if not self._closing.ended():
                 return
-            order, self._closing = self._closing.order, None
-            if failure:
-                self._leave_unclosed(failure)
+            order, (written, why) = self._closing.order, self._closing.result()
+            self._closing = None
+            if written:
+                self._closed(store, order, why)
             else:
-                self._closed(store, order)
+                self._leave_unclosed(why)
 
     def _close_here(self, store: Store, order: Order, password: str) -> None:
         try:
@@ -220,10 +221,13 @@ class Writer:
         except (ThermaxisError, OSError) as error:
             self._leave_unclosed(printable_cause(error))
         else:
-            self._closed(store, order)
+            self._closed(store, order, "; ".join(join_days(order)))
 
-    def _closed(self, store: Store, order: Order) -> None:
-        self._unclosed = False
+    def _closed(self, store: Store, order: Order, unjoined: str) -> None:
+        self._unclosed = None
+        if unjoined not in {"", self._unjoined}:
+            self._state("alarm", Message("event-day_unjoined", {"detail": unjoined}))
+        self._unjoined = unjoined
         store.closed(order)
         while store.delete_closed() and not self._backlog.arrived.is_set():
             pass
@@ -231,8 +235,9 @@ class Writer:
     def _leave_unclosed(self, why: str) -> None:
         """Try again later; rows stay where they are."""
         self._close_s = time.monotonic() + _CLOSE_AGAIN_S
-        if not self._unclosed:
-            self._unclosed = True
+        first = self._unclosed is None
+        self._unclosed = Message("failure-part_unwritten", {"detail": why})
+        if first:
             self._state("alarm", Message("event-part_unwritten", {"detail": why}))
 
     def _drop_store(self, error: BaseException) -> None:
