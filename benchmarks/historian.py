@@ -129,6 +129,7 @@ class Machine:
                 for name, c in zip(OUTPUTS, correction, strict=True)
             },
             lateness_s=abs(noise(0.0, 2e-4)),
+            channels=self.channels,
             parts=self._names,
             diameter_mm=1500.0,
         )
@@ -147,7 +148,7 @@ async def share(folder: Path, size: Size, *, recorded: bool) -> float:
     machine = Machine(1.0 / RATE_HZ, size)
     records = [machine.record(number) for number in range(int(SECONDS * RATE_HZ))]
     if recorded:
-        await historian.open(OUTPUTS, machine.channels)
+        await historian.open(OUTPUTS)
         await asyncio.sleep(1.0)
     since_s, used_s = time.monotonic(), cpu_s()
     for number, record in enumerate(records):
@@ -162,7 +163,7 @@ async def share(folder: Path, size: Size, *, recorded: bool) -> float:
 def write(path: Path, machine: Machine, numbers: Sequence[int], *, beside: bool = False) -> None:
     """Write cycles as fast as it goes, with every finished hour and day."""
     columns, backlog = Columns(), Backlog(10**9)
-    columns.outputs, columns.channels = OUTPUTS, machine.channels
+    columns.outputs = OUTPUTS
     url, clock = parse_url(f"sqlite:///{path}"), SystemClock()
     writer = Writer(url, HistorianSettings(), clock, backlog, beside=beside)
     for number in numbers:

@@ -11,7 +11,7 @@ import resource
 import sys
 import time
 
-from tests.unit.runtime.history_records import CHANNELS, OUTPUTS, cycle_record
+from tests.unit.runtime.history_records import OUTPUTS, cycle_record
 from thermaxis.runtime import CycleRecord, SystemClock
 from thermaxis.runtime.history import HistorianSettings, SqlHistorian
 
@@ -37,7 +37,7 @@ async def main(url: str, rate: float, count: int, largest: int | None) -> None:
     whole = resource.getrlimit(resource.RLIMIT_FSIZE)
     if largest is not None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest, whole[1]))
-    await historian.open(OUTPUTS, CHANNELS)
+    await historian.open(OUTPUTS)
     await record(historian, range(count), rate)
     if largest is not None:
         await asyncio.sleep(1.0)

@@ -19,7 +19,6 @@ import pytest
 
 from tests.unit.runtime.history_records import (
     BEGIN,
-    CHANNELS,
     OUTPUTS,
     CountingClock,
     cycle_record,
@@ -180,13 +179,13 @@ def settings(server: Server) -> HistorianSettings:
 
 def columns() -> Columns:
     made = Columns()
-    made.outputs, made.channels = OUTPUTS, CHANNELS
+    made.outputs = OUTPUTS
     return made
 
 
 async def opened(server: Server) -> SqlHistorian:
     made = SqlHistorian(server.url, settings(server), CountingClock())
-    await made.open(OUTPUTS, CHANNELS)
+    await made.open(OUTPUTS)
     return made
 
 
@@ -311,7 +310,7 @@ def test_a_wrong_password_is_said_without_a_password(server: Server) -> None:
         wrong = "wrong but not to be shown either"
         some = replace(settings(server), password=Secret(wrong), retry_s=0.1)
         one = SqlHistorian(server.url, some, CountingClock())
-        await one.open(OUTPUTS, CHANNELS)
+        await one.open(OUTPUTS)
         one.record(cycle_record(0))
         assert not await one.drain(1.0)
         assert "password authentication failed" in str(one.status.failure)
@@ -358,7 +357,7 @@ def test_a_database_that_stores_no_text_is_refused_with_a_sentence(
 
     async def scene() -> None:
         one = SqlHistorian(url, settings(server), CountingClock())
-        await one.open(OUTPUTS, CHANNELS)
+        await one.open(OUTPUTS)
         one.record(cycle_record(0))
         assert not await one.drain(1.0)
         assert one.status.failure is not None

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.system.history_writer import recorded
-from tests.unit.runtime.history_records import CHANNELS, OUTPUTS, url_of
+from tests.unit.runtime.history_records import OUTPUTS, url_of
 from thermaxis.runtime.history import Columns, HistoryReader, check_file
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -67,7 +67,7 @@ def check_whole(path: Path, taken: dict[int, float], end_s: float) -> int:
     numbers = found["number"].to_list()
     assert numbers == list(range(len(numbers)))
     columns = Columns()
-    columns.outputs, columns.channels = OUTPUTS, CHANNELS
+    columns.outputs = OUTPUTS
     rows = [columns.row_of(recorded(number)).values() for number in numbers[-300:]]
     assert found.tail(300).to_dicts() == rows
     due = [number for number, time_s in taken.items() if time_s < end_s - LOST_S]

@@ -173,6 +173,8 @@ class CycleRecord:
     """What the machine said after the write."""
     lateness_s: float
     """How late the cycle began. [s]"""
+    channels: tuple[str, ...] = ()
+    """Names of the model's channels, in the order of the output's values."""
     parts: tuple[tuple[str, ...], ...] = ()
     """Names of the model's parts, by output, as in the output's contributions."""
     diameter_mm: float | None = None
@@ -229,7 +231,7 @@ class Historian(ABC):
     """
 
     @abstractmethod
-    async def open(self, outputs: Sequence[str], channels: Sequence[str]) -> None:
+    async def open(self, outputs: Sequence[str]) -> None:
         """Begin to store; a database that is not there is waited for."""
 
     @abstractmethod

@@ -91,6 +91,7 @@ def cycle_record(
         output=output,
         applied={"Z_um": Applied(-z_um, -z_um, None), "X_um": Applied(-x_um, None, -x_um)},
         lateness_s=0.0005,
+        channels=CHANNELS,
         parts=PARTS,
         diameter_mm=1500.0,
     )
@@ -174,6 +175,7 @@ cycle_records: st.SearchStrategy[CycleRecord] = st.builds(
         names, st.builds(Applied, optional_floats, optional_floats, optional_floats), max_size=3
     ),
     lateness_s=floats,
+    channels=some(names),
     parts=some(some(names)),
     diameter_mm=optional_floats,
 )
@@ -208,12 +210,11 @@ def write_history(
     events: Sequence[EventRecord] = (),
     *,
     outputs: Sequence[str] = OUTPUTS,
-    channels: Sequence[str] = CHANNELS,
     settings: HistorianSettings = DEFAULTS,
 ) -> None:
     """Write records and events as one run of the program leaves them."""
     columns, backlog = Columns(), Backlog(10**9)
-    columns.outputs, columns.channels = tuple(outputs), tuple(channels)
+    columns.outputs = tuple(outputs)
     for record in records:
         backlog.add_cycle(columns.row_of(record))
     for event in events:

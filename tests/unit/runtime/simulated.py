@@ -206,7 +206,7 @@ class SimulatedHistorian(Historian):
         self.events: list[EventRecord] = []
         self.closed = False
 
-    async def open(self, outputs: object, channels: object) -> None: ...
+    async def open(self, outputs: object) -> None: ...
 
     def record(self, record: CycleRecord) -> None:
         self.records.append(record)

@@ -22,7 +22,7 @@ from thermaxis.runtime.history._columns import UNPACKABLE, from_us, storable, to
 
 def columns() -> Columns:
     made = Columns()
-    made.outputs, made.channels = OUTPUTS, CHANNELS
+    made.outputs = OUTPUTS
     return made
 
 
@@ -139,6 +139,21 @@ def test_a_record_that_breaks_its_promises_is_named_by_an_error_that_the_histori
     ):
         with pytest.raises(UNPACKABLE):
             columns().row_of(replace(cycle_record(1), **wrong))
+
+
+def test_values_stand_under_the_names_of_the_model_that_computed_them() -> None:
+    made, record = columns(), cycle_record(1)
+    before = made.row_of(record).values()
+    turned = record.output._replace(values=record.output.values[::-1])
+    after = made.row_of(replace(record, output=turned, channels=CHANNELS[::-1])).values()
+    assert {name: after[name] for name in before} == before | {
+        "T_spindle_C_quality": "redundant",
+        "T_table_C_quality": "good",
+    }
+    fewer = record.output._replace(values=(21.5,), qualities=record.output.qualities[:1])
+    one = made.row_of(replace(record, output=fewer, channels=("T_table_C",))).values()
+    assert one["T_table_used_C"] == 21.5
+    assert "T_spindle_used_C" not in one
 
 
 def test_times_of_any_zone_are_the_same_moment_in_utc() -> None:

@@ -13,7 +13,6 @@ import pytest
 
 from tests.unit.runtime.history_records import (
     BEGIN,
-    CHANNELS,
     OUTPUTS,
     CountingClock,
     cycle_record,
@@ -268,7 +267,7 @@ def test_a_copy_is_whole_while_the_writer_goes_on(
 ) -> None:
     copy = tmp_path / "copy.db"
     columns, backlog = Columns(), Backlog(10**8)
-    columns.outputs, columns.channels = OUTPUTS, CHANNELS
+    columns.outputs = OUTPUTS
     url, settings = parse_url(url_of(history)), HistorianSettings()
     writer = Writer(url, settings, CountingClock(), backlog, beside=False)
     for k in range(600, 900):

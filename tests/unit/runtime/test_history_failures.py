@@ -18,7 +18,6 @@ from sqlalchemy.exc import OperationalError
 from tests.scenes import scene
 from tests.unit.runtime.history_records import (
     BEGIN,
-    CHANNELS,
     OUTPUTS,
     CountingClock,
     cycle_record,
@@ -55,7 +54,7 @@ class Recorder:
     def __init__(self, path: Path, largest_bytes: int = 10**7) -> None:
         self.clock = CountingClock()
         self.columns = Columns()
-        self.columns.outputs, self.columns.channels = OUTPUTS, CHANNELS
+        self.columns.outputs = OUTPUTS
         self.backlog = Backlog(largest_bytes)
         url = parse_url(url_of(path))
         self.writer = Writer(url, QUICK, self.clock, self.backlog, beside=False)
@@ -76,7 +75,7 @@ def numbers_in(path: Path) -> list[int]:
 
 def columns() -> Columns:
     made = Columns()
-    made.outputs, made.channels = OUTPUTS, CHANNELS
+    made.outputs = OUTPUTS
     return made
 
 
@@ -594,7 +593,7 @@ async def test_cycles_and_events_come_back_exactly(tmp_path: Path) -> None:
 
     stored = [columns().row_of(record).values() for record in records]
     one = SqlHistorian(url_of(path), QUICK, CountingClock())
-    await one.open(OUTPUTS, CHANNELS)
+    await one.open(OUTPUTS)
     one.event(events[0])
     for record in records:
         one.record(record)
@@ -634,7 +633,7 @@ async def test_the_loop_never_waits_and_nothing_raises_while_the_database_hangs(
     monkeypatch.setattr(_writer, "_SILENT_S", -1.0)  # every silence is a long one
 
     one = SqlHistorian(url_of(path), QUICK, CountingClock())
-    await one.open(OUTPUTS, CHANNELS)
+    await one.open(OUTPUTS)
     assert await asyncio.to_thread(asked.wait, 30.0)
     for k in range(200):
         one.record(cycle_record(k))
@@ -659,7 +658,7 @@ async def test_a_record_that_is_none_counts_as_lost_and_raises_nothing(tmp_path:
     path = tmp_path / "h.db"
 
     one = SqlHistorian(url_of(path), QUICK, CountingClock())
-    await one.open(OUTPUTS, CHANNELS)
+    await one.open(OUTPUTS)
     one.record(None)
     one.event(None)
     one.record(cycle_record(1))
@@ -676,7 +675,7 @@ async def test_a_record_that_is_none_counts_as_lost_and_raises_nothing(tmp_path:
 @scene
 async def test_the_end_comes_within_its_time_and_counts_what_is_left(tmp_path: Path) -> None:
     one = SqlHistorian(url_of(tmp_path / "none" / "none" / "h.db"), QUICK, CountingClock())
-    await one.open(OUTPUTS, CHANNELS)
+    await one.open(OUTPUTS)
     for k in range(20):
         one.record(cycle_record(k))
     began_s = time.monotonic()

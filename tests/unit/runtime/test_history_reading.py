@@ -11,7 +11,6 @@ from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.history_records import (
     BEGIN,
-    CHANNELS,
     OUTPUTS,
     cycle_record,
     event_record,
@@ -56,7 +55,7 @@ def steps_of(trend: Trend, first: datetime) -> dict[int, tuple[float, float, flo
 def stored(records: Sequence[CycleRecord]) -> list[dict[str, object]]:
     """Return what is to come back of records, without their ids."""
     columns = Columns()
-    columns.outputs, columns.channels = OUTPUTS, CHANNELS
+    columns.outputs = OUTPUTS
     return [columns.row_of(record).values() for record in records]
 
 

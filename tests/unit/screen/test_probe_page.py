@@ -104,7 +104,7 @@ def morning(tmp_path_factory: pytest.TempPathFactory) -> Morning:
     run_in_virtual_time(play())
     records = historian.records
     path = tmp_path_factory.mktemp("probe") / "h.db"
-    write_history(path, records, outputs=("Z_um",), channels=model.channels)
+    write_history(path, records, outputs=("Z_um",))
     uncorrected, true = np.array(truth).T
     seen = np.array([record.samples[probe_name("Z_um")].good for record in records])
     span = records[0].utc, records[-1].utc + timedelta(seconds=CYCLE_S)

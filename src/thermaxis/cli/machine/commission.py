@@ -115,7 +115,7 @@ async def _prove(
     clock = runtime.SystemClock()
     parts = build_parts(configuration, clock)
     ports = parts.ports
-    await ports.historian.open(tuple(configuration.outputs), ())
+    await ports.historian.open(tuple(configuration.outputs))
     await ports.source.open()
     await ports.sink.open()
     try:

@@ -143,8 +143,6 @@ class Columns:
     def __init__(self) -> None:
         self.outputs: tuple[str, ...] = ()
         """Names of the outputs; to be set before the first record."""
-        self.channels: tuple[str, ...] = ()
-        """Names of the model's channels, likewise."""
         self._layouts: dict[tuple[object, ...], Layout] = {}
 
     def row_of(self, record: CycleRecord) -> Row:
@@ -184,7 +182,7 @@ class Columns:
             *[quality.value for quality in output.qualities],
         )
         lengths = (*map(len, vectors), *map(len, output.contribution_um), len(output.values))
-        key = (*record.samples, *lengths, record.parts, self.outputs, self.channels)
+        key = (*record.samples, *lengths, record.parts, self.outputs, record.channels)
         layout = self._layouts.get(key)
         if layout is None:
             layout = self._layouts[key] = self._layout(record)
@@ -208,7 +206,7 @@ class Columns:
         inputs = [input_column(name) for name in record.samples]
         yield from (Column(name, "number") for name in inputs)
         yield from (Column(f"{_stem_of(name)[0]}_age_s", "number", _MS_S) for name in inputs)
-        yield from (Column(output_column(name, "used"), "number") for name in self.channels)
+        yield from (Column(output_column(name, "used"), "number") for name in record.channels)
         for quantity in ("correction", "wanted", "model", "trim"):
             yield from self._by_output(quantity)
         weights = [_stem_of(name)[0] for name in self.outputs]
@@ -228,7 +226,7 @@ class Columns:
     def _texts(self, record: CycleRecord) -> Iterator[Column]:
         yield from (Column(name, "text") for name in _CODES)
         yield from (Column(f"{input_column(name)}_status", "text") for name in record.samples)
-        yield from (Column(f"{name}_quality", "text") for name in self.channels)
+        yield from (Column(f"{name}_quality", "text") for name in record.channels)
 
 
 def _named(columns: Iterator[Column], taken: dict[str, str]) -> Iterator[Column]:

@@ -10,7 +10,7 @@ from thermaxis.runtime._ports import CycleRecord, EventRecord, Historian, Histor
 class NoHistorian(Historian):
     """Takes everything and keeps nothing."""
 
-    async def open(self, outputs: Sequence[str], channels: Sequence[str]) -> None:
+    async def open(self, outputs: Sequence[str]) -> None:
         """Begin."""
 
     def record(self, record: CycleRecord) -> None:

@@ -67,10 +67,9 @@ class SqlHistorian(Historian):
 
     # ---- the loop's side ------------------------------------------------------------------------
 
-    async def open(self, outputs: Sequence[str], channels: Sequence[str]) -> None:
+    async def open(self, outputs: Sequence[str]) -> None:
         """Begin to store; a database that is not there is waited for."""
         self._columns.outputs = tuple(outputs)
-        self._columns.channels = tuple(channels)
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="historian", daemon=True)
             self._thread.start()

@@ -187,7 +187,7 @@ class CompensationLoop:
             has faded. [µm]
         """
         async with AsyncExitStack() as closing:
-            await self.historian.open(self._names, self.compensation.model.channels)
+            await self.historian.open(self._names)
             closing.push_async_callback(self.historian.close, 5.0)
             self._restore()
             self._journal.event("start", "event-loop_started", {"machine": self.settings.machine})
@@ -419,6 +419,7 @@ class CompensationLoop:
                 output,
                 self._applied,
                 lateness_s,
+                channels,
                 tuple(tuple(p.name for p in o.parts) for o in outputs),
                 diameter_mm,
                 _code_of(self.source.failure),
