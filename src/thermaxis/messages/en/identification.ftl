@@ -56,7 +56,11 @@ held_out-other_runs = Held out: each of { $runs } runs, by a model of the others
 ## What the record does not support of a part
 
 flag-time_constant = time constant not supported by the record: { FIXED($time_constant_s, decimals: 0) } s
-flag-delay_not_shown = delay indistinguishable from 0 (95 %: up to { $highest_s } s): none is used
+flag-delay_not_shown = delay indistinguishable from 0 (95 %: up to { $highest_s } s): none is used, and the intervals of gains hold for none{ $likeliest_s ->
+    [0] {""}
+   *[other] . The likeliest is { $likeliest_s } s: try --delay { $input }={ $likeliest_s } and keep what leaves less of rows held out
+    }
+flag-gains_given_delay = the intervals of gains hold for the delay used ({ $used_s } s), without its own uncertainty
 flag-delay_may_be_longer = the delay may be longer than { $highest_s } s, the longest that was looked for
 flag-dc_gain = DC gain not supported by the record
 

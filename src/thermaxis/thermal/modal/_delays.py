@@ -25,15 +25,15 @@ def likely_delays(
     wanted: Sequence[bool],
     farthest: int,
     block: int,
-) -> tuple[list[int], list[tuple[int, int] | None]]:
-    """Return the mean dead times of inputs where wanted, and 95 % intervals. [row]
+) -> tuple[list[int], list[tuple[int, int, int] | None]]:
+    """Return the mean dead times of inputs where wanted; ends of 95 %, likeliest between. [row]
 
     `log_evidence` is that of a record by the delays of all inputs, `farthest` the longest that is
     tried; a dead time whose interval holds none is none. Ends are the next ones tried outside.
     """
     known = cache(log_evidence)
     late = list(start)
-    ends: list[tuple[int, int] | None] = [None] * len(late)
+    ends: list[tuple[int, int, int] | None] = [None] * len(late)
     inputs = np.flatnonzero(wanted).tolist()
     for _ in range(_ROUNDS if len(inputs) > 1 else 1):
         before = late.copy()
@@ -50,8 +50,8 @@ def likely_delays(
 
 def _likely(
     log_evidence: Callable[[int], float], farthest: int, block: int
-) -> tuple[int, tuple[int, int]]:
-    """Return the mean of delays weighted by their likelihood, and their 95 % interval. [row]"""
+) -> tuple[int, tuple[int, int, int]]:
+    """Return the mean of delays by their likelihood; ends of 95 %, likeliest between. [row]"""
     spacing, finest = max(block, 1), max(round(FINEST_SHARE * block), 1)
     tried = np.unique(np.append(np.arange(0, farthest, spacing), farthest))
     while True:
@@ -66,4 +66,5 @@ def _likely(
     first, last = max(inside[0] - 1, 0), min(inside[-1] + 1, tried.size - 1)
     weight = np.exp(found - np.max(found)) * np.gradient(tried)
     mean = round(float(weight @ tried / np.sum(weight)))
-    return (mean if tried[first] else 0), (int(tried[first]), int(tried[last]))
+    low, likeliest, high = tried[[first, int(np.argmax(found)), last]].tolist()
+    return (mean if low else 0), (low, likeliest, high)

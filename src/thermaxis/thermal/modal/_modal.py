@@ -408,12 +408,13 @@ def modal(
     std = list(result.std)
     for k, ends in enumerate(ends_s):
         if ends is not None:
-            flags = list(std[k].flags)
-            if not delays_s[k]:
-                flags.append(Message("flag-delay_not_shown", {"highest_s": ends[1]}))
-            if ends[1] >= _longest_delay_s(experiments):
-                flags.append(Message("flag-delay_may_be_longer", {"highest_s": ends[1]}))
-            std[k] = replace(std[k], delay_interval_s=ends, flags=tuple(flags))
+            low_s, likeliest_s, high_s = ends
+            code = "flag-gains_given_delay" if delays_s[k] else "flag-delay_not_shown"
+            values = {"highest_s": high_s, "likeliest_s": likeliest_s, "used_s": delays_s[k]}
+            flags = [*std[k].flags, Message(code, {"input": input_names[k], **values})]
+            if high_s >= _longest_delay_s(experiments):
+                flags.append(Message("flag-delay_may_be_longer", {"highest_s": high_s}))
+            std[k] = replace(std[k], delay_interval_s=(low_s, high_s), flags=tuple(flags))
     rounded = [
         Message("warning-delay_rounded", {"input": name, "given_s": given_s, "used_s": used_s})
         for name, given_s, used_s in zip(input_names, chosen.delays_s, delays_s, strict=True)
@@ -429,8 +430,8 @@ def _longest_delay_s(experiments: Sequence[Experiment]) -> float:
 
 def _delays(
     experiments: Sequence[Experiment], wanted: Sequence[float | None], options: ModalOptions
-) -> tuple[tuple[float, ...], list[tuple[float, float] | None]]:
-    """Return the delays of all inputs in whole rows, with the intervals of those not given. [s]"""
+) -> tuple[tuple[float, ...], list[tuple[float, float, float] | None]]:
+    """Return all delays in whole rows; of those not given ends of 95 %, likeliest between. [s]"""
     longest_s, step_s = (max(e.duration_s for e in experiments), experiments[0].sample_time_s)
     longest_given_s = max(delay_s or 0.0 for delay_s in wanted)
     if longest_given_s > longest_s / 2.0:
@@ -450,7 +451,9 @@ def _delays(
         late, ends = likely_delays(log_evidence, late, open_, round(farthest), block)
         if late == before:
             break
-    in_seconds = [None if e is None else (step_s * e[0], step_s * e[1]) for e in ends]
+    in_seconds = [
+        None if e is None else (step_s * e[0], step_s * e[1], step_s * e[2]) for e in ends
+    ]
     return tuple(step_s * row for row in late), in_seconds
 
 
