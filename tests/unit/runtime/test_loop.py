@@ -541,7 +541,7 @@ async def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refuse
         assert (loop.status.model_file, loop.status.model_sha256) == ("new.json", "11")
         assert bench.machine.z_um == pytest.approx(-27.0, abs=0.01)
     bench.assert_law(late_cycles=1.0)
-    assert {record.channels for record in bench.historian.records} == {("s",)}
+    assert {record.channels for record in bench.historian.records} == {("s", "c")}
     told = [(e.who, e.details["text"], e.details["accepted"]) for e in bench.said("request")]
     assert told[1:4] == [
         ("Jana", "outside.json", False),
