@@ -5,6 +5,7 @@ import asyncio
 import signal
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,7 @@ from tests.unit.runtime.simulated import Rig, state_of
 from thermaxis.cli import main
 from thermaxis.cli.machine import run
 from thermaxis.cli.machine._signals import at_signals
+from thermaxis.cli.machine.commission import _until_a_signal
 from thermaxis.cli.machine.run import _ask_first
 from thermaxis.compensation import SupervisorState
 from thermaxis.runtime import OTHER_COMPENSATION, read_machine
@@ -68,3 +70,21 @@ def test_a_history_that_cannot_be_written_keeps_no_machine_from_running(
     assert main(["run", str(path)]) == 0
     assert len(ran) == 1
     assert "nothing is recorded: " in capsys.readouterr().err
+
+
+def test_a_step_is_brought_back_when_its_terminal_is_closed_however_often_that_tells() -> None:
+    stands: list[str] = []
+
+    async def step() -> Any:
+        try:
+            stands.append("out")
+            signal.raise_signal(signal.SIGHUP)
+            await asyncio.sleep(5.0)
+        finally:
+            signal.raise_signal(signal.SIGHUP)
+            await asyncio.sleep(0.01)
+            stands.append("back")
+
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(_until_a_signal(step()))
+    assert stands == ["out", "back"]

@@ -10,14 +10,14 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def at_signals(
-    act: Callable[[], None], hung_up: Callable[[], None] | None = None
+    act: Callable[[], object], hung_up: Callable[[], object] | None = None
 ) -> Generator[None]:
     """Call something at every such signal; where there are none, as on Windows, never.
 
     What outlives its terminal, as after nohup, goes on to.
     """
     loop = asyncio.get_running_loop()
-    actions: dict[signal.Signals, Callable[[], None]] = dict.fromkeys(_SIGNALS, act)
+    actions: dict[signal.Signals, Callable[[], object]] = dict.fromkeys(_SIGNALS, act)
     try:
         if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
             actions[signal.SIGHUP] = hung_up or act

@@ -10,6 +10,7 @@ import asyncio
 import json
 import math
 import sys
+from collections.abc import Coroutine
 from pathlib import Path
 from statistics import median
 
@@ -18,6 +19,7 @@ from asyncua.ua import DataValue
 from thermaxis import runtime
 from thermaxis.cli._arguments import adder, refuse_alone
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts, sole_runner
+from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
@@ -80,7 +82,10 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write("Nothing was moved.\n")
         return 1
     with sole_runner(configuration):
-        proof = asyncio.run(_prove(configuration, plan, arguments))
+        try:
+            proof = asyncio.run(_until_a_signal(_prove(configuration, plan, arguments)))
+        except asyncio.CancelledError:
+            raise KeyboardInterrupt from None
     sys.stdout.write(_said(proof))
     if arguments.json is not None:
         arguments.json.write_text(json.dumps(_record(proof), indent=2) + "\n", encoding="utf-8")
@@ -105,6 +110,15 @@ def _asked(question: str) -> bool:
     sys.stdout.write(question)
     sys.stdout.flush()
     return sys.stdin.readline().strip().casefold() in _ANSWERS_YES
+
+
+async def _until_a_signal(
+    proof: Coroutine[object, object, runtime.StepProof],
+) -> runtime.StepProof:
+    """Bring the offset back at a signal; a second one ends at once, but a terminal's none."""
+    proving = asyncio.create_task(proof)
+    with at_signals(proving.cancel, lambda: proving.cancelling() or proving.cancel()):
+        return await proving
 
 
 async def _prove(
