@@ -54,6 +54,21 @@ def test_a_disk_without_locks_stops_what_acts_on_a_machine_alone(
         writer_lock(tmp_path / "h.db").release()
 
 
+def test_a_full_disk_keeps_no_program_from_its_lock(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "write", refuse)
+    with (
+        sole_runner(tmp_path / "lathe.state.json", "lathe"),
+        refused("machine_in_use", pid="unknown"),
+        sole_runner(tmp_path / "lathe.state.json", "lathe"),
+    ):
+        pytest.fail("nothing may begin")
+
+
 def test_an_error_inside_the_body_is_not_taken_for_a_second_program(tmp_path: Path) -> None:
     with pytest.raises(BlockingIOError, match="of the body"), sole_writer(tmp_path, "lathe"):
         raise BlockingIOError(11, "of the body")

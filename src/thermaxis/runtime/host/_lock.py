@@ -8,7 +8,7 @@ import struct
 import sys
 import tempfile
 from collections.abc import Generator, Iterable
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -47,9 +47,10 @@ def file_lock(path: Path, taken: ConfigurationError, *, required: bool) -> BaseF
 
 
 def _sign(descriptor: int) -> None:
-    """Write who holds the file."""
-    os.ftruncate(descriptor, 0)
-    os.write(descriptor, str(os.getpid()).encode())
+    """Write who holds the file, if there is place: a full disk is no reason to hold nothing."""
+    with suppress(OSError):
+        os.ftruncate(descriptor, 0)
+        os.write(descriptor, str(os.getpid()).encode())
 
 
 def _signed(path: Path) -> str:

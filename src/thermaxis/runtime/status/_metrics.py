@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import datetime
 from functools import partial
-from socketserver import ThreadingMixIn
+from socketserver import TCPServer, ThreadingMixIn
 from typing import TYPE_CHECKING, Any, cast, final
 from urllib.parse import urlsplit
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
@@ -138,6 +138,12 @@ class _HttpServer(ThreadingMixIn, WSGIServer):
         self._free = threading.Semaphore(MOST_CONNECTIONS)
         super().__init__(address, _Handler)
         self.set_app(app)
+
+    def server_bind(self) -> None:
+        """Bind without a search for the computer's name, which takes long where nobody knows it."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = self.socket.getsockname()[:2]
+        self.setup_environ()
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
         """Return whether there is a place; what is too many is closed."""
