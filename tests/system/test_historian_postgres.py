@@ -223,6 +223,9 @@ def test_cycles_events_and_trends_are_those_of_sqlite(server: Server, tmp_path: 
     with HistoryReader(server.url, PASSWORD) as big, HistoryReader(url_of(path)) as small:
         assert [e.text for e in big.events()] == [event.text, "zero \\x00 and half \\ud800"]
         assert big.events()[0] == event
+        with big._asked() as connection:  # one moment for what is closed and for the rows
+            shown = connection.exec_driver_sql("SHOW transaction_isolation").scalar_one()
+        assert shown == "repeatable read"
         assert big.span() == small.span()
         assert big.series() == small.series()
         for first_s, last_s, points in spans:

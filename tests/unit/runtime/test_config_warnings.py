@@ -92,6 +92,15 @@ def test_a_disk_that_the_history_fills_is_said(
     found = codes(warned(tmp_path))["disk_short"].values
     assert found["day_mb"] * found["left_days"] == pytest.approx(50.0)
     assert found["days"] == 30
+    assert found["day_mb"] == pytest.approx(86_400.0 * (30.0 + 1.5 * 7) / 1e6)
+    file = tmp_path / "taken"
+    file.write_text("no folder")
+    database = (
+        'url = "sqlite:///history/lathe.db"',
+        f'url = "postgresql://anna@127.0.0.1/lathe"\nfolder = "{file}"',
+    )
+    place = codes(warned(tmp_path, database))["error-folder_not_found"].place
+    assert (place.file, place.key) == (str(file), "historian.folder")
 
 
 def test_state_and_history_are_no_other_file_of_the_configuration(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import tempfile
 from dataclasses import replace
 from datetime import timedelta
@@ -31,6 +32,7 @@ from thermaxis.runtime.history import (
     HistoryReader,
     Writer,
     check_history,
+    copy_history,
     export_history,
     parse_url,
 )
@@ -167,6 +169,35 @@ def test_a_damaged_file_ends_an_export_and_leaves_the_older_one(tmp_path: Path) 
     assert [p.name for p in tmp_path.glob("*.part")] == []
     with pytest.raises(DataError, match="cannot be read"):
         check_history(url_of(path))
+
+
+def test_a_copy_begins_again_where_a_day_was_joined_and_leaves_nothing_where_it_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, target = tmp_path / "h.db", tmp_path / "copies" / "copy.db"
+    target.parent.mkdir()
+    write_history(path, [cycle_record(k, cycle_s=60.0) for k in range(200)])
+    copied: list[str] = []
+
+    def joined(source: Path, copy: Path) -> None:
+        copied.append(source.name)
+        if len(copied) in {2, 3}:
+            raise FileNotFoundError(2, "No such file or directory", str(source))
+        if len(copied) == 30:
+            raise OSError(28, "No space left on device")
+        shutil.copyfile(source, copy)
+
+    monkeypatch.setattr(shutil, "copy2", joined)
+    copy_history(url_of(path), target)
+    with HistoryReader(url_of(target)) as reader:
+        assert reader.cycles().collect().height == 200
+    copied[:] = copied + [""] * (29 - len(copied))
+    with pytest.raises(OSError, match="No space"):
+        copy_history(url_of(path), target.with_name("full.db"))
+    (tmp_path / "h").rename(tmp_path / "away")
+    with pytest.raises(DataError, match="is not there"):
+        copy_history(url_of(path), target.with_name("away.db"))
+    assert sorted(found.name for found in target.parent.iterdir()) == ["copy", "copy.db"]
 
 
 def test_minutes_that_cannot_be_read_are_damage(tmp_path: Path) -> None:

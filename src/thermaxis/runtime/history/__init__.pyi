@@ -9,6 +9,7 @@ from ._columns import (
 )
 from ._database import (
     check_database as check_database,
+    history_folder as history_folder,
     parse_url as parse_url,
     printable_cause as printable_cause,
 )

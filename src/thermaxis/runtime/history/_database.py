@@ -99,7 +99,9 @@ def reading_engine(url: URL) -> sa.Engine:
     """Return an engine that cannot write."""
     path = sqlite_path(url)
     if path is None:
-        return _postgresql_engine(url, " -c default_transaction_read_only=on")
+        # One moment for both: what is closed, and the rows that are not.
+        moment = "-c default_transaction_isolation=repeatable\\ read"
+        return _postgresql_engine(url, f" -c default_transaction_read_only=on {moment}")
     if not path.is_file():
         raise ConfigurationError("file_not_found", place=Place(str(path)))
     # A folder that cannot be written to has no place for the log's index; a file without a log

@@ -217,23 +217,30 @@ def copy_history(url: str, target: Path) -> None:
     if path is None:
         raise ConfigurationError("server_history_copied", place=Place(url))
     folder = target.with_suffix("") if target.suffix else target.with_name(f"{target.name}.parts")
-    for taken in (target, folder):
+    part = target.with_name(f"{target.name}.part")
+    for taken in (target, folder, part):
         if taken.exists():
             raise ConfigurationError("file_exists", place=Place(str(taken)))
-    part = target.with_name(f"{target.name}.part")
 
     def copied() -> None:
+        part.unlink(missing_ok=True)
         _copy_database(path, part)
         shutil.rmtree(folder, ignore_errors=True)
         if reader.folder.is_dir():
-            shutil.copytree(
-                reader.folder, folder / reader.folder.name, ignore=shutil.ignore_patterns("*.part")
-            )
+            (folder / reader.folder.name).mkdir(parents=True)
+        for file in sorted(reader.folder.glob("day=*/*.parquet")):
+            copy = folder / reader.folder.name / file.parent.name / file.name
+            copy.parent.mkdir(exist_ok=True)
+            shutil.copy2(file, copy)
 
     try:
         with HistoryReader(url) as reader:
+            reader.span()  # refuses where the folder is gone
             reader.retried(copied)
         part.rename(target)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
     finally:
         part.unlink(missing_ok=True)
 
