@@ -129,6 +129,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
         ("--output", "Z_um", *INPUT, "--sample-time", "0.5"),
         "sample_time_too_short",
     ),
+    "reference behind the log": (
+        ("--output", "Z_um", *INPUT, "--reference", "300h"),
+        "reference_too_long",
+    ),
     "orders of modal": (("--output", "Z_um", *INPUT, "--orders", "1,1,0"), "has no orders"),
     "no orders": (("--output", "Z_um", *INPUT, "--method", "arx", "--orders", "1,1"), "na,nb,nk"),
     "candidates that are not there": (

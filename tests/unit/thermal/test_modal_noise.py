@@ -63,6 +63,14 @@ def test_lags_of_a_machine_at_its_reference_begin_at_zero_whatever_the_first_rea
     assert segment.lag_means(0, TAUS_S)[0].tolist() == [0.0, 0.0, 0.0]
 
 
+def test_the_zero_has_no_rows_behind_the_last_whole_block():
+    u = np.ones((10_005, 1))
+    one = Experiment(10.0, u, np.ones(u.size), "", None, 1e6)
+    (segment,) = segments_of([one], 100.0, (0.0,))
+    assert segment.zero[-1] < segment.u[0].size < u.size
+    assert segment.lag_zero(0, TAUS_S)[0] == 1.0
+
+
 def test_a_delay_shifts_an_input_by_whole_rows():
     experiment = _series(600)
     (segment,) = segments_of([experiment], 10.0, (90.0, 0.0))

@@ -167,6 +167,7 @@ def read_logs(
     sample_time_s: float | None = None,
     masks: Sequence[Mask] = (),
     as_logged: bool = False,
+    reference_s: float | None = None,
 ) -> list[ReadLog]:
     """Read logs, or the same part of each, without their faults."""
     found: list[ReadLog] = []
@@ -181,6 +182,13 @@ def read_logs(
         if part is not None:
             first, last = part.rows_of(log)
             log = log.span(first, last)
+        if reference_s is not None and reference_s > log.duration_s:
+            raise ConfigurationError(
+                "reference_too_long",
+                place=Place(file=log.where, key="--reference"),
+                reference_s=reference_s,
+                duration_s=log.duration_s,
+            )
         with path.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
         found.append(ReadLog(log, TrainingLog(path.name, digest, log.rows, first)))
@@ -194,6 +202,7 @@ def logs_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[Therma
         mapping=arguments.mapping,
         masks=arguments.mask,
         as_logged=arguments.as_logged,
+        reference_s=arguments.reference,
     )
     return [entry.log for entry in entries]
 

@@ -178,6 +178,7 @@ def run(arguments: argparse.Namespace) -> int:
             sample_time_s=arguments.sample_time,
             masks=arguments.mask,
             as_logged=arguments.as_logged,
+            reference_s=arguments.reference,
         )
         _check_twice(entries)
         logs = [entry.log for entry in entries]

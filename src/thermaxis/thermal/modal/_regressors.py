@@ -198,6 +198,7 @@ def _segment(
     if y.size % rows and blocks > MANY_BLOCKS:
         blocks -= 1
         y, columns = y[: blocks * rows], [c[: blocks * rows] for c in columns]
+        zero = zero[zero < begin + y.size]
     padding = blocks * rows - y.size
     missing = np.isnan(y)
     if padding:
