@@ -135,11 +135,28 @@ def test_a_model_of_inputs_that_say_nothing_is_not_to_be_used() -> None:
     assert own.held_out.fit_percent <= 0.0
     condemned = {w.code for w in own.warnings} & {"warning-explains_nothing", "warning-not_fit"}
     assert condemned == {"warning-explains_nothing"}, "no rule explains anything either"
+    (said,) = (w for w in own.warnings if w.code == "warning-explains_nothing")
+    cut = int(0.7 * ROWS)
+    constants = (np.sqrt(np.mean((z[cut:] - one) ** 2)) for one in (z[cut - 1], np.mean(z[:cut])))
+    assert said.values["constant_um"] == pytest.approx(min(constants), rel=0.01)
     for method in (Method.STATIC, Method.AVERAGES):
         (rule,) = identify(made, method=method).outputs
         assert str(method) not in [w.values.get("method") for w in rule.warnings]
     true = identify(records_of([warmed(3)], INPUTS, ["Z_um"])).outputs[0]
     assert "warning-explains_nothing" not in {w.code for w in true.warnings}
+
+
+def test_a_model_that_leaves_less_than_all_that_was_known_before_is_not_condemned() -> None:
+    random = np.random.default_rng(6)
+    a = np.append(np.repeat(random.uniform(0.0, 4.0, 13), 20), np.zeros(20))
+    a = np.append(a, np.full(ROWS - a.size, 5.0))
+    z = 20.0 * a + random.normal(0.0, 0.1, ROWS) + np.where(np.arange(ROWS) < 0.7 * ROWS, 0.0, 25.0)
+    a[0] = z[0] = 0.0
+    (own,) = identify(records(20.0 + a, 20.0 + OTHER, {"Z_um": z})).outputs
+    assert own.held_out is not None
+    assert own.held_out.fit_percent < 0.0, "those rows hardly move, which was not known before"
+    assert own.held_out.rmse_um["model"] < own.held_out.constant_um
+    assert not {w.code for w in own.warnings} & {"warning-explains_nothing", "warning-not_fit"}
 
 
 def test_what_is_advised_can_be_done_and_leaves_what_was_said() -> None:

@@ -168,7 +168,7 @@ def test_an_input_that_a_model_does_not_explain_is_named_at_its_lag_and_no_other
     assert (said.code, said.values["name"]) == ("residual-input", "table")
     assert said.values["from_min"] == pytest.approx(24.0, abs=3.0)
     (refused_,) = left_over_messages(verify(MODEL, [test.span(0, 30)]))
-    assert refused_.code == "error-too_few_residuals"
+    assert refused_.code == "residual-few_rows"
 
 
 def test_logs_are_pooled_about_their_own_means() -> None:

@@ -28,13 +28,13 @@ warning-trained_badly = on its own training rows the model leaves { $model_um } 
     [yes] what drifts (told with the reading of the log) is no answer of an input, so mend it and identify anew
    *[no] look for what no input explains (a drift, a switch, a missing sensor), or give other inputs or methods
     }
-warning-explains_nothing = do not use it, it explains nothing: on rows held out the model leaves { $model_um } um, no less than their own mean (standard deviation in the training { $std_um } um); check sensors, inputs and rows first, or give another test
+warning-explains_nothing = do not use it, it explains nothing: on rows held out the model leaves { $model_um } um, no less than a constant that was known before ({ $constant_um } um); check sensors, inputs and rows first, or give another test
 warning-probe_drift = the displacement of the log drifts by { SIGNED($um_per_h) } um/h ({ SIGNED($drift_um) } um in { $span_h } h), as a probe does and no input explains; the model leaves it out
 warning-drift_held_out = what the model leaves of rows held out is less than the probe drifts: they do not judge it, only a log without this drift can
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
 warning-candidates_left_out = not learnt from, as their sensors cannot be trusted (the findings say why): { $names }
 warning-two_regimes_by = two regimes in { $log }: gains and time constants change with { $column } ({ $low } or { $high }), which is { $high } in rows { $rows } (stretches in all: { $stretches }). Train and run the model at one of the two, interlocked with it: nothing on the machine switches models
-warning-two_regimes_gains = DC gains in um/K at { $column } { $low } / { $high } in { $log }: { $gains }; gains and lags that switch leave { $rmse_um } um of the last 30 % of its measured rows, one model { $one_um } um
+warning-two_regimes_gains = DC gains in um/K at { $column } { $low } / { $high } in { $log }: { $gains }; gains and lags that switch leave { $rmse_um } um of the last 30 % of its measured rows, gains and lags that do not { $one_um } um (both from rest and about the mean of what they leave before, unlike the table of errors)
 two_regimes-rows = { $first }..{ $last }
 two_regimes-gains = { $input } { $low_um_per_k } / { $high_um_per_k }
 warning-two_regimes = two regimes: { $log } is much more likely with gains and time constants that change while it runs, so no one model fits it; in which rows it does not show. What switches there (coolant, a door, a table)? Log it as a column of 0 and 1
@@ -79,5 +79,6 @@ rule-some_kept = { $kept } of { $healthy } healthy candidates are kept, the leas
 ## What the residual of a free run says
 
 residual-white = { $channel }: what is left is white, means over { FIXED($step_min, decimals: 1) } min do not follow each other
+residual-few_rows = { $channel }: too few rows count to say what is left
 residual-slow = { $channel }: what is left is slow, { $rows } means over { FIXED($step_min, decimals: 1) } min are worth { FIXED($worth, decimals: 0) } (neighbours correlate by { FIXED($correlation, decimals: 2) })
 residual-input = { $channel }: what { $name } does is not all explained, most clearly from { FIXED($from_min, decimals: 0) } to { FIXED($to_min, decimals: 0) } min later

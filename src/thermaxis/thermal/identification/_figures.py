@@ -252,20 +252,24 @@ def _group(
     judged: dict[str, HeldOut] = {}
     for name, runs in own.items():
         figures = pooled_figures(runs)
-        rmse = _rmse(figures, _left_um(runs, beside[name]), hold=_hold(runs))
+        hold_um, mean_um = _constants(runs)
+        rmse = _rmse(figures, _left_um(runs, beside[name]), hold=hold_um)
         starts = tuple(run.start.start for run in runs)
-        judged[name] = HeldOut(what, figures.fit_percent, rmse, starts)
+        judged[name] = HeldOut(what, figures.fit_percent, rmse, min(hold_um, mean_um), starts)
     return judged
 
 
-def _hold(runs: Sequence[VerifiedOutput]) -> float:
-    """Return what is left where the last displacement before the rows that count stays. [µm]"""
-    left: list[FloatArray] = []
+def _constants(runs: Sequence[VerifiedOutput]) -> tuple[float, float]:
+    """Return what the last displacement before the rows that count leaves, and their mean. [µm]"""
+    left: list[tuple[FloatArray, FloatArray]] = []
     for run in runs:
         before = run.measured_um[: int(np.argmax(run.counted))]
         known = before[~np.isnan(before)]
-        left.append(run.measured_um[run.counted] - (known[-1] if known.size else 0.0))
-    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+        there = run.measured_um[run.counted]
+        last, mean = (known[-1], np.mean(known)) if known.size else (0.0, 0.0)
+        left.append((there - last, there - mean))
+    hold, mean = (float(np.sqrt(np.mean(np.concatenate(e) ** 2))) for e in zip(*left, strict=True))
+    return hold, mean
 
 
 def _drift_um(output: IdentifiedOutput) -> float:
@@ -302,13 +306,13 @@ def _verdict(
     left_um = held_out.rmse_um
     rmse = {name: significant(value, 3) for name, value in left_um.items()}
     worse = left_um["model"]
-    here_um = worse / max(1.0 - held_out.fit_percent / 100.0, 1e-9)
+    constant_um = held_out.constant_um
     std_um = trained.rmse_um / max(1.0 - trained.fit_percent / 100.0, 1e-9)
-    others = {rule: left_um.get(rule, here_um) for rule in NOT_FIT if rule is not method}
-    less = [rule for rule, um in others.items() if um < here_um and worse > LESS * um]
+    others = {rule: left_um.get(rule, constant_um) for rule in NOT_FIT if rule is not method}
+    less = [rule for rule, um in others.items() if um < constant_um and worse > LESS * um]
     unfit = [rule for rule in less if worse > NOT_FIT[rule] * others[rule]]
     much = worse > LEAST_LEFT * std_um
-    if not less and not (much and worse >= here_um):
+    if not less and not (much and worse >= constant_um):
         return ()
     if worse < drift_um:
         return (Message("warning-drift_held_out"),)
@@ -317,5 +321,5 @@ def _verdict(
         values = {"model_um": rmse["model"], "method": str(best), "simple_um": rmse[best]}
         code = "warning-not_fit" if much and unfit else "warning-simple_left_less"
         return (Message(code, values),)
-    values = {"model_um": rmse["model"], "std_um": significant(std_um, 3)}
+    values = {"model_um": rmse["model"], "constant_um": significant(constant_um, 3)}
     return (Message("warning-explains_nothing", values),)

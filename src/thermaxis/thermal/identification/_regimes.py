@@ -123,7 +123,7 @@ def _judged(
         left.append(output.held_out.rmse_um["model"])
     if left[0] > CLEARLY_LESS * min(left[1:]):
         return None
-    return fit_switched(one, on, names).models, left[0], min(left[1:])
+    return fit_switched(one, on, names).models, left[0], left[1]
 
 
 def _two_valued(log: ThermalLog, step_s: float) -> Iterator[tuple[str, BoolArray]]:

@@ -50,6 +50,9 @@ class HeldOut:
     """Root mean square error in free run of the ``model``, of a ``static`` regression and of fixed
     exponential ``averages``, each fitted to the same rows and relative to the start of the log;
     of ``hold``, the last displacement before them, or none where another run is judged. [µm]"""
+    constant_um: float
+    """What the better of two constants known before leaves: that displacement, or the mean of those
+    before the rows; zero where another run is judged. [µm]"""
     starts: tuple[LogStart, ...]
     """How every run that judges began, by the evidence of `verify`."""
 
@@ -69,9 +72,9 @@ class Regimes:
     """What holds at each, with the same lags in the same order (`simulate_switched`)."""
     held_out_rmse_um: float
     """Root mean square error of the free run that switches, from rest, on the last 30 % of the
-    measured rows, of models made from those before. [µm]"""
+    measured rows, about its mean on those before, of which the models are made. [µm]"""
     one_model_rmse_um: float
-    """That of one model; more. [µm]"""
+    """That of gains and lags that do not switch, judged alike; more. [µm]"""
 
 
 @final

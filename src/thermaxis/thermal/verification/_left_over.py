@@ -105,7 +105,10 @@ def left_over_messages(result: Verification) -> list[Message]:
         try:
             said += left_over(runs_of(result, name)).messages
         except DataError as error:
-            said.append(replace(error.message, place=Place(channel=name)))
+            if error.message.code == "error-too_few_residuals":
+                said.append(Message("residual-few_rows", {"channel": name}))
+            else:
+                said.append(replace(error.message, place=Place(channel=name)))
     return said
 
 
