@@ -7,6 +7,7 @@ import pytest
 
 from tests.opcua_server import KINDS, NAMESPACE, start_machine
 from thermaxis.cli import main
+from thermaxis.cli.machine.machine_file import _connection
 from thermaxis.compensation import CompensationModel, Output, Part, Section
 from thermaxis.files import write_model
 from thermaxis.runtime import AWAY, MachineConfiguration, examine_machine, read_machine
@@ -41,6 +42,7 @@ def test_a_machine_is_found_but_for_sign_limit_and_rate_which_check_refuses(
     part = Part("spindle", "T1", "T3", sections=(Section(1.0, 60.0),))
     write_model(CompensationModel(outputs=(Output("Z_um", (part,)),)), tmp_path / "model.json")
     path, port = asyncio.run(written(tmp_path, "--model", str(tmp_path / "model.json")))
+    assert 'model = "model.json"' in path.read_text(encoding="utf-8")
     refused = examine_machine(path)
     assert not isinstance(refused, MachineConfiguration)
     assert all(one.place.key.startswith("output.Z_um") for one in refused)
@@ -58,6 +60,19 @@ def test_a_machine_is_found_but_for_sign_limit_and_rate_which_check_refuses(
     assert output.effective_node == f"nsu={NAMESPACE};s=Effective"
     assert found.sink.heartbeat_node == f"nsu={NAMESPACE};s=Beat"
     assert {name: flag.value for name, flag in found.interlocks.items()} == {"Referenced": True}
+
+
+def test_files_are_named_as_they_count_from_the_folder_of_the_output(tmp_path: Path) -> None:
+    file = tmp_path / "a" / "connection.toml"
+    file.parent.mkdir()
+    file.write_text(
+        "[connection.x]\nsecurity = 'Basic256Sha256'\ncertificate = 'own.der'\n"
+        "private_key = 'own.pem'\nserver_certificate = '/c/it.der'\n",
+        encoding="utf-8",
+    )
+    for folder, own in ((tmp_path, "a/own.der"), (tmp_path / "b", f"{tmp_path}/a/own.der")):
+        table, _ = _connection(file, "opc.tcp://127.0.0.1:1", folder)
+        assert (table["certificate"], table["server_certificate"]) == (own, "/c/it.der")
 
 
 def test_what_is_there_already_is_kept(tmp_path: Path) -> None:

@@ -56,9 +56,10 @@ def run(arguments: argparse.Namespace) -> int:
     output: Path | None = arguments.output
     if output is not None and output.exists():
         raise ConfigurationError("file_kept", place=Place(str(output)))
-    table, settings = _connection(arguments.connection, arguments.url)
+    folder = (output or Path("machine.toml")).absolute().parent
+    table, settings = _connection(arguments.connection, arguments.url, folder)
     found = asyncio.run(browse_server(open_connection(_NAME, settings), SystemClock()))
-    text = "\n".join(_lines(found, table, arguments.model)) + "\n\n"
+    text = "\n".join(_lines(found, table, arguments.model, folder)) + "\n\n"
     text += "".join(
         f"# not used: {_told(one)} {one.node}\n" for one in found if _quoted(one.node) not in text
     )
@@ -71,7 +72,10 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _connection(file: Path | None, url: str) -> tuple[dict[str, object], ConnectionSettings]:
+def _connection(
+    file: Path | None, url: str, folder: Path
+) -> tuple[dict[str, object], ConnectionSettings]:
+    """Return the table as it stands in a file of a folder, and what it says."""
     table: dict[str, object] = {"security": "none"}
     if file is not None:
         tables = cast("dict[str, dict[str, object]]", read_tables(file).get("connection", {}))
@@ -83,11 +87,21 @@ def _connection(file: Path | None, url: str) -> tuple[dict[str, object], Connect
     found = tree_of(ConnectionSettings, table, (file or Path("machine.toml")).absolute().parent)
     if isinstance(found, list):
         raise refuse(found, file or url)
-    return table, found
+    named = ((key, getattr(found, key)) for key in table)
+    return table | {key: _named(one, folder) for key, one in named if isinstance(one, Path)}, found
+
+
+def _named(file: Path, folder: Path) -> str:
+    """Return a file's name as it counts from a folder: whole where it does not lie there."""
+    file = file.absolute()
+    return (file.relative_to(folder) if file.is_relative_to(folder) else file).as_posix()
 
 
 def _lines(
-    found: Sequence[FoundNode], table: Mapping[str, object], model_file: Path | None
+    found: Sequence[FoundNode],
+    table: Mapping[str, object],
+    model_file: Path | None,
+    folder: Path,
 ) -> Iterator[str]:
     """Yield the file line by line."""
     model = None if model_file is None else read_model(model_file)
@@ -99,7 +113,8 @@ def _lines(
     flags = [one for one in found if isinstance(one.value, bool)]
     yield "# Written from what the server shows. A guess says so: confirm it. What is to be decided"
     yield "# is 0 or empty, so that thermaxis check refuses it: docs/machine-toml.md."
-    yield f'\n[machine]\nname = "machine"\nmodel = {_quoted(str(model_file or "model.json"))}'
+    name = _named(model_file or folder / "model.json", folder)
+    yield f'\n[machine]\nname = "machine"\nmodel = {_quoted(name)}'
     yield f"\n[connection.{_NAME}]"
     yield from (
         f"{key} = {_quoted(value) if isinstance(value, str) else value}"
