@@ -653,6 +653,8 @@ async def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
     async def self_test() -> tuple[Message, ...]:
         tested_s.append(asyncio.get_running_loop().time())
         await asyncio.sleep(0.3)
+        if len(tested_s) == 3:
+            raise ValueError("of a defect")
         return findings[min(len(tested_s), len(findings)) - 1]
 
     bench.self_test = self_test
@@ -664,12 +666,13 @@ async def test_a_self_test_that_fails_forbids_until_it_passes() -> None:
         assert {w.after_um for w in bench.machine.writes} <= {0.0}
         assert loop.status is not None
         assert "self_test" in [alarm.code for alarm in loop.status.alarms]
-        await asyncio.sleep(TESTED_EVERY_S + 8.0)
+        await asyncio.sleep(2.0 * TESTED_EVERY_S + 8.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-    assert len(tested_s) == 3
+    assert len(tested_s) == 4
     assert min(b - a for a, b in pairwise(tested_s)) >= TESTED_EVERY_S
     alarms = [e.values for e in bench.said("alarm") if e.code == "event-self_test"]
-    assert alarms == [{"finding": finding}]
+    failed = Message("self_test-failed", {"cause": "ValueError: of a defect"})
+    assert alarms == [{"finding": finding}, {"finding": failed}]
     assert "event-self_test_passed" in [e.code for e in bench.said("start")]
     bench.assert_law()
 

@@ -6,6 +6,8 @@ self_test-not_connected = Není spojení: { $why }
     .remedy = Bez stroje se nic nekoriguje; čeká se na něj.
 self_test-no_more_answers = Server už neodpovídá: { $why }
     .remedy = Zkontrolujte server a síť.
+self_test-failed = Vlastní test sám selhal: { $cause }
+    .remedy = Příčinu nahlaste tomu, kdo tento program udržuje.
 self_test-server_without_time = Server neudává svůj čas: stáří hodnot není známo.
     .remedy = Nechte server udávat čas, nebo zapište time_stamp_required = false.
 self_test-clock_ahead = Spojeno; hodiny serveru jdou proti tomuto počítači o { FIXED($difference_s, decimals: 1) } s napřed.

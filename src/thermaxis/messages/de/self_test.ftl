@@ -6,6 +6,8 @@ self_test-not_connected = Nicht verbunden: { $why }
     .remedy = Ohne die Maschine wird nichts korrigiert; es wird auf sie gewartet.
 self_test-no_more_answers = Der Server antwortet nicht mehr: { $why }
     .remedy = Server und Netz prüfen.
+self_test-failed = Der Selbsttest selbst ist gescheitert: { $cause }
+    .remedy = Die Ursache dem melden, der dieses Programm pflegt.
 self_test-server_without_time = Der Server nennt seine Zeit nicht: Das Alter der Werte ist nicht bekannt.
     .remedy = Den Server seine Zeit nennen lassen oder time_stamp_required = false schreiben.
 self_test-clock_ahead = Verbunden; die Uhr des Servers geht gegenüber diesem Rechner { FIXED($difference_s, decimals: 1) } s vor.

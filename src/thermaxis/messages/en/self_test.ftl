@@ -6,6 +6,8 @@ self_test-not_connected = Not connected: { $why }
     .remedy = Nothing is corrected before the machine is there; it is waited for.
 self_test-no_more_answers = The server does not answer any more: { $why }
     .remedy = Look at the server and the network.
+self_test-failed = The self-test itself failed: { $cause }
+    .remedy = Report the cause to who maintains this program.
 self_test-server_without_time = The server does not state its time: how old values are is not known.
     .remedy = Let it state its time; or write time_stamp_required = false.
 self_test-clock_ahead = Connected; the server's clock is { FIXED($difference_s, decimals: 1) } s ahead of this computer's.

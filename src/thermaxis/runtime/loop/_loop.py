@@ -102,8 +102,8 @@ class CompensationLoop:
     models : Models, optional
         Where another model comes from. Default: nowhere.
     self_test : callable, optional
-        Awaited after the first connection; what it returns forbids a correction, each a message.
-        Default: nothing is tested.
+        Awaited after the first connection; what it returns forbids a correction, each a message,
+        and so does that it fails. Default: nothing is tested.
 
     Notes
     -----
@@ -112,6 +112,7 @@ class CompensationLoop:
     keeps it. It looks where the machine stands before every write and goes on from there; only
     what happens between that look and the write, a few milliseconds, is not noticed. It tells by
     an alarm where that is not where it had left the offset: a hold holds what was found.
+    A listener that raises ends it.
     """
 
     def __init__(

@@ -5,7 +5,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import replace
 from typing import final
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message, Place, printable
 from thermaxis.compensation import Compensation
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.loop._journal import Journal
@@ -40,9 +40,9 @@ class SelfTest:
             return
         if self._task is not None:
             if self._task.done():
-                found = tuple(self._task.result())
+                error, done = self._task.exception(), self._task
                 self._task, self._tested_s = None, now_s
-                self._take(found)
+                self._take((_failed(error),) if error else tuple(done.result()))
             return
         again = bool(self.forbidden) and now_s - self._tested_s >= TESTED_EVERY_S
         if there and (self.forbidden is None or again):
@@ -74,3 +74,9 @@ def with_self_test(compensation: Compensation) -> Compensation:
 
 def _kinds(findings: Sequence[Message]) -> list[tuple[str, Place]]:
     return [(finding.code, finding.place) for finding in findings]
+
+
+def _failed(error: BaseException) -> Message:
+    """Return the finding of a test that found nothing because it failed itself."""
+    cause = printable(f"{type(error).__name__}: {error}", 200)
+    return Message("self_test-failed", {"cause": cause})
