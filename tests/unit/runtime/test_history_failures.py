@@ -432,6 +432,29 @@ def test_a_folder_that_is_away_is_not_begun_anew(tmp_path: Path) -> None:
     assert "is not there" in texts_in(path, "alarm")[0]
 
 
+def test_what_is_being_closed_ends_with_its_database_also_where_that_was_exchanged(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(90), 60.0)
+    recorder.writer._beside = True
+    recorder.writer.attempt()
+    closing = recorder.writer._closing
+    assert closing is not None
+    with sqlite3.connect(path) as other:  # as in a database that was restored
+        other.execute("DELETE FROM history WHERE name LIKE 'run %'")
+    other.close()
+    recorder.record(range(90, 100), 60.0)
+    assert not recorder.writer.attempt()
+    assert closing.ended()
+    assert recorder.writer._closing is None
+    recorder.writer._beside = False
+    assert recorder.writer.attempt()
+    recorder.writer.close()
+    assert numbers_in(path)[-10:] == list(range(90, 100))
+
+
 def wait_for(closing: _closing.Closing) -> None:
     while not closing.ended():
         time.sleep(0.01)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from itertools import groupby
 from pathlib import Path
-from typing import Final, final
+from typing import Any, Final, cast, final
 
 import sqlalchemy as sa
 from filelock import BaseFileLock
@@ -165,7 +165,12 @@ class Store:
     def stored_seq(self) -> int:
         """Return the number of the last item of this run that is stored, -1 if none is. [1]"""
         with self._connection.begin():
-            return int(json.loads(t.known_of(self._connection)[self._run])["seq"])
+            return int(self._own()["seq"])
+
+    def _own(self) -> dict[str, Any]:
+        """Return what is known of this run; a database that was exchanged has no such row."""
+        own = sa.select(t.history.c.value).where(t.history.c.name == self._run)
+        return cast("dict[str, Any]", json.loads(self._connection.execute(own).scalar_one()))
 
     def write(self, items: Sequence[Item]) -> None:
         """Store items, all or nothing."""
@@ -191,8 +196,7 @@ class Store:
                         connection.execute(sa.insert(table), rows)
                 if events:
                     connection.execute(sa.insert(t.events), events)
-                known = json.loads(t.known_of(connection)[self._run])
-                self._know(self._run, json.dumps({**known, "seq": items[-1].seq}))
+                self._know(self._run, json.dumps({**self._own(), "seq": items[-1].seq}))
         except BaseException:
             self._layout, self._table = before
             raise

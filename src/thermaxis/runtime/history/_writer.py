@@ -241,9 +241,7 @@ class Writer:
             self._state("alarm", Message("event-part_unwritten", {"detail": why}))
 
     def _drop_store(self, error: BaseException) -> None:
-        if self._store is not None:
-            self._store.close()
-            self._store = None
+        self.close()
         self._fail(error)
 
     def _fail(self, error: BaseException) -> None:
