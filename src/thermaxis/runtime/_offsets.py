@@ -9,7 +9,9 @@ written since, of which those that A has passed are forgotten. So, by the tolera
 
 and E lies between where it was seen and the A of then and of now. What lies outside has moved by
 itself, and the correction goes on from there. After a silence, a lost connection or a cycle
-without a write nothing kept the offset, so that it is found anew as well.
+without a write nothing kept the offset, so that it is found anew as well. For a while then what had
+been written may still arrive, and a watchdog take it away: what lies between it and zero is waited
+for where writes are answered, and is no other writer's; from zero itself the correction goes on.
 """
 
 import math
@@ -124,8 +126,8 @@ class OutputOffset(NamedTuple):
     """Path of what is accepted: what was written since it was found; None for nothing."""
     acts: Path | None = None
     """Where it was seen to act, and what was accepted then; None where the machine is silent."""
-    earlier: Path | None = None
-    """What was written before it was found: a network may deliver it late."""
+    earlier: Span | None = None
+    """Zero, and all that was written before it was found: it may still be on its way."""
     left_um: float | None = None
     """Last written offset that was answered, or the one that was found. [µm]"""
     effective_um: float | None = None
@@ -284,9 +286,8 @@ def _find(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[OffsetsS
         moves = min(paths, default=-math.inf) > rules.tolerance_um
         if moves and not (one.moving and look.news_um is None):
             told.append(_mismatch(rules, k, one, um, look.number))
-        outputs.append(
-            _standing(rules, one, um, said[k], look.time_s, moving=moves and look.news_um is None)
-        )
+        at_s, moving = look.time_s, moves and look.news_um is None
+        outputs.append(_standing(rules, one, um, said[k], at_s, moving=moving, since_s=at_s))
     state = state._replace(outputs=tuple(outputs), touched_s=look.time_s, touched=look.utc)
     return state, found._replace(told=tuple(told))
 
@@ -307,19 +308,24 @@ def _standing(
     time_s: float,
     *,
     moving: bool,
-    another: bool = False,
+    since_s: float | None,
 ) -> OutputOffset:
     """Return an offset that goes on from where it was found.
 
-    After another writer a value that was once written is no proof any more that it is an own one.
+    What was written may be on its way since a time; after another writer it is no proof any more.
     """
     _, accepted_um, effective_um = said
     begin_um = um if accepted_um is None else accepted_um
     path = None if effective_um is None else Path(effective_um).further(begin_um, time_s, rules)
+    earlier = None
+    if one.written is not None and since_s is not None:
+        _, *ends_um = one.earlier or Span(since_s, 0.0, 0.0)
+        ends_um += one.written.hull_um
+        earlier = Span(since_s, min(ends_um), max(ends_um))
     return OutputOffset(
         written=Path(begin_um).further(um, time_s, rules),
         acts=path,
-        earlier=None if another else one.written or one.earlier,
+        earlier=earlier,
         left_um=um,
         effective_um=effective_um,
         followed_s=time_s,
@@ -341,7 +347,9 @@ def _follow(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
     others_s = state.others_s
     apart = not others_s or look.time_s - others_s[-1] >= OTHERS_APART_S
     for k, one in enumerate(state.outputs):
-        um = _moved_to(rules, one, said[k])
+        if one.earlier is not None and look.time_s - one.earlier.since_s > rules.read_back_s:
+            one = one._replace(earlier=None)  # noqa: PLW2901
+        um = _moved_to(rules, one, said[k], late=state.late)
         found.append(_snapped(rules, k, um))
         if um is None:
             outputs.append(_followed(rules, one, said[k], look.time_s))
@@ -351,8 +359,10 @@ def _follow(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
             told.append(_mismatch(rules, k, one, um, look.number, another=another))
         if another and apart:
             state = state._replace(others_s=(*others_s, look.time_s)[-MOST_OTHERS:])
+        since_s = look.time_s if one.earlier is None else one.earlier.since_s
+        since_s = None if another else since_s
         outputs.append(
-            _standing(rules, one, um, said[k], look.time_s, moving=True, another=another)
+            _standing(rules, one, um, said[k], look.time_s, moving=True, since_s=since_s)
         )
     state = state._replace(outputs=tuple(outputs), touched_s=look.time_s, touched=look.utc)
     moved = any(um is not None for um in found)
@@ -362,13 +372,15 @@ def _follow(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
     return state, Found(tuple(found) if moved else None, read_back, tuple(told))
 
 
-def _moved_to(rules: OffsetRules, one: OutputOffset, said: Applied) -> float | None:
+def _moved_to(rules: OffsetRules, one: OutputOffset, said: Applied, *, late: bool) -> float | None:
     """Return where an offset has gone by itself: accepted, or acting alone; None if it has not."""
     _, accepted_um, effective_um = said
     if accepted_um is None or one.written is None:
         return accepted_um
     if one.written.beyond_um(accepted_um) > rules.tolerance_um:
-        return accepted_um
+        at_zero = abs(accepted_um) <= rules.tolerance_um
+        waited = not (late or at_zero) and _explained(rules, one, accepted_um, late=False)
+        return None if waited else accepted_um
     if effective_um is None or one.acts is None:
         return None
     beyond_um = one.acts.further(accepted_um, 0.0, rules).beyond_um(effective_um)
@@ -377,12 +389,10 @@ def _moved_to(rules: OffsetRules, one: OutputOffset, said: Applied) -> float | N
 
 def _explained(rules: OffsetRules, one: OutputOffset, um: float, *, late: bool) -> bool:
     """Whether it is the watchdog's zero, the way there, or an own write that came late."""
-    back = one.written and Path(0.0, (*one.written.spans, Span(0.0, *one.written.hull_um)))
-    return (
-        abs(um) <= rules.tolerance_um
-        or (late and back is not None and back.beyond_um(um) <= rules.tolerance_um)
-        or (one.earlier is not None and one.earlier.beyond_um(um) <= rules.tolerance_um)
-    )
+    spans = () if one.earlier is None else (one.earlier,)
+    if late and one.written is not None:
+        spans = (*spans, Span(0.0, *one.written.hull_um))
+    return Path(0.0, spans).beyond_um(um) <= rules.tolerance_um
 
 
 def _followed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float) -> OutputOffset:

@@ -51,12 +51,15 @@ class LateControl:
     """Time constant by which what acts follows what is accepted. [s]"""
     tenths: bool = False
     """Whether it keeps whole tenths of a micrometre, as an Int16 does."""
+    watchdog_s: float = math.inf
+    """After so long without a new value it goes to zero. [s]"""
     node_um: float = 0.0
     accepted_um: float = 0.0
     effective_um: float = 0.0
     _goal_um: float = 0.0
     _queue: deque[tuple[float, float]] = field(default_factory=deque[tuple[float, float]])
     _copied_s: float = -math.inf
+    _beat_s: float = 0.0
 
     def write(self, um: float, now_s: float) -> None:
         self.node_um = round(10.0 * um) / 10.0 if self.tenths else um
@@ -65,9 +68,12 @@ class LateControl:
     def advance(self, now_s: float, elapsed_s: float) -> None:
         if self.sampled and now_s - self._copied_s >= self.late_s - 1e-9:
             self._copied_s, self._goal_um = now_s, self.node_um
+            self._beat_s = now_s if self._queue else self._beat_s
             self._queue.clear()
         while not self.sampled and self._queue and self._queue[0][0] <= now_s + 1e-9:
-            self._goal_um = self._queue.popleft()[1]
+            self._beat_s, self._goal_um = now_s, self._queue.popleft()[1]
+        if now_s - self._beat_s > self.watchdog_s:
+            self._goal_um = 0.0
         step_um = self.rate_um_per_s * elapsed_s
         to_go_um = self._goal_um - self.accepted_um
         self.accepted_um += min(max(to_go_um, -step_um), step_um)
@@ -92,8 +98,10 @@ class Shift(NamedTuple):
     """Cycles in which the correction waited for the control. [1]"""
 
 
-def compensate(compensation: Compensation, control: LateControl, hours: float) -> Shift:
-    """Compensate a machine whose spindle warms up and cools, again and again."""
+def compensate(
+    compensation: Compensation, control: LateControl, hours: float, freeze_s: float = 0.0
+) -> Shift:
+    """Compensate a machine whose spindle warms up and cools; the loop stands still at 40 s."""
     rules, cycle_s = offset_rules(compensation), compensation.cycle_s
     state: CycleState = cycle_state(compensation)
     offsets = OffsetsState((OutputOffset(),))
@@ -106,6 +114,8 @@ def compensate(compensation: Compensation, control: LateControl, hours: float) -
         now_s = number * cycle_s
         at = now_s, NOON + timedelta(seconds=now_s)
         control.advance(now_s, cycle_s)
+        if 40.0 < now_s < 40.0 + freeze_s:
+            continue
         look = Look(number, *at, connected=True, news_um=news, applied={"Z_um": control.said()})
         offsets, found = look_step(rules, offsets, look)
         told.extend(found.told)
