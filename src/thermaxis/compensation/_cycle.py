@@ -75,9 +75,10 @@ class CycleReading(NamedTuple):
     """What the machine reports as the offset that was written in the last cycle, one per output;
     None where nothing could be read. [µm]"""
     found_um: tuple[float | None, ...] | None = None
-    """Offsets found in the machine at the start, after a lost connection, and in every cycle in
-    which it was Off before, because nothing was written then: the correction goes on from there.
-    None where the last one written still stands; an output without one is not read back. [µm]"""
+    """Offsets found in the machine: at the start, after a lost connection, a silence or a look
+    without an answer, in every cycle after one that was Off, and wherever one has moved by itself.
+    The correction goes on from there. None where the last one written still stands; an output
+    without one is not read back. [µm]"""
     other_compensation: bool | None = False
     """Whether another compensation is active on an axis; None (could not be read): lost input."""
     requests: tuple[Request, ...] = ()
