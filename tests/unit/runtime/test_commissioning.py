@@ -156,6 +156,43 @@ def test_a_unit_that_is_wrong_by_a_thousand_moves_the_tool_by_the_step_itself(
     assert machine.z_um == 0.0
 
 
+def test_a_unit_that_is_wrong_by_a_thousand_is_noticed_on_a_machine_that_is_late() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+    moved_um: list[float] = []
+
+    class Late(SimulatedSink):
+        async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
+            asyncio.get_running_loop().call_later(4.0, machine.take, dict(correction_um))
+            return True
+
+    async def measure(_: Message) -> float:
+        moved_um.append(1000.0 * machine.z_um)
+        return moved_um[-1]
+
+    with pytest.raises(DataError) as caught:
+        run_in_virtual_time(prove_step(Late(machine), VirtualClock(), PLAN, measure))
+    assert caught.value.code == "step_moved_otherwise"
+    assert moved_um == [0.0, pytest.approx(10.0)]
+
+
+def test_a_step_of_which_the_machine_reports_no_part_is_not_made() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+
+    class Whole(SimulatedSink):
+        async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
+            return await super().write({n: float(round(u)) for n, u in correction_um.items()}, 1.0)
+
+    async def measure(_: Message) -> float:
+        return machine.z_um
+
+    plan = CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0), step_um=1.0)
+    with pytest.raises(DataError) as caught:
+        run_in_virtual_time(prove_step(Whole(machine), VirtualClock(), plan, measure))
+    assert caught.value.code == "step_untold"
+    assert machine.z_um == 0.0
+    assert {write["Z_um"] for write in machine.written} == {0.0}
+
+
 @pytest.mark.parametrize("late_s", [0.05, 0.3, 0.7, 1.0, 1.5, 3.0])
 def test_a_control_that_takes_offsets_over_late_is_waited_for(late_s: float) -> None:
     machine = SimulatedMachine({}, ("Z_um",))

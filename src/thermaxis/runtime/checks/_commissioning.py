@@ -121,12 +121,10 @@ async def _try_a_little(
     found_um = mover.now_um
     for share in TRIED_SHARES:
         little_um = share * plan.step_um
-        while abs(little_um) < abs(plan.step_um):
-            await mover.go_to(found_um + little_um)
-            await mover.stand(SETTLE_S)
-            if mover.can_tell(found_um, little_um):
-                break
+        while not await mover.told_of(found_um, little_um):
             little_um *= 10.0
+            if abs(little_um) >= abs(plan.step_um):
+                raise DataError("step_untold", place=Place(channel=plan.output))
         moved_um = await mover.measured(measure, "further", by_um=little_um)
         if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
             raise DataError(
@@ -168,7 +166,8 @@ async def prove_step(
     ------
     DataError
         If the machine is not there, does not take the offset or reports another one, the offset
-        found plus the step lies outside the limits, or a small part of it moved far more.
+        found plus the step lies outside the limits, or a small part of it moved far more or is
+        not reported.
     """
     found = await sink.found(_WAIT_S) or {}
     found_um = found.get(plan.output)
@@ -259,6 +258,15 @@ class _Mover:
         """Go there, and wait until the machine agrees."""
         while self.now_um != goal_um or not self.agrees:
             await self._cycle(goal_um)
+
+    async def told_of(self, found_um: float, by_um: float) -> bool:
+        """Go by so much; wait as long as the machine may take, and say whether it reports it."""
+        await self.go_to(found_um + by_um)
+        until_s = self.clock.monotonic_s() + self.plan.read_back_s
+        await self.stand(SETTLE_S)
+        while not self.can_tell(found_um, by_um) and self.clock.monotonic_s() < until_s:
+            await self._cycle(self.now_um)
+        return self.can_tell(found_um, by_um)
 
     async def come_back(self, goal_um: float) -> None:
         """Go back whatever happens: what fails is tried again for a bounded time."""
