@@ -3,12 +3,21 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from thermaxis.codes import Place, Value
 from thermaxis.errors import ThermaxisError
-from thermaxis.messages import place_text
+from thermaxis.messages import place_text, text_of
+
+if TYPE_CHECKING:
+    from thermaxis.runtime import Sink
+
+
+def said_by(sink: "Sink") -> str:
+    """Return why a sink is not connected, or refused its last write; empty if nothing is wrong."""
+    return "" if sink.failure is None else text_of(sink.failure)
 
 
 @contextmanager

@@ -18,6 +18,7 @@ from asyncua.client.client import Client
 from asyncua.common.node import Node
 
 from tests.in_time import in_time
+from tests.refusals import said_by
 from tests.system.opcua.client import (
     CHANNELS,
     DEADLINE_S,
@@ -330,7 +331,7 @@ def test_what_is_no_finite_number_is_never_sent(machine: ForeignServer) -> None:
         for wrong in (math.nan, math.inf, -math.inf):
             whole = {"Z_um": 1.0, "X_um": wrong, "Y_um": 3.0}
             assert not await link.sink.write(whole, DEADLINE_S)
-            assert "X_um" in link.sink.last_error
+            assert "X_um" in said_by(link.sink)
         (after,) = await values(machine, "WriteCount")
         assert before.Value is not None
         assert after.Value is not None
@@ -347,7 +348,7 @@ def test_a_refused_offset_is_named_with_its_reason_and_is_no_loss_of_the_connect
         generation = link.session.generation
         assert not await link.sink.write({"Z_um": 600.0, "X_um": 2.0}, DEADLINE_S)
         assert link.sink.refused == {"Z_um": "BadOutOfRange"}
-        assert "Z_um" in link.sink.last_error
+        assert "Z_um" in said_by(link.sink)
         machine.tell(plc_cycle=True)
         applied = await link.sink.read_back(DEADLINE_S)
         assert applied["Z_um"].accepted_um == pytest.approx(1.0)
@@ -357,7 +358,7 @@ def test_a_refused_offset_is_named_with_its_reason_and_is_no_loss_of_the_connect
         assert link.sink.refused == {"Z_um": "BadNotWritable"}
         machine.tell(fault="none")
         assert await link.sink.write({"Z_um": 1.5}, DEADLINE_S)
-        assert link.sink.last_error == ""
+        assert link.sink.failure is None
         assert link.session.generation == generation
 
     within(open_settings(machine), machine, steps)
@@ -434,7 +435,7 @@ def test_a_viewer_reads_and_is_told_that_he_must_not_write(
         await link.sink.found(DEADLINE_S)
         assert not await link.sink.write({"Z_um": 1.0}, DEADLINE_S)
         assert link.sink.refused["Z_um"] == "BadUserAccessDenied"
-        assert "right" in link.sink.last_error
+        assert "right" in said_by(link.sink)
 
     within(secured_settings(machine, identity, "viewer"), machine, steps)
 

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 
 from tests.in_time import in_time
+from tests.refusals import said_by
 from tests.system.linuxcnc.machine import missing, one_at_a_time
 from tests.system.linuxcnc.offset_machine import (
     OffsetMachine,
@@ -163,7 +164,7 @@ async def alone() -> str:
     await sink.open()
     await asyncio.sleep(1.2)
     assert shared_memory() == before  # a halcmd would have made a HAL of its own
-    said = sink.last_error
+    said = said_by(sink)
     await sink.close()
     return said
 
@@ -178,8 +179,8 @@ async def at_the_machine(machine: OffsetMachine, seen: Campaign) -> None:
     sink = LinuxCncSink(SETTINGS, SystemClock())
     await sink.open()
     try:
-        await until(lambda: "homed" in sink.last_error)
-        seen.before_home = sink.last_error
+        await until(lambda: "homed" in said_by(sink))
+        seen.before_home = said_by(sink)
         await order(machine, "home")
         await until(lambda: sink.connected)
         seen.too_early = await sink.write(both(GOAL_UM), DEADLINE_S)
@@ -201,7 +202,7 @@ async def at_the_machine(machine: OffsetMachine, seen: Campaign) -> None:
             seen.switched[verb] = await switching
         await order(machine, "unhome", joint="2")
         await until(lambda: not sink.connected)
-        seen.unhomed = sink.last_error
+        seen.unhomed = said_by(sink)
         await order(machine, "home")
         await until(lambda: sink.connected)
         seen.rehomed = await sink.found(DEADLINE_S)
@@ -260,7 +261,7 @@ async def order(machine: OffsetMachine, verb: str, **words: str) -> dict[str, ob
 async def hold(sink: LinuxCncSink, value_um: float, duration_s: float) -> None:
     """Write one value again and again, and require that each is accepted."""
     for _ in range(round(duration_s / CYCLE_S)):
-        assert await sink.write(both(value_um), DEADLINE_S), sink.last_error
+        assert await sink.write(both(value_um), DEADLINE_S), said_by(sink)
         await asyncio.sleep(CYCLE_S)
 
 
@@ -502,7 +503,7 @@ def test_a_machine_whose_hal_file_is_arranged_otherwise_is_not_written_to() -> N
         assert not sink.connected
         assert await sink.found(DEADLINE_S) is None
         await sink.close()
-        return sink.last_error
+        return said_by(sink)
 
     last = hal_text(wider).replace("servo-thread -3", "servo-thread")
     with on(main_hal(too_late=True), last) as machine:

@@ -16,7 +16,7 @@ from typing import NamedTuple, Protocol, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import AnswerCode, CycleOutput, Request
-from thermaxis.messages import sentence_of, text_of
+from thermaxis.messages import sentence_of
 
 
 class Clock(Protocol):
@@ -119,11 +119,6 @@ class Sink(ABC):
 
     failure: Message | None = None
     """Why it is not connected, or its last write was refused; None if nothing is wrong."""
-
-    @property
-    def last_error(self) -> str:
-        """The same as an English sentence; empty if nothing is wrong."""
-        return "" if self.failure is None else text_of(self.failure)
 
     @abstractmethod
     async def open(self) -> None:

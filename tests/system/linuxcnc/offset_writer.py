@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 from thermaxis.compensation import Limits, limit_step
+from thermaxis.messages import text_of
 from thermaxis.runtime import SystemClock
 from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink
 
@@ -54,7 +55,7 @@ async def write(
             "found": found,
             "written": written,
             "applied": back,
-            "error": sink.last_error,
+            "error": "" if sink.failure is None else text_of(sink.failure),
             "cpu_s": time.process_time(),
             "id": os.getpid(),
         }
