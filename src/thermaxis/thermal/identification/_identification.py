@@ -5,6 +5,7 @@ import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from thermaxis.thermal.modal import (
 )
 from thermaxis.thermal.selection import SelectionOptions, faulty_candidates, select
 from thermaxis.thermal.transfer_function import (
+    LEAST_LOG_RATIO,
     PolynomialResult,
     ThermalModel,
     arx,
@@ -43,7 +45,7 @@ from thermaxis.thermal.transfer_function import (
 MOST_APART = 0.5
 """Gains and lags differ from the polynomials by at most so much of what these leave, which adds an
 eighth to it. [1]"""
-_ROUNDING_UM = 1e-6
+_ROUNDING_UM, _ROUNDING = 1e-6, 0.05
 KNOWN = 0.05
 """Share of a DC gain within which it is known well enough. [1]"""
 _AROUND = re.compile(r"ambient|hall|room|umgebung|(?<![a-z])air(?![a-z])", re.IGNORECASE)
@@ -317,11 +319,26 @@ def _as_lags(
     """Return polynomials as gains and time constants, or why a model file cannot hold them."""
     try:
         model = thermal_model_of(result.model)
+        _check_apart(model)
         compensation_model({name: model}, records)
         _check_same(result, model, records.experiments[name])
     except (DataError, ConfigurationError) as error:
         return None, (Message("warning-no_lags", {"cause": error.message}),)
     return model, ()
+
+
+def _check_apart(model: ThermalModel) -> None:
+    """Refuse two lags that are one, with gains against each other: a derivative."""
+    for part in model.parts:
+        for one, other in pairwise(np.argsort(part.time_constants_s).tolist()):
+            first_s, second_s = part.time_constants_s[[one, other]].tolist()
+            against = part.gains[one] * part.gains[other] < 0.0
+            if against and math.log(second_s / first_s) < LEAST_LOG_RATIO * (1.0 - _ROUNDING):
+                ratio = math.exp(LEAST_LOG_RATIO)
+                place = Place(key=part.input_name)
+                raise DataError(
+                    "lags_too_close", first_s=first_s, second_s=second_s, ratio=ratio, place=place
+                )
 
 
 def _check_same(

@@ -21,6 +21,7 @@ from thermaxis.thermal.modal._evidence import (
     log_prior_variance,
 )
 from thermaxis.thermal.modal._regressors import Segment
+from thermaxis.thermal.transfer_function import LEAST_LOG_RATIO
 
 IndexArray: TypeAlias = NDArray[np.intp]
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -153,9 +154,6 @@ class Linearised:
 
 ENOUGH = 3e-3
 """Gain of one step, in variances of the white noise, below which the refinement ends. [1]"""
-LEAST_LOG_RATIO = 0.2
-"""Logarithm of the ratio of neighbouring time constants below which two lags are one: with large
-gains of opposite sign they would make a derivative. [1]"""
 WIDE_LOG_STD = 2.0
 """Prior standard deviation of the logarithm of a time constant: hardly any. [1]"""
 HELD = 1e12

@@ -51,11 +51,11 @@ from thermaxis.thermal.modal._evidence import (
     most_likely_sizes,
     scales_of,
 )
-from thermaxis.thermal.modal._lags import LEAST_LOG_RATIO, Refined, Refinement, compared
+from thermaxis.thermal.modal._lags import Refined, Refinement, compared
 from thermaxis.thermal.modal._posterior import ResponsePosterior
 from thermaxis.thermal.modal._regressors import BoolArray, Segment, segments_of
 from thermaxis.thermal.modal._validation import BlockedValidation, validated
-from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
+from thermaxis.thermal.transfer_function import LEAST_LOG_RATIO, ModalPart, ThermalModel
 
 GRID = 16
 """Time constants of the grid. [1]"""

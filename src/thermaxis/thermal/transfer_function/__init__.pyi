@@ -44,6 +44,7 @@ from ._residuals import (
     step_responses as step_responses,
 )
 from ._roots import (
+    LEAST_LOG_RATIO as LEAST_LOG_RATIO,
     ComplexArray as ComplexArray,
 )
 from ._superposition import (

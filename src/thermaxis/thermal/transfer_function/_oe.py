@@ -29,9 +29,11 @@ from thermaxis.thermal.transfer_function._figures import fit_percent
 from thermaxis.thermal.transfer_function._oe_start import (
     OeOrders,
     denominators_to_start,
+    lags_are_one,
     stabilised,
 )
 from thermaxis.thermal.transfer_function._order_search import (
+    HIGHEST_ORDER,
     Block,
     blocks_of_rows,
     search_orders,
@@ -304,6 +306,10 @@ def _with_best_numerators(problem: _Problem, denominators: Sequence[FloatArray])
     return theta + _to_coefficients(problem, theta) @ step
 
 
+def _lags_are_one(problem: _Problem, theta: FloatArray) -> bool:
+    return any(lags_are_one(problem.denominator(theta, i)) for i in range(problem.inputs))
+
+
 def _stable(problem: _Problem, theta: FloatArray) -> FloatArray:
     moved = theta.copy()
     for i in range(problem.inputs):
@@ -491,15 +497,20 @@ def oe(
             place=Place(key="options"),
         )
     search: tuple[OrderTrial, ...] = ()
-    if nf is None and nb is None:
+    searched = nf is None and nb is None
+    if searched:
         search, orders = _search(experiments, delays, chosen)
     elif nf is None or nb is None:
         raise ConfigurationError("half_orders", names=("nf", "nb"), place=Place(key="orders"))
     else:
         orders = OeOrders(per_input(nf, inputs, "nf"), per_input(nb, inputs, "nb"), delays)
-    problem = replace(_problem(experiments, orders, chosen), lags=bool(search))
+    problem = replace(_problem(experiments, orders, chosen), lags=searched)
     _check_rows(problem)
     fit = _best_fit(problem, experiments)
+    while searched and _lags_are_one(problem, fit.theta):
+        search, orders = _search(experiments, delays, chosen, barred_from=orders.nf[0])
+        problem = replace(_problem(experiments, orders, chosen), lags=True)
+        fit = _best_fit(problem, experiments)
     return _result(problem, fit, experiments, names, sample_time_s, search)
 
 
@@ -530,7 +541,10 @@ def _check_rows(problem: _Problem) -> None:
 
 
 def _search(
-    experiments: Sequence[Experiment], delays: tuple[int, ...], options: OeOptions
+    experiments: Sequence[Experiment],
+    delays: tuple[int, ...],
+    options: OeOptions,
+    barred_from: int = HIGHEST_ORDER + 1,
 ) -> tuple[tuple[OrderTrial, ...], OeOrders]:
     """Try every n and m by the free run in blocks that the fit did not see, on block means."""
     inputs = len(delays)
@@ -542,12 +556,16 @@ def _search(
     short_delays = tuple(round(d / rows) for d in delays)
     plain = OeOptions(options.start, 0, options.constant, -(-options.lead_in_rows // rows))
     blocks = blocks_of_rows(short)
+    barred: set[tuple[int, int]] = set()
 
     def left_out(n: int, m: int) -> FloatArray:
         orders = OeOrders((m,) * inputs, (n + 1,) * inputs, short_delays)
-        return _errors_left_out(short, blocks, orders, plain)
+        errors, one = _errors_left_out(short, blocks, orders, plain)
+        if one or m >= barred_from:
+            barred.add((n, m))
+        return errors
 
-    trials, n, m = search_orders(blocks, inputs, left_out)
+    trials, n, m = search_orders(blocks, inputs, left_out, barred)
     return trials, OeOrders((m,) * inputs, (n + 1,) * inputs, delays)
 
 
@@ -565,13 +583,13 @@ def _errors_left_out(
     blocks: Sequence[Block],
     orders: OeOrders,
     options: OeOptions,
-) -> FloatArray:
-    """Return the sum of squares in each block by a fit without it, (blocks,)."""
+) -> tuple[FloatArray, bool]:
+    """Return the sum of squares in each block by fits without it; whether lags are one."""
     whole = replace(_problem(experiments, orders, options), lags=True)
     if sum(int(np.count_nonzero(~np.isnan(y))) for _, y in whole.tests) <= 2 * whole.size:
-        return np.full(len(blocks), np.inf)
+        return np.full(len(blocks), np.inf), False
     fit = _best_fit(whole, experiments, SEARCH_ITERATIONS)
-    errors = np.zeros(len(blocks))
+    errors, one = np.zeros(len(blocks)), _lags_are_one(whole, fit.theta)
     for j, (experiment, first, last) in enumerate(blocks):
         test = next(i for i, e in enumerate(experiments) if e is experiment)
         y = experiment.y.copy()
@@ -580,9 +598,10 @@ def _errors_left_out(
         tests[test] = (tests[test][0], y)
         without = replace(whole, tests=tuple(tests))
         theta = _iterate(without, fit.theta, LEFT_OUT_ITERATIONS).theta
+        one = one or _lags_are_one(whole, theta)
         left = experiment.y[first:last] - _simulated(whole, theta, test)[first:last]
         errors[j] = float(np.nansum(left**2))
-    return errors
+    return errors, one
 
 
 def _coloured_root(problem: _Problem, theta: FloatArray, root: FloatArray) -> FloatArray:

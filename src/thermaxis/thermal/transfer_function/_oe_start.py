@@ -24,6 +24,7 @@ from thermaxis.thermal.transfer_function._polynomial_model import (
     simulate_transfer_function,
 )
 from thermaxis.thermal.transfer_function._roots import (
+    LEAST_LOG_RATIO,
     ComplexArray,
     distances_from_one,
 )
@@ -34,8 +35,9 @@ GRID_TIME_CONSTANTS = 24
 GRID_ROWS = 2000
 """Rows to which block means bring each test for the grid. [row]"""
 _INSTRUMENT_ROUNDS = 2
-_PAIR_APART = 0.1
-_SAME = 1e-9
+_PAIR_APART = float(np.expm1(LEAST_LOG_RATIO))
+_SAME, _SAME_LAG = 1e-9, 1e-3
+_FASTEST, _FASTER = 0.9, 0.75
 _SLOWEST_LAG = 40.0
 """Lags end at half the longest test: so many times faster than other poles. [1]"""
 
@@ -75,13 +77,21 @@ def stabilised(denominator: FloatArray, slowest: float, *, lags: bool = False) -
     return np.asarray(np.poly(drawn), dtype=np.complex128).real
 
 
+def lags_are_one(denominator: FloatArray) -> bool:
+    """Whether two lags of a fit lie as near as they may: fewer do the same."""
+    if denominator.size < 3:
+        return False
+    distances = np.sort(distances_from_one(denominator).real)
+    return bool(np.any(distances[1:] < distances[:-1] * (1.0 + _PAIR_APART) * (1.0 + _SAME_LAG)))
+
+
 def _nearest_lags(distances: ComplexArray, slowest: float) -> ComplexArray:
     """Return real poles between zero and one near others, slowest first and apart."""
     near = np.sort(np.abs(distances) * (1.0 + np.sign(distances.imag) * _PAIR_APART))
     near[0] = max(near[0], _SLOWEST_LAG * (1.0 - slowest))
     for k in range(1, near.size):
         near[k] = max(near[k], near[k - 1] * (1.0 + _PAIR_APART))
-    fastest = 1.0 - _PAIR_APART * np.arange(near.size, 0, -1)
+    fastest = _FASTEST * _FASTER ** np.arange(near.size - 1, -1, -1)
     return np.minimum(near, fastest).astype(np.complex128)
 
 

@@ -1,6 +1,6 @@
 """Orders by the free run in blocks that a fit has not seen: one validation for both estimators."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -32,7 +32,10 @@ def blocks_of_rows(experiments: Sequence[Experiment]) -> list[Block]:
 
 
 def search_orders(
-    blocks: Sequence[Block], inputs: int, left_out: Callable[[int, int], FloatArray]
+    blocks: Sequence[Block],
+    inputs: int,
+    left_out: Callable[[int, int], FloatArray],
+    barred: Collection[tuple[int, int]] = (),
 ) -> tuple[tuple[OrderTrial, ...], int, int]:
     """Try every m with n = m and m - 1; return the trials, and the n and m that are chosen.
 
@@ -40,7 +43,8 @@ def search_orders(
     -----
     With the sums of squares e_k of the free run in every block k by a fit without it, the orders
     with the fewest coefficients are chosen whose sum E exceeds the least one by no more than one
-    standard error of the difference: E - E_best <= std(e - e_best) sqrt(blocks).
+    standard error of the difference: E - E_best <= std(e - e_best) sqrt(blocks). Barred orders
+    are compared with; of the others the best is taken where none comes so near.
     """
     every = range(HIGHEST_ORDER + 1)
     errors = {(n, m): left_out(n, m) for m in every for n in (m - 1, m) if n >= 0}
@@ -54,8 +58,9 @@ def search_orders(
     for key, values in errors.items():
         if np.isfinite(totals[key]):
             std_error = float(np.std(values - errors[best], ddof=1)) * float(np.sqrt(count))
-            if totals[key] - totals[best] <= std_error:
+            if key not in barred and totals[key] - totals[best] <= std_error:
                 allowed.append(key)
+    allowed = allowed or [min(totals.keys() - barred, key=lambda key: totals[key])]
     n, m = min(allowed, key=lambda key: (inputs * (key[0] + 1) + key[1], totals[key]))
     rows = float(np.sum(weights))
     trials = tuple(

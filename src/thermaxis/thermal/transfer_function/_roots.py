@@ -11,6 +11,9 @@ from thermaxis.thermal._arrays import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
+LEAST_LOG_RATIO = 0.2
+"""Logarithm of the ratio of neighbouring time constants below which two lags are one: with large
+gains of opposite sign they would make a derivative. [1]"""
 _POLISHING_STEPS = 4
 _REMEMBERED = 64
 
