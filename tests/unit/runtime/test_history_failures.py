@@ -6,6 +6,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 from itertools import count
 from pathlib import Path
@@ -453,6 +454,23 @@ def test_what_is_being_closed_ends_with_its_database_also_where_that_was_exchang
     assert recorder.writer.attempt()
     recorder.writer.close()
     assert numbers_in(path)[-10:] == list(range(90, 100))
+
+
+def test_files_of_another_database_delete_no_row(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    for name, minutes in (("h.db", 90), ("other.db", 300)):
+        recorder = Recorder(tmp_path / name)
+        recorder.writer._settings = replace(QUICK, folder=tmp_path / "h")
+        recorder.record(range(minutes), 60.0)
+        assert recorder.writer.attempt()
+        recorder.writer.close()
+    recorder = Recorder(path)
+    assert not recorder.writer.attempt()
+    assert recorder.writer.trouble.code == "error-history_files_foreign"
+    recorder.writer.close()
+    with sqlite3.connect(path) as other:
+        assert other.execute("SELECT count(*) FROM cycles").fetchone() == (30,)
+    other.close()
 
 
 def wait_for(closing: _closing.Closing) -> None:

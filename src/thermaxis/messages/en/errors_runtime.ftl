@@ -242,6 +242,8 @@ error-history_folder_missing = A history on a server needs a folder for its fini
     .remedy = State the folder.
 error-history_folder_lost = The folder with the finished days of this history is not there: mount it or move it back; if it is lost, make an empty one.
     .remedy = Bring the folder back beside the database, or state its new place as historian.folder and start the loop once.
+error-history_files_foreign = The folder has finished cycles that this database has never handed over: another database has written them.
+    .remedy = Give each database a folder of its own, or bring back the database that belongs to this one.
 error-database_encoding = The database stores text as { $found }, not as UTF8: it cannot keep a history.
     .remedy = Make one with createdb --encoding=UTF8 --template=template0.
 error-part_incomplete = Cycles are missing from what was to become a file: the rows stay where they are.

@@ -141,10 +141,14 @@ class Store:
             default = self._path is not None and self._root == history_folder(self._url, None)
             self._know("folder", "" if default else str(self._root.absolute()))
             self._know("machine", self._machine)
-            self._closed = max(int(known.get(t.CLOSED, "0")), last_id(self.folder))
-            self._know(t.CLOSED, str(self._closed))
+            closed, filed = int(known.get(t.CLOSED, "0")), last_id(self.folder)
             tables = t.cycle_tables(connection)
             greatest = [self._greatest(t.named(name).c[ID]) for name in tables]
+            ordered = int(known.get(t.ORDERED, "0"))
+            if filed > closed and filed != ordered and max(greatest, default=0) > closed:
+                raise ConfigurationError("history_files_foreign", place=Place(str(self.folder)))
+            self._closed = max(closed, filed)
+            self._know(t.CLOSED, str(self._closed))
             self._next_cycle = 1 + max(self._closed, *greatest, 0)
             self._next_event = 1 + self._greatest(t.events.c[ID])
             if t.CYCLES in tables:
@@ -230,6 +234,7 @@ class Store:
             for name in tables:
                 order = self._finished_in(name)
                 if order is not None:
+                    self._know(t.ORDERED, str(order.last))
                     return order
                 if name != t.CYCLES and not self._greatest(t.named(name).c[ID]):
                     self._connection.execute(sa.schema.DropTable(sa.Table(name, sa.MetaData())))
