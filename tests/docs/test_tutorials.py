@@ -24,7 +24,6 @@ def contains(output: str, excerpt: str) -> bool:
 
 
 @pytest.mark.system
-@pytest.mark.timeout(180)  # the longest takes 26 s of a core
 @pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)
 def test_every_command_runs_and_prints_what_the_page_prints(
     tutorial, root, tmp_path, monkeypatch, capsys
