@@ -141,7 +141,7 @@ def test_a_second_loop_of_one_machine_is_refused_and_the_first_goes_on(tmp_path:
             first.wait_for_state(SupervisorState.ACTIVE, 30.0)
             with compensating(configuration, "--enable") as second:
                 assert second.wait(30.0) != 0
-                assert "Another program already runs virtual lathe" in second.tail()
+                assert f"(process {first.popen.pid}) already runs virtual lathe" in second.tail()
             beat = watcher.last.heartbeat
             time.sleep(5.0 * CYCLE_S)
             assert watcher.last.heartbeat > beat
