@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 import pytest
 
+from tests.contracts.conformance import SinkRig, SourceRig, check_sink, check_source
 from tests.opcua_server import NAMESPACE, Cable, Machine, start_machine
 from tests.unit.runtime.linuxcnc_hal import MemoryHal
 from thermaxis.compensation import Limits
@@ -17,12 +18,8 @@ from thermaxis.runtime import (
     Clock,
     ConnectionSettings,
     OpcUaSession,
-    SinkRig,
-    SourceRig,
     SystemClock,
     VirtualClock,
-    check_sink,
-    check_source,
     interlock_name,
     run_in_virtual_time,
 )

@@ -19,6 +19,7 @@ from typing import Self
 import numpy as np
 import pytest
 
+from tests.contracts.conformance import SinkRig, check_sink
 from tests.in_time import in_time
 from tests.refusals import said_by
 from tests.system.linuxcnc.machine import missing, one_at_a_time
@@ -31,7 +32,7 @@ from tests.system.linuxcnc.offset_machine import (
 )
 from tests.system.linuxcnc.offset_writer import CYCLE_S, settings_of
 from thermaxis.compensation import Limits
-from thermaxis.runtime import AWAY, TOWARDS, Applied, Clock, SinkRig, SystemClock, check_sink
+from thermaxis.runtime import AWAY, TOWARDS, Applied, Clock, SystemClock
 from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(180)]

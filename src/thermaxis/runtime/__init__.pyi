@@ -105,12 +105,6 @@ from .status import (
     StatusServer as StatusServer,
     alarms_of as alarms_of,
 )
-from .testing import (
-    SinkRig as SinkRig,
-    SourceRig as SourceRig,
-    check_sink as check_sink,
-    check_source as check_source,
-)
 from .users import (
     FAILURES_BY_ADDRESS as FAILURES_BY_ADDRESS,
     FAILURES_BY_NAME as FAILURES_BY_NAME,

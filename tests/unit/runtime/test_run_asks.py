@@ -4,6 +4,7 @@ import argparse
 import asyncio
 import signal
 import sqlite3
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +71,23 @@ def test_a_history_that_cannot_be_written_keeps_no_machine_from_running(
     assert main(["run", str(path)]) == 0
     assert len(ran) == 1
     assert "nothing is recorded: " in capsys.readouterr().err
+
+
+def test_a_reader_that_stands_still_stops_no_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
+    reads, printed = threading.Event(), list[bytes]()
+
+    def write(_: int, line: bytes) -> None:
+        reads.wait()
+        printed.append(line)
+
+    monkeypatch.setattr(run.os, "write", write)
+    threading.Thread(target=run._print_lines, daemon=True).start()
+    for k in range(300):
+        run._say(f"{k}", quiet=False)
+    reads.set()
+    run._LINES.join()
+    assert 100 <= len(printed) <= 101, "lines for which no room is left are left out"
+    assert printed[:100] == [f"{k}\n".encode() for k in range(100)]
 
 
 def test_a_step_is_brought_back_when_its_terminal_is_closed_however_often_that_tells() -> None:

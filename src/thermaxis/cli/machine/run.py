@@ -9,7 +9,11 @@ it at once.
 import argparse
 import asyncio
 import logging
+import os
+import queue
 import sys
+import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import AsyncExitStack, suppress
 from pathlib import Path
@@ -36,6 +40,9 @@ from thermaxis.runtime.host import RequestSocket
 
 CERTIFICATES_EVERY_S = 3600.0
 """Certificates are read again so often. [s]"""
+LAST_LINES_S = 1.0
+"""Time that the last lines are given to be printed. [s]"""
+_LINES: queue.Queue[str] = queue.Queue(maxsize=100)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,8 +68,12 @@ def run(arguments: argparse.Namespace) -> int:
             check_database(configuration.historian_url, configuration.historian.password.reveal())
     except ConfigurationError as error:  # no reason to leave a machine alone
         sys.stderr.write(f"thermaxis: nothing is recorded: {sentence_of(error.message)}\n")
+    threading.Thread(target=_print_lines, daemon=True).start()
     with sole_runner(configuration):
         standing = asyncio.run(_run(configuration, arguments))
+    until_s = time.monotonic() + LAST_LINES_S
+    while _LINES.unfinished_tasks and time.monotonic() < until_s:
+        time.sleep(0.01)
     for name, value in standing.items():
         sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")
     return 1 if standing and configuration.supervisor.at_stop == "fade" else 0
@@ -208,10 +219,19 @@ async def _machine_there(loop: runtime.CompensationLoop) -> None:
 
 
 def _say(text: str, *, quiet: bool) -> None:
+    """Print a line beside the cycles; one for which no room is left is left out."""
     if not quiet:
-        with suppress(OSError):  # nobody reads any more: no reason to leave a machine alone
-            sys.stdout.write(f"{text}\n")
-            sys.stdout.flush()
+        with suppress(queue.Full):
+            _LINES.put_nowait(f"{text}\n")
+
+
+def _print_lines() -> None:
+    """Print what waits; a terminal that is stopped (Ctrl+S) stops nothing else, nor the end."""
+    while True:
+        line = _LINES.get()
+        with suppress(OSError):  # nobody reads any more
+            os.write(1, line.encode())  # the buffer of sys.stdout would be waited for at the end
+        _LINES.task_done()
 
 
 class _Teller:

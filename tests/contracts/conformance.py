@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Mapping, Sequence
 from typing import Final, TypeVar
 
-from thermaxis.runtime._ports import Applied, Clock, Sink, Source, SourceSample
+from thermaxis.runtime import Applied, Clock, Sink, Source, SourceSample
 
 T = TypeVar("T")
 
