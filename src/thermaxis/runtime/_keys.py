@@ -59,6 +59,20 @@ def _checked(value: object, check: "ValidatorFunctionWrapHandler") -> object:
         raise PydanticCustomError("refused", "refused", {"message": error.message}) from None
 
 
+@dataclass(frozen=True)
+class Only:
+    """Marks a key that no other kind of source or sink may state."""
+
+    kind: str
+
+
+@dataclass(frozen=True)
+class Needed:
+    """Marks a key that this kind of source or sink must state."""
+
+    kind: str
+
+
 def _not_zero(value: float) -> float:
     if value == 0.0:
         raise PydanticCustomError("scale_zero", "factor of zero")

@@ -137,6 +137,7 @@ def test_a_file_that_others_may_read_or_write_is_refused(tmp_path: Path) -> None
 
 DAMAGED = (
     ("[[user]\n", "not_toml"),
+    ("a." * 4_000 + "b = 1", "not_toml"),
     (entry() + entry(), "stated_twice"),
     (entry(role="boss"), "unknown_choice"),
     (entry(role="none"), "unknown_choice"),

@@ -48,13 +48,14 @@ _CODES: Final = {
 
 def read_toml(path: Path | str) -> dict[str, object]:
     """Read a TOML file."""
-    return parse_toml(_text(path, LARGEST_TOML_BYTES), file=str(path))
+    return parse_toml(_content(path, LARGEST_TOML_BYTES), file=str(path))
 
 
-def parse_toml(text: str, *, file: str) -> dict[str, object]:
-    """Return the tables of a text that is TOML; no number or key of it is absurdly long."""
+def parse_toml(content: bytes | str, *, file: str) -> dict[str, object]:
+    """Return the tables of what is TOML in UTF-8; no number or key of it is absurdly long."""
     import tomllib  # noqa: PLC0415  evaluating a run without such a file does not need it
 
+    text = content if isinstance(content, str) else _decoded(content, file)
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > LONGEST_TOML_LINE or (
             line.count(".") > MOST_TOML_POINTS and not line.lstrip().startswith("#")
@@ -74,7 +75,8 @@ def parse_toml(text: str, *, file: str) -> dict[str, object]:
 
 def read_json_object(path: Path | str, *, largest_bytes: int) -> dict[str, object]:
     """Read a file that holds one JSON object: no key twice, no NaN."""
-    text, file = _text(path, largest_bytes), str(path)
+    file = str(path)
+    text = _decoded(_content(path, largest_bytes), file)
 
     def unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
         table = dict(pairs)
@@ -100,13 +102,16 @@ def read_json_object(path: Path | str, *, largest_bytes: int) -> dict[str, objec
     return cast("dict[str, object]", table)
 
 
-def _text(path: Path | str, largest_bytes: int) -> str:
+def _content(path: Path | str, largest_bytes: int) -> bytes:
     with opened(path, largest_bytes, error=ConfigurationError) as (stream, _):
-        content = stream.read(largest_bytes + 1)
+        return stream.read(largest_bytes + 1)
+
+
+def _decoded(content: bytes, file: str) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ConfigurationError("not_utf8", place=Place(str(path))) from None
+        raise ConfigurationError("not_utf8", place=Place(file)) from None
 
 
 def as_table(file: Path | str, key: str, value: object) -> Mapping[str, object]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from thermaxis.compensation import CompensationModel, Limits, SensorRules
-from thermaxis.runtime._findings import Finding, error, ok, warning
+from thermaxis.runtime._findings import Finding, Level, error, ok, warning
 from thermaxis.runtime._machine_values import WHOLE_RANGES, converted, flag_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 from thermaxis.runtime.config import (
@@ -33,13 +33,27 @@ _SCALES: Final = (1.0, 0.1, 0.01, 0.001)
 
 
 def _lacking(
-    key: str, node: "NodeDescription", code: str, types: frozenset[str]
-) -> Iterator[Finding]:
-    """Yield why a node cannot be what it should be, whatever its value is."""
+    key: str,
+    node: "NodeDescription",
+    code: str = "node_no_number",
+    types: frozenset[str] = _NUMBERS,
+) -> Finding | None:
+    """Return why a node cannot be what it should be, whatever its value is."""
     if not node.exists:
-        yield error("no_node", key, node=node.node, status=node.status)
-    elif node.data_type not in types:
-        yield error(code, key, node=node.node, type=node.data_type or "-")
+        return error("no_node", key, node=node.node, status=node.status)
+    if node.data_type not in types:
+        return error(code, key, node=node.node, type=node.data_type or "-")
+    return None
+
+
+def _number(key: str, node: "NodeDescription", without: str) -> float | Finding:
+    """Return a node's number, or why it has none; a bad value may get better by itself."""
+    lacking = _lacking(key, node)
+    if lacking is not None:
+        return lacking
+    if node.value is None or not math.isfinite(node.value):
+        return warning(without, key, status=_status_of(node))
+    return float(node.value)
 
 
 def _status_of(node: "NodeDescription") -> str:
@@ -58,18 +72,15 @@ def judge_input(
     A value that is bad at the moment is a warning, for the compensation judges every value of
     every cycle; what cannot get better by itself is an error.
     """
-    lacking = list(_lacking(key, node, "node_no_number", _NUMBERS))
-    if lacking:
-        yield from lacking
+    raw = _number(key, node, "input_no_value")
+    if isinstance(raw, Finding):
+        yield raw
         return
-    if node.value is None or not math.isfinite(node.value):
-        yield warning("input_no_value", key, status=_status_of(node))
-        return
-    value_c = _temperature_c(node.value, settings)
+    value_c = _temperature_c(raw, settings)
     wrong = list(_judge_age(key, node, rules))
     # a sensor in kelvin tells no whole degrees: a whole number counts parts of one
     whole = node.data_type in WHOLE_RANGES
-    wrong += _judge_temperature(key, float(node.value), value_c, settings, rules, whole=whole)
+    wrong += _judge_temperature(key, raw, value_c, settings, rules, whole=whole)
     yield from wrong
     if not wrong:
         if node.age_s is None:
@@ -166,7 +177,7 @@ def judge_interlock(key: str, node: "NodeDescription", settings: FlagSettings) -
 
 def _flag_or_finding(key: str, node: "NodeDescription", without: str) -> bool | Finding:
     """Return a node's flag, or why it has none; `without` is the code for no value."""
-    lacking = next(_lacking(key, node, "node_no_flag", _FLAGS), None)
+    lacking = _lacking(key, node, "node_no_flag", _FLAGS)
     if lacking is not None:
         return lacking
     if node.value is None:
@@ -189,12 +200,10 @@ def judge_diameter(
     key: str, node: "NodeDescription", settings: DiameterSettings, model: CompensationModel
 ) -> Finding:
     """Judge the node of the workpiece's diameter."""
-    lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
-    if lacking is not None:
-        return lacking
-    if node.value is None:
-        return warning("diameter_no_value", key, status=node.status)
-    diameter_mm = converted(float(node.value) * settings.scale, settings.unit)
+    raw = _number(key, node, "diameter_no_value")
+    if isinstance(raw, Finding):
+        return raw
+    diameter_mm = converted(raw * settings.scale, settings.unit)
     if not 0.0 <= diameter_mm <= LARGEST_DIAMETER_MM:
         return warning("diameter_implausible", key, diameter_mm=diameter_mm)
     points = [
@@ -204,13 +213,8 @@ def judge_diameter(
         for point in part.gain_by_diameter
     ]
     if points and not min(points) <= diameter_mm <= max(points):
-        return warning(
-            "diameter_outside",
-            key,
-            diameter_mm=diameter_mm,
-            least_mm=min(points),
-            most_mm=max(points),
-        )
+        ends = {"least_mm": min(points), "most_mm": max(points)}
+        return warning("diameter_outside", key, diameter_mm=diameter_mm, **ends)
     return ok("diameter", key, diameter_mm=diameter_mm)
 
 
@@ -219,12 +223,11 @@ def judge_diameter(
 
 def judge_probe(key: str, node: "NodeDescription", settings: ProbeSettings) -> Finding:
     """Judge the node of a probe: nothing that is wrong with it forbids a correction."""
-    lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
-    if lacking is not None:
-        return warning("probe_unusable", key, why=lacking.message)
-    if node.value is None or not math.isfinite(node.value):
-        return warning("probe_no_value", key, status=_status_of(node))
-    value_um = float(node.value) * settings.factor
+    raw = _number(key, node, "probe_no_value")
+    if isinstance(raw, Finding):
+        lacking = raw.level is Level.ERROR
+        return warning("probe_unusable", key, why=raw.message) if lacking else raw
+    value_um = raw * settings.factor
     if node.age_s is None:
         return ok("probe", key, value_um=value_um)
     return ok("probe_age", key, value_um=value_um, age_s=node.age_s)
@@ -237,9 +240,9 @@ def judge_output(
     key: str, node: "NodeDescription", settings: OutputSettings, limits: Limits
 ) -> Iterator[Finding]:
     """Judge the node that a correction is written to."""
-    lacking = list(_lacking(key, node, "node_no_number", _NUMBERS))
-    if lacking:
-        yield from lacking
+    lacking = _lacking(key, node)
+    if lacking is not None:
+        yield lacking
         return
     if not node.writable:
         yield error("output_not_writable", key)
@@ -278,15 +281,9 @@ def _judge_found(key: str, raw: float, settings: OutputSettings, limits: Limits)
         if unit != settings.unit and abs(raw) <= limits.total_um * per_um
     )
     if abs(found_um) > SUSPECT_FACTOR * limits.total_um and others:
-        return error(
-            "output_other_unit",
-            key,
-            raw=raw,
-            unit=settings.unit,
-            found_um=found_um,
-            total_um=limits.total_um,
-            others=others,
-        )
+        unit, total_um = settings.unit, limits.total_um
+        values = {"raw": raw, "unit": unit, "found_um": found_um, "total_um": total_um}
+        return error("output_other_unit", key, **values, others=others)
     return warning("output_beyond", key, found_um=found_um, total_um=limits.total_um)
 
 
@@ -298,25 +295,22 @@ def judge_read_back(
     tolerance_um: float,
 ) -> Finding:
     """Judge a node at which the machine reports an offset."""
-    lacking = next(_lacking(key, node, "node_no_number", _NUMBERS), None)
-    if lacking is not None:
-        return lacking
-    if node.value is None or not math.isfinite(node.value):
-        return warning("read_back_no_value", key, status=_status_of(node))
+    raw = _number(key, node, "read_back_no_value")
+    if isinstance(raw, Finding):
+        return raw
     factor = offset_factor(settings.unit, settings.sign)
-    reported_um = float(node.value) / factor
+    reported_um = raw / factor
     if written.value is not None:
         difference_um = reported_um - float(written.value) / factor
         if abs(difference_um) > tolerance_um:
-            return warning(
-                "read_back_differs", key, reported_um=reported_um, difference_um=difference_um
-            )
+            values = {"reported_um": reported_um, "difference_um": difference_um}
+            return warning("read_back_differs", key, **values)
     return ok("read_back", key, reported_um=reported_um)
 
 
 def judge_heartbeat(key: str, node: "NodeDescription") -> Finding:
     """Judge the node of the heartbeat."""
-    lacking = next(_lacking(key, node, "node_no_beat", _FLAGS | _NUMBERS), None)
+    lacking = _lacking(key, node, "node_no_beat", _FLAGS | _NUMBERS)
     if lacking is not None:
         return lacking
     if not node.writable:

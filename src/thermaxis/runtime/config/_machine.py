@@ -52,6 +52,7 @@ from thermaxis.runtime.config._tables import (
     SinkSettings,
     part_of,
     require_file,
+    tables_of,
 )
 from thermaxis.runtime.history import HistorianSettings, check_encryption, refuse_password
 from thermaxis.runtime.host import read_secret as secret_in, refuse_readable
@@ -273,17 +274,12 @@ def sqlite_file(url: str) -> Path | None:
 
 def _overwritten(file: MachineFile, path: Path, state: Path, url: str) -> Iterator[Message]:
     """Yield where state or history would be written over another file of the configuration."""
-    tables = {
-        **{f"connection.{name}": one for name, one in file.connections.items()},
-        **{name: getattr(file, name) for name in ("source", "server", "metrics", "screen")},
-        "historian": file.history,
-    }
-    taken = {path.resolve(): path.name, file.machine.model.resolve(): "machine.model"}
-    for name, table in tables.items():
-        for one in fields(table) if table is not None else ():
-            named: object = getattr(table, one.name)
-            if isinstance(named, Path):
-                taken[named.resolve()] = f"{name}.{one.name}"
+    taken = {path.resolve(): path.name}
+    for table, entry in tables_of(file):
+        for one in fields(entry):
+            named, key = getattr(entry, one.name), f"{table}.{one.name}"
+            if isinstance(named, Path) and key != "machine.state_file":
+                taken.setdefault(named.resolve(), key)
     for key, written in (("machine.state_file", state), ("historian.url", sqlite_file(url))):
         if written is not None:
             first = taken.setdefault(written.resolve(), key)

@@ -65,12 +65,7 @@ _Tree = TypeVar("_Tree")
 
 def read_tables(path: Path) -> dict[str, object]:
     """Read a configuration file as the tables of its text."""
-    content = read_limited(path, limit_bytes=FILE_LIMIT_BYTES)
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise ConfigurationError("not_utf8", place=Place(str(path))) from None
-    return parse_toml(text, file=str(path))
+    return parse_toml(read_limited(path, limit_bytes=FILE_LIMIT_BYTES), file=str(path))
 
 
 def read_tree(kind: type[_Tree], path: Path) -> _Tree | list[Message]:

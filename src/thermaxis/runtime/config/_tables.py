@@ -6,10 +6,11 @@ means; behind *Default* where its default comes from, behind *Without it* what f
 left out and no value stands for that; in brackets at the end the unit.
 """
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, TypeVar, cast, final
+from typing import Annotated, Any, Literal, TypeVar, cast, final, get_type_hints
 
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
@@ -25,6 +26,8 @@ from thermaxis.runtime._keys import (
     Factor,
     FileName,
     Hidden,
+    Needed,
+    Only,
     Own,
     Port,
     Scale,
@@ -80,6 +83,7 @@ PrivateFile = Annotated[Path | None, read_as(Annotated[LOCATED, _checked_by(_pri
 """A file that nobody but its owner may read."""
 Node = Annotated[Text, _checked_by(_node)]
 """A node, or none."""
+_Joint = Annotated[int, Field(ge=0, le=15)]
 NeededNode = Annotated[Word, _checked_by(_node)]
 """A node."""
 
@@ -117,17 +121,17 @@ class SourceSettings:
 
     kind: Literal["opcua", "replay"]
     """`opcua` reads a server, `replay` plays a log."""
-    connection: Text = ""
+    connection: Annotated[Text, Needed("opcua")] = ""
     """Name of the connection; required for opcua."""
-    log: FileName = None
+    log: Annotated[FileName, Only("replay"), Needed("replay")] = None
     """The log; required for replay."""
-    mapping: FileName = None
+    mapping: Annotated[FileName, Only("replay")] = None
     """What the log's columns mean ([how to](how-to/use-my-own-logs.md)); replay only. Without it:
     the columns are named as the inputs."""
-    as_fast_as_possible: bool = False
+    as_fast_as_possible: Annotated[bool, Only("replay")] = False
     """Whether the log is played without waiting; replay only. Default: a replay looks like the day
     itself."""
-    may_move_a_machine: bool = False
+    may_move_a_machine: Annotated[bool, Only("replay")] = False
     """Whether a replayed log may act on a sink that is no dry run: for simulations. Default: a
     machine must not be moved by temperatures of another day."""
 
@@ -140,9 +144,9 @@ class SinkSettings(HalSettings):
     kind: Literal["opcua", "linuxcnc", "dry"]
     """`opcua` writes nodes, `linuxcnc` signals of the LinuxCNC of this computer, `dry` nothing at
     all."""
-    connection: Text = ""
+    connection: Annotated[Text, Only("opcua"), Needed("opcua")] = ""
     """Name of the connection; required for opcua."""
-    heartbeat_node: Node = ""
+    heartbeat_node: Annotated[Node, Only("opcua")] = ""
     """Node that moves with every write; a watchdog on the machine takes the offset back when it
     stands still; opcua only. Without it: none, and `check` warns."""
     linuxcnc: Own[LinuxCncSettings | None] = None
@@ -154,7 +158,7 @@ class SinkSettings(HalSettings):
 class InputSettings(SensorRules):
     """``[input.NAME]``: one temperature; the name is the model's channel."""
 
-    node: Node = ""
+    node: Annotated[Node, Needed("opcua")] = ""
     """Node of the sensor; required for an opcua source."""
     unit: Literal["degC", "K", "degF"]
     """Unit of its value, after the scale: `degC`, `K` or `degF`."""
@@ -230,24 +234,24 @@ class ProbeSettings:
 class OutputSettings(Limits):
     """``[output.NAME]``: one correction; the name is the model's output."""
 
-    node: Node = ""
+    node: Annotated[Node, Only("opcua"), Needed("opcua")] = ""
     """Node that the correction is written to; required for an opcua sink."""
-    read_back_node: Node = ""
+    read_back_node: Annotated[Node, Only("opcua")] = ""
     """Node at which the machine reports what it accepted. Without it: the node that is written to,
     and `check` warns."""
-    effective_node: Node = ""
+    effective_node: Annotated[Node, Only("opcua")] = ""
     """Node at which the machine reports what acts now. Without it: not known."""
-    joint: Annotated[int, Field(ge=0, le=15)] | None = None
+    joint: Annotated[_Joint | None, Only("linuxcnc"), Needed("linuxcnc")] = None
     """Number of the joint, 0 to 15; required for linuxcnc."""
-    unit: Text = ""
+    unit: Annotated[Text, Needed("opcua"), Needed("linuxcnc")] = ""
     """Unit of the value in the machine: `um`, `0.1 um`, `mm`, `m` or `inch`; for linuxcnc `mm` or
     `inch`; required unless the sink is dry. Default: a wrong unit is a factor of 1000. Without
     it: none."""
-    sign: Text = ""
+    sign: Annotated[Text, Needed("opcua"), Needed("linuxcnc")] = ""
     """`positive moves the tool away from the workpiece` or `positive moves the tool towards the
     workpiece`; required unless the sink is dry. Default: a wrong sign doubles the error. Without
     it: none."""
-    largest_acceleration_um_per_s2: float | None = None
+    largest_acceleration_um_per_s2: Annotated[float | None, Only("linuxcnc")] = None
     """Largest acceleration of the offset; linuxcnc only. Default: the full rate stands after
     0.04 s. Without it: 25 times the rate. [µm/s²]"""
 
@@ -509,3 +513,17 @@ class MachineFile:
             if isinstance(value, dict):
                 frozen = MappingProxyType(cast("dict[str, object]", value))
                 object.__setattr__(self, one.name, frozen)
+
+
+def tables_of(file: MachineFile) -> Iterator[tuple[str, Any]]:
+    """Yield every table of a file with its heading."""
+    hints = get_type_hints(MachineFile, include_extras=True)
+    for one in fields(MachineFile):
+        marks: tuple[Any, ...] = getattr(hints[one.name], "__metadata__", ())
+        name = next((mark.alias for mark in marks if getattr(mark, "alias", None)), one.name)
+        table: object = getattr(file, one.name)
+        if isinstance(table, Mapping):
+            for entry in cast("Mapping[str, object]", table):
+                yield f"{name}.{entry}", table[entry]
+        elif table is not None:
+            yield name, table

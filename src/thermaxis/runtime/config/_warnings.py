@@ -11,15 +11,15 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final
 
-from thermaxis.codes import Place
-from thermaxis.compensation import START, Limits, Output, Part
+from thermaxis.codes import Place, Value
+from thermaxis.compensation import START, Output, SensorRules
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._findings import Finding, Level, advice
 from thermaxis.runtime.config._configuration import MachineConfiguration
 from thermaxis.runtime.config._contradictions import EVERY_ADDRESS, HOST
 from thermaxis.runtime.config._machine import sqlite_file
-from thermaxis.runtime.config._tables import ScreenSettings
+from thermaxis.runtime.config._tables import ScreenSettings, tables_of
 from thermaxis.runtime.history import Encryption, encryption_of, history_folder, parse_url
 from thermaxis.runtime.host import is_loopback
 
@@ -43,105 +43,96 @@ WIDE_LIMIT: Final = 3.0
 def warnings_of(configuration: MachineConfiguration, now: datetime) -> tuple[Finding, ...]:
     """Return what somebody should know of a configuration; errors would stop the program."""
     return (
-        *_about_the_model(configuration),
-        *_about_inputs(configuration),
-        *_about_protection(configuration),
-        *_about_outputs(configuration),
-        *_about_connections(configuration),
-        *_about_the_history(configuration),
-        *_about_the_screen(configuration),
+        *(
+            advice(code, key, **values)
+            for said, code, key, values in _advice(configuration)
+            if said
+        ),
         *_about_files(configuration),
         *_about_certificates(configuration, now),
     )
 
 
-# ---- the model ----------------------------------------------------------------------------------
+_Row = tuple[bool, str, str, dict[str, Value]]
+"""Whether something is to be said, its code, its place and its values."""
 
 
-def _about_the_model(configuration: MachineConfiguration) -> Iterator[Finding]:
-    model = configuration.model.model
-    file = configuration.model.path.name
-    for sentence in model.warnings:
-        yield advice("said_of_model", file, said=sentence)
-    unknown = tuple(
-        f"{output.name} {part.name}"
-        for output in model.outputs
-        for part in output.parts
-        if part.lowest_k is None
-    )
-    if unknown:
-        yield advice("range_unknown", file, parts=unknown)
-    if model.reference == START:
-        yield advice("reference_at_start", file)
-    by_diameter = any(part.gain_by_diameter for o in model.outputs for part in o.parts)
-    if by_diameter and configuration.diameter is None:
-        yield advice("diameter_unread", "diameter")
-
-
-# ---- inputs and what protects -------------------------------------------------------------------
-
-
-def _about_inputs(configuration: MachineConfiguration) -> Iterator[Finding]:
-    channels = configuration.compensation.model.channels
+def _advice(configuration: MachineConfiguration) -> Iterator[_Row]:
+    """Yield what may be said of the tables, one after the other."""
+    yield from _about_the_model(configuration)
     for name, rules in configuration.rules.sensors.items():
-        key = f"input.{name}"
-        if name not in channels:
-            yield advice("input_unused", key)
-        if rules.lowest_c <= 0.0 <= rules.highest_c:
-            yield advice("zero_plausible", key)
-        if rules.frozen_s == 0.0:
-            yield advice("frozen_unseen", key)
-        if rules.longest_age_s < configuration.rules.cycle_s:
-            yield advice(
-                "age_below_cycle",
-                key,
-                longest_age_s=rules.longest_age_s,
-                cycle_s=configuration.rules.cycle_s,
-            )
+        yield from _about_input(configuration, name, rules)
+    if configuration.sink.kind != "dry":
+        yield from _about_protection(configuration)
+    for output in configuration.compensation.model.outputs:
+        yield from _about_output(configuration, output)
+    slowest_s = 0.5 * configuration.rules.cycle_s
+    for name, one in configuration.connections.items():
+        key, open_to_all = f"connection.{name}", not (one.encrypted or is_loopback(one.host))
+        yield open_to_all, "connection_unencrypted", key, {}
+        long = one.timeout_s > slowest_s >= 1.0
+        yield long, "timeout_long", key, {"timeout_s": one.timeout_s}
+    unproven = encryption_of(configuration.historian_url) is Encryption.UNPROVEN
+    yield unproven, "database_unproven", "historian.url", {}
+    screen = configuration.screen
+    if screen is not None:
+        everybody = screen.view_without_login and not is_loopback(screen.address)
+        yield everybody, "everybody_may_look", "screen.view_without_login", {}
 
 
-def _about_protection(configuration: MachineConfiguration) -> Iterator[Finding]:
-    if configuration.sink.kind == "dry":
-        return
-    rules = configuration.rules.supervisor
+def _about_the_model(configuration: MachineConfiguration) -> Iterator[_Row]:
+    model, file = configuration.model.model, configuration.model.path.name
+    for sentence in model.warnings:
+        yield True, "said_of_model", file, {"said": sentence}
+    parts = [(output, part) for output in model.outputs for part in output.parts]
+    unknown = tuple(f"{o.name} {part.name}" for o, part in parts if part.lowest_k is None)
+    yield bool(unknown), "range_unknown", file, {"parts": unknown}
+    yield model.reference == START, "reference_at_start", file, {}
+    by_diameter = any(part.gain_by_diameter for _, part in parts)
+    yield by_diameter and configuration.diameter is None, "diameter_unread", "diameter", {}
+
+
+def _about_input(
+    configuration: MachineConfiguration, name: str, rules: SensorRules
+) -> Iterator[_Row]:
+    key, cycle_s = f"input.{name}", configuration.rules.cycle_s
+    yield name not in configuration.compensation.model.channels, "input_unused", key, {}
+    yield rules.lowest_c <= 0.0 <= rules.highest_c, "zero_plausible", key, {}
+    yield rules.frozen_s == 0.0, "frozen_unseen", key, {}
+    ages: dict[str, Value] = {"longest_age_s": rules.longest_age_s, "cycle_s": cycle_s}
+    yield rules.longest_age_s < cycle_s, "age_below_cycle", key, ages
+
+
+def _about_protection(configuration: MachineConfiguration) -> Iterator[_Row]:
+    rules, sink = configuration.rules.supervisor, configuration.sink
     for name in ("input_timeout_s", "read_back_s"):
         value_s: float = getattr(rules, name)
-        if value_s > LONG_BRIDGE_S:
-            yield advice("time_long", f"supervisor.{name}", value_s=value_s)
-    if rules.read_back_tolerance_um > WIDE_TOLERANCE_UM:
-        key, wide_um = "supervisor.read_back_tolerance_um", rules.read_back_tolerance_um
-        yield advice("tolerance_wide", key, tolerance_um=wide_um)
-    if not configuration.interlocks:
-        yield advice("no_interlock", "interlock")
-    if configuration.sink.kind != "opcua":
-        return
-    if not configuration.sink.heartbeat_node:
-        yield advice("no_heartbeat", "sink")
-    if configuration.other_compensation is None:
-        yield advice("other_compensation_unread", "other_compensation")
+        yield value_s > LONG_BRIDGE_S, "time_long", f"supervisor.{name}", {"value_s": value_s}
+    wide_um = rules.read_back_tolerance_um
+    wide, key = wide_um > WIDE_TOLERANCE_UM, "supervisor.read_back_tolerance_um"
+    yield wide, "tolerance_wide", key, {"tolerance_um": wide_um}
+    yield not configuration.interlocks, "no_interlock", "interlock", {}
+    on_server = sink.kind == "opcua"
+    yield on_server and not sink.heartbeat_node, "no_heartbeat", "sink", {}
+    unread, key = configuration.other_compensation is None, "other_compensation"
+    yield on_server and unread, "other_compensation_unread", key, {}
 
 
-# ---- outputs ------------------------------------------------------------------------------------
-
-
-def _about_outputs(configuration: MachineConfiguration) -> Iterator[Finding]:
-    for output in configuration.compensation.model.outputs:
-        limits = configuration.rules.limits[output.name]
-        settings = configuration.outputs[output.name]
-        key = f"output.{output.name}"
-        if configuration.sink.kind == "opcua" and not settings.read_back_node:
-            yield advice("no_read_back", key)
-        step_um = limits.largest_rate_um_per_s * configuration.rules.cycle_s
-        if step_um > VISIBLE_STEP_UM:
-            yield advice("visible_step", key, step_um=step_um)
-        longest_s = limits.total_um / limits.largest_rate_um_per_s
-        if (
-            configuration.supervisor.at_stop == "fade"
-            and longest_s > configuration.supervisor.stop_within_s
-        ):
-            stop_s = configuration.supervisor.stop_within_s
-            yield advice("fade_too_long", key, longest_s=longest_s, stop_within_s=stop_s)
-        yield from _about_size(key, output, limits)
+def _about_output(configuration: MachineConfiguration, output: Output) -> Iterator[_Row]:
+    limits, supervisor = configuration.rules.limits[output.name], configuration.supervisor
+    key, settings = f"output.{output.name}", configuration.outputs[output.name]
+    on_server = configuration.sink.kind == "opcua"
+    yield on_server and not settings.read_back_node, "no_read_back", key, {}
+    step_um = limits.largest_rate_um_per_s * configuration.rules.cycle_s
+    yield step_um > VISIBLE_STEP_UM, "visible_step", key, {"step_um": step_um}
+    longest_s, stop_s = limits.total_um / limits.largest_rate_um_per_s, supervisor.stop_within_s
+    times: dict[str, Value] = {"longest_s": longest_s, "stop_within_s": stop_s}
+    yield supervisor.at_stop == "fade" and longest_s > stop_s, "fade_too_long", key, times
+    largest_um, limit_um = largest_of_training(output), limits.largest_um
+    if largest_um is not None:
+        sizes: dict[str, Value] = {"largest_um": largest_um, "limit_um": limit_um}
+        yield largest_um > limit_um, "limit_below_model", key, sizes
+        yield limit_um > WIDE_LIMIT * largest_um, "limit_wide", key, sizes
 
 
 def largest_of_training(output: Output) -> float | None:
@@ -150,63 +141,19 @@ def largest_of_training(output: Output) -> float | None:
     Every input stands for long at that end of its range, and at that diameter, at which its part
     is largest, all of one sign. None where a range is not known.
     """
-    lowest_um, highest_um = output.offset_um, output.offset_um
+    lowest_um = highest_um = output.offset_um
     for part in output.parts:
-        ends = _ends_of(part)
-        if ends is None:
+        if part.lowest_k is None or part.highest_k is None:
             return None
-        lowest_um += min(ends)
-        highest_um += max(ends)
+        gains = [part.tool_gain, *(point.gain for point in part.gain_by_diameter)]
+        ends_k = (0.0, part.lowest_k, part.highest_k)
+        ends_um = [gain * part.dc_gain_um_per_k * end_k for gain in gains for end_k in ends_k]
+        lowest_um += min(ends_um)
+        highest_um += max(ends_um)
     return max(abs(lowest_um), abs(highest_um))
 
 
-def _ends_of(part: Part) -> tuple[float, ...] | None:
-    if part.lowest_k is None or part.highest_k is None:
-        return None
-    gains = [part.tool_gain, *(point.gain for point in part.gain_by_diameter)]
-    return (
-        0.0,
-        *(
-            gain * part.dc_gain_um_per_k * value_k
-            for gain in gains
-            for value_k in (part.lowest_k, part.highest_k)
-        ),
-    )
-
-
-def _about_size(key: str, output: Output, limits: Limits) -> Iterator[Finding]:
-    largest_um, limit_um = largest_of_training(output), limits.largest_um
-    if largest_um is None:
-        return
-    if largest_um > limit_um:
-        yield advice("limit_below_model", key, largest_um=largest_um, limit_um=limit_um)
-    elif limit_um > WIDE_LIMIT * largest_um:
-        yield advice("limit_wide", key, largest_um=largest_um, limit_um=limit_um)
-
-
-# ---- connections, files, certificates -----------------------------------------------------------
-
-
-def _about_connections(configuration: MachineConfiguration) -> Iterator[Finding]:
-    for name, settings in configuration.connections.items():
-        if not settings.encrypted and not is_loopback(settings.host):
-            yield advice("connection_unencrypted", f"connection.{name}")
-        slowest_s = 0.5 * configuration.rules.cycle_s
-        if settings.timeout_s > max(slowest_s, 1.0) and slowest_s >= 1.0:
-            yield advice("timeout_long", f"connection.{name}", timeout_s=settings.timeout_s)
-
-
-def _about_the_history(configuration: MachineConfiguration) -> Iterator[Finding]:
-    if encryption_of(configuration.historian_url) is Encryption.UNPROVEN:
-        yield advice("database_unproven", "historian.url")
-
-
-def _about_the_screen(configuration: MachineConfiguration) -> Iterator[Finding]:
-    screen = configuration.screen
-    if screen is None:
-        return
-    if screen.view_without_login and not is_loopback(screen.address):
-        yield advice("everybody_may_look", "screen.view_without_login")
+# ---- files and certificates ---------------------------------------------------------------------
 
 
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
@@ -273,11 +220,7 @@ def certificate_ends(configuration: MachineConfiguration) -> dict[str, datetime]
 
 def _certificates(configuration: MachineConfiguration) -> Iterator[tuple[str, Path]]:
     """Yield every certificate, own ones and those of others, with its key."""
-    tables = [
-        *((f"connection.{name}", one) for name, one in configuration.connections.items()),
-        *((name, getattr(configuration, name)) for name in ("server", "metrics", "screen")),
-    ]
-    for table, settings in tables:
+    for table, settings in tables_of(configuration):
         for name in ("server_certificate", "certificate", "client_certificate"):
             path: Path | None = getattr(settings, name, None)
             if path is not None:
@@ -369,16 +312,8 @@ def _called(screen: ScreenSettings) -> list[str]:
 def _contains(contained: Iterable[str], name: str) -> bool:
     """Whether a certificate is for a name, by RFC 9525, 6.3: a star stands for one first label."""
     try:
-        address = ipaddress.ip_address(name)
+        return str(ipaddress.ip_address(name)) in contained
     except ValueError:
         rest = name.partition(".")[2]
         wanted = {name.lower(), f"*.{rest.lower()}"} if rest else {name.lower()}
         return any(one.lower() in wanted for one in contained)
-    return any(_is_address(one, address) for one in contained)
-
-
-def _is_address(text: str, address: ipaddress.IPv4Address | ipaddress.IPv6Address) -> bool:
-    try:
-        return ipaddress.ip_address(text) == address
-    except ValueError:
-        return False

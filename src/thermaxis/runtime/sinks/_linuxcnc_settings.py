@@ -4,12 +4,12 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal, final, get_args
+from typing import Annotated, Literal, final, get_args
 
 from thermaxis.codes import Place
 from thermaxis.compensation import LONGEST_CYCLE_S, SHORTEST_CYCLE_S, Limits
 from thermaxis.errors import ConfigurationError, require_positive, require_range
-from thermaxis.runtime._keys import Word
+from thermaxis.runtime._keys import Only, Word
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 
 HalUnit = Literal["mm", "inch"]
@@ -90,12 +90,12 @@ class LinuxCncOutput:
 class HalSettings:
     """What the table of the sink says of LinuxCNC."""
 
-    watchdog_s: float = 0.0
+    watchdog_s: Annotated[float, Only("linuxcnc")] = 0.0
     """Time without a heartbeat after which LinuxCNC takes the offset back; linuxcnc only. Default:
     one late write is no loss. Without it: two cycles, at least 2. [s]"""
-    thread: Word = "servo-thread"
+    thread: Annotated[Word, Only("linuxcnc")] = "servo-thread"
     """HAL thread of the motion controller; linuxcnc only. Default: LinuxCNC's own name."""
-    halcmd: Word = "halcmd"
+    halcmd: Annotated[Word, Only("linuxcnc")] = "halcmd"
     """Name or path of the program `halcmd`; linuxcnc only. Default: found as every program is."""
 
 

@@ -15,7 +15,6 @@ import contextlib
 import os
 import sys
 import threading
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ from argon2.exceptions import InvalidHashError, VerificationError
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.files.settings import parse_toml
 from thermaxis.runtime.host import read_private, whole_file
 from thermaxis.runtime.users._throttle import LogInThrottle
 
@@ -167,11 +167,7 @@ def check_name(name: str, place: Place = _NAME) -> str:
 def read_users(path: Path | str) -> tuple[User, ...]:
     """Read a file of users."""
     place = Place(str(path))
-    content = read_private(Path(path), limit_bytes=LARGEST_FILE_BYTES)
-    try:
-        tables = cast("dict[str, object]", tomllib.loads(content.decode("utf-8")))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigurationError("not_toml", cause=str(error), place=place) from None
+    tables = parse_toml(read_private(Path(path), limit_bytes=LARGEST_FILE_BYTES), file=str(path))
     entries = tables.pop("user", [])
     if tables or not isinstance(entries, list):
         raise ConfigurationError("not_a_user_table", name=next(iter(tables), "user"), place=place)
