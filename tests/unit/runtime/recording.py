@@ -104,7 +104,6 @@ class Recording:
     sessions: dict[str, SimulatedSession] = field(default_factory=dict)
     told: list[Message] = field(default_factory=list)
     ended: datetime = START
-    finish: Callable[[Sequence[Path]], None] | None = None
 
     def codes(self) -> list[str]:
         """Codes of what was told, in order."""
@@ -135,7 +134,6 @@ class Recording:
             self.clock,
             self.files,
             tell=self.told.append,
-            finish=self.finish,
         )
         async with asyncio.TaskGroup() as tasks:
             recording = tasks.create_task(recorder.run(duration_s, self.stop))

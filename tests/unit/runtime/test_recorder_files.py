@@ -1,8 +1,10 @@
 """Files of a recording: whole lines, no overwritten file, on full disks and after a kill."""
 
+import asyncio
 import errno
 import os
 import resource
+from collections.abc import Sequence
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
@@ -15,8 +17,8 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import RecordSettings
 from thermaxis.runtime.record import files_of, sole_writer
 from thermaxis.runtime.record._clock import as_text
-from thermaxis.runtime.record._files import Entry, RecordingFiles, mark
-from thermaxis.runtime.record._recorder import _Queue
+from thermaxis.runtime.record._files import Entry, RecordingFiles, Stored, mark
+from thermaxis.runtime.record._recorder import _Waiting
 
 NAME = "lathe-2026-11-21.csv"
 BEGAN = Message("recording-began", {"version": "1"})
@@ -144,12 +146,9 @@ def test_a_file_that_appears_at_the_last_moment_is_not_written_to(
     foreign = tmp_path / NAME
     foreign.write_text("mine\n")
     monkeypatch.setattr(RecordingFiles, "_names", lambda *_some, **_more: [])
-    files = recording(tmp_path)
-    files.store([row(0)])
-    files.close()
+    assert recording(tmp_path).store([row(0)]) == (0, "File exists")
     assert foreign.read_text() == "mine\n"
-    assert files.written == [tmp_path / "lathe-2026-11-21-2.csv"]
-    assert [p.name for p in (tmp_path / "sources").iterdir()] == ["lathe-2026-11-21-2.csv"]
+    assert list((tmp_path / "sources").iterdir()) == []
 
 
 def test_the_number_of_a_file_that_only_its_parquet_has_is_not_used_again(tmp_path: Path) -> None:
@@ -237,9 +236,9 @@ def test_old_files_are_deleted_and_those_of_others_stay(tmp_path: Path) -> None:
     files.store([row(86400.0 * k) for k in range(5)])
     (tmp_path / "lathe-notes.csv").write_text("mine")
     (tmp_path / "lathe-2026-11-20.txt").write_text("mine")
-    gone = files.delete_before(date(2026, 11, 24))
+    files.delete_before(date(2026, 11, 24))
     files.close()
-    assert len(gone) == 6
+    assert len(list((tmp_path / "sources").iterdir())) == 2
     left = sorted(p.name for p in tmp_path.iterdir() if p.is_file())
     assert left == [
         "lathe-2026-11-20.txt",
@@ -257,13 +256,14 @@ class Disk:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.left = 10**9
-        self._write, self._cut = os.write, os.ftruncate
+        self._write, self._cut = os.write, os.truncate
         monkeypatch.setattr(os, "write", self.write)
         monkeypatch.setattr(os, "ftruncate", self.cut)
+        monkeypatch.setattr(os, "truncate", self.cut)
 
-    def cut(self, descriptor: int, size: int) -> None:
-        self.left += os.fstat(descriptor).st_size - size
-        self._cut(descriptor, size)
+    def cut(self, file: int | Path, size: int) -> None:
+        self.left += os.stat(file).st_size - size  # noqa: PTH116 - of a number as well
+        self._cut(file, size)
 
     def write(self, descriptor: int, content: bytes | memoryview) -> int:
         if self.left <= 0:
@@ -305,11 +305,11 @@ def test_rows_that_fit_are_written_before_a_disk_is_full(
     files = recording(tmp_path)
     files.store([row(0)])
     disk = Disk(monkeypatch)
-    disk.left = 5000
+    disk.left = 50_000
     stored = files.store([row(k) for k in range(1, 1000)])
     assert stored.error == os.strerror(errno.ENOSPC)
     assert len(times(tmp_path / NAME)) == stored.entries + 1
-    assert stored.entries * row(1).size > 4000
+    assert stored.entries * row(1).size > 44_000
 
 
 def test_a_limit_that_no_file_may_pass_leaves_no_empty_files(tmp_path: Path) -> None:
@@ -329,48 +329,53 @@ def test_a_limit_that_no_file_may_pass_leaves_no_empty_files(tmp_path: Path) -> 
 # What waits --------------------------------------------------------------------------------------
 
 
-def queue_of(rows: int) -> _Queue:
-    return _Queue(rows * row(0).size)
+def handed_over(waiting: _Waiting, stored: int, *meanwhile: Entry) -> list[Entry]:
+    """What waits is to be stored, and so many entries are; others come while it is."""
+    found: list[Entry] = []
+
+    async def store(entries: Sequence[Entry]) -> Stored:
+        found.extend(entries)
+        for entry in meanwhile:
+            waiting.add(entry)
+        return Stored(min(stored, len(entries)))
+
+    asyncio.run(waiting.give(store))
+    return found
+
+
+def waiting_of(rows: int, *entries: Entry) -> _Waiting:
+    waiting = _Waiting(rows * row(0).size)
+    for entry in entries:
+        waiting.add(entry)
+    return waiting
 
 
 def test_a_loss_is_stated_once_however_often_it_could_not_be_written() -> None:
-    queue = queue_of(10)
-    for k in range(13):
-        queue.add(row(k))
-    for _ in range(3):
-        taken = queue.take()
-        assert taken[0].log.startswith(b"# 2026-11-21T12:00:03.000Z lost: 3 rows from ")
-        assert [entry.log_ms for entry in taken[1:]] == [ms(k) for k in range(3, 13)]
-        assert queue.keep(taken, 0) == 10
-    taken = queue.take()
-    assert queue.keep(taken, len(taken)) == 0
-    queue.add(row(13))
-    assert queue.take() == [row(13)]
-    assert queue.lost_rows == 3
+    waiting = waiting_of(10, *(row(k) for k in range(13)))
+    for stored in (0, 0, 99):
+        found = handed_over(waiting, stored)
+        assert b"lost: 3 rows from 2026-11-21T12:00:00.000Z to" in found[0].log
+        assert found[1:] == [row(k) for k in range(3, 13)]
+    waiting.add(row(13))
+    assert handed_over(waiting, 99) == [row(13)]
+    assert (waiting.lost_rows, waiting.written_rows) == (3, 11)
 
 
 def test_what_is_lost_while_the_disk_tries_is_stated_with_what_was_lost_before() -> None:
-    queue = queue_of(10)
-    for k in range(12):
-        queue.add(row(k))
-    taken = queue.take()  # rows 2 to 11 are on their way
-    for k in range(12, 15):
-        queue.add(row(k))  # 12 and 13 give way, as there is no room beside those
-    assert queue.keep(taken, 0) == 10
-    taken = queue.take()
-    assert b"lost: 5 rows from 2026-11-21T12:00:00.000Z to 2026-11-21T12:00:13.000Z" in taken[0].log
-    assert [entry.log_ms for entry in taken[1:]] == [ms(k) for k in (*range(3, 12), 14)]
-    assert queue.lost_rows == 5
+    waiting = waiting_of(10, *(row(k) for k in range(12)))
+    handed_over(waiting, 0, *(row(k) for k in range(12, 15)))  # 12 and 13 give way, and then 2
+    found = handed_over(waiting, 99)
+    assert b"lost: 5 rows from 2026-11-21T12:00:00.000Z to 2026-11-21T12:00:13.000Z" in found[0].log
+    assert found[1:] == [row(k) for k in (*range(2, 12), 14)][1:]
+    assert waiting.lost_rows == 5
 
 
 def test_what_happened_waits_like_rows_and_is_not_counted() -> None:
-    queue = queue_of(3)
-    queue.add(mark(ms(0), BEGAN))
-    for k in range(5):
-        queue.add(row(k))
-    taken = queue.take()
-    assert b"lost: 2 rows" in taken[0].log
-    assert all(entry.is_row for entry in taken[1:])
+    waiting = waiting_of(3, mark(ms(0), BEGAN), *(row(k) for k in range(5)))
+    found = handed_over(waiting, 2)
+    assert b"lost: 2 rows" in found[0].log
+    assert all(entry.is_row for entry in found[1:])
+    assert handed_over(waiting, 99) == found[2:]
 
 
 def test_a_line_about_what_happened_is_one_line_of_plain_letters() -> None:

@@ -1,6 +1,5 @@
-"""Complete logs as Parquet: the same numbers, whole files only, and another try after a failure."""
+"""Complete logs as Parquet: the same numbers, when they are complete."""
 
-import os
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import pytest
 from tests.unit.runtime.recording import START, Recording, channel, rows_of, settings
 from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime.record import parquet_writer, write_parquet
+from thermaxis.runtime.record import _recorder, write_parquet
 
 NAME = "lathe-2026-11-21.csv"
 
@@ -42,39 +41,22 @@ def test_status_and_source_time_are_columns_of_the_file_of_sources(log: Path) ->
     assert frame["speed status"].null_count() == 16
 
 
-def test_a_file_that_cannot_be_written_leaves_nothing_and_is_tried_again(
-    log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    told: list[Message] = []
-    write = parquet_writer(told.append)
-
-    def full(_descriptor: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    write([log])
-    values = {"file": NAME, "cause": "No space left on device"}
-    assert told == [Message("recording-parquet_unwritten", values)]
-    assert list(log.parent.rglob("*.parquet*")) == []
-    monkeypatch.undo()
-    write([])
-    assert (
-        sorted(p.name for p in log.parent.rglob("*.parquet*")) == ["lathe-2026-11-21.parquet"] * 2
-    )
-    write([])
-    assert len(told) == 1
-
-
-def test_a_log_that_was_moved_away_is_no_error(log: Path) -> None:
-    told: list[Message] = []
-    log.rename(log.with_name("taken.csv"))
-    parquet_writer(told.append)([log])
-    assert told == []
-
-
 def test_a_recorder_writes_each_day_as_parquet_when_it_is_complete(tmp_path: Path) -> None:
     start = datetime(2026, 11, 21, 23, 59, 50, tzinfo=UTC)
-    Recording(settings(channel("T_a_C")), tmp_path, start, finish=parquet_writer(print)).run(20.0)
+    Recording(settings(channel("T_a_C"), parquet=True), tmp_path, start).run(20.0)
     first, second = sorted(tmp_path.glob("*.parquet"))
     assert read_thermal_log(first).rows == len(rows_of(tmp_path / NAME)) == 10
     assert read_thermal_log(second).rows == 10
+
+
+def test_a_parquet_file_that_cannot_be_written_is_told_and_ends_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_path: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(_recorder, "write_parquet", full)
+    recording = Recording(settings(channel("T_a_C"), parquet=True), tmp_path)
+    assert recording.run(5.0).rows == 5
+    values = {"file": NAME, "cause": "No space left on device"}
+    assert recording.told[-1] == Message("recording-parquet_unwritten", values)

@@ -26,7 +26,6 @@ from thermaxis.runtime.record import (
     TriedChannel,
     bytes_per_day,
     files_of,
-    parquet_writer,
     sole_writer,
     try_once,
 )
@@ -90,9 +89,8 @@ async def _recorded(
 ) -> runtime.RecordSummary:
     clock, stop = runtime.SystemClock(), asyncio.Event()
     async with _connected(settings, clock) as sessions:
-        finish = parquet_writer(_tell) if settings.parquet else None
         files = files_of(settings, folder)
-        recorder = runtime.Recorder(settings, sessions, clock, files, tell=_tell, finish=finish)
+        recorder = runtime.Recorder(settings, sessions, clock, files, tell=_tell)
         with at_signals(stop.set):  # it ends with its last row
             return await recorder.run(duration_s, stop)
 

@@ -7,7 +7,6 @@ from ._files import (
     sole_writer as sole_writer,
 )
 from ._parquet import (
-    parquet_writer as parquet_writer,
     write_parquet as write_parquet,
 )
 from ._recorder import (

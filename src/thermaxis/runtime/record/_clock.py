@@ -1,53 +1,28 @@
-"""Time of a log: it follows the time of day and never goes back.
+"""Time of a log: the time of day, but never back.
 
 The time of day of a computer is set by hand, by a time server, or goes on while the computer
-sleeps; the monotonic clock is not, but knows no date. The log's clock takes the pace from the
-monotonic clock and the date from the time of day:
+sleeps; the monotonic clock is not, but knows no date. A jump is what the one did and the other
+did not:
 
-* differences up to `LARGEST_SLEW_S` are worked off, by half a millisecond per second at most, as
-  time servers do it;
-* where the time of day jumps forward, the log's time jumps with it: time may have passed that the
-  monotonic clock did not count, as in sleep, and a gap that is none costs less than one that is
-  not seen;
-* where it jumps back, the log's time goes on as if nothing had happened and stays ahead of the
-  time of day, until that jumps forward again or the recording is started anew.
+* forward, the log's time jumps with it: time may have passed that the monotonic clock did not
+  count, as in sleep, and a gap that is none costs less than one that is not seen;
+* back, the log's time goes on as if nothing had happened and stays ahead of the time of day,
+  until that jumps forward again or the recording is started anew.
 
 Not protected: a time of day that is wrong from the start.
 """
 
 from datetime import UTC, datetime, timedelta
-from typing import Final, NamedTuple, final
+from typing import Final, final
 
 from thermaxis.codes import Message
 from thermaxis.runtime._ports import Clock
 
-LARGEST_SLEW_S: Final = 2.0
-"""Larger differences between the clocks are jumps. Default: more than time servers let a clock
+SMALLEST_JUMP_S: Final = 0.5
+"""Smaller differences between the clocks are followed. Default: more than time servers let a clock
 drift before they step it (128 ms), and less than anybody sets by hand. [s]"""
-_SLEW = 5e-4
-_MICROSECOND = timedelta(microseconds=1)
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-
-
-class ClockChange(NamedTuple):
-    """A jump of the time of day."""
-
-    by_s: float
-    """How far it jumped; negative: back. [s]"""
-    log_by_s: float
-    """How far the log's time jumped with it, never negative. [s]"""
-    ahead_s: float
-    """How far the log's time is ahead of the time of day since then. [s]"""
-
-    @property
-    def message(self) -> Message:
-        """What happened."""
-        if self.by_s < 0.0:
-            values = {"by_s": -self.by_s, "ahead_s": self.ahead_s}
-            return Message("recording-clock_set_back", values)
-        if self.log_by_s == self.by_s:
-            return Message("recording-clock_jumped", {"by_s": self.by_s})
-        return Message("recording-clock_jumped_partly", self._asdict())
+_NONE = timedelta(0)
 
 
 @final
@@ -57,53 +32,49 @@ class LogClock:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._monotonic_s = clock.monotonic_s()
-        self._log_us = _since_epoch_us(clock.utc())
-        self._ahead_us = 0
+        self._log = clock.utc()
+        self._ahead = _NONE
+
+    def read(self) -> tuple[float, Message | None]:
+        """Return the log's time [ms since 1970], and a jump of the time of day since last time."""
+        monotonic_s = self._clock.monotonic_s()
+        expected = self._log + timedelta(seconds=monotonic_s - self._monotonic_s)
+        self._monotonic_s = monotonic_s
+        by = self._clock.utc() + self._ahead - expected
+        jumped = abs(by.total_seconds()) > SMALLEST_JUMP_S
+        used = (by if by < _NONE else min(by, self._ahead)) if jumped else _NONE
+        self._ahead -= used
+        self._log = max(self._log, expected + by - used)
+        return self._log_ms, self._message(by, used) if jumped else None
+
+    def _message(self, by: timedelta, used: timedelta) -> Message:
+        values = {"by_s": abs(by.total_seconds()), "ahead_s": self._ahead.total_seconds()}
+        if by < _NONE:
+            return Message("recording-clock_set_back", values)
+        if used == _NONE:
+            return Message("recording-clock_jumped", {"by_s": by.total_seconds()})
+        log_by_s = (by - used).total_seconds()
+        return Message("recording-clock_jumped_partly", {**values, "log_by_s": log_by_s})
 
     @property
-    def ahead_s(self) -> float:
-        """How far the log's time is ahead of the time of day. [s]"""
-        return self._ahead_us / 1e6
-
-    def read(self) -> tuple[float, ClockChange | None]:
-        """Return the log's time, and a jump of the time of day since the last call."""
-        monotonic_s = self._clock.monotonic_s()
-        elapsed_us = max(0, round((monotonic_s - self._monotonic_s) * 1e6))
-        self._monotonic_s = monotonic_s
-        self._log_us += elapsed_us
-        off_us = _since_epoch_us(self._clock.utc()) + self._ahead_us - self._log_us
-        change = None
-        if abs(off_us) > LARGEST_SLEW_S * 1e6:
-            change = self._jump(off_us)
-        else:
-            most_us = int(elapsed_us * _SLEW)
-            self._log_us += max(-most_us, min(most_us, off_us))
-        return self._log_us / 1e3, change
+    def _log_ms(self) -> float:
+        return (self._log - _EPOCH) / timedelta(milliseconds=1)
 
     def monotonic_of(self, log_ms: float) -> float:
         """Return the monotonic time at which the log's time will be another one. [s]"""
-        return self._monotonic_s + (log_ms * 1e3 - self._log_us) / 1e6
-
-    def _jump(self, off_us: int) -> ClockChange:
-        before_us = self._ahead_us
-        if off_us < 0:
-            self._ahead_us -= off_us
-            return ClockChange(off_us / 1e6, 0.0, self.ahead_s)
-        self._ahead_us = max(0, before_us - off_us)
-        log_by_us = off_us - (before_us - self._ahead_us)
-        self._log_us += log_by_us
-        return ClockChange(off_us / 1e6, log_by_us / 1e6, self.ahead_s)
-
-
-def _since_epoch_us(moment: datetime) -> int:
-    return (moment - _EPOCH) // _MICROSECOND
+        return self._monotonic_s + (log_ms - self._log_ms) / 1e3
 
 
 def moment_of(log_ms: float) -> datetime:
     """Return the date and time of a log's time. [ms since 1970]"""
-    return _EPOCH + timedelta(microseconds=round(log_ms * 1e3))
+    return _EPOCH + timedelta(milliseconds=log_ms)
 
 
 def as_text(log_ms: float) -> str:
     """Return a log's time [ms since 1970] as ISO 8601 in UTC with three decimals."""
-    return moment_of(round(log_ms)).strftime("%Y-%m-%dT%H:%M:%S.") + f"{round(log_ms) % 1000:03d}Z"
+    return iso_of(moment_of(round(log_ms)))
+
+
+def iso_of(moment: datetime) -> str:
+    """Return a moment as ISO 8601 in UTC with three decimals."""
+    return moment.astimezone(UTC).replace(tzinfo=None).isoformat(timespec="milliseconds") + "Z"

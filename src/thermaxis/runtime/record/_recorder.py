@@ -11,7 +11,7 @@ second are lost when the program is killed, those of the last ten seconds when t
 import asyncio
 import math
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -23,6 +23,7 @@ from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.record._clock import LogClock, as_text, moment_of
 from thermaxis.runtime.record._config import ChannelSettings, RecordSettings
 from thermaxis.runtime.record._files import Entry, Heads, RecordingFiles, Stored, mark
+from thermaxis.runtime.record._parquet import write_parquet
 from thermaxis.runtime.record._rows import NO_ANSWER, NOT_ASKED, Cells, ChannelReader
 
 if TYPE_CHECKING:
@@ -71,23 +72,6 @@ class _Row:
     cells: list[Cells]
     open: int
     """Requests without an answer yet. [1]"""
-
-
-class Loss(NamedTuple):
-    """Rows that were given up while they could not be written."""
-
-    rows: int
-    """How many. [1]"""
-    first_ms: float
-    """Time of the first one. [ms since 1970]"""
-    last_ms: float
-    """Time of the last one. [ms since 1970]"""
-
-    @property
-    def message(self) -> Message:
-        """What was lost."""
-        first, last = as_text(self.first_ms), as_text(self.last_ms)
-        return Message("recording-lost", {"rows": self.rows, "first": first, "last": last})
 
 
 @final
@@ -251,8 +235,6 @@ class Recorder:
         Where rows go; called in a thread, one call at a time.
     tell : callable
         Takes what happens, for whoever watches. Default: nobody does.
-    finish : callable
-        Called in the same thread as the files, with logs that are complete. Default: nothing.
     """
 
     def __init__(
@@ -263,24 +245,21 @@ class Recorder:
         files: RecordingFiles,
         *,
         tell: Callable[[Message], None] = _ignore,
-        finish: Callable[[Sequence[Path]], None] | None = None,
     ) -> None:
         self._settings = settings
         self._sessions = sessions
         self._clock = clock
         self._files = files
         self._tell = tell
-        self._finish = finish
         self._time = LogClock(clock)
         self._channels = tuple(ChannelReader(channel) for channel in settings.channels)
         self._groups = _groups_of(settings)
         self._rows: deque[_Row] = deque()
-        self._queue = _Queue(settings.memory_bytes)
+        self._waiting = _Waiting(settings.memory_bytes)
         self._writing = asyncio.Lock()
         self._connected: dict[str, int | None] = dict.fromkeys(sessions)
         self._asking: set[asyncio.Task[None]] = set()
         self._warned: set[tuple[str | float, ...]] = set()
-        self._written_rows = 0
         self._error = ""
         self._last_ms = -math.inf
 
@@ -331,7 +310,8 @@ class Recorder:
                 group.due_ms = _last_due(group, now_ms) + group.period_ms
             self._ask([group for group in due if not group.busy], row_ms, tasks)
             tick_ms = min(group.due_ms for group in self._groups)
-        await self._until_monotonic(end_s)
+        if math.isfinite(end_s):  # so that 8 h of recording last 8 h
+            await self._clock.sleep_until(end_s)
 
     def _begin(self) -> int:
         """Let all channels be due at the next full period of the fastest one. [ms since 1970]"""
@@ -341,7 +321,7 @@ class Recorder:
         for group in self._groups:
             group.due_ms = tick_ms
         began = Message("recording-began", {"version": __version__})
-        self._queue.add(mark(tick_ms, began))
+        self._waiting.add(mark(tick_ms, began))
         return tick_ms
 
     async def _until(self, log_ms: float) -> float:
@@ -349,16 +329,11 @@ class Recorder:
         while True:
             now_ms, change = self._time.read()
             if change is not None:
-                self._note(now_ms, change.message)
+                self._note(now_ms, change)
             if now_ms >= log_ms - _EARLY_MS:
                 return now_ms
             longest_s = self._clock.monotonic_s() + _LONGEST_SLEEP_S
             await self._clock.sleep_until(min(self._time.monotonic_of(log_ms), longest_s))
-
-    async def _until_monotonic(self, end_s: float) -> None:
-        """Wait for the end, so that 8 h of recording last 8 h."""
-        if math.isfinite(end_s):
-            await self._clock.sleep_until(end_s)
 
     def _row_time(self, due: Sequence["_Group"], now_ms: float) -> float:
         """Return the time of a row: the one that was meant, unless it is late. [ms since 1970]"""
@@ -387,13 +362,13 @@ class Recorder:
         group.busy = False
         row.open -= 1
         while self._rows and self._rows[0].open == 0:
-            self._queue.add(_entry_of(self._rows.popleft()))
+            self._waiting.add(_entry_of(self._rows.popleft()))
 
     # What is told ----------------------------------------------------------------------------
 
     def _note(self, log_ms: float, message: Message) -> None:
         """Tell what happened, and let a line of the log say it."""
-        self._queue.add(mark(log_ms, message))
+        self._waiting.add(mark(log_ms, message))
         self._tell(message)
 
     def _look_at_connections(self, now_ms: float) -> None:
@@ -440,7 +415,7 @@ class Recorder:
     async def _write_regularly(self) -> None:
         written_s = -math.inf
         while True:
-            await self._queue.arrived.wait()
+            await self._waiting.arrived.wait()
             await self._clock.sleep_until(written_s + WRITE_EVERY_S)
             written_s = self._clock.monotonic_s()
             async with self._writing:
@@ -448,17 +423,11 @@ class Recorder:
 
     async def _write(self) -> None:
         """Store what waits, in a thread: a slow disk delays no reading."""
-        entries = self._queue.take()
-        if not entries:
-            return
-        stored = await asyncio.to_thread(self._store, entries)
-        rest = self._queue.keep(entries, stored.entries)
-        self._written_rows += sum(entry.is_row for entry in entries) - rest
-        if bool(stored.error) != bool(self._error):
-            if stored.error:
-                self._tell(Message("recording-rows_unwritten", {"cause": stored.error}))
-            else:
-                self._tell(Message("recording-rows_written_again"))
+        stored = await self._waiting.give(lambda entries: asyncio.to_thread(self._store, entries))
+        if stored.error and not self._error:
+            self._tell(Message("recording-rows_unwritten", {"cause": stored.error}))
+        elif self._error and not stored.error:
+            self._tell(Message("recording-rows_written_again"))
         self._error = stored.error
 
     def _store(self, entries: Sequence[Entry]) -> Stored:
@@ -469,8 +438,13 @@ class Recorder:
     def _look_after_files(self) -> None:
         """Write complete files in their other form, delete old ones; once per file."""
         finished = self._files.take_finished()
-        if finished and self._finish is not None:
-            self._finish(finished)
+        if self._settings.parquet:
+            for log in finished:
+                try:
+                    write_parquet(log)
+                except OSError as error:
+                    values = {"file": log.name, "cause": error.strerror or str(error)}
+                    self._tell(Message("recording-parquet_unwritten", values))
         keep_days = self._settings.keep_days
         if finished and keep_days is not None:
             today = moment_of(self._last_ms).date()
@@ -479,15 +453,14 @@ class Recorder:
     async def _end(self) -> RecordSummary:
         for row in self._rows:
             if any(cells is not NOT_ASKED for cells in row.cells):
-                self._queue.add(_entry_of(row))
-        self._rows.clear()
+                self._waiting.add(_entry_of(row))
         now_ms, _ = self._time.read()
-        self._queue.add(mark(max(now_ms, self._last_ms), Message("recording-ended")))
+        self._waiting.add(mark(max(now_ms, self._last_ms), Message("recording-ended")))
         await self._write()
         await asyncio.to_thread(self._close)
         return RecordSummary(
-            rows=self._written_rows,
-            lost=self._queue.lost_rows,
+            rows=self._waiting.written_rows,
+            lost=self._waiting.lost_rows,
             channels=self._channels,
             files=tuple(self._files.written),
             error=self._error,
@@ -498,18 +471,39 @@ class Recorder:
         self._look_after_files()
 
 
+class _Loss(NamedTuple):
+    """Rows that were given up while they could not be written."""
+
+    rows: int = 0
+    first_ms: float = math.inf
+    last_ms: float = -math.inf
+
+    def and_(self, rows: int, first_ms: float, last_ms: float) -> "_Loss":
+        """Return this and another loss as one."""
+        first, last = min(self.first_ms, first_ms), max(self.last_ms, last_ms)
+        return _Loss(self.rows + rows, first, last)
+
+    def marks(self) -> list[Entry]:
+        """Return the line that says it, if there is anything to say."""
+        if not self.rows:
+            return []
+        values = {"first": as_text(self.first_ms), "last": as_text(self.last_ms)}
+        return [mark(self.last_ms, Message("recording-lost", {"rows": self.rows, **values}))]
+
+
 @final
-class _Queue:
+class _Waiting:
     """Entries that wait to be written, up to a size; the oldest ones give way."""
 
     def __init__(self, largest_bytes: int) -> None:
         self._entries: deque[Entry] = deque()
         self._size = 0
-        self._taken_size = 0
         self._largest_bytes = largest_bytes
-        self._loss: Loss | None = None
-        self._taken_loss: Loss | None = None
+        self._given = 0
+        self._untold = _Loss()
         self._lost_rows = 0
+        self.written_rows = 0
+        """Rows that were stored. [1]"""
         self.arrived = asyncio.Event()
         """Whether something waits."""
 
@@ -524,49 +518,34 @@ class _Queue:
         self.arrived.set()
         self._give_way()
 
-    def take(self) -> list[Entry]:
-        """Return everything, with what was lost before; `keep` must follow."""
-        taken = list(self._entries)
-        self._entries.clear()
+    async def give(self, store: Callable[[Sequence[Entry]], Awaitable[Stored]]) -> Stored:
+        """Let everything be stored, after a line on what was lost; keep what was not."""
         self.arrived.clear()
-        self._taken_size, self._size = self._size, 0
-        self._taken_loss, self._loss = self._loss, None
-        if self._taken_loss is not None and taken:
-            taken.insert(0, mark(taken[0].log_ms, self._taken_loss.message))
-        return taken
-
-    def keep(self, taken: Sequence[Entry], stored: int) -> int:
-        """Keep what was not stored for the next time; return how many rows that are. [1]"""
-        rest = list(taken[stored:])
-        if self._taken_loss is not None and stored == 0:
-            rest = rest[1:]
-            self._loss = _joined(self._taken_loss, self._loss)
-        self._taken_loss, self._taken_size = None, 0
-        rows = sum(entry.is_row for entry in rest)
-        if rest:
+        loss, self._untold = self._untold, _Loss()
+        marks = loss.marks()
+        self._given = len(self._entries)
+        stored = await store([*marks, *self._entries])
+        self._given = 0
+        if not stored.entries:
+            self._untold = loss.and_(*self._untold)
+        for _ in range(stored.entries - len(marks)):
+            entry = self._entries.popleft()
+            self._size -= entry.size
+            self.written_rows += entry.is_row
+        if self._entries:
             self.arrived.set()
-        self._entries.extendleft(reversed(rest))
-        self._size += sum(entry.size for entry in rest)
         self._give_way()
-        return rows
+        return stored
 
     def _give_way(self) -> None:
-        while self._size + self._taken_size > self._largest_bytes and len(self._entries) > 1:
-            oldest = self._entries.popleft()
+        """Give up the oldest ones that are not being stored."""
+        while self._size > self._largest_bytes and len(self._entries) > self._given + 1:
+            oldest = self._entries[self._given]
+            del self._entries[self._given]
             self._size -= oldest.size
             if oldest.is_row:
                 self._lost_rows += 1
-                self._loss = _joined(self._loss, Loss(1, oldest.log_ms, oldest.log_ms))
-
-
-def _joined(one: Loss | None, other: Loss | None) -> Loss | None:
-    if one is None or other is None:
-        return one or other
-    return Loss(
-        one.rows + other.rows,
-        min(one.first_ms, other.first_ms),
-        max(one.last_ms, other.last_ms),
-    )
+                self._untold = self._untold.and_(1, oldest.log_ms, oldest.log_ms)
 
 
 def _groups_of(settings: RecordSettings) -> tuple[_Group, ...]:

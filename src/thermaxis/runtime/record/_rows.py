@@ -12,10 +12,12 @@ stamps a steady value once: for such channels a value may count again for a stat
 """
 
 import math
-import struct
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final, NamedTuple, cast, final
 
+import numpy as np
+
+from thermaxis.runtime.record._clock import iso_of
 from thermaxis.runtime.record._config import ChannelSettings
 
 if TYPE_CHECKING:
@@ -26,7 +28,6 @@ NO_ANSWER: Final = "BadNoCommunication"
 _FIRST_YEAR = 1990
 """Source time stamps before are no times: servers send 1601 or 1970 for "unknown"."""
 _LONGEST_TEXT = 40
-_FLOAT = "Float"
 
 
 class Cells(NamedTuple):
@@ -86,7 +87,7 @@ class ChannelReader:
         status = "Good" if answer.StatusCode is None else answer.StatusCode.name
         good = answer.StatusCode is None or answer.StatusCode.is_good()
         stamp = _aware(answer.SourceTimestamp)
-        stamp_text = "" if stamp is None else _iso(stamp)
+        stamp_text = "" if stamp is None else iso_of(stamp)
         sent, number = _number_of(answer)
         same_stamp = stamp is not None and stamp == self._stamp
         unchanged = same_stamp and sent == self._sent
@@ -133,45 +134,16 @@ def _number_of(answer: "ua.DataValue") -> tuple[str, float | None]:
     value = None if variant is None else cast("object", variant.Value)
     if variant is None or value is None:
         return "", None
-    if isinstance(value, bool):
-        return str(int(value)), float(value)
-    if isinstance(value, int | float):
-        number = _as_float(value)
-        if number is not None and getattr(variant.VariantType, "name", "") == _FLOAT:
-            number = _of_single(number)
-        return ("too large" if number is None else _shortest(number)), (
-            number if number is not None and math.isfinite(number) else None
-        )
-    kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in str(value)[:_LONGEST_TEXT])
-    return kept, None
-
-
-def _as_float(value: float) -> float | None:
-    try:
-        return float(value)
-    except OverflowError:
-        return None
-
-
-def _of_single(number: float) -> float:
-    """Return the shortest decimal that is the same number of 32 bits: 22.3, not 22.299999237."""
-    if not math.isfinite(number):
-        return number
-    for digits in (7, 8):
-        shorter = float(f"{number:.{digits}g}")
-        try:
-            if struct.unpack("f", struct.pack("f", shorter))[0] == number:
-                return shorter
-        except OverflowError:
-            break
-    return float(f"{number:.9g}")
+    if not isinstance(value, int | float):
+        text = str(value)[:_LONGEST_TEXT]
+        return "".join(c if c.isascii() and c.isalnum() else "_" for c in text), None
+    number = float(value)
+    if variant.VariantType.name == "Float":  # 22.3 of 32 bits, and not 22.299999237
+        number = float(str(np.float32(number)))
+    return _shortest(number), number if math.isfinite(number) else None
 
 
 def _aware(stamp: datetime | None) -> datetime | None:
     if stamp is None or stamp.year < _FIRST_YEAR:
         return None
     return stamp.replace(tzinfo=UTC) if stamp.tzinfo is None else stamp.astimezone(UTC)
-
-
-def _iso(stamp: datetime) -> str:
-    return stamp.strftime("%Y-%m-%dT%H:%M:%S.") + f"{stamp.microsecond // 1000:03d}Z"
