@@ -97,9 +97,9 @@ from .record import (
     read_record as read_record,
 )
 from .status import (
+    ALARMS as ALARMS,
     PRIORITIES as PRIORITIES,
     Alarm as Alarm,
-    AlarmCode as AlarmCode,
     MetricsServer as MetricsServer,
     RuntimeStatus as RuntimeStatus,
     StatusServer as StatusServer,

@@ -20,7 +20,7 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.messages import LANGUAGES, keys, template
-from thermaxis.runtime import PRIORITIES, AlarmCode, LoopAnswer, Role
+from thermaxis.runtime import ALARMS, PRIORITIES, LoopAnswer, Role
 from thermaxis.thermal import FindingKind
 
 FOLDER = resources.files("thermaxis.messages")
@@ -43,7 +43,7 @@ CODES: dict[str, set[str]] = {
     "answer": {*AnswerCode, *LoopAnswer},
     "role": set(Role),
     "priority": set(PRIORITIES),
-    "alarm": set(AlarmCode),
+    "alarm": set(ALARMS),
     "log": {*FindingKind, "swapped_names"},
 }
 

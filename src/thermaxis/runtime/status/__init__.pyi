@@ -1,6 +1,6 @@
 from ._alarms import (
+    ALARMS as ALARMS,
     PRIORITIES as PRIORITIES,
-    AlarmCode as AlarmCode,
     alarms_of as alarms_of,
     alarms_of_found as alarms_of_found,
     is_mismatch as is_mismatch,
