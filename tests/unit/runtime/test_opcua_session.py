@@ -16,7 +16,7 @@ from tests.opcua_server import NAMESPACE, Cable, Machine, until
 from tests.refusals import refused
 from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, OpcUaSession, SystemClock
 from thermaxis.runtime.opcua._failures import within
-from thermaxis.runtime.opcua._session import discard
+from thermaxis.runtime.opcua._link import discard
 from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
 from thermaxis.runtime.sinks.opcua import HEARTBEAT
 from thermaxis.runtime.sources import NodeSettings, OpcUaSource
@@ -537,10 +537,15 @@ async def test_one_write_at_most_is_on_its_way(wire: Wire, requests: list[str]) 
     assert await sink.write({"z": 9.0}, DEADLINE_S)
 
 
-async def test_a_connection_that_nobody_uses_is_tried_so_that_a_frozen_server_is_found(
-    wire: Wire, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def soon_idle(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("thermaxis.runtime.opcua._session.IDLE_S", 0.05)
+
+
+@pytest.mark.parametrize("wire", [{"timeout_s": 0.3}], indirect=True)
+async def test_a_connection_that_nobody_uses_is_tried_so_that_a_frozen_server_is_found(
+    soon_idle: None, wire: Wire
+) -> None:
     await asyncio.sleep(0.2)
     assert wire.session.generation == 1
     wire.cable.stop()
@@ -715,10 +720,10 @@ async def test_answers_with_wrong_bytes_cost_a_connection_at_most(
 def test_a_mistake_in_the_program_is_not_taken_for_a_lost_machine(
     runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    async def broken(self):
+    async def broken(*_):
         raise NotImplementedError("a mistake")
 
-    monkeypatch.setattr(OpcUaSession, "_connect", broken)
+    monkeypatch.setattr("thermaxis.runtime.opcua._session.connect_once", broken)
 
     async def life() -> None:
         settings = ConnectionSettings(name="a", url="opc.tcp://127.0.0.1:1/x", security="none")

@@ -18,7 +18,6 @@ from ._certificates import (
 )
 from ._failures import (
     FAILURES as FAILURES,
-    LASTING as LASTING,
     explain as explain,
 )
 from ._fetch import (
@@ -27,6 +26,11 @@ from ._fetch import (
 )
 from ._link import (
     Link as Link,
+    MethodAnswer as MethodAnswer,
+    call_method as call_method,
+    connect_once as connect_once,
+    discard as discard,
+    take_leave as take_leave,
 )
 from ._nodes import (
     parse_node as parse_node,
@@ -35,14 +39,8 @@ from ._pair import (
     PairFiles as PairFiles,
 )
 from ._session import (
-    MethodAnswer as MethodAnswer,
     NodeDescription as NodeDescription,
     OpcUaSession as OpcUaSession,
-    answer_of as answer_of,
-    call_request as call_request,
-    connect_once as connect_once,
-    discard as discard,
-    take_leave as take_leave,
 )
 from ._values import (
     WRONG_TYPE as WRONG_TYPE,

@@ -14,9 +14,8 @@ from thermaxis.codes import printable
 from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.opcua._failures import FAILURES, refuse
-from thermaxis.runtime.opcua._link import Link
+from thermaxis.runtime.opcua._link import Link, connect_once, take_leave
 from thermaxis.runtime.opcua._pair import PairFiles
-from thermaxis.runtime.opcua._session import connect_once, take_leave
 from thermaxis.runtime.opcua._values import plain_number
 
 MOST_NODES: Final = 5000

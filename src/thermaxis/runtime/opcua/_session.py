@@ -7,23 +7,12 @@ a server, its namespaces and the types of its nodes, is known anew after each co
 
 import asyncio
 import contextlib
-import logging
-import socket
-import struct
-from collections.abc import Coroutine, Mapping, Sequence
+from collections.abc import Coroutine, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, TypeVar, cast, final
+from typing import Any, Final, TypeVar, cast, final
 
 from asyncua import ua
-from asyncua.client.client import Client
-from asyncua.crypto.security_policies import (
-    SecurityPolicy,
-    SecurityPolicyAes128Sha256RsaOaep,
-    SecurityPolicyAes256Sha256RsaPss,
-    SecurityPolicyBasic256Sha256,
-)
 from asyncua.ua.attribute_ids import AttributeIds
-from asyncua.ua.object_ids import ObjectIds
 from asyncua.ua.status_codes import StatusCodes
 
 from thermaxis.codes import Message
@@ -33,7 +22,6 @@ from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.opcua._failures import (
     FAILURES,
-    LASTING,
     explain,
     explain_offer,
     is_ambiguous,
@@ -42,44 +30,37 @@ from thermaxis.runtime.opcua._failures import (
 from thermaxis.runtime.opcua._fetch import fetch_offers
 from thermaxis.runtime.opcua._link import (
     CLOCK_SLACK_S,
-    SERVER_TIME,
     Link,
-    ReadRequest,
+    MethodAnswer,
     attribute_request,
     aware_time,
-    value_request,
+    call_method,
+    connect_once,
+    discard,
+    quiet_library,
+    take_leave,
 )
 from thermaxis.runtime.opcua._pair import PairFiles
 from thermaxis.runtime.opcua._values import (
     NOT_WRITTEN,
+    content_of,
+    is_good,
     node_type,
     number_as,
     plain_number,
     status_name,
-    texts,
     without_status,
 )
 
 T = TypeVar("T")
 
-SESSION_TIMEOUT_MS: Final = 10_000.0
-"""How long a server is asked to keep the session of a client that is silent. Short, because a
-control has five or ten sessions, and a killed program leaves one. [ms]"""
 IDLE_S: Final = 3.0
 """A connection that nobody uses is tried so often: it keeps the session, and finds a server that
 is frozen. [s]"""
 ASKED_EVERY_S: Final = 10.0
 """A server that refuses an encrypted connection without saying why is asked for its certificates
 so often. [s]"""
-
-_POLICIES: Final[Mapping[str, type[SecurityPolicy]]] = {
-    "Basic256Sha256": SecurityPolicyBasic256Sha256,
-    "Aes128Sha256RsaOaep": SecurityPolicyAes128Sha256RsaOaep,
-    "Aes256Sha256RsaPss": SecurityPolicyAes256Sha256RsaPss,
-}
-_NEVER_S = 1e9
 _CONNECT_REQUESTS = 4.0
-_NAMESPACES = ua.NodeId(ua.Int32(ObjectIds.Server_NamespaceArray))
 _UNKNOWN_NODE = ua.DataValue(StatusCode=ua.StatusCode(ua.UInt32(StatusCodes.BadNodeIdUnknown)))
 _CURRENT_WRITE = 2
 _DESCRIBED = (
@@ -89,28 +70,6 @@ _DESCRIBED = (
     AttributeIds.UserAccessLevel,
     AttributeIds.Value,
 )
-
-
-@final
-class _NoPasswords(logging.Filter):
-    """Keeps the request that logs in, which may hold a password, out of every log."""
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        arguments = record.args if isinstance(record.args, tuple) else ()
-        return not any(isinstance(word, ua.ActivateSessionRequest) for word in arguments)
-
-
-_no_passwords = _NoPasswords()
-
-
-def _quiet_library() -> None:
-    """Keep what the library logs to itself: failures are told in words by the session.
-
-    Whoever looks for a fault sets a level for ``asyncua``, which then stays.
-    """
-    library = logging.getLogger("asyncua")
-    if library.level == logging.NOTSET:
-        library.setLevel(logging.CRITICAL)
 
 
 @final
@@ -136,18 +95,12 @@ class NodeDescription:
     """Time since the value was stamped; None where there is no time stamp. [s]"""
 
 
-class MethodAnswer(NamedTuple):
-    """What a server answers to a call."""
-
-    status: str
-    """Name of the status of the call, such as ``Good`` or ``BadUserAccessDenied``."""
-    values: tuple[object, ...]
-    """What the method gives back; empty where it was refused."""
-
-
 @final
 class OpcUaSession:
     """A connection that source and sink share; it is made again by itself, without an end.
+
+    What is asked has an answer within the stated time, or None: there is no connection, or no
+    answer in time. A node that is no node id is a `ConfigurationError`.
 
     Parameters
     ----------
@@ -164,7 +117,7 @@ class OpcUaSession:
     """
 
     def __init__(self, settings: ConnectionSettings, clock: Clock) -> None:
-        _quiet_library()
+        quiet_library()
         self.settings = settings
         self._files = PairFiles(settings)
         self._clock = clock
@@ -206,18 +159,10 @@ class OpcUaSession:
         return ahead_s + self._clock.monotonic_s() - self._clock.utc().timestamp()
 
     def age_s(self, value: ua.DataValue) -> float | None:
-        """Return the time since a value was stamped, by the clock of the server.
+        """Return the time since a value was stamped, by the clock of the server. [s]
 
-        Parameters
-        ----------
-        value : ua.DataValue
-            What `read` returned.
-
-        Returns
-        -------
-        float or None
-            Not negative; None where there is no time stamp, one from the future, or the server
-            does not tell its time. [s]
+        It is not negative; None where there is no time stamp, one from the future, or the server
+        does not tell its time.
         """
         stamp = aware_time(value.SourceTimestamp)
         ahead_s = None if self._link is None else self._link.server_ahead_s
@@ -256,10 +201,11 @@ class OpcUaSession:
             await task
 
     async def _keep_connected(self) -> None:
+        within_s = _CONNECT_REQUESTS * self.settings.timeout_s
         while True:
             began_s = self._clock.monotonic_s()
             try:
-                link = await self._connect()
+                link = await connect_once(self.settings, self._files, self._clock, within_s)
             except FAILURES as error:
                 self._failure = await self._reason(error) or explain(error, self.settings)
             else:
@@ -293,64 +239,37 @@ class OpcUaSession:
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(IDLE_S):
                         await link.lost.wait()
-                if self._clock.monotonic_s() - link.used_s >= IDLE_S:
-                    await self._look(link)
+                if self._clock.monotonic_s() - link.used_s >= IDLE_S:  # is it frozen?
+                    await self._read(link, (), self.settings.timeout_s + 1.0)
             self._failure = explain(link.error or ConnectionError(), self.settings)
         finally:
-            if self._link is link:
-                self._link = None
-            for task in link.under_way:
-                task.cancel()
-            if not link.lost.is_set():
+            self._link = None
+            leaves = not link.lost.is_set()
+            link.lose(ConnectionError())
+            if leaves:
                 await take_leave(link.client, self.settings.timeout_s)
             await discard(link.client)
-
-    async def _connect(self) -> Link:
-        within_s = _CONNECT_REQUESTS * self.settings.timeout_s
-        return await connect_once(self.settings, self._files, self._clock, within_s)
-
-    async def _look(self, link: Link) -> None:
-        """Ask for the time: the session stays alive, and a server that is frozen is found."""
-        await self._read(link, link.reading(()), self.settings.timeout_s + 1.0)
 
     # ---- requests -------------------------------------------------------------------------------
 
     async def read(self, nodes: Sequence[str], deadline_s: float) -> list[ua.DataValue] | None:
-        """Read the values of nodes with one request.
-
-        Parameters
-        ----------
-        nodes : sequence of str
-            The nodes, such as ``ns=2;s=Name``.
-        deadline_s : float
-            Longest time. [s]
-
-        Returns
-        -------
-        list of ua.DataValue or None
-            One per node, with status and both time stamps; None if there is no connection or no
-            answer in time.
-
-        Raises
-        ------
-        ConfigurationError
-            If one of them is no node id.
-        """
+        """Read the values of nodes with one request, each with status and both time stamps."""
         link = self._current()
-        return None if link is None else await self._read(link, link.reading(nodes), deadline_s)
+        return None if link is None else await self._read(link, nodes, deadline_s)
 
     async def _read(
-        self, link: Link, reading: ReadRequest, deadline_s: float
+        self, link: Link, nodes: Sequence[str], deadline_s: float
     ) -> list[ua.DataValue] | None:
+        reading = link.reading(nodes)
         sent_s = self._clock.monotonic_s()
         request = link.client.uaclient.session.read(reading.parameters)
         found = await self._ask(link, request, deadline_s, len(reading.known) + 1)
         if found is None:
             return None
         link.see_time(found.pop(), sent_s, self._clock.monotonic_s())
-        if len(found) == reading.total:
+        if len(found) == len(nodes):
             return found
-        values = [_UNKNOWN_NODE] * reading.total
+        values = [_UNKNOWN_NODE] * len(nodes)
         for index, value in zip(reading.known, found, strict=True):
             values[index] = value
         return values
@@ -360,26 +279,9 @@ class OpcUaSession:
     ) -> list[str] | None:
         """Write numbers to nodes with one request, each in exactly the node's type.
 
-        Nothing at all is sent when one of them cannot be: it is no finite number, or its node
-        does not take it.
-
-        Parameters
-        ----------
-        values : sequence of (str, float)
-            Nodes and numbers; bool counts as a number.
-        deadline_s : float
-            Longest time. [s]
-
-        Returns
-        -------
-        list of str or None
-            Names of the status codes, one per node, ``Good`` where it was accepted; None if there
-            is no connection, no answer in time, or an earlier write has not been answered yet.
-
-        Raises
-        ------
-        ConfigurationError
-            If one of them is no node id.
+        Returns the names of the status codes, ``Good`` where a number was accepted; None also
+        while an earlier write has not been answered. Nothing at all is sent when one of them
+        cannot be: it is no finite number, or its node does not take it.
         """
         link = self._current()
         if link is None or link.writing is not None:
@@ -408,20 +310,9 @@ class OpcUaSession:
         return None if found is None else [code.name for code in found]
 
     async def types(self, nodes: Sequence[str], deadline_s: float) -> dict[str, str] | None:
-        """Return the exact types of nodes, read once per connection.
+        """Return the exact types of nodes, such as ``Double``, read once per connection.
 
-        Parameters
-        ----------
-        nodes : sequence of str
-            The nodes.
-        deadline_s : float
-            Longest time. [s]
-
-        Returns
-        -------
-        dict or None
-            Names such as ``Double`` by node, empty where the server does not say; None if there
-            is no connection or no answer in time.
+        One that the server does not say is empty.
         """
         link = self._current()
         if link is None or not await self._learn_types(link, nodes, deadline_s):
@@ -430,111 +321,63 @@ class OpcUaSession:
         return {node: "" if kind is None else kind.name for node, kind in found.items()}
 
     async def _learn_types(self, link: Link, nodes: Sequence[str], deadline_s: float) -> bool:
-        missing = [node for node in nodes if node not in link.types]
-        if not missing:
-            return True
-        known = [(node, one) for node in missing if (one := link.id_of(node)) is not None]
-        for node in missing:
-            if link.ids[node] is None:
-                link.types[node] = None
+        missing = {node: link.id_of(node) for node in nodes if node not in link.types}
         asked = [
             (one, attribute)
-            for _, one in known
+            for one in missing.values()
+            if one is not None
             for attribute in (AttributeIds.DataType, AttributeIds.Value)
         ]
-        if not asked:
-            return True
-        request = link.client.uaclient.session.read(attribute_request(asked))
-        found = await self._ask(link, request, deadline_s, len(asked))
+        found: list[ua.DataValue] | None = []
+        if asked:
+            request = link.client.uaclient.session.read(attribute_request(asked))
+            found = await self._ask(link, request, deadline_s, len(asked))
         if found is None:
             return False
-        for (node, _), kind, value in zip(known, found[::2], found[1::2], strict=True):
-            link.types[node] = node_type(_content(kind), value)
+        told = iter(found)
+        for node, one in missing.items():
+            kind = None if one is None else node_type(content_of(next(told)), next(told))
+            link.types[node] = kind
         return True
 
     async def describe(self, node: str, deadline_s: float) -> NodeDescription | None:
-        """Return what the server says of a node, for a self-test.
-
-        Parameters
-        ----------
-        node : str
-            The node.
-        deadline_s : float
-            Longest time. [s]
-
-        Returns
-        -------
-        NodeDescription or None
-            None if there is no connection or no answer in time.
-
-        Raises
-        ------
-        ConfigurationError
-            If it is no node id.
-        """
+        """Return what the server says of a node, for a self-test."""
         link = self._current()
         if link is None:
             return None
         one = link.id_of(node)
         if one is None:
             return NodeDescription(node, exists=False, status="BadNodeIdUnknown")
-        request = link.client.uaclient.session.read(
-            attribute_request([(one, attribute) for attribute in _DESCRIBED])
-        )
+        asked = attribute_request([(one, attribute) for attribute in _DESCRIBED])
+        request = link.client.uaclient.session.read(asked)
         found = await self._ask(link, request, deadline_s, len(_DESCRIBED))
         if found is None:
             return None
         node_class, data_type, access, user_access, value = found
-        if not _is_good(node_class):
+        if not is_good(node_class):
             return NodeDescription(node, exists=False, status=status_name(node_class))
-        kind = node_type(_content(data_type), value)
-        level = _content(user_access if _is_good(user_access) else access)
+        kind = node_type(content_of(data_type), value)
+        level = content_of(user_access if is_good(user_access) else access)
         return NodeDescription(
             node=node,
             exists=True,
             status=status_name(value),
             data_type="" if kind is None else kind.name,
-            readable=_is_good(value),
+            readable=is_good(value),
             writable=isinstance(level, int) and bool(level & _CURRENT_WRITE),
-            value=plain_number(value) if _is_good(value) else None,
+            value=plain_number(value) if is_good(value) else None,
             age_s=self.age_s(value),
         )
 
     async def call(
         self, place: str, method: str, arguments: Sequence[ua.Variant], deadline_s: float
     ) -> MethodAnswer | None:
-        """Call a method.
-
-        Parameters
-        ----------
-        place : str
-            The object that the method belongs to, such as ``ns=2;s=Requests``.
-        method : str
-            The method.
-        arguments : sequence of ua.Variant
-            Its arguments, each in exactly its type.
-        deadline_s : float
-            Longest time. [s]
-
-        Returns
-        -------
-        MethodAnswer or None
-            None if there is no connection or no answer in time: the call may take effect all the
-            same.
-
-        Raises
-        ------
-        ConfigurationError
-            If one of the two is no node id.
-        """
+        """Call a method of an object; without an answer it may take effect all the same."""
         link = self._current()
         if link is None:
             return None
-        request = call_request(link, place, method, arguments)
-        if request is None:
-            return MethodAnswer("BadNodeIdUnknown", ())
-        found = await self._ask(link, link.client.uaclient.session.call([request]), deadline_s, 1)
-        return None if found is None else answer_of(found[0])
+        link.used_s = self._clock.monotonic_s()
+        return await call_method(link, place, method, arguments, deadline_s)
 
     def _current(self) -> Link | None:
         """Return the connection; a task that ended by a mistake in the program says so."""
@@ -552,166 +395,8 @@ class OpcUaSession:
         *,
         writes: bool = False,
     ) -> list[T] | None:
-        """Wait for an answer within a time; the request itself ends within the connection's.
-
-        An answer that comes after the deadline is thrown away, never taken for a fresh one. One
-        that does not come within the connection's own time costs the connection.
-        """
         link.used_s = self._clock.monotonic_s()
-        task = asyncio.create_task(request)
-        link.under_way.add(task)
-        if writes:
-            link.writing = task
-        task.add_done_callback(lambda done: self._answered(link, done))
-        try:
-            await asyncio.wait((task,), timeout=max(0.0, deadline_s))
-        except asyncio.CancelledError:
-            task.cancel()
-            raise
-        if not task.done() or task.cancelled() or task.exception() is not None:
-            return None
-        found = task.result()
-        if len(found) != count:
-            link.lose(ValueError("the answer has another length than the question"))
-            return None
+        found = await link.ask(request, deadline_s, count, writes=writes)
+        if link.refusal is not None:
+            self._failure = explain(link.refusal, self.settings)
         return found
-
-    def _answered(self, link: Link, task: "asyncio.Task[Any]") -> None:
-        link.under_way.discard(task)
-        if link.writing is task:
-            link.writing = None
-        error = None if task.cancelled() else task.exception()
-        if error is None:
-            return
-        if isinstance(error, ua.UaStatusCodeError) and error.code in LASTING:
-            self._failure = explain(error, self.settings)
-            return
-        link.lose(error)
-
-
-async def connect_once(
-    settings: ConnectionSettings,
-    files: PairFiles,
-    clock: Clock,
-    within_s: float,
-    session_timeout_ms: float = SESSION_TIMEOUT_MS,
-) -> Link:
-    """Connect with a new client, log in, and learn the namespaces and the clock of the server."""
-    client = _new_client(settings)
-    client.session_timeout = int(session_timeout_ms)
-    link = Link(client)
-    connected = False
-    try:
-        async with within(within_s):
-            if settings.encrypted:
-                await _secure(client, settings, files)
-            await client.connect()
-            await _look_around(link, clock)
-        connected = True
-    finally:
-        if not connected:
-            await discard(client)
-    return link
-
-
-def _new_client(settings: ConnectionSettings) -> Client:
-    _quiet_library()
-    logging.getLogger("asyncua.client.ua_client.UASocketProtocol").addFilter(_no_passwords)
-    client = Client(
-        settings.full_url,
-        timeout=settings.timeout_s,
-        watchdog_intervall=_NEVER_S,  # it reads a node that not every user may read
-    )
-    client.name = client.description = "thermaxis"
-    client.application_uri = settings.application_uri
-    return client
-
-
-async def _secure(client: Client, settings: ConnectionSettings, files: PairFiles) -> None:
-    pair = await files.load_aside()
-    policy = _POLICIES[settings.security](
-        pair.server, pair.own, pair.key, ua.MessageSecurityMode.SignAndEncrypt
-    )
-    client.security_policy = policy
-    client.uaclient.set_security(policy)
-    if settings.user:
-        client.set_user(settings.user)
-        client.set_password(settings.password.reveal())
-
-
-async def _look_around(link: Link, clock: Clock) -> None:
-    """Learn the namespaces and the clock of a server that was just reached."""
-
-    async def lost(error: Exception) -> None:
-        link.lose(error)
-
-    link.client.connection_lost_callback = lost
-    sent_s = clock.monotonic_s()
-    found = await link.client.uaclient.session.read(value_request([_NAMESPACES, SERVER_TIME]))
-    now_s = clock.monotonic_s()
-    _expect(found, 2)
-    link.namespaces = texts(found[0])
-    link.see_time(found[1], sent_s, now_s)
-    link.used_s = now_s
-
-
-def call_request(
-    link: Link, place: str, method: str, arguments: Sequence[ua.Variant]
-) -> ua.CallMethodRequest | None:
-    """Return the request that calls a method; None if the server has no such namespace."""
-    place_id, method_id = link.id_of(place), link.id_of(method)
-    if place_id is None or method_id is None:
-        return None
-    return ua.CallMethodRequest(
-        ObjectId=place_id, MethodId=method_id, InputArguments=list(arguments)
-    )
-
-
-def answer_of(result: ua.CallMethodResult) -> MethodAnswer:
-    """Return what a server answers to a call, without the library's types."""
-    status = cast("ua.StatusCode", result.StatusCode)
-    if not status.is_good():
-        return MethodAnswer(status.name, ())
-    given = cast("list[ua.Variant] | None", result.OutputArguments)
-    return MethodAnswer(status.name, tuple(cast("object", one.Value) for one in given or ()))
-
-
-async def take_leave(client: Client, within_s: float) -> None:
-    """Give a session back, so that the server need not wait until it expires."""
-    with contextlib.suppress(*FAILURES):
-        async with within(within_s):
-            await client.disconnect()
-
-
-def _expect(found: Sequence[object], count: int) -> None:
-    if len(found) != count:
-        raise ValueError("the answer has another length than the question")
-
-
-def _is_good(value: ua.DataValue) -> bool:
-    return value.StatusCode is None or value.StatusCode.is_good()
-
-
-def _content(value: ua.DataValue) -> object:
-    return None if value.Value is None else cast("object", value.Value.Value)
-
-
-async def discard(client: Client) -> None:
-    """End a client that is of no use any more: its socket at once, its tasks, no more requests."""
-    _reset(client)
-    client.disconnect_socket()
-    with contextlib.suppress(*FAILURES):
-        await client.close_session()
-    await asyncio.sleep(0)
-
-
-def _reset(client: Client) -> None:
-    """Leave nothing on its way: a write that still waits in this computer may not act later."""
-    protocol = client.uaclient.protocol
-    transport = None if protocol is None else protocol.transport
-    if transport is None:
-        return
-    opened = transport.get_extra_info("socket")
-    with contextlib.suppress(OSError, AttributeError):  # it is closed already
-        opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-    transport.abort()

@@ -79,17 +79,25 @@ def status_name(value: ua.DataValue) -> str:
     return "Good" if value.StatusCode is None else value.StatusCode.name
 
 
+def is_good(value: ua.DataValue) -> bool:
+    """Return whether a value has a good status, or none."""
+    return value.StatusCode is None or value.StatusCode.is_good()
+
+
+def content_of(value: ua.DataValue) -> object:
+    """Return what a value holds; None for nothing."""
+    return None if value.Value is None else cast("object", value.Value.Value)
+
+
 def plain_number(value: ua.DataValue) -> float | bool | None:
     """Return the number of a value whatever its status; None for a text, an array or nothing."""
-    variant = value.Value
-    content = None if variant is None else cast("object", variant.Value)
+    content = content_of(value)
     return content if isinstance(content, bool | int | float) else None
 
 
 def texts(value: ua.DataValue) -> Sequence[str]:
     """Return the texts of a value that is an array of them; empty for everything else."""
-    variant = value.Value
-    content = None if variant is None else cast("object", variant.Value)
+    content = content_of(value)
     if not isinstance(content, list | tuple):
         return ()
     return tuple(str(word) for word in cast("Sequence[object]", content))

@@ -15,12 +15,10 @@ from asyncua import ua
 from thermaxis.runtime import Clock, ConnectionSettings, Role
 from thermaxis.runtime.opcua import (
     FAILURES,
-    LASTING,
     Link,
     MethodAnswer,
     PairFiles,
-    answer_of,
-    call_request,
+    call_method,
     connect_once,
     discard,
     take_leave,
@@ -106,38 +104,9 @@ class LoopSession:
     async def _call(
         self, method: str, arguments: Sequence[ua.Variant], deadline_s: float
     ) -> MethodAnswer | None:
-        link = self._link
         if self.lost:
             return None
-        request = call_request(link, REQUESTS, method, arguments)
-        if request is None:
-            return MethodAnswer("BadNodeIdUnknown", ())
-        task = asyncio.create_task(link.client.uaclient.session.call([request]))
-        link.under_way.add(task)
-        task.add_done_callback(self._answered)
-        lost = asyncio.create_task(link.lost.wait())
-        try:
-            await asyncio.wait(
-                (task, lost), timeout=deadline_s, return_when=asyncio.FIRST_COMPLETED
-            )
-        finally:
-            lost.cancel()
-        if not task.done() or task.cancelled():
-            return None
-        error = task.exception()
-        if error is not None:
-            return _status_of(error)
-        found = task.result()
-        if len(found) != 1:
-            link.lose(ValueError("the answer has another length than the question"))
-            return None
-        return answer_of(found[0])
-
-    def _answered(self, task: "asyncio.Task[list[ua.CallMethodResult]]") -> None:
-        self._link.under_way.discard(task)
-        error = None if task.cancelled() else task.exception()
-        if error is not None and _status_of(error) is None:
-            self._link.lose(error)
+        return await call_method(self._link, REQUESTS, method, arguments, deadline_s)
 
     async def close(self) -> None:
         """Log out at the server and end the connection; nothing of it runs on."""
@@ -151,10 +120,3 @@ class LoopSession:
             await take_leave(link.client, _LEAVE_S)
         with contextlib.suppress(*FAILURES):
             await discard(link.client)
-
-
-def _status_of(error: BaseException) -> MethodAnswer | None:
-    """Return the refusal of a whole request that a new connection would not change."""
-    if isinstance(error, ua.UaStatusCodeError) and error.code in LASTING:
-        return MethodAnswer(ua.StatusCode(ua.UInt32(error.code)).name, ())
-    return None
