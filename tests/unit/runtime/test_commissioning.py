@@ -12,6 +12,7 @@ from thermaxis.codes import Message
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime import (
+    START_S,
     CommissioningPlan,
     StepProof,
     VirtualClock,
@@ -208,8 +209,14 @@ def test_a_control_that_takes_offsets_over_late_is_waited_for(late_s: float) -> 
         await asyncio.sleep(1.0)
         return machine.z_um
 
-    proof = run_in_virtual_time(prove_step(Late(machine), VirtualClock(), PLAN, measure))
+    async def timed() -> tuple[StepProof, float]:
+        clock = VirtualClock()
+        return await prove_step(Late(machine), clock, PLAN, measure), clock.monotonic_s()
+
+    proof, ended_s = run_in_virtual_time(timed())
     assert proof.passed
+    if late_s < PLAN.cycle_s:  # ten seconds at the rate, five readings of one second, some more
+        assert ended_s - START_S < 15.0 + 5.0
     assert proof.accepted_um == proof.effective_um == pytest.approx(10.0)
     steps = [abs(write.after_um - write.before_um) for write in machine.writes]
     assert max(steps) <= 2.0 * PLAN.cycle_s + 1e-9

@@ -206,7 +206,7 @@ def _probe(
                 and math.isfinite(value)
             ):
                 readings.append(factor * float(value))
-            await asyncio.sleep(0.2)
+            await asyncio.sleep(0.1)
         if len(readings) < _FEWEST_READINGS:
             raise DataError(
                 "probe_not_measuring",

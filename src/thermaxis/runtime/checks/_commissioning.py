@@ -32,7 +32,11 @@ DEFAULT_STEP_UM = 10.0
 SMALLEST_STEP_UM = 1.0
 """Smallest step that proves anything. [µm]"""
 SETTLE_S = 3.0
-"""Time for which the offset stands before it is measured. [s]"""
+"""Time for which the offset stands before it is measured, where nobody tells that it acts. [s]"""
+SOONEST_S = 0.5
+"""Time for which it stands at least. [s]"""
+TAKEOVERS = 3.0
+"""It stands so many times longer than the first step took until it was seen to act. [1]"""
 SIZE_TOLERANCE = 0.25
 """Share by which the measured step may differ: gauge, friction and drift, no wrong unit. [1]"""
 BACK_WITHIN_S = 60.0
@@ -67,7 +71,7 @@ class CommissioningPlan:
     """Its limits: the step keeps to them."""
     step_um: float = DEFAULT_STEP_UM
     """Size of the step; positive moves the tool away from the workpiece. [µm]"""
-    cycle_s: float = 0.5
+    cycle_s: float = 0.2
     """Time from write to write. [s]"""
     tolerance_um: float = _RULES.read_back_tolerance_um
     """Difference of read-back and written offset that is believed. [µm]"""
@@ -178,16 +182,16 @@ async def prove_step(
         raise DataError("step_outside_limits", found_um=found_um, place=Place(channel=plan.output))
     mover = _Mover(sink, clock, plan, {n: o for n, o in found.items() if o is not None})
     try:
-        await mover.stand(SETTLE_S)
+        await mover.stand(SOONEST_S)
         before_um = await mover.measured(measure, "as_found")
         await _try_a_little(mover, plan, measure, before_um)
         await mover.go_to(goal_um)
-        await mover.stand(SETTLE_S)
+        await mover.stand(mover.settle_s)
         applied = mover.applied
         out_um = await mover.measured(measure, "further", by_um=plan.step_um)
     finally:
         await mover.come_back(found_um)
-    await mover.stand(SETTLE_S)
+    await mover.stand(mover.settle_s)
     after_um = await mover.measured(measure, "as_found_again")
     moved_um, left_um = out_um - before_um, after_um - before_um
     return StepProof(
@@ -219,6 +223,11 @@ def judge_step(asked_um: float, moved_um: float, left_um: float) -> Message:
     return Message(PROVEN, values)
 
 
+def _shown(found_um: float, by_um: float, *told_um: float | None) -> bool:
+    """Whether the machine reports a step, wherever it tells, or keeps its offset more coarsely."""
+    return all(um is None or abs(um - found_um) > 0.5 * abs(by_um) for um in told_um)
+
+
 class _Mover:
     """Moves one offset at its rate, heartbeat included; the other offsets stay as found."""
 
@@ -229,6 +238,7 @@ class _Mover:
         self.offsets_um = dict(found_um)
         self.applied = Applied(None, None)
         self.returning = False
+        self._took_s: float | None = None
         self._agreed_s = clock.monotonic_s()
         self._news: Mapping[str, float | None] | None = found_um
         total_um = (plan.limits.total_um,) * len(found_um)
@@ -243,16 +253,17 @@ class _Mover:
         return self.offsets_um[self.plan.output]
 
     @property
+    def settle_s(self) -> float:
+        """Time for which the offset stands before it is measured. [s]"""
+        took_s = SETTLE_S if self._took_s is None else self._took_s
+        return min(SETTLE_S, SOONEST_S + TAKEOVERS * took_s)
+
+    @property
     def agrees(self) -> bool:
         """Whether the machine was seen to report what stands, and to act by it where it tells."""
         _, accepted_um, effective_um = self.applied
         seen = (self.now_um if um is None else um for um in (accepted_um, effective_um))
         return all(abs(um - self.now_um) <= self.plan.tolerance_um for um in seen)
-
-    def can_tell(self, found_um: float, by_um: float) -> bool:
-        """Whether the machine reports a step at all, or keeps its offset more coarsely."""
-        accepted_um = self.applied.accepted_um
-        return accepted_um is None or abs(accepted_um - found_um) > 0.5 * abs(by_um)
 
     async def go_to(self, goal_um: float) -> None:
         """Go there, and wait until the machine agrees."""
@@ -262,11 +273,17 @@ class _Mover:
     async def told_of(self, found_um: float, by_um: float) -> bool:
         """Go by so much; wait as long as the machine may take, and say whether it reports it."""
         await self.go_to(found_um + by_um)
-        until_s = self.clock.monotonic_s() + self.plan.read_back_s
-        await self.stand(SETTLE_S)
-        while not self.can_tell(found_um, by_um) and self.clock.monotonic_s() < until_s:
+        begin_s = now_s = self.clock.monotonic_s()
+        while now_s - begin_s < self.plan.read_back_s:
             await self._cycle(self.now_um)
-        return self.can_tell(found_um, by_um)
+            _, accepted_um, effective_um = self.applied
+            if _shown(found_um, by_um, accepted_um, effective_um):
+                if self._took_s is None and effective_um is not None:
+                    self._took_s = now_s - begin_s
+                break
+            now_s = self.clock.monotonic_s()
+        await self.stand(self.settle_s)
+        return _shown(found_um, by_um, self.applied.accepted_um)
 
     async def come_back(self, goal_um: float) -> None:
         """Go back whatever happens: what fails is tried again for a bounded time."""
