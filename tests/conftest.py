@@ -12,8 +12,10 @@ from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadFileScheduling
 
-from thermaxis import positioning
+from thermaxis import positioning, thermal
+from thermaxis.cli.thermal import _thermal_logs
 from thermaxis.runtime.status._address_space import fill_address_space
+from thermaxis.thermal.identification import _identification
 
 gc.disable()  # nothing of what is imported and collected is garbage
 settings.register_profile("same", derandomize=True, deadline=None)  # the same cases everywhere
@@ -77,6 +79,16 @@ DRIFTS: dict[tuple[object, ...], Any] = {}
 def fitted_once() -> Callable[[], AbstractContextManager[None]]:
     """Return what lets the drift of the same readings be fitted once."""
     return remembered_drifts
+
+
+@pytest.fixture(scope="module")
+def one_clock_and_regime() -> Iterator[None]:
+    """Let no second clock or regime be looked for in a log: both have tests of their own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_identification, "with_regimes", lambda output, _: output)
+        for module in (thermal, _thermal_logs):
+            patch.setattr(module, "with_one_clock", lambda log, *_, **__: log)
+        yield
 
 
 async def few_nodes(server: InternalServer, shelf_file: Path | None = None) -> None:

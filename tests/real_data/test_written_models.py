@@ -1,6 +1,7 @@
 """What `identify` prints of a model is what the model file does, on every public record."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.io import loadmat
 
 from thermaxis.cli import main
 
-pytestmark = pytest.mark.real_data
+pytestmark = [pytest.mark.real_data, pytest.mark.usefixtures("one_clock_and_regime")]
 
 ROWS = 150
 """Rows of each record: enough for all methods, and quick."""
@@ -55,15 +56,15 @@ def run(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return said.out
 
 
-RECORDS = (
-    "fl_thermal annex voron_2021-06-05 voron_2021-06-13 steamgen dryer heating seriesJ arxsim oesim"
-)
-METHODS = ("modal", "arx", "oe --orders 1,2,0")
+CASES = """
+    fl_thermal modal, annex arx, voron_2021-06-05 oe --orders 1,2,0, voron_2021-06-13 modal,
+    steamgen arx, dryer oe --orders 1,2,0, heating modal, seriesJ arx, arxsim oe --orders 1,2,0,
+    oesim modal, oesim oe, oesim arx
+"""
 
 
 @pytest.mark.parametrize(
-    ("record", "method"),
-    [*((r, m) for r in RECORDS.split() for m in METHODS), ("oesim", "oe"), ("oesim", "arx")],
+    ("record", "method"), [case.split(maxsplit=1) for case in re.split(r",\s+", CASES)]
 )
 def test_the_written_model_does_what_is_printed_of_it(
     record: str,

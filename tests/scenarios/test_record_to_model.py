@@ -15,6 +15,8 @@ from thermaxis.cli import main
 from thermaxis.files import read_thermal_log
 from thermaxis.runtime.record import _files as _recorder_files
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 GAIN_UM_PER_K, TAU_S = 12.0, 1800.0
 HEATING_S, WARMING_S = 4 * 3600.0, 2400.0
 NAME = "lathe-2026-11-21.csv"

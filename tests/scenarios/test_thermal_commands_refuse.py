@@ -10,6 +10,8 @@ import pytest
 from thermaxis.cli import execute, main
 from thermaxis.errors import ThermaxisError
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 INPUT = ("--input", "a=T_a_C-T_b_C")
 ROWS = 600
 HEAD = "time_s,T_a_C,T_b_C,Z_um"

@@ -11,6 +11,8 @@ from thermaxis.files import read_model, write_thermal_log
 from thermaxis.thermal import ThermalLog
 from thermaxis.virtual import generate_lathe_test
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 INPUT = ("--input", "spindle=T_spindle_C-T_column_C")
 
 

@@ -53,6 +53,8 @@ from thermaxis.thermal import (
     verify,
 )
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 PARTS = (
     Part("spindle", "T_spindle_C", "T_column_C", 3.0, (Section(26.0, 3000.0),),
          lowest_k=-0.5, highest_k=2.0, static_gain_um_per_k=24.0),

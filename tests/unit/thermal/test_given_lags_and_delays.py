@@ -23,6 +23,8 @@ from thermaxis.thermal import (
 from thermaxis.thermal.modal import next_test, response_evidence
 from thermaxis.thermal.modal._delays import likely_delays
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 NAMES = ("spindle", "table")
 STEP_S = 30.0
 

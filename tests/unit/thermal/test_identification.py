@@ -19,6 +19,8 @@ from thermaxis.thermal import (
 )
 from thermaxis.thermal.transfer_function import held, section_response
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 Array = NDArray[np.float64]
 ROWS = 400
 WALK = 0.1 * np.cumsum(np.random.default_rng(0).normal(size=ROWS))

@@ -21,6 +21,8 @@ from thermaxis.thermal import (
 )
 from thermaxis.virtual import Heating, ThermalTestPlan, generate_thermal_test
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 PLANS = (
     ThermalTestPlan(sample_time_s=10.0),
     ThermalTestPlan(sample_time_s=60.0, hours=24.0),

@@ -19,6 +19,8 @@ from thermaxis.thermal import (
     with_one_clock,
 )
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 
 def test_the_direct_machine_is_a_sum_of_its_three_lags() -> None:
     for s in (1e-5j, 1e-4j, 1e-3j):
