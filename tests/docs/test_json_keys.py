@@ -18,6 +18,8 @@ from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import EventRecord, StepProof, SystemClock
 from thermaxis.runtime.history import HistorianSettings, SqlHistorian
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 PROMISED = {
     "test": "targets cycles unidirectional kind start end header environment time_source",
     "iso230_2": "edition B B_mean M E_forward E_backward E R_forward R_backward R"
@@ -262,7 +264,7 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
     parts = ["--input", "spindle=T_spindle_C-T_column_C", "--input", "table=T_table_C-T_column_C"]
     json_words = ["--json", str(folder / "thermal.json")]
     model = str(folder / "model.json")
-    identify = ["identify", *tests, "--output", "Z_um", "--sample-time", "60", *json_words]
+    identify = ["identify", *tests, "--output", "Z_um", "--sample-time", "120", *json_words]
     keys_written([*identify, "--candidates", "T*_C"], "identify", found)
     for words in (
         ["--method", "oe", "--orders", "1,1,0"],

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.unit.report.builders import make_report, make_run
-from thermaxis.report import PositioningReport
+from thermaxis.report import PositioningReport, _style
 from thermaxis.report.charts import _figures
 from thermaxis.report.charts._figures import Chart
 from thermaxis.report.thermal import _panels
@@ -17,6 +17,12 @@ def hundred_cycles() -> PositioningReport:
 
 _PICTURE = b"""<?xml version="1.0"?>
 <svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>"""
+
+
+@pytest.fixture(autouse=True)
+def _quickly_placed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let what one test draws be placed roughly; what several look at is laid out as for users."""
+    monkeypatch.setattr(_style, "_settle", lambda figure: figure.set_layout_engine(None))
 
 
 @pytest.fixture

@@ -322,7 +322,8 @@ def test_temperatures_are_drawn_below_and_other_channels_are_not() -> None:
 
 
 def test_a_long_run_is_drawn_in_part_and_the_chart_says_so() -> None:
-    report = drifting(make_run(9, 150))
+    long = make_run(9, 150)
+    report = make_report(long, drift=evaluate_drift(long))
     figure = draw(report)
     assert "1998 of 2700 readings drawn" in figure.get_suptitle()
     assert len(readings_table(report)["cycle"]) == 2700

@@ -149,6 +149,7 @@ def number_of(member: StrEnum) -> int:
 # ---- statements ---------------------------------------------------------------------------------
 
 
+@cache
 def statements(text: str) -> tuple[Statement, ...]:
     """Return the statements that a text writes in the words of Python."""
     remarks = re.sub(r"^( *)# (.*)$", r'\1"\2"', text, flags=re.MULTILINE)

@@ -1,6 +1,7 @@
 """An instance of the exported block: the tree, executed in the arithmetic of the target."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from functools import cache
 from typing import Any, NamedTuple, TypeAlias, final
 
 from thermaxis.plc._settings import PlcSettings
@@ -106,7 +107,8 @@ _STEMS = {
 }
 
 
-def variable_names(names: PlcNames, fields: Iterable[str]) -> dict[str, tuple[str, ...] | str]:
+@cache
+def variable_names(names: PlcNames, fields: tuple[str, ...]) -> dict[str, tuple[str, ...] | str]:
     """Return the variables of the block, one or several, by the field that has their values."""
     made: dict[str, tuple[str, ...] | str] = {}
     for field in fields:
