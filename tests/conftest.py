@@ -15,6 +15,7 @@ from xdist.scheduler import LoadFileScheduling
 from thermaxis import positioning, thermal
 from thermaxis.cli.thermal import _thermal_logs
 from thermaxis.runtime.status._address_space import fill_address_space
+from thermaxis.runtime.users import _users
 from thermaxis.thermal.identification import _identification
 
 gc.disable()  # nothing of what is imported and collected is garbage
@@ -103,6 +104,15 @@ def _few_nodes() -> Iterator[None]:
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(InternalServer, "load_standard_address_space", few_nodes)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _quick_hashes() -> Iterator[None]:
+    """Let hashes of passwords be cheap; what they cost users, `test_users` says."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_users, "HASH_PASSES", 1)
+        patch.setattr(_users, "HASH_MEMORY_KIB", 64)
         yield
 
 
