@@ -378,6 +378,7 @@ def test_a_machine_of_others_is_brought_up_with_the_lines_that_are_decided(tmp_p
         assert main(["machine-file", machine.url, *words, "-o", str(new)]) == 0
         assert main(["check", str(new), "--offline"]) == 2
         text = new.read_text(encoding="utf-8")
+        assert text.count("  # decide") == 12
         for axis, unit in (("Z", "mm"), ("X", "um"), ("Y", "0.1 um")):
             before, output, after = text.partition(f'[output."{axis}_um"]')
             after = after.replace('unit = ""', f'unit = "{unit}"', 1)

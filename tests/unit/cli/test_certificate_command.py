@@ -52,7 +52,8 @@ def answer(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
 
 
 def test_a_pair_is_made_that_belongs_together_and_its_dates_are_shown(tmp_path, capsys):
-    certificate, key = make(tmp_path, "own")
+    certificate, key = make(tmp_path / "pki", "own")
+    assert (tmp_path / "pki").stat().st_mode & 0o77 == 0
     found = certificate_of(certificate)
     assert found.modulus == private_key_of(key).modulus
     assert found.application_uris == ("urn:thermaxis:client",)

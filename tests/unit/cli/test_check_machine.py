@@ -5,6 +5,7 @@ import asyncio
 import json
 import math
 import re
+import socket
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -266,6 +267,17 @@ def test_a_machine_that_is_not_there_is_told_after_the_wait(example, capsys):
 
 
 # ---- the parts ----------------------------------------------------------------------------------
+
+
+def test_a_port_that_is_taken_is_told(machine, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        for table, said in ((f"[metrics]\nport = {port}", True), ("[metrics]\nport = 0", False)):
+            file = machine.with_name("taken.toml")
+            file.write_text(f"{machine.read_text()}\n{table}\n")
+            checked(file, "--wait", "0.01")
+            told = words_of(capsys.readouterr().out)
+            assert ("metrics.port: Nobody can listen there now: Address" in told) is said
 
 
 def test_every_channel_flag_and_second_sensor_is_read_by_its_name(machine):

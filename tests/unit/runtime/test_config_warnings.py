@@ -229,6 +229,16 @@ def of_certificates(findings: Sequence[Finding]) -> list[Finding]:
     ]
 
 
+def test_users_whom_nobody_could_log_in_as_are_an_error(tmp_path: Path) -> None:
+    certified(tmp_path, NOW)
+    users = tmp_path / "users.toml"
+    users.write_text("[[users]]\n", encoding="utf-8")
+    users.chmod(0o600)
+    files = 'users = "users.toml"\ncertificate = "own.der"\nprivate_key = "own.pem"'
+    found = codes(warned(tmp_path, ("[supervisor]", f"[server]\n{files}\n\n[supervisor]")))
+    assert found["error-not_a_user_table"].place.file == str(users)
+
+
 @pytest.mark.parametrize(
     ("age_days", "level"),
     [(330, None), (340, Level.WARNING), (400, Level.ERROR), (-2, Level.ERROR)],

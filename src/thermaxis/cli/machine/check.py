@@ -7,6 +7,7 @@ corrected, and without --write nothing is written.
 import argparse
 import asyncio
 import contextlib
+import socket
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -95,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
     findings: Sequence[runtime.Finding] = ()
     if not arguments.offline:
         findings = _look(found, wait_s=arguments.wait, write=arguments.write)
-        findings = (*findings, *_about_history(found))
+        findings = (*findings, *_about_history(found), *_about_ports(found))
     _write_result(
         arguments,
         machine=as_json(described),
@@ -168,6 +169,21 @@ def _about_history(configuration: runtime.MachineConfiguration) -> Iterator[runt
         values, place = {"cause": str(error)}, Place(key=key)
         message = Message("self_test-history_unreachable", values, place)
         yield runtime.Finding(runtime.Level.WARNING, message)
+
+
+def _about_ports(configuration: runtime.MachineConfiguration) -> Iterator[runtime.Finding]:
+    """Say where nobody can listen: the port is taken, or the address is another computer's."""
+    for table in ("server", "metrics", "screen"):
+        settings = getattr(configuration, table)
+        if settings is None or settings.port == 0:
+            continue
+        family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
+        try:
+            socket.create_server((settings.address, settings.port), family=family).close()
+        except OSError as error:
+            values, place = {"cause": error.strerror or str(error)}, Place(key=f"{table}.port")
+            message = Message("self_test-port_unusable", values, place)
+            yield runtime.Finding(runtime.Level.WARNING, message)
 
 
 async def _tested(

@@ -61,9 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
     limits = configuration.compensation.limits
     output = arguments.output or (next(iter(limits)) if len(limits) == 1 else "")
     if output not in limits:
-        raise ConfigurationError(
-            "unknown_name", place=Place(key="--output"), name=output, known=", ".join(limits)
-        )
+        code, known = "unknown_name" if output else "output_unstated", ", ".join(limits)
+        raise ConfigurationError(code, place=Place(key="--output"), name=output, known=known)
     if configuration.sink.kind == "dry":
         raise ConfigurationError(
             "dry_run_has_no_offset", place=Place(file=str(arguments.configuration), key="sink.kind")

@@ -68,7 +68,9 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     with whole_file(output) as stream:
         stream.write(text.encode())
-    sys.stdout.write(f"{output}: {len(found)} variables; now thermaxis check --offline {output}\n")
+    left, guessed = text.count("  # decide"), text.count("  # guessed")
+    told = f"{len(found)} variables; decide {left} lines, confirm {guessed} that were guessed"
+    sys.stdout.write(f"{output}: {told}, then thermaxis check {output}\n")
     return 0
 
 

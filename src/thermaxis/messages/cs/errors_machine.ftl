@@ -20,8 +20,8 @@ error-host_not_in_certificate = Serveru chybí v certifikátu jeho nebo naše jm
     .remedy = Vytvořte nový vlastní certifikát s --host a jménem tohoto počítače.
 error-no_session_left = Server nemá volnou relaci.
     .remedy = Zavřete jiné klienty, nebo počkejte, až osiřelé relace vyprší.
-error-security_not_offered = Server nenabízí { $security } s podpisem a šifrováním.
-    .remedy = Zapněte ji na stroji, nebo zvolte zásadu, kterou nabízí.
+error-security_not_offered = Server nenabízí security = "{ $security }".
+    .remedy = Zapněte to na stroji, nebo uveďte nabízené s certifikáty: docs/how-to/opc-ua-security.md.
 error-address_refused = Server nezná adresu { $url }.
     .remedy = Zapište adresu tak, jak ji ukazuje stroj, včetně cesty.
 error-too_many_nodes = Server přijímá v jednom požadavku méně uzlů, než je žádáno.

@@ -20,8 +20,8 @@ error-host_not_in_certificate = Dem Server fehlt sein oder unser Name in einem Z
     .remedy = Ein neues eigenes Zertifikat mit --host und dem Namen dieses Rechners erstellen.
 error-no_session_left = Der Server hat keine Sitzung mehr frei.
     .remedy = Andere Clients schließen oder warten, bis verwaiste Sitzungen ablaufen.
-error-security_not_offered = Der Server bietet { $security } mit Signatur und Verschlüsselung nicht an.
-    .remedy = Es an der Maschine einschalten oder eine angebotene Richtlinie wählen.
+error-security_not_offered = Der Server bietet security = "{ $security }" nicht an.
+    .remedy = Es an der Maschine einschalten, oder Angebotenes mit Zertifikaten angeben: docs/how-to/opc-ua-security.md.
 error-address_refused = Der Server kennt die Adresse { $url } nicht.
     .remedy = Die Adresse so schreiben, wie die Maschine sie zeigt, mit Pfad.
 error-too_many_nodes = Der Server nimmt in einer Anfrage weniger Knoten an, als verlangt werden.

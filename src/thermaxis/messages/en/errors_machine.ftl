@@ -20,8 +20,8 @@ error-host_not_in_certificate = The server misses its name or ours in a certific
     .remedy = Make a new own certificate with --host and the name of this computer.
 error-no_session_left = The server has no session left.
     .remedy = Close other clients, or wait until the sessions of dead ones expire.
-error-security_not_offered = The server does not offer { $security } with signing and encryption.
-    .remedy = Enable it on the machine, or choose a policy that it offers.
+error-security_not_offered = The server does not offer security = "{ $security }".
+    .remedy = Enable it on the machine, or state what it offers and certificates: docs/how-to/opc-ua-security.md.
 error-address_refused = The server does not know the address { $url }.
     .remedy = Write the address as the machine shows it, path included.
 error-too_many_nodes = The server takes fewer nodes in one request than are asked for.

@@ -323,5 +323,7 @@ def write_certificate(path: Path, certificate: Certificate, *, replace: bool = F
 
 
 def _write(path: Path, content: bytes, *, mode: int) -> None:
+    """Write a file, and make its folder for its owner alone where there is none."""
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     with whole_file(path, mode=mode) as stream:
         stream.write(content)
