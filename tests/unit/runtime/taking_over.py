@@ -140,5 +140,5 @@ def compensate(
             offsets = rest_step(offsets, off=True)
             continue
         control.write(output.correction_um[0], now_s)
-        offsets = write_step(rules, offsets, output.correction_um, at, answered=True)
+        offsets = write_step(rules, offsets, output.correction_um, at)
     return Shift(told, states, furthest_um, stale)

@@ -25,11 +25,12 @@ from thermaxis.runtime import Alarm, Applied, CompensationLoop, LoopAnswer
 from thermaxis.runtime._offsets import (
     Found,
     Look,
+    OffsetMismatch,
     OffsetRules,
     OffsetsState,
     OutputOffset,
     acknowledged,
-    is_silent,
+    is_stale,
     look_step,
     rest_step,
     write_step,
@@ -342,10 +343,10 @@ class Steps:
         self.state, found = look_step(self.rules, self.state, look)
         return found
 
-    def write(self, *um: float, answered: bool = True) -> None:
+    def write(self, *um: float) -> None:
         at = self.now_s, NOON + timedelta(seconds=self.now_s)
         for one in um:
-            self.state = write_step(self.rules, self.state, (one,), at, answered=answered)
+            self.state = write_step(self.rules, self.state, (one,), at)
 
     def begin(self, um: float = 0.0) -> "Steps":
         """Connect to a machine that stands somewhere."""
@@ -366,7 +367,8 @@ def test_an_offset_has_moved_by_itself_when_it_is_outside_of_all_that_was_writte
     assert found.found_um == ((seen_um,) if moved else None)
     assert found.read_back_um == (seen_um,)
     left_um = written_um[-1] if written_um else begun_um
-    another = abs(seen_um) > tolerance_um
+    nearer = min(low_um, 0.0) - tolerance_um <= seen_um <= max(high_um, 0.0) + tolerance_um
+    another = False if abs(seen_um) <= tolerance_um else None if nearer else True
     assert found.told == ((("Z_um", seen_um, left_um, 2, another),) if moved else ())
     assert steps.state.mismatches == found.told
     steps.state = acknowledged(steps.state, {"offset mismatch Z_um 3", "offset mismatch X_um 2"})
@@ -403,13 +405,13 @@ def test_a_control_that_takes_offsets_over_late_is_never_taken_for_another_write
     assert shift.furthest_um > 10.0
 
 
-def test_a_write_without_an_answer_may_have_arrived_or_not() -> None:
+def test_a_write_before_a_silence_may_have_arrived_or_not() -> None:
     for seen_um, says in ((10.0, False), (12.0, False), (10.9, False), (13.0, True), (9.0, True)):
         steps = Steps().begin(10.0)
-        steps.write(12.0, answered=False)
+        steps.write(12.0)
         found = steps.look(seen_um, after_s=3.0)  # a silence: it is found anew
         assert found.found_um == (seen_um,)
-        assert [one.left_um for one in found.told] == ([10.0] if says else [])
+        assert [one.left_um for one in found.told] == ([12.0] if says else [])
 
 
 def test_what_the_machine_has_passed_counts_no_more_and_the_rest_for_read_back_s() -> None:
@@ -425,25 +427,47 @@ def test_what_the_machine_has_passed_counts_no_more_and_the_rest_for_read_back_s
     for k in range(1, 1000):  # back and forth, and nothing of it is taken over
         assert stands.look(0.0).found_um is None
         stands.write(5.0 * math.sin(k))
-    path = stands.state.outputs[0].written
-    assert path is not None
-    assert len(path.spans) <= 101
+    assert len(stands.state.outputs[0].path) <= 103
 
 
-def test_the_way_of_a_watchdog_is_explained_where_a_write_was_not_answered() -> None:
-    for answered in (True, False):
-        steps = Steps().begin(10.0)
-        steps.write(10.0, answered=answered)
-        (told,) = steps.look(6.0).told
-        assert told.another is answered
-    for after_s, others in ((1.0, []), (10.1, [True])):
-        steps = Steps().begin(10.0)
-        steps.write(10.0)
-        assert steps.look(10.0, after_s=3.0).told == ()  # a silence: the watchdog may come late
-        for _ in range(21):
-            steps.write(10.0)
-            steps.look(10.0, after_s=after_s / 21)
-        assert [one.another for one in steps.look(6.0).told] == others
+@pytest.mark.parametrize("fall_um", [0.2, 3.0])
+def test_a_way_to_zero_is_a_watchdog_s_though_writes_are_answered(fall_um: float) -> None:
+    steps = Steps().begin(20.0)
+    told: list[OffsetMismatch] = []
+    stands_um, written_um = 20.0, 20.0
+    while stands_um > 2.0:
+        steps.write(written_um)
+        stands_um -= fall_um
+        found = steps.look(stands_um)
+        told += found.told
+        if found.found_um is not None:
+            assert found.found_um == (stands_um,)
+            written_um = stands_um + 0.1
+    assert 20.0 - told[0].found_um <= 0.5 + fall_um + 1e-9
+    assert [one.another for one in told] == [None], "told once, and no other writer"
+    assert steps.state.others_s == ()
+    for _ in range(5):  # and is taken up again where it is
+        steps.write(written_um)
+        assert steps.look(written_um) == Found(None, (written_um,))
+        written_um += 0.2
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_a_value_nearer_to_zero_that_stays_or_follows_is_another_writer_s(follows: bool) -> None:
+    steps = Steps().begin(20.0)
+    steps.write(20.0)
+    (told,) = steps.look(12.0).told
+    assert told.another is None
+    told_s: list[float] = []
+    for k in range(1, 120):
+        um = 12.0 + 0.2 * k if follows else 12.0
+        steps.write(um)
+        for one in steps.look(um).told:
+            assert one == told._replace(another=True)
+            told_s.append(0.1 * k)
+    assert told_s == [pytest.approx(0.1 if follows else RULES.read_back_s, abs=0.11)]
+    assert len(steps.state.others_s) == 1
+    assert [one.another for one in steps.state.mismatches] == [True]
 
 
 def test_a_write_that_a_network_delivers_after_a_connection_was_lost_is_no_other_writer() -> None:
@@ -467,6 +491,18 @@ def test_a_write_that_a_network_delivers_after_a_connection_was_lost_is_no_other
     assert [one.another for one in steps.look(30.0).told] == [True]
     steps.state = steps.state._replace(others_s=steps.state.others_s[:1] * 3)
     assert steps.look(50.0) == Found((50.0,), (50.0,), other_writer=True), "the fault says it"
+
+
+def test_an_own_value_that_comes_after_a_newer_one_was_seen_is_gone_on_from_at_once() -> None:
+    steps = Steps().begin(10.0)
+    steps.write(10.4)
+    assert steps.look(0.0, after_s=3.0).found_um == (0.0,)  # the watchdog tripped meanwhile
+    steps.write(0.2)
+    assert steps.look(0.2).found_um is None
+    steps.write(0.4)
+    found = steps.look(10.4)
+    assert found.found_um == (10.4,)
+    assert [one.another for one in found.told] == [False]
 
 
 def test_what_acts_is_found_where_the_machine_alone_moved_it() -> None:
@@ -518,7 +554,7 @@ def test_a_silence_is_noticed_by_either_clock() -> None:
     steps = Steps().begin()
     for by_s, by_day_s, silent in ((0.5, 0.5, False), (0.51, 0.0, True), (0.0, 0.51, True)):
         utc = NOON + timedelta(seconds=steps.now_s + by_day_s)
-        assert is_silent(RULES, steps.state, steps.now_s + by_s, utc) is silent
+        assert is_stale(RULES, steps.state, steps.now_s + by_s, utc) is silent
 
 
 def test_switched_off_an_offset_may_be_anybodys() -> None:

@@ -342,9 +342,7 @@ class _Mover:
         if not known or not await self.sink.write(offsets_um, _WAIT_S):
             raise DataError("offset_refused", written_um=wanted_um, place=place)
         self.offsets_um = offsets_um
-        self._state = write_step(
-            self._rules, self._state, tuple(offsets_um.values()), at, answered=True
-        )
+        self._state = write_step(self._rules, self._state, tuple(offsets_um.values()), at)
         await self.clock.sleep_until(begin_s + self.plan.cycle_s)
 
     async def _look(self, at: tuple[float, datetime]) -> bool:

@@ -28,7 +28,7 @@ from thermaxis.runtime._offsets import (
     OffsetsState,
     OutputOffset,
     acknowledged,
-    is_silent,
+    is_stale,
     look_step,
     offset_rules,
     rest_step,
@@ -221,7 +221,6 @@ class CompensationLoop:
                 self._offsets,
                 held_um,
                 (self.clock.monotonic_s(), self.clock.utc()),
-                answered=True,
             )
 
     def _tell_end(self) -> None:
@@ -343,15 +342,13 @@ class CompensationLoop:
         """Write what was computed if the machine was looked at just now; read it back."""
         rules, at = offset_rules(self.compensation), (self.clock.monotonic_s(), self.clock.utc())
         off = output.state is SupervisorState.OFF
-        if off or not self._ready or self._offsets.doubtful or is_silent(rules, self._offsets, *at):
+        if off or not self._ready or is_stale(rules, self._offsets, *at):
             self._offsets = rest_step(self._offsets, off=off)
             return
         correction_um = dict(zip(self._names, output.correction_um, strict=True))
         self._commanded = {name: (um, at[0]) for name, um in correction_um.items()}
-        answered = await self.sink.write(correction_um, wait_s)
-        self._offsets = write_step(
-            rules, self._offsets, output.correction_um, at, answered=answered
-        )
+        await self.sink.write(correction_um, wait_s)
+        self._offsets = write_step(rules, self._offsets, output.correction_um, at)
         self._applied = await self.sink.read_back(wait_s)
         self._applied_s = self.clock.monotonic_s()
 
