@@ -87,7 +87,6 @@ from .opcua import (
     CertificateUse as CertificateUse,
     NodeDescription as NodeDescription,
     OpcUaSession as OpcUaSession,
-    PrivateKey as PrivateKey,
 )
 from .record import (
     ChannelSettings as ChannelSettings,

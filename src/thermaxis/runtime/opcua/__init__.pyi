@@ -7,7 +7,6 @@ from ._certificates import (
     Certificate as Certificate,
     CertificateUse as CertificateUse,
     NewCertificate as NewCertificate,
-    PrivateKey as PrivateKey,
     certificate_of as certificate_of,
     check_own_pair as check_own_pair,
     make_pair as make_pair,

@@ -1,7 +1,6 @@
 """Certificates of OPC UA connections: make, read, check, and say when they expire."""
 
 import ipaddress
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from enum import StrEnum
@@ -44,13 +43,34 @@ class CertificateUse(StrEnum):
     """For both."""
 
 
+_CLIENT, _SERVER = ExtendedKeyUsageOID.CLIENT_AUTH, ExtendedKeyUsageOID.SERVER_AUTH
+_USES: Final = {
+    CertificateUse.CLIENT: [_CLIENT],
+    CertificateUse.SERVER: [_SERVER],
+    CertificateUse.BOTH: [_CLIENT, _SERVER],
+}
+_KEY_USAGE: Final = x509.KeyUsage(
+    digital_signature=True,
+    content_commitment=True,
+    key_encipherment=True,
+    data_encipherment=True,
+    key_agreement=False,
+    key_cert_sign=False,
+    crl_sign=False,
+    encipher_only=False,
+    decipher_only=False,
+)
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Certificate:
     """What a certificate says."""
 
+    parsed: x509.Certificate = field(repr=False)
+    """The certificate itself."""
     der: bytes = field(repr=False)
-    """The certificate itself, DER, without those that may follow it."""
+    """The same, DER, without those that may follow it."""
     subject: str
     """Who it names, printable."""
     application_uris: tuple[str, ...]
@@ -65,25 +85,10 @@ class Certificate:
     """Fingerprint: hexadecimal digits in pairs."""
     sha1: str
     """The older fingerprint, which OPC UA and many controls call thumbprint."""
-    modulus: int = field(repr=False)
-    """Modulus of its RSA key; 0 for another kind of key. [1]"""
 
     def days_left(self, utc: datetime) -> float:
         """Return for how long it is still valid; negative once it has expired. [day]"""
         return (self.not_after - utc) / timedelta(days=1)
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class PrivateKey:
-    """A private key in memory."""
-
-    pem: bytes = field(repr=False)
-    """PEM, not encrypted."""
-    modulus: int = field(repr=False)
-    """Modulus. [1]"""
-    loaded: rsa.RSAPrivateKey = field(repr=False)
-    """The same, ready for use: to read it takes a tenth of a second."""
 
 
 def certificate_of(path: Path) -> Certificate:
@@ -104,18 +109,26 @@ def certificate_from(content: bytes, *, file: str) -> Certificate:
 
 
 def _said_by(parsed: x509.Certificate) -> Certificate:
-    uris, hosts = _alternative_names(parsed)
-    public = parsed.public_key()
+    try:
+        names = parsed.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except x509.ExtensionNotFound:
+        names = x509.SubjectAlternativeName([])
+    hosts = [
+        *names.get_values_for_type(x509.DNSName),
+        *map(str, names.get_values_for_type(x509.IPAddress)),
+    ]
+    uris = names.get_values_for_type(x509.UniformResourceIdentifier)
+    parsed.public_key()  # decoded only now
     return Certificate(
+        parsed=parsed,
         der=parsed.public_bytes(serialization.Encoding.DER),
         subject=printable(parsed.subject.rfc4514_string()),
-        application_uris=uris,
-        hosts=hosts,
+        application_uris=tuple(map(printable, uris)),
+        hosts=tuple(map(printable, hosts)),
         not_before=parsed.not_valid_before_utc,
         not_after=parsed.not_valid_after_utc,
         sha256=_pairs(parsed.fingerprint(hashes.SHA256())),
         sha1=_pairs(parsed.fingerprint(hashes.SHA1())),  # noqa: S303 - as controls show it
-        modulus=public.public_numbers().n if isinstance(public, rsa.RSAPublicKey) else 0,
     )
 
 
@@ -126,25 +139,11 @@ def _first_of_chain(content: bytes) -> bytes:
     return content[: int.from_bytes(content[2:4], "big") + 4]
 
 
-def _alternative_names(parsed: x509.Certificate) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    try:
-        extension = parsed.extensions.get_extension_for_class(x509.SubjectAlternativeName)
-    except x509.ExtensionNotFound:
-        return (), ()
-    names = extension.value
-    uris = names.get_values_for_type(x509.UniformResourceIdentifier)
-    hosts = [
-        *names.get_values_for_type(x509.DNSName),
-        *[str(address) for address in names.get_values_for_type(x509.IPAddress)],
-    ]
-    return tuple(printable(uri) for uri in uris), tuple(printable(host) for host in hosts)
-
-
 def _pairs(digest: bytes) -> str:
     return digest.hex(":").upper()
 
 
-def private_key_of(path: Path) -> PrivateKey:
+def private_key_of(path: Path) -> rsa.RSAPrivateKey:
     """Read a private key that nobody but its owner can read."""
     content = read_private(path, limit_bytes=LARGEST_FILE_BYTES)
     try:
@@ -158,22 +157,14 @@ def private_key_of(path: Path) -> PrivateKey:
         key = None
     if not isinstance(key, rsa.RSAPrivateKey):
         raise ConfigurationError("no_rsa_key", place=Place(str(path)))
-    return PrivateKey(_pem_of(key), key.public_key().public_numbers().n, key)
-
-
-def _pem_of(key: rsa.RSAPrivateKey) -> bytes:
-    return key.private_bytes(
-        serialization.Encoding.PEM,
-        serialization.PrivateFormat.PKCS8,
-        serialization.NoEncryption(),
-    )
+    return key
 
 
 def check_own_pair(
-    certificate: Certificate, key: PrivateKey, application_uri: str, *, file: str
+    certificate: Certificate, key: rsa.RSAPrivateKey, application_uri: str, *, file: str
 ) -> None:
     """Check that an own certificate fits its key and the address of the application."""
-    if certificate.modulus != key.modulus:
+    if certificate.parsed.public_key() != key.public_key():
         raise ConfigurationError("pair_differs", place=Place(file))
     if application_uri not in certificate.application_uris:
         raise ConfigurationError(
@@ -234,21 +225,24 @@ class NewCertificate:
 
 
 def make_pair(new: NewCertificate, utc: datetime) -> tuple[bytes, bytes]:
-    """Make a key and a certificate that it has signed itself.
+    """Make a key and a certificate that it has signed itself: DER and PEM.
 
     References
     ----------
     OPC 10000-6, 6.2.2: what an application instance certificate contains.
     """
     key = rsa.generate_private_key(public_exponent=65_537, key_size=KEY_BITS)
-    name = _name_of(new)
-    uses = {
-        CertificateUse.CLIENT: [ExtendedKeyUsageOID.CLIENT_AUTH],
-        CertificateUse.SERVER: [ExtendedKeyUsageOID.SERVER_AUTH],
-        CertificateUse.BOTH: [ExtendedKeyUsageOID.CLIENT_AUTH, ExtendedKeyUsageOID.SERVER_AUTH],
-    }
-    identifier = x509.SubjectKeyIdentifier.from_public_key(key.public_key())
-    certificate = (
+    named = {NameOID.COMMON_NAME: "thermaxis", NameOID.ORGANIZATION_NAME: new.organisation}
+    name = x509.Name([x509.NameAttribute(oid, text) for oid, text in named.items() if text])
+    names = [x509.UniformResourceIdentifier(new.application_uri), *map(_host_name, new.hosts)]
+    extensions = (
+        x509.BasicConstraints(ca=False, path_length=None),
+        x509.SubjectAlternativeName(names),
+        _KEY_USAGE,
+        x509.ExtendedKeyUsage(_USES[new.use]),
+        x509.SubjectKeyIdentifier.from_public_key(key.public_key()),
+    )
+    builder = (
         x509.CertificateBuilder()
         .subject_name(name)
         .issuer_name(name)
@@ -256,49 +250,22 @@ def make_pair(new: NewCertificate, utc: datetime) -> tuple[bytes, bytes]:
         .serial_number(x509.random_serial_number())
         .not_valid_before(utc - _CLOCK_MARGIN)
         .not_valid_after(utc + timedelta(days=new.days))
-        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=False)
-        .add_extension(x509.SubjectAlternativeName(_names_of(new)), critical=False)
-        .add_extension(_key_usage(), critical=False)
-        .add_extension(x509.ExtendedKeyUsage(uses[new.use]), critical=False)
-        .add_extension(identifier, critical=False)
-        .add_extension(
-            x509.AuthorityKeyIdentifier.from_issuer_subject_key_identifier(identifier),
-            critical=False,
-        )
-        .sign(key, hashes.SHA256())
     )
-    return certificate.public_bytes(serialization.Encoding.DER), _pem_of(key)
-
-
-def _name_of(new: NewCertificate) -> x509.Name:
-    attributes = [x509.NameAttribute(NameOID.COMMON_NAME, "thermaxis")]
-    if new.organisation:
-        attributes.append(x509.NameAttribute(NameOID.ORGANIZATION_NAME, new.organisation))
-    return x509.Name(attributes)
-
-
-def _names_of(new: NewCertificate) -> Sequence[x509.GeneralName]:
-    names: list[x509.GeneralName] = [x509.UniformResourceIdentifier(new.application_uri)]
-    for host in new.hosts:
-        try:
-            names.append(x509.IPAddress(ipaddress.ip_address(host)))
-        except ValueError:
-            names.append(x509.DNSName(host))
-    return names
-
-
-def _key_usage() -> x509.KeyUsage:
-    return x509.KeyUsage(
-        digital_signature=True,
-        content_commitment=True,
-        key_encipherment=True,
-        data_encipherment=True,
-        key_agreement=False,
-        key_cert_sign=False,
-        crl_sign=False,
-        encipher_only=False,
-        decipher_only=False,
+    for extension in extensions:
+        builder = builder.add_extension(extension, critical=False)
+    pem = key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
     )
+    return builder.sign(key, hashes.SHA256()).public_bytes(serialization.Encoding.DER), pem
+
+
+def _host_name(host: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ipaddress.ip_address(host))
+    except ValueError:
+        return x509.DNSName(host)
 
 
 def write_pair(
@@ -308,8 +275,7 @@ def write_pair(
     if certificate.absolute() == key.absolute():
         raise ConfigurationError("same_file_twice", place=Place(str(key)))
     for path in (certificate, key):
-        if not replace and (path.exists() or path.is_symlink()):
-            raise ConfigurationError("file_kept", place=Place(str(path)))
+        _refuse_kept(path, replace=replace)
     der, pem = pair
     _write(key, pem, mode=0o600)
     _write(certificate, der, mode=0o644)
@@ -317,9 +283,13 @@ def write_pair(
 
 def write_certificate(path: Path, certificate: Certificate, *, replace: bool = False) -> None:
     """Write a server's certificate, DER."""
+    _refuse_kept(path, replace=replace)
+    _write(path, certificate.der, mode=0o644)
+
+
+def _refuse_kept(path: Path, *, replace: bool) -> None:
     if not replace and (path.exists() or path.is_symlink()):
         raise ConfigurationError("file_kept", place=Place(str(path)))
-    _write(path, certificate.der, mode=0o644)
 
 
 def _write(path: Path, content: bytes, *, mode: int) -> None:

@@ -6,7 +6,7 @@ import struct
 from collections.abc import AsyncGenerator, Collection, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import replace
-from typing import Final, TypeAlias
+from typing import Final
 
 from asyncua import ua
 from asyncua.crypto.uacrypto import (
@@ -50,49 +50,51 @@ LASTING: Final = frozenset(
 """Answers that a new connection would not change."""
 
 
-_TRUST: Final = "certificate_not_trusted"
-_OTHER_SERVER: Final = "other_server_certificate"
-_EXPIRED: Final = "certificate_not_valid_now"
-_NO_POLICY: Final = "security_not_offered"
-_FULL: Final = "no_session_left"
-_NO_ANSWER: Final = "no_answer_in_time"
 _BY_NAME: Final = {
     "BadUserAccessDenied": "user_refused",
     "BadIdentityTokenRejected": "log_in_refused",
     "BadIdentityTokenInvalid": "log_in_way_refused",
     "BadCertificateUriInvalid": "application_uri_refused",
-    "BadCertificateUntrusted": _TRUST,
-    "BadSecurityChecksFailed": _TRUST,
-    "BadCertificateIssuerRevocationUnknown": _TRUST,
-    "BadCertificateChainIncomplete": _TRUST,
-    "BadCertificateTimeInvalid": _EXPIRED,
-    "BadCertificateIssuerTimeInvalid": _EXPIRED,
+    "BadCertificateUntrusted": "certificate_not_trusted",
+    "BadSecurityChecksFailed": "certificate_not_trusted",
+    "BadCertificateIssuerRevocationUnknown": "certificate_not_trusted",
+    "BadCertificateChainIncomplete": "certificate_not_trusted",
+    "BadCertificateTimeInvalid": "certificate_not_valid_now",
+    "BadCertificateIssuerTimeInvalid": "certificate_not_valid_now",
     "BadCertificateHostNameInvalid": "host_not_in_certificate",
-    "BadTcpInternalError": _OTHER_SERVER,
-    "BadCertificateInvalid": _OTHER_SERVER,
-    "BadTooManySessions": _FULL,
-    "BadTcpNotEnoughResources": _FULL,
-    "BadTcpServerTooBusy": _FULL,
-    "BadSecurityPolicyRejected": _NO_POLICY,
-    "BadSecurityModeRejected": _NO_POLICY,
-    "BadSecurityModeInsufficient": _NO_POLICY,
+    "BadTcpInternalError": "other_server_certificate",
+    "BadCertificateInvalid": "other_server_certificate",
+    "BadTooManySessions": "no_session_left",
+    "BadTcpNotEnoughResources": "no_session_left",
+    "BadTcpServerTooBusy": "no_session_left",
+    "BadSecurityPolicyRejected": "security_not_offered",
+    "BadSecurityModeRejected": "security_not_offered",
+    "BadSecurityModeInsufficient": "security_not_offered",
     "BadTcpEndpointUrlInvalid": "address_refused",
     "BadTooManyOperations": "too_many_nodes",
-    "BadTimeout": _NO_ANSWER,
+    "BadTimeout": "no_answer_in_time",
 }
-_BY_KIND: Final[Mapping[type[OSError], str]] = {
-    TimeoutError: _NO_ANSWER,
+_BY_KIND: Final[Mapping[type[Exception], str]] = {
+    TimeoutError: "no_answer_in_time",
     ConnectionRefusedError: "nothing_listens",
     socket.gaierror: "unknown_host",
     ConnectionError: "connection_closed",
+    WrongSignature: "other_server_certificate",
+    InvalidSignature: "other_server_certificate",
 }
+_BY_WORDS: Final = {
+    "certificate mismatch": "other_server_certificate",
+    "No matching endpoints": "security_not_offered",
+    "No matching policy": "security_not_offered",
+}
+"""What the library's own errors have in their text."""
 _SAID: Final[Mapping[str, tuple[str, ...]]] = {
-    _TRUST: ("certificate",),
+    "certificate_not_trusted": ("certificate",),
     "user_refused": ("user",),
     "application_uri_refused": ("application_uri",),
-    _NO_POLICY: ("security",),
+    "security_not_offered": ("security",),
     "address_refused": ("url",),
-    _NO_ANSWER: ("timeout_s",),
+    "no_answer_in_time": ("timeout_s",),
     "nothing_listens": ("port", "host"),
     "unknown_host": ("host",),
 }
@@ -110,22 +112,16 @@ def refuse(error: BaseException, settings: ConnectionSettings) -> ConfigurationE
     """Return a failure as an error, for a command that does not try again."""
     if isinstance(error, ConfigurationError):
         return error
-    said = _message(*_meaning(error), settings)
-    return ConfigurationError.of(replace(said, place=Place(settings.url)))
+    return ConfigurationError.of(replace(explain(error, settings), place=Place(settings.url)))
 
 
 def _message(code: str, values: Mapping[str, str], settings: ConnectionSettings) -> Message:
-    named = {
-        "certificate": str(settings.certificate or ""),
-        "user": settings.user or "(anonymous)",
-        "security": settings.security,
-        "application_uri": settings.application_uri,
-        "url": settings.url,
-        "host": settings.host,
-        "port": settings.port,
-        "timeout_s": settings.timeout_s,
-    }
-    every: dict[str, Value] = {name: named[name] for name in _SAID.get(code, ())}
+    every: dict[str, Value] = {}
+    for name in _SAID.get(code, ()):
+        found: object = getattr(settings, name)
+        every[name] = found if isinstance(found, int | float) else str(found or "")
+    if "user" in every:
+        every["user"] = every["user"] or "(anonymous)"
     every |= {name: _masked(text, settings) for name, text in values.items()}
     return Message(f"error-{code}", every, Place(key=settings.name))
 
@@ -148,8 +144,8 @@ def explain_offer(
 ) -> Message | None:
     """Say what an encrypted connection failed for, by what the server offers."""
     if not any(settings.security in policies for policies in offered.values()):
-        return _message(_NO_POLICY, {}, settings)
-    return None if pinned in offered else _message(_OTHER_SERVER, {}, settings)
+        return _message("security_not_offered", {}, settings)
+    return None if pinned in offered else _message("other_server_certificate", {}, settings)
 
 
 def _masked(text: str, settings: ConnectionSettings) -> str:
@@ -157,40 +153,24 @@ def _masked(text: str, settings: ConnectionSettings) -> str:
     return text.replace(secret, "***") if len(secret) > 2 else text
 
 
-_Meaning: TypeAlias = tuple[str, Mapping[str, str]]
-"""A code, and what its sentence says beside the settings."""
-
-
-def _meaning(error: BaseException) -> _Meaning:
+def _meaning(error: BaseException) -> tuple[str, Mapping[str, str]]:
+    """Return a code, and what its sentence says beside the settings."""
     if isinstance(error, AssertionError) and not error.args:
-        return _TRUST, {}
-    if isinstance(error, (WrongSignature, InvalidSignature)):
-        return _OTHER_SERVER, {}
-    if isinstance(error, ua.UaError):
-        return _opcua_meaning(error)
-    if isinstance(error, OSError):
-        return _network_meaning(error)
-    return "answer_not_understood", {"kind": type(error).__name__}
-
-
-def _opcua_meaning(error: ua.UaError) -> _Meaning:
-    if isinstance(error, ua.UaStatusCodeError):
-        name = ua.StatusCode(ua.UInt32(error.code)).name
-        known = _BY_NAME.get(name)
-        return (known, {}) if known else ("server_answers", {"status": name})
-    text = str(error)
-    if "certificate mismatch" in text:
-        return _OTHER_SERVER, {}
-    if "No matching endpoints" in text or "No matching policy" in text:
-        return _NO_POLICY, {}
-    return "connection_failed", {"cause": text}
-
-
-def _network_meaning(error: OSError) -> _Meaning:
+        return "certificate_not_trusted", {}
     for kind, code in _BY_KIND.items():
         if isinstance(error, kind):
             return code, {}
-    return "network_failed", {"cause": error.strerror or type(error).__name__}
+    if isinstance(error, ua.UaStatusCodeError):
+        name = ua.StatusCode(ua.UInt32(error.code)).name
+        return (_BY_NAME[name], {}) if name in _BY_NAME else ("server_answers", {"status": name})
+    if isinstance(error, ua.UaError):
+        text = str(error)
+        known = (code for words, code in _BY_WORDS.items() if words in text)
+        code = next(known, "connection_failed")
+        return code, {"cause": text} if code == "connection_failed" else {}
+    if isinstance(error, OSError):
+        return "network_failed", {"cause": error.strerror or type(error).__name__}
+    return "answer_not_understood", {"kind": type(error).__name__}
 
 
 @asynccontextmanager

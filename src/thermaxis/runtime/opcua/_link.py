@@ -219,7 +219,7 @@ async def connect_once(
 async def _secure(client: Client, settings: ConnectionSettings, files: PairFiles) -> None:
     pair = await files.load_aside()
     policy = _POLICIES[settings.security](
-        pair.server, pair.own, pair.key, ua.MessageSecurityMode.SignAndEncrypt
+        pair.server.parsed, pair.own.parsed, pair.key, ua.MessageSecurityMode.SignAndEncrypt
     )
     client.security_policy = policy
     client.uaclient.set_security(policy)

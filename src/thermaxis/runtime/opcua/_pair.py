@@ -8,24 +8,26 @@ import asyncio
 from pathlib import Path
 from typing import NamedTuple, final
 
-from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric import rsa
 
 from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime.opcua._certificates import certificate_of, check_own_pair, private_key_of
+from thermaxis.runtime.opcua._certificates import (
+    Certificate,
+    certificate_of,
+    check_own_pair,
+    private_key_of,
+)
 
 
 class LoadedPair(NamedTuple):
     """Certificates and key of a connection, ready for use."""
 
-    own: x509.Certificate
+    own: Certificate
     """Own certificate."""
     key: rsa.RSAPrivateKey
     """Its key."""
-    server: x509.Certificate
+    server: Certificate
     """Stored certificate of the server."""
-    server_der: bytes
-    """The same, DER."""
 
 
 @final
@@ -44,18 +46,9 @@ class PairFiles:
         if self._loaded is not None and stamps == self._stamps:
             return self._loaded
         self._loaded = None
-        own, key, server = (
-            certificate_of(own_file),
-            private_key_of(key_file),
-            certificate_of(server_file),
-        )
+        own, key = certificate_of(own_file), private_key_of(key_file)
+        loaded = LoadedPair(own, key, certificate_of(server_file))
         check_own_pair(own, key, self._settings.application_uri, file=str(own_file))
-        loaded = LoadedPair(
-            x509.load_der_x509_certificate(own.der),
-            key.loaded,
-            x509.load_der_x509_certificate(server.der),
-            server.der,
-        )
         self._stamps, self._loaded = stamps, loaded
         return loaded
 

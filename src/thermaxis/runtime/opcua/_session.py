@@ -222,7 +222,7 @@ class OpcUaSession:
         elif now_s - self._asked_s >= ASKED_EVERY_S:
             self._asked_s, self._offer_failure = now_s, None
             with contextlib.suppress(ThermaxisError, TimeoutError):
-                pinned = (await self._files.load_aside()).server_der
+                pinned = (await self._files.load_aside()).server.der
                 async with within(self.settings.timeout_s):
                     offers = await fetch_offers(self.settings.url, self.settings.timeout_s)
                 offered = {offer.certificate.der: offer.policies for offer in offers}

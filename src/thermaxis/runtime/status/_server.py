@@ -201,8 +201,7 @@ class StatusServer:
         own, key = certificate_of(certificate), private_key_of(private_key)
         uri = own.application_uris[0] if own.application_uris else otherwise
         check_own_pair(own, key, uri, file=str(certificate))
-        await server.load_certificate(own.der, "der")
-        await server.load_private_key(key.pem, format="pem")
+        server.iserver.certificate, server.iserver.private_key = own.parsed, key
         utc = self._clock.utc()
         warning = validity_warning(own, utc, certificate)
         if warning is not None:
