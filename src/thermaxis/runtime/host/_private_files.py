@@ -23,32 +23,39 @@ def refuse_readable(path: Path, *, key: str = "") -> None:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
         raise unreadable(path, error, key=key) from None
-    _check(path, mode, key)
+    if not stat.S_ISREG(mode):
+        raise ConfigurationError("not_a_file", place=Place(str(path), key=key))
+    if os.name == "posix" and mode & (stat.S_IRWXG | stat.S_IRWXO):
+        raise ConfigurationError("file_open_to_others", place=Place(str(path), key=key))
 
 
-def read_limited(path: Path, *, limit_bytes: int) -> bytes:
+def read_limited(path: Path, *, limit_bytes: int, key: str = "") -> bytes:
     """Return the content of a file that is not larger than a limit."""
     try:
         with path.open("rb") as stream:
             content = stream.read(limit_bytes + 1)
     except (OSError, ValueError) as error:
-        raise unreadable(path, error) from None
-    return _not_longer(content, path, limit_bytes)
+        raise unreadable(path, error, key=key) from None
+    if len(content) > limit_bytes:
+        place = Place(str(path), key=key)
+        raise ConfigurationError("file_too_long", most_bytes=limit_bytes, place=place)
+    return content
 
 
 def read_private(path: Path, *, limit_bytes: int, key: str = "") -> bytes:
     """Return the content of a file that nobody but its owner may read."""
-    return _not_longer(_begin_of(path, limit_bytes, key), path, limit_bytes, key)
+    refuse_readable(path, key=key)  # before a pipe is waited for
+    return read_limited(path, limit_bytes=limit_bytes, key=key)
 
 
 def read_secret(path: Path, *, key: str = "") -> Secret:
     """Return the first line of a file that nobody but its owner may read."""
-    content = _begin_of(path, SECRET_LIMIT_BYTES, key)
+    content = read_private(path, limit_bytes=SECRET_LIMIT_BYTES, key=key)
     try:
         text = content.decode().partition("\n")[0].removesuffix("\r")
     except UnicodeDecodeError:
         text = ""
-    if not text or len(content) > SECRET_LIMIT_BYTES or "\x00" in text:
+    if not text or "\x00" in text:
         raise ConfigurationError("no_secret_in_file", place=Place(str(path), key=key))
     return Secret(text)
 
@@ -57,33 +64,6 @@ def unreadable(path: Path, error: OSError | ValueError, *, key: str = "") -> Con
     """Return the error for a file that cannot be read."""
     cause: str = getattr(error, "strerror", None) or type(error).__name__
     return ConfigurationError("file_unreadable", cause=cause, place=Place(str(path), key=key))
-
-
-def _begin_of(path: Path, limit_bytes: int, key: str) -> bytes:
-    """Return the content of a private file, cut one byte after the limit."""
-    refuse_readable(path, key=key)  # before a pipe is waited for
-    try:
-        with path.open("rb") as stream:
-            mode = os.fstat(stream.fileno()).st_mode
-            content = stream.read(limit_bytes + 1)
-    except OSError as error:
-        raise unreadable(path, error, key=key) from None
-    _check(path, mode, key)
-    return content
-
-
-def _not_longer(content: bytes, path: Path, limit_bytes: int, key: str = "") -> bytes:
-    if len(content) > limit_bytes:
-        place = Place(str(path), key=key)
-        raise ConfigurationError("file_too_long", most_bytes=limit_bytes, place=place)
-    return content
-
-
-def _check(path: Path, mode: int, key: str) -> None:
-    if not stat.S_ISREG(mode):
-        raise ConfigurationError("not_a_file", place=Place(str(path), key=key))
-    if os.name == "posix" and mode & (stat.S_IRWXG | stat.S_IRWXO):
-        raise ConfigurationError("file_open_to_others", place=Place(str(path), key=key))
 
 
 @contextmanager
