@@ -30,8 +30,8 @@ from thermaxis.runtime.status._status import RuntimeStatus
 if TYPE_CHECKING:
     from wsgiref.types import StartResponse, WSGIEnvironment
 
-REQUEST_S = 5.0
-"""Time in which a request must have come, and its answer have been taken. [s]"""
+SILENT_S = 5.0
+"""A client that is silent for so long is left. [s]"""
 MOST_CONNECTIONS = 8
 """Connections at once. [1]"""
 _LONGEST_LABEL = 200
@@ -113,20 +113,14 @@ def _metric(name: str, text: str, samples: Iterable[tuple[Mapping[str, str], obj
 class _Handler(WSGIRequestHandler):
     """Answers without a log."""
 
-    timeout = REQUEST_S
+    timeout = SILENT_S
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002 - the library's name
         """Log nothing."""
 
 
-def _cut(connection: socket.socket) -> None:
-    """End a connection from another thread; the one that waits for it goes on with nothing."""
-    with contextlib.suppress(OSError):
-        socket.socket.shutdown(connection, socket.SHUT_RDWR)
-
-
 class _HttpServer(ThreadingMixIn, WSGIServer):
-    """Answers each connection in a thread of its own, few at once and none for long."""
+    """Answers each connection in a thread of its own, few at once."""
 
     daemon_threads = True
 
@@ -151,17 +145,13 @@ class _HttpServer(ThreadingMixIn, WSGIServer):
         return self._free.acquire(blocking=False)
 
     def finish_request(self, request: Any, client_address: Any) -> None:
-        """Answer within `REQUEST_S`, the handshake with it where there is a certificate."""
+        """Answer, after the handshake where there is a certificate."""
         with contextlib.ExitStack() as ending, contextlib.suppress(OSError):
             ending.callback(self._free.release)
             if self._context is not None:
                 request = self._context.wrap_socket(
                     request, server_side=True, do_handshake_on_connect=False
                 )
-            end = threading.Timer(REQUEST_S, _cut, (request,))
-            end.daemon = True
-            end.start()
-            ending.callback(end.cancel)
             with request:
                 super().finish_request(request, client_address)
 
@@ -172,7 +162,7 @@ class MetricsServer:
 
     Not protected: figures are readable by every program on this computer, unless a token is set.
     Whoever reaches the port can keep others from the page by many connections, not the loop from
-    its work: they are few at once, and each ends after `REQUEST_S`.
+    its work: they are few at once.
 
     Parameters
     ----------

@@ -1,17 +1,15 @@
 """What a client of the status server may ask: methods, their arguments, and who may call them."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import final
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, final
 
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.runtime.status._fields import Kind
 from thermaxis.runtime.users import Role
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class Argument:
+class Argument(NamedTuple):
     """One argument of a method."""
 
     name: str
@@ -20,6 +18,8 @@ class Argument:
     """A number or a text."""
     text: str
     """What it means, with its unit in brackets."""
+    means: str = ""
+    """What it is in a `Request`."""
 
 
 @final
@@ -29,91 +29,42 @@ class Ask:
 
     name: str
     """Its name; the last part of its node id."""
-    role: Role
-    """Role that a caller has at least."""
+    kind: RequestKind
+    """What it asks the loop for."""
     text: str
-    """What it asks for."""
-    request: Callable[[str, Sequence[float | str]], Request] = field(repr=False)
-    """The request, from the caller's name and the arguments."""
+    """The same in words."""
     arguments: tuple[Argument, ...] = ()
     """Its arguments."""
+    role: Role = Role.OPERATOR
+    """Role that a caller has at least."""
+
+    def request(self, who: str, values: Sequence[float | str]) -> Request:
+        """Return the request of somebody with these arguments."""
+        stated: dict[str, Any] = {
+            argument.means: value for argument, value in zip(self.arguments, values, strict=True)
+        }
+        return Request(self.kind, who, **stated)
 
 
-def _plain(kind: RequestKind) -> Callable[[str, Sequence[float | str]], Request]:
-    return lambda who, _values: Request(kind, who)
-
-
-def _trim(who: str, values: Sequence[float | str]) -> Request:
-    output, value_um, duration_s = values
-    return Request(
-        RequestKind.TRIM,
-        who,
-        output=str(output),
-        value=float(value_um),
-        duration_s=float(duration_s),
-    )
-
-
-def _diameter(who: str, values: Sequence[float | str]) -> Request:
-    return Request(RequestKind.DIAMETER, who, value=float(values[0]))
-
-
-def _model(who: str, values: Sequence[float | str]) -> Request:
-    return Request(RequestKind.MODEL, who, text=str(values[0]))
-
-
-_OPERATOR = Role.OPERATOR
-ASKS = (
-    Ask(
-        "Enable",
-        _OPERATOR,
-        "Compensate as soon as everything that it needs is there.",
-        _plain(RequestKind.ENABLE),
-    ),
-    Ask(
-        "Disable",
-        _OPERATOR,
-        "Fade the correction out and stay off.",
-        _plain(RequestKind.DISABLE),
-    ),
-    Ask("Hold", _OPERATOR, "Keep the correction as it is.", _plain(RequestKind.HOLD)),
-    Ask("Resume", _OPERATOR, "End a hold.", _plain(RequestKind.RESUME)),
-    Ask(
-        "Acknowledge",
-        _OPERATOR,
-        "Say that a fault was seen and its cause removed.",
-        _plain(RequestKind.ACKNOWLEDGE),
-    ),
-    Ask(
-        "Trim",
-        _OPERATOR,
-        "Add a bounded amount to one output until it expires; 0 ends a trim.",
-        _trim,
-        (
-            Argument("output", Kind.TEXT, "Name of the output."),
-            Argument("value_um", Kind.NUMBER, "The amount. [µm]"),
-            Argument("duration_s", Kind.NUMBER, "Time until it expires. [s]"),
-        ),
-    ),
-    Ask(
-        "Diameter",
-        _OPERATOR,
-        "State the clamping diameter of the workpiece.",
-        _diameter,
-        (Argument("diameter_mm", Kind.NUMBER, "Clamping diameter. [mm]"),),
-    ),
-    Ask(
-        "NoDiameter",
-        _OPERATOR,
-        "State that the tool centre point counts, not a diameter.",
-        _plain(RequestKind.DIAMETER),
-    ),
-    Ask(
-        "ChooseModel",
-        Role.ENGINEER,
-        "Take another model of the configured folder.",
-        _model,
-        (Argument("file", Kind.TEXT, "Its file name, without a folder."),),
-    ),
+_K, _Number, _Text = RequestKind, Kind.NUMBER, Kind.TEXT
+_TRIM = (
+    Argument("output", _Text, "Name of the output.", "output"),
+    Argument("value_um", _Number, "The amount. [µm]", "value"),
+    Argument("duration_s", _Number, "Time until it expires. [s]", "duration_s"),
 )
+_DIAMETER = (Argument("diameter_mm", _Number, "Clamping diameter. [mm]", "value"),)
+_FILE = (Argument("file", _Text, "Its file name, without a folder.", "text"),)
+ASKS = (
+    Ask("Enable", _K.ENABLE, "Compensate as soon as everything that it needs is there."),
+    Ask("Disable", _K.DISABLE, "Fade the correction out and stay off."),
+    Ask("Hold", _K.HOLD, "Keep the correction as it is."),
+    Ask("Resume", _K.RESUME, "End a hold."),
+    Ask("Acknowledge", _K.ACKNOWLEDGE, "Say that a fault was seen and its cause removed."),
+    Ask("Trim", _K.TRIM, "Add a bounded amount to one output until it expires; 0 ends a trim.",
+        _TRIM),
+    Ask("Diameter", _K.DIAMETER, "State the clamping diameter of the workpiece.", _DIAMETER),
+    Ask("NoDiameter", _K.DIAMETER, "State that the tool centre point counts, not a diameter."),
+    Ask("ChooseModel", _K.MODEL, "Take another model of the configured folder.", _FILE,
+        Role.ENGINEER),
+)  # fmt: skip
 """Every method that asks for something, in the order in which they are shown."""
