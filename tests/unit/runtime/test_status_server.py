@@ -440,25 +440,6 @@ async def test_nobody_is_told_the_same_value_again() -> None:
 
 
 @scene
-async def test_the_servers_own_time_runs_and_is_told() -> None:
-    clock = HandClock()
-    async with served(viewers(), clock=clock) as server, client(server) as one:
-        current, whole = one.get_node(ua.NodeId(2258)), one.get_node(ua.NodeId(2256))
-        assert await current.read_value() == NOW
-        listener = Listener()
-        subscription = await one.create_subscription(100, listener)
-        await subscription.subscribe_data_change([current])
-        await listener.until(2258, NOW)
-        for _ in range(6):
-            await clock.move(0.2)
-        await listener.until(2258, NOW + timedelta(seconds=1))
-        status_now = await whole.read_value()
-        assert status_now.CurrentTime == await current.read_value()
-        assert status_now.State == ua.ServerState.Running
-        await subscription.delete()
-
-
-@scene
 async def test_a_filter_that_does_not_fit_harms_nobody_else() -> None:
     async with watched() as (server, one, clock):
         odd, plain = Listener(), Listener()
@@ -802,23 +783,6 @@ async def test_a_certificate_or_key_that_cannot_be_used_is_said_in_words(
             await server.open()
         assert caught.value.code == said
         await server.close()
-
-
-@scene
-async def test_a_certificate_that_will_soon_expire_is_told_at_the_start(pairs: Pairs) -> None:
-    events: list[EventRecord] = []
-
-    clock = HandClock()
-    async with served(pairs.settings(), clock=clock, audit=events):
-        pass
-    assert events == []
-    clock.now_s += 30.0 * 365.0 * 86_400.0
-    async with served(pairs.settings(), clock=clock, audit=events):
-        pass
-
-    (event,) = events
-    assert event.kind == "alarm"
-    assert "the certificate server.der expired on" in event.text
 
 
 @scene

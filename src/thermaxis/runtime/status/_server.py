@@ -4,7 +4,6 @@ import asyncio
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import final
 
 from asyncua import ua
@@ -16,7 +15,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import Clock, EventRecord, LoopAnswer, RequestBox, RequestOutcome
 from thermaxis.runtime.config import ServerSettings
-from thermaxis.runtime.opcua import certificate_of, check_own_pair, private_key_of, validity_warning
+from thermaxis.runtime.opcua import certificate_of, check_own_pair, private_key_of
 from thermaxis.runtime.status._fields import (
     Kind,
     Leaf,
@@ -32,10 +31,9 @@ from thermaxis.runtime.status._status import RuntimeStatus
 from thermaxis.runtime.status._tree import (
     Tree,
     data_value,
-    flag_variant,
     status_code,
-    text_variant,
     values_of,
+    variant_of,
 )
 from thermaxis.runtime.users import ANONYMOUS, Identity, Role, Users
 
@@ -175,7 +173,6 @@ class StatusServer:
                 port=settings.port,
                 place=Place(settings.address, key="server"),
             ) from None
-        tree.show_time(self._clock.utc)
         self._server = server
         self._begin_telling(tree)
 
@@ -186,27 +183,16 @@ class StatusServer:
         uri = f"{NAMESPACE}:server"
         if settings.certificate is not None and settings.private_key is not None:
             policies = [*policies, *_POLICIES]
-            uri = await self._load_pair(server, settings.certificate, settings.private_key, uri)
+            own, key = certificate_of(settings.certificate), private_key_of(settings.private_key)
+            uri = own.application_uris[0] if own.application_uris else uri
+            check_own_pair(own, key, uri, file=str(settings.certificate))
+            server.iserver.certificate, server.iserver.private_key = own.parsed, key
         server.set_security_policy(policies)
         server.product_uri = NAMESPACE
         server.manufacturer_name = "thermaxis"
         await server.set_application_uri(uri)
         started = self._clock.utc()
         await server.set_build_info(NAMESPACE, "thermaxis", "thermaxis", __version__, "", started)
-
-    async def _load_pair(
-        self, server: GuardedServer, certificate: Path, private_key: Path, otherwise: str
-    ) -> str:
-        """Load the server's certificate and key; return the address that the certificate names."""
-        own, key = certificate_of(certificate), private_key_of(private_key)
-        uri = own.application_uris[0] if own.application_uris else otherwise
-        check_own_pair(own, key, uri, file=str(certificate))
-        server.iserver.certificate, server.iserver.private_key = own.parsed, key
-        utc = self._clock.utc()
-        warning = validity_warning(own, utc, certificate)
-        if warning is not None:
-            self._audit(EventRecord.of(utc, "alarm", "", warning))
-        return uri
 
     def publish(self, status: RuntimeStatus) -> None:
         """Show a status. Returns at once; nothing is computed here that nobody asks for.
@@ -313,7 +299,6 @@ class StatusServer:
             everything = due_s >= told_s + TELL_S
             if everything:
                 told_s = due_s
-                await tree.tell_time()
             await self._tell_changes(tree, everything=everything)
 
     async def _tell_changes(self, tree: Tree, *, everything: bool) -> None:
@@ -348,7 +333,7 @@ class StatusServer:
             return status_code("BadTooManyArguments")
         identity = caller()
         role = await self._role_of(identity)
-        return [text_variant(identity.name), text_variant(role.value)]
+        return [variant_of(identity.name), variant_of(role.value)]
 
     async def _asked(
         self, ask: Ask, arguments: Sequence[ua.Variant]
@@ -363,12 +348,9 @@ class StatusServer:
         if wrong:
             return status_code(wrong)
         outcome = await self._submit(ask.request(identity.name, values))
-        return [
-            flag_variant(flag=outcome.accepted),
-            text_variant(sentence_of(outcome.message)),
-            text_variant(outcome.code),
-            text_variant(json.dumps(values_as_json(outcome.values))),
-        ]
+        told = json.dumps(values_as_json(outcome.values))
+        sentence = sentence_of(outcome.message)
+        return [variant_of(one) for one in (outcome.accepted, sentence, outcome.code, told)]
 
     async def _submit(self, request: Request) -> RequestOutcome:
         """Hand a request to the loop and wait for its answer within a bound."""

@@ -217,7 +217,6 @@ class _InternalServer(InternalServer):
         self.log_in = log_in
         self.anonymous = anonymous
         self.allow_remote_admin = False
-        self.disabled_clock = True  # its last tick would be waited for at the end
         self.max_connections = MOST_CONNECTIONS
         self.max_pending_activation_seconds = LOG_IN_S
         self.max_pending_messages_per_connection = _MOST_PENDING
@@ -232,6 +231,13 @@ class _InternalServer(InternalServer):
         """Make the part of the standard's nodes that is shown."""
         del shelf_file
         fill_address_space(self.node_mgt_service)
+
+    async def stop(self) -> None:
+        """End, without a wait for the clock's last tick."""
+        clock, self.time_task = self.time_task, None
+        if clock is not None:
+            clock.cancel()
+        await super().stop()
 
     def create_session(
         self,

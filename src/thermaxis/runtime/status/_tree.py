@@ -7,9 +7,8 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterator, Sequence
-from copy import copy
+from contextlib import suppress
 from datetime import datetime
-from functools import partial
 from typing import TYPE_CHECKING, Any, cast, final
 
 from asyncua import ua
@@ -37,20 +36,6 @@ _TYPES = {
     Kind.NUMBERS: ua.VariantType.Double,
 }
 _LISTS = frozenset({Kind.TEXTS, Kind.NUMBERS})
-_NUMBERS = frozenset(
-    {
-        ua.VariantType.Double,
-        ua.VariantType.Float,
-        ua.VariantType.SByte,
-        ua.VariantType.Byte,
-        ua.VariantType.Int16,
-        ua.VariantType.UInt16,
-        ua.VariantType.Int32,
-        ua.VariantType.UInt32,
-        ua.VariantType.Int64,
-        ua.VariantType.UInt64,
-    }
-)
 _COUNT_MODULUS = 2**32
 _NULL = ua.Variant(None, ua.VariantType.Null)
 _codes: dict[str, ua.StatusCode] = {}
@@ -82,14 +67,11 @@ def data_value(
     )
 
 
-def text_variant(text: str) -> ua.Variant:
-    """Return a text as a method gives it back."""
-    return ua.Variant(text, ua.VariantType.String)
-
-
-def flag_variant(*, flag: bool) -> ua.Variant:
-    """Return a truth value as a method gives it back."""
-    return ua.Variant(flag, ua.VariantType.Boolean)
+def variant_of(value: str | bool) -> ua.Variant:  # noqa: FBT001 - what a method gives back
+    """Return a text or a truth value as a method gives it back."""
+    return ua.Variant(
+        value, ua.VariantType.Boolean if isinstance(value, bool) else ua.VariantType.String
+    )
 
 
 def values_of(
@@ -103,12 +85,11 @@ def values_of(
     values: list[float | str] = []
     for argument, variant in zip(wanted, given, strict=True):
         value: object = variant.Value
-        number = argument.kind is Kind.NUMBER and variant.VariantType in _NUMBERS
-        text = argument.kind is Kind.TEXT and variant.VariantType is ua.VariantType.String
-        if number and isinstance(value, int | float):
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if argument.kind is Kind.NUMBER and number:
             values.append(float(value))
-        elif text and isinstance(value, str):
-            values.append(value)
+        elif argument.kind is Kind.TEXT and variant.VariantType is ua.VariantType.String:
+            values.append(str(value or ""))
         else:
             return [], "BadInvalidArgument"
     return values, ""
@@ -125,10 +106,6 @@ class Tree:
         self._namespace = namespace
         self._read = read
         self._held: dict[str, AttributeValue] = {}
-        self._times: list[tuple[AttributeValue, Callable[[], ua.DataValue]]] = []
-
-    def __contains__(self, path: str) -> bool:
-        return path in self._held
 
     def _names(self, path: str) -> tuple[ua.NodeId, ua.QualifiedName]:
         name = path.rpartition("/")[2]
@@ -200,35 +177,9 @@ class Tree:
 
     async def tell(self, path: str, value: ua.DataValue) -> None:
         """Tell the subscribers of a path its value."""
-        await _tell_all(self._held[path], value)
-
-    def show_time(self, now: Callable[[], datetime]) -> None:
-        """Show the server's time, computed when it is read."""
-        inner = self._server.iserver
-        whole = ua.NodeId(ObjectIds.Server_ServerStatus)
-        current = ua.NodeId(ObjectIds.Server_ServerStatus_CurrentTime)
-        started: Any = inner.read_attribute_value(whole).Value
-
-        def status() -> ua.DataValue:
-            present = copy(started.Value)
-            present.CurrentTime = now()
-            return ua.DataValue(
-                ua.Variant(present, ua.VariantType.ExtensionObject), SourceTimestamp=now()
-            )
-
-        def time() -> ua.DataValue:
-            return ua.DataValue(ua.Variant(now(), ua.VariantType.DateTime), SourceTimestamp=now())
-
-        for node_id, value in ((whole, status), (current, time)):
-            inner.set_attribute_value_callback(node_id, partial(_read_time, value))
-            held = inner.aspace[node_id].attributes[AttributeIds.Value]
-            self._times.append((held, value))
-
-    async def tell_time(self) -> None:
-        """Tell the subscribers of the server's time what time it is."""
-        for held, value in self._times:
-            if held.datachange_callbacks:
-                await _tell_all(held, value())
+        for number, callback in tuple(self._held[path].datachange_callbacks.items()):
+            with suppress(TypeError, ValueError, AttributeError, KeyError, ua.UaError):
+                await callback(number, value)  # a filter of its own may not fit the value
 
 
 async def _describe(node: Node, text: str) -> None:
@@ -244,18 +195,3 @@ def _described(argument: Argument) -> ua.Argument:
         ArrayDimensions=[],
         Description=ua.LocalizedText(argument.text),
     )
-
-
-def _read_time(
-    value: Callable[[], ua.DataValue], node_id: ua.NodeId, attribute: AttributeIds
-) -> ua.DataValue:
-    del node_id, attribute
-    return value()
-
-
-async def _tell_all(held: "AttributeValue", value: ua.DataValue) -> None:
-    for number, callback in tuple(held.datachange_callbacks.items()):
-        try:
-            await callback(number, value)
-        except (TypeError, ValueError, AttributeError, KeyError, ua.UaError):
-            continue  # a subscriber's own filter that does not fit the value
