@@ -27,8 +27,7 @@ from thermaxis.runtime import (
     read_users,
     write_users,
 )
-from thermaxis.runtime.users import ANONYMOUS, Identity, Users
-from thermaxis.runtime.users import _users
+from thermaxis.runtime.users import ANONYMOUS, Identity, Users, _users
 from thermaxis.runtime.users._users import HASH_MEMORY_KIB, HASH_PASSES, _checked_hash
 
 GOOD_HASH = PasswordHasher(1, 64, 1).hash("anything at all")
