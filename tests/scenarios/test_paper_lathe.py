@@ -19,6 +19,8 @@ import pytest
 
 from thermaxis.cli import main
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
 SPINDLE_DC, TABLE_DC = 40.0, -20.0
 SPINDLE_LAGS = ((8.0, 0.0), (22.0, 1500.0), (10.0, 7200.0))
 TABLE_LAGS = ((-6.0, 600.0), (-14.0, 5400.0))
