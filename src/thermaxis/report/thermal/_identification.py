@@ -59,33 +59,31 @@ _MOST_FINDINGS = 40
 _MOST_POLES = 60
 _NOTES = (
     (
-        "Fit = 100 (1 - |measured - simulated| / |measured - mean of measured|) percent over the"
-        " training rows, equation (4) of the paper with the mean of the measured output, in free"
-        " run of the model as its file holds it. A fit on training rows flatters: only the"
-        " verification on another test says what the model is worth."
+        "Fit = 100 (1 - |measured - simulated| / |measured - mean of measured|) percent, equation"
+        " (4) of the paper, in free run of the model file over the training rows. These flatter:"
+        " only another test says what the model is worth."
     ),
     (
         "One step: 'nothing changes from row to row' knows the displacement of the row before,"
-        " which no compensation does; one-step figures flatter every model."
+        " which no compensation does."
     ),
     (
-        "DC gain: what a lasting change of 1 K does in the end. ± is a 95 % interval; a number"
-        " without it is one whose interval the record does not support."
+        "DC gain: what a lasting change of 1 K does in the end. ± is a 95 % interval; without it,"
+        " the record supports none."
     ),
     (
-        "Inputs and outputs are relative to their mean at the start of each record, so the"
-        " machine must have been in balance with its hall there."
+        "Inputs and outputs are relative to their mean at the start of each record: the machine"
+        " must have been in balance with its hall there."
     ),
     (
-        "The displacement is that of the tool point relative to the workpiece, positive away from"
-        " it; the correction is minus the model. Limits of the correction are not set by an"
-        " identification and must be set before anything acts on a machine."
-    ),
-    (
-        "The paper calls the numerator a and the denominator b; Ljung writes B for the former, and"
-        " A or F for the latter."
+        "Displacement: tool point relative to the workpiece, positive away from it; the correction"
+        " is minus the model. Its limits are set elsewhere, before anything acts on a machine."
     ),
     "Paper: M. Mareš, O. Horejš, MM Science Journal 2021, DOI 10.17973/MMSJ.2021_07_2021053.",
+)
+_POLYNOMIALS = (
+    "The paper calls the numerator a and the denominator b; Ljung writes B for the former, and A"
+    " or F for the latter."
 )
 
 
@@ -100,6 +98,7 @@ def identification_document(
     """Return the content of the report of an identification."""
     charts = identification_charts(result, records, logs, reference_s=reference_s)
     pictures = pictures_of(charts)
+    notes = _NOTES + (_POLYNOMIALS,) * any(output.polynomials for output in result.outputs)
     names = ", ".join(name_text(log.name, 40) for log in logs[:3])
     outputs = ", ".join(name_text(o.name, 30) for o in result.outputs[:6])
     sections = [
@@ -112,7 +111,7 @@ def identification_document(
         _residual_section(result, records, pictures),
         _records_section(records, logs, reference_s, pictures),
         provenance_section(provenance),
-        Section("How to read this report", (ItemList(_NOTES, numbered=True),)),
+        Section("How to read this report", (ItemList(notes, numbered=True),)),
     ]
     return Document(
         title="Identification of a thermal compensation model",
