@@ -25,15 +25,7 @@ import polars as pl
 
 from thermaxis.compensation import CycleOutput, Quality, SampleQuality, SupervisorState
 from thermaxis.runtime import Applied, CycleRecord, SourceSample, SystemClock
-from thermaxis.runtime.history import (
-    Backlog,
-    Columns,
-    HistorianSettings,
-    HistoryReader,
-    SqlHistorian,
-    Writer,
-    parse_url,
-)
+from thermaxis.runtime.history import HistorianSettings, HistoryReader, SqlHistorian
 
 BEGIN = datetime(2026, 11, 3, tzinfo=UTC)
 OUTPUTS = ("Z_um", "Z0_um", "Z1500_um", "Z3000_um")
@@ -143,8 +135,8 @@ def cpu_s() -> float:
 
 async def share(folder: Path, size: Size, *, recorded: bool) -> float:
     """Return the share of a core at 10 Hz, with or without a history."""
-    url = f"sqlite:///{folder / 'rate.db'}"
-    historian = SqlHistorian(url, HistorianSettings(), SystemClock())
+    settings = HistorianSettings(url=f"sqlite:///{folder / 'rate.db'}")
+    historian = SqlHistorian(settings, SystemClock())
     machine = Machine(1.0 / RATE_HZ, size)
     records = [machine.record(number) for number in range(int(SECONDS * RATE_HZ))]
     if recorded:
@@ -162,17 +154,19 @@ async def share(folder: Path, size: Size, *, recorded: bool) -> float:
 
 def write(path: Path, machine: Machine, numbers: Sequence[int], *, beside: bool = False) -> None:
     """Write cycles as fast as it goes, with every finished hour and day."""
-    columns, backlog = Columns(), Backlog(10**9)
-    columns.outputs = OUTPUTS
-    url, clock = parse_url(f"sqlite:///{path}"), SystemClock()
-    writer = Writer(url, HistorianSettings(), clock, backlog, beside=beside)
+    settings = HistorianSettings(url=f"sqlite:///{path}", largest_waiting_bytes=10**9)
+    historian = SqlHistorian(settings, SystemClock(), beside=beside)
+    historian._columns.outputs = OUTPUTS  # noqa: SLF001 - the thread that would be started with it
     for number in numbers:
-        backlog.add_cycle(columns.row_of(machine.record(number)))
-        if backlog.waiting >= 1000:
-            writer.attempt()
-    writer.attempt()
-    writer.attempt()
-    writer.close()
+        historian.record(machine.record(number))
+        if historian.status.waiting >= 1000:
+            historian.attempt()
+    historian.attempt()
+    historian.attempt()
+    historian.disconnect()
+    failure = historian.status.failure
+    if failure is not None:
+        raise SystemExit(f"not stored: {failure}")
 
 
 def closing_s(folder: Path, size: Size) -> tuple[float, float]:

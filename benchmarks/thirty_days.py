@@ -88,7 +88,7 @@ def historian(folder: Path | None, clock: Clock) -> Historian:
         return NoHistorian()
     folder.mkdir(parents=True, exist_ok=True)
     url = f"sqlite:///{(folder / 'thirty_days.db').absolute()}"
-    return SqlHistorian(url, HistorianSettings(retention_days=3), clock)
+    return SqlHistorian(HistorianSettings(url=url, retention_days=3), clock)
 
 
 async def play(days: int, folder: Path | None) -> list[int]:

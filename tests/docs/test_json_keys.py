@@ -233,7 +233,7 @@ def written(evaluated: tuple[Path, dict[str, object]], root: Path) -> dict[str, 
 
 async def remembered(path: Path) -> None:
     clock = SystemClock()
-    historian = SqlHistorian(f"sqlite:///{path}", HistorianSettings(), clock)
+    historian = SqlHistorian(HistorianSettings(url=f"sqlite:///{path}"), clock)
     await historian.open(("Z_um",))
     historian.event(EventRecord(clock.utc(), "request", "novak", "enable was accepted"))
     await historian.close(10.0)

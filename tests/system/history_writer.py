@@ -32,8 +32,8 @@ async def record(historian: SqlHistorian, numbers: range, rate: float) -> None:
 async def main(url: str, rate: float, count: int, largest: int | None) -> None:
     # Small batches, where many records come, empty the log into the database every few seconds.
     batch_s = HistorianSettings().batch_s if rate < 500.0 else 0.02
-    settings = HistorianSettings(retry_s=0.2, batch_s=batch_s)
-    historian = SqlHistorian(url, settings, SystemClock())
+    settings = HistorianSettings(url=url, retry_s=0.2, batch_s=batch_s)
+    historian = SqlHistorian(settings, SystemClock())
     whole = resource.getrlimit(resource.RLIMIT_FSIZE)
     if largest is not None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest, whole[1]))

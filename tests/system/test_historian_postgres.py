@@ -8,7 +8,7 @@ import socket
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
@@ -22,7 +22,9 @@ from tests.unit.runtime.history_records import (
     OUTPUTS,
     CountingClock,
     cycle_record,
+    drained,
     event_record,
+    threadless,
     url_of,
     write_history,
 )
@@ -30,19 +32,14 @@ from thermaxis.cli import main
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime import Secret
 from thermaxis.runtime.history import (
-    Backlog,
-    Columns,
-    FileWatch,
     HistorianSettings,
     HistoryReader,
     SqlHistorian,
-    Writer,
     check_database,
     check_history,
     export_history,
-    open_store,
-    parse_url,
 )
+from thermaxis.runtime.history._backlog import Item
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
 
@@ -174,17 +171,11 @@ def run(scene: Callable[[], Coroutine[object, object, None]]) -> None:
 
 
 def settings(server: Server) -> HistorianSettings:
-    return replace(QUICK, folder=server.folder / "parts")
-
-
-def columns() -> Columns:
-    made = Columns()
-    made.outputs = OUTPUTS
-    return made
+    return replace(QUICK, url=server.url, folder=server.folder / "parts")
 
 
 async def opened(server: Server) -> SqlHistorian:
-    made = SqlHistorian(server.url, settings(server), CountingClock())
+    made = SqlHistorian(settings(server), CountingClock())
     await made.open(OUTPUTS)
     return made
 
@@ -207,7 +198,7 @@ def test_cycles_events_and_trends_are_those_of_sqlite(server: Server, tmp_path: 
         one.event(event_record("zero \0 and half \ud800"))
         for record in records:
             one.record(record)
-        assert await one.drain(30.0)
+        assert await drained(one, 30.0)
         assert one.status == (True, 0, 0, None)
         for _ in range(300):  # the hours that are over become files beside it
             if server.execute("SELECT min(id) FROM cycles") == [(721,)]:
@@ -262,8 +253,8 @@ def test_a_server_that_goes_and_comes_back_has_every_cycle_once(server: Server) 
                 assert one.status.waiting > 0
                 assert PASSWORD not in str(one.status.failure)
                 await asyncio.to_thread(server.start)
-                assert await one.drain(30.0)
-        assert await one.drain(30.0)
+                assert await drained(one, 30.0)
+        assert await drained(one, 30.0)
         assert one.status == (True, 0, 0, None)
         await one.close(10.0)
 
@@ -274,19 +265,28 @@ def test_a_server_that_goes_and_comes_back_has_every_cycle_once(server: Server) 
         assert reader.events(kinds=["loss"]) == []
 
 
-def test_a_commit_whose_answer_was_lost_is_not_written_twice(server: Server) -> None:
+def test_a_commit_whose_answer_was_lost_is_not_written_twice(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The writer is told that its connection broke, after the rows were stored."""
-    made, backlog = columns(), Backlog(10**8)
-    for k in range(500):
-        backlog.add_cycle(made.row_of(cycle_record(k)))
-    url = parse_url(server.url, PASSWORD)
-    store = open_store(url, "the run", settings(server), utc=BEGIN, watch=FileWatch())
-    store.write(backlog.take(300))
-    store.close()
-    store = open_store(url, "the run", settings(server), utc=BEGIN, watch=FileWatch())
-    backlog.put_back(store.stored_seq())
-    store.write(backlog.take(1000))
-    store.close()
+    one = threadless(server.folder, settings(server))
+    one.record(cycle_record(0))
+    assert one.attempt()
+    store = one._store
+    assert store is not None
+    write = store.write
+
+    def answer_lost(items: Sequence[Item]) -> None:
+        write(items)
+        raise OSError("server closed the connection unexpectedly")
+
+    monkeypatch.setattr(store, "write", answer_lost)
+    for k in range(1, 500):
+        one.record(cycle_record(k))
+    assert not one.attempt()
+    assert one.status.waiting == 499
+    assert one.attempt()
+    one.disconnect()
     assert records_in(server) == list(range(500))
 
 
@@ -294,14 +294,14 @@ def test_a_second_writer_is_refused_until_the_first_has_ended(server: Server) ->
     async def scene() -> None:
         one = await opened(server)
         one.record(cycle_record(0))
-        assert await one.drain(10.0)
+        assert await drained(one, 10.0)
         two = await opened(server)
         two.record(cycle_record(1))
-        assert not await two.drain(1.0)
+        assert not await drained(two, 1.0)
         assert two.status.failure is not None
         assert two.status.failure.code == "error-history_in_use"
         await one.close(5.0)
-        assert await two.drain(10.0)
+        assert await drained(two, 10.0)
         await two.close(5.0)
 
     run(scene)
@@ -312,10 +312,10 @@ def test_a_wrong_password_is_said_without_a_password(server: Server) -> None:
     async def scene() -> None:
         wrong = "wrong but not to be shown either"
         some = replace(settings(server), password=Secret(wrong), retry_s=0.1)
-        one = SqlHistorian(server.url, some, CountingClock())
+        one = SqlHistorian(some, CountingClock())
         await one.open(OUTPUTS)
         one.record(cycle_record(0))
-        assert not await one.drain(1.0)
+        assert not await drained(one, 1.0)
         assert "password authentication failed" in str(one.status.failure)
         assert wrong not in str(one.status.failure)
         await one.close(0.2)
@@ -330,19 +330,16 @@ def test_a_wrong_password_is_said_without_a_password(server: Server) -> None:
 def test_another_model_and_old_days_are_dealt_with_as_in_sqlite(server: Server) -> None:
     kept: list[int] = []
     for day in range(4):
-        made, backlog = columns(), Backlog(10**8)
+        one = threadless(server.folder, replace(settings(server), retention_days=2))
         begin = BEGIN.replace(hour=0) + timedelta(days=day)
         parts = (("spindle", f"part{day}"), ("spindle",))
         for k in range(10 * day, 10 * day + 10):
             record = replace(cycle_record(k, begin=begin), parts=parts)
-            backlog.add_cycle(made.row_of(record))
+            one.record(record)
             kept += [k] if day >= 1 else []
-        some = replace(settings(server), retention_days=2)
-        url = parse_url(server.url, PASSWORD)
-        writer = Writer(url, some, CountingClock(), backlog, beside=False)
-        assert writer.attempt()
-        assert writer.trouble is None
-        writer.close()
+        assert one.attempt()
+        assert one.status.failure is None
+        one.disconnect()
     assert records_in(server) == kept  # two days in files, and the newest as rows
     names = server.execute("SELECT tablename FROM pg_tables WHERE schemaname = 'public'")
     assert sorted(str(name) for (name,) in names) == ["cycles", "events", "history"]
@@ -359,10 +356,10 @@ def test_a_database_that_stores_no_text_is_refused_with_a_sentence(
     url = f"{server.url.rpartition(chr(47))[0]}/ascii"
 
     async def scene() -> None:
-        one = SqlHistorian(url, settings(server), CountingClock())
+        one = SqlHistorian(replace(settings(server), url=url), CountingClock())
         await one.open(OUTPUTS)
         one.record(cycle_record(0))
-        assert not await one.drain(1.0)
+        assert not await drained(one, 1.0)
         assert one.status.failure is not None
         assert one.status.failure.code == "error-database_encoding", one.status.failure
         await one.close(0.2)
@@ -386,7 +383,7 @@ def test_the_command_reads_a_server(
         one = await opened(server)
         for k in range(30):
             one.record(cycle_record(k))
-        assert await one.drain(10.0)
+        assert await drained(one, 10.0)
         await one.close(5.0)
 
     run(scene)

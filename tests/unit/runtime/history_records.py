@@ -1,7 +1,10 @@
 """Records of cycles for the tests of the historian: plain, and every oddity that fits the types."""
 
+import asyncio
 import math
+import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -20,14 +23,7 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.runtime import Applied, CycleRecord, EventRecord, SourceSample
-from thermaxis.runtime.history import (
-    Backlog,
-    Columns,
-    HistorianSettings,
-    Writer,
-    pack_event,
-    parse_url,
-)
+from thermaxis.runtime.history import HistorianSettings, SqlHistorian
 
 DEFAULTS = HistorianSettings()
 BEGIN = datetime(2026, 11, 3, 6, 0, 0, tzinfo=UTC)
@@ -204,6 +200,27 @@ class CountingClock:
         """Return at once."""
 
 
+def threadless(
+    path: Path, settings: HistorianSettings = DEFAULTS, outputs: Sequence[str] = OUTPUTS
+) -> SqlHistorian:
+    """Return a historian that stores when it is told to, and closes hours itself."""
+    one = SqlHistorian(
+        replace(settings, url=settings.url or url_of(path)), CountingClock(), beside=False
+    )
+    one._columns.outputs = tuple(outputs)
+    return one
+
+
+async def drained(one: SqlHistorian, most_s: float) -> bool:
+    """Wait until everything is stored; return whether it is."""
+    end_s = time.monotonic() + most_s
+    while one.status.waiting or one._backlog.unstated.number:
+        if time.monotonic() > end_s:
+            return False
+        await asyncio.to_thread(time.sleep, 0.01)
+    return True
+
+
 def write_history(
     path: Path,
     records: Sequence[CycleRecord] = (),
@@ -213,17 +230,15 @@ def write_history(
     settings: HistorianSettings = DEFAULTS,
 ) -> None:
     """Write records and events as one run of the program leaves them."""
-    columns, backlog = Columns(), Backlog(10**9)
-    columns.outputs = tuple(outputs)
+    one = threadless(path, settings, outputs)
     for record in records:
-        backlog.add_cycle(columns.row_of(record))
+        one.record(record)
     for event in events:
-        backlog.add_event(pack_event(event))
-    writer = Writer(parse_url(url_of(path)), settings, CountingClock(), backlog, beside=False)
-    assert writer.attempt()
-    writer.attempt()
-    assert writer.trouble is None
-    writer.close()
+        one.event(event)
+    assert one.attempt()
+    one.attempt()
+    assert one.status == (True, 0, 0, None)
+    one.disconnect()
 
 
 Builder = Callable[..., CycleRecord]

@@ -73,7 +73,7 @@ def test_paths_count_from_the_folder_of_the_file(
     assert found.machine.model_folder is not None
     assert found.machine.model_folder.resolve() == tmp_path / "models"
     assert found.state_file.resolve() == tmp_path / "machine.state.json"
-    assert Path(found.historian_url.removeprefix("sqlite:///")).resolve() == (
+    assert Path(found.historian.url.removeprefix("sqlite:///")).resolve() == (
         tmp_path / "history" / "lathe.db"
     )
 
@@ -269,7 +269,7 @@ WRONG = (
     ("models/lathe.json", "models/lath.json", "", ""),
     ('model_folder = "models"', 'model_folder = "modls"', "folder_not_found", ""),
     ("margin_k = 4.0", "margin_k = 0.0", "", "validity.margin_k"),
-    ("retention_days = 30", "retention_days = 0", "outside_range", "historian.retention_days"),
+    ("retention_days = 30", "retention_days = 0", "below_bound", "historian.retention_days"),
     (
         'kind = "opcua"\nconnection = "control"\nheart',
         'kind = "linuxcnc"\nheart',
@@ -419,13 +419,13 @@ SQLITE = 'url = "sqlite:///history/lathe.db"'
 def test_without_a_table_the_history_is_a_file_beside_the_configuration(tmp_path: Path) -> None:
     path = machine_file(tmp_path, (f"[historian]\n{SQLITE}\nretention_days = 30\n", ""))
     found = read_machine(path)
-    assert found.historian_url == f"sqlite:///{tmp_path / 'machine.history.db'}"
+    assert found.historian.url == f"sqlite:///{tmp_path / 'machine.history.db'}"
     assert found.historian.retention_days == 90.0
 
 
 def test_an_absolute_path_of_a_database_stays(tmp_path: Path) -> None:
     path = machine_file(tmp_path, (SQLITE, f'url = "sqlite:///{tmp_path}/x.db"'))
-    assert read_machine(path).historian_url == f"sqlite:///{tmp_path}/x.db"
+    assert read_machine(path).historian.url == f"sqlite:///{tmp_path}/x.db"
 
 
 def test_a_database_that_forgets_or_tells_is_refused(tmp_path: Path) -> None:
@@ -454,7 +454,7 @@ def test_postgresql_gets_its_password_from_a_file(tmp_path: Path) -> None:
     url = "postgresql+psycopg://a@plant.example/x?sslmode=verify-full"
     path = machine_file(tmp_path, (SQLITE, f'url = "{url}"\npassword_file = "secret"'))
     found = read_machine(path)
-    assert found.historian_url == url
+    assert found.historian.url == url
     assert found.historian.password.reveal() == "hunter2"
     assert "hunter2" not in repr(found)
 

@@ -14,10 +14,9 @@ import pytest
 
 from tests.unit.runtime.history_records import (
     BEGIN,
-    OUTPUTS,
-    CountingClock,
     cycle_record,
     event_record,
+    threadless,
     url_of,
     write_history,
 )
@@ -25,19 +24,8 @@ from thermaxis.cli import main
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime.history import (
-    Backlog,
-    Columns,
-    HistorianSettings,
-    HistoryReader,
-    Writer,
-    check_history,
-    copy_history,
-    export_history,
-    parse_url,
-)
+from thermaxis.runtime.history import HistoryReader, check_history, copy_history, export_history
 from thermaxis.runtime.history._backlog import Loss
-from thermaxis.runtime.history._writer import pack_event
 
 FORMATS = pytest.mark.parametrize("name", ["log.parquet", "log.csv"])
 
@@ -278,18 +266,16 @@ def test_events_with_control_characters_do_not_reach_the_terminal(
 def test_the_command_checks_a_history_and_tells_of_losses(
     history: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    backlog = Backlog(10**6)
-    writer = Writer(parse_url(url_of(history)), HistorianSettings(), CountingClock(), backlog)
-    backlog.add_loss(Loss(12, 3, 0, 10**6))
-    backlog.add_event(pack_event(event_record("x")))
-    writer.attempt()
+    writer = threadless(history)
+    writer._backlog.add_loss(Loss(12, 3, 0, 10**6))
+    writer.event(event_record("x"))
     writer.attempt()
     code, out, _ = command(capsys, "check", history)  # while the writer has it open
-    writer.close()
+    writer.disconnect()
     assert code == 0
     assert "sound" in out
     assert "600 cycles from 2026-11-03T06:00:00+00:00 to 2026-11-03T06:09:59+00:00" in out
-    assert "4 events, 2 starts" in out
+    assert "4 events, 1 starts" in out
     assert "12 cycles and 3 events were lost" in out
 
 
@@ -297,15 +283,12 @@ def test_a_copy_is_whole_while_the_writer_goes_on(
     history: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "copy.db"
-    columns, backlog = Columns(), Backlog(10**8)
-    columns.outputs = OUTPUTS
-    url, settings = parse_url(url_of(history)), HistorianSettings()
-    writer = Writer(url, settings, CountingClock(), backlog, beside=False)
+    writer = threadless(history)
     for k in range(600, 900):
-        backlog.add_cycle(columns.row_of(cycle_record(k, cycle_s=20.0)))
+        writer.record(cycle_record(k, cycle_s=20.0))
     writer.attempt()
     assert command(capsys, "copy", history, "-o", copy)[0] == 0
-    writer.close()
+    writer.disconnect()
     assert not copy.with_name("copy.db-wal").exists()
     copy.chmod(0o444)
     with HistoryReader(url_of(copy)) as reader:

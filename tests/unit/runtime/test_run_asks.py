@@ -63,7 +63,7 @@ def test_a_history_that_cannot_be_written_keeps_no_machine_from_running(
 
     monkeypatch.setattr(run, "_run", loop)
     path = machine_file(tmp_path)
-    file = Path(read_machine(path).historian_url.removeprefix("sqlite:///"))
+    file = Path(read_machine(path).historian.url.removeprefix("sqlite:///"))
     file.parent.mkdir(exist_ok=True)
     with sqlite3.connect(file) as other:
         other.execute("CREATE TABLE thermaxis_version (name TEXT, value INTEGER)")

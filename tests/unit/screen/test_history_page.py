@@ -62,8 +62,7 @@ class Stage:
         configuration = SimpleNamespace(
             name="lathe",
             path=path.with_name("machine.toml"),
-            historian_url=url_of(path),
-            historian=SimpleNamespace(password=Secret("")),
+            historian=SimpleNamespace(url=url_of(path), password=Secret("")),
             rules=SimpleNamespace(cycle_s=1.0),
             compensation=SimpleNamespace(model=model, cycle_s=1.0),
             probes=dict.fromkeys(probes),

@@ -94,8 +94,7 @@ def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> Machin
         nodes = probes_read(configuration)
         probe_source = sources.OpcUaSource(probes, nodes)
         source = sources.ProbedSource(source, probe_source, tuple(nodes), clock)
-    url, settings = configuration.historian_url, configuration.historian
-    recorder = history.SqlHistorian(url, settings, clock)
+    recorder = history.SqlHistorian(configuration.historian, clock)
     sink = build_sink(configuration, sessions, clock)
     return MachineParts(sessions, runtime.Ports(source, sink, recorder, clock), probes)
 

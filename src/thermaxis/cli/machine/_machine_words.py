@@ -269,7 +269,7 @@ def _at_once(value_s: float) -> str:
 
 def _surroundings(configuration: MachineConfiguration) -> Iterator[str]:
     yield (
-        f"Every cycle is recorded in {configuration.historian_url} for"
+        f"Every cycle is recorded in {configuration.historian.url} for"
         f" {configuration.historian.retention_days} days, about"
         f" {history_day_mb(configuration):.3g} MB a day; the state is kept in"
         f" {configuration.state_file}."

@@ -159,7 +159,7 @@ class _Parts(NamedTuple):
 
 def _about_history(configuration: runtime.MachineConfiguration) -> Iterator[runtime.Finding]:
     """Say whether the database can keep a history; one that is out of reach is waited for."""
-    url, key = configuration.historian_url, "historian.url"
+    url, key = configuration.historian.url, "historian.url"
     try:
         check_database(url, configuration.historian.password.reveal())
     except ConfigurationError as error:

@@ -123,7 +123,7 @@ def _address_of(arguments: argparse.Namespace) -> tuple[str, str]:
     refuse_foreign(arguments, "the URL of a database", "--password-file")
     if text.casefold().endswith(".toml"):
         machine = read_machine(text)
-        return machine.historian_url, machine.historian.password.reveal()
+        return machine.historian.url, machine.historian.password.reveal()
     return f"sqlite:///{text}", ""
 
 
@@ -213,7 +213,7 @@ def _condition_text(found: history.Condition) -> str:
         lines.append(f"{found.cycles} cycles from {times[0]} to {times[1]}")
     else:
         lines.append("no cycles")
-    lines.append(f"{found.events} events, {found.starts} starts of the historian")
+    lines.append(f"{found.events} events, {found.starts} starts of the loop")
     if found.lost_cycles or found.lost_events:
         lines.append(
             f"It says itself that {found.lost_cycles} cycles and {found.lost_events} events were"

@@ -141,7 +141,8 @@ class _Rehearsal:
             return NoHistorian()
 
         url = f"sqlite:///{self.history.absolute()}"
-        return SqlHistorian(url, self.configuration.historian, clock)
+        settings = replace(self.configuration.historian, url=url, folder=None)
+        return SqlHistorian(settings, clock)
 
     def _see(self, status: runtime.RuntimeStatus) -> None:
         lathe, output = self.lathe, status.output

@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     configuration = runtime.read_machine(arguments.configuration)
     try:
         with suppress(OSError):  # one that is out of reach is waited for
-            check_database(configuration.historian_url, configuration.historian.password.reveal())
+            check_database(configuration.historian.url, configuration.historian.password.reveal())
     except ConfigurationError as error:  # no reason to leave a machine alone
         sys.stderr.write(f"thermaxis: nothing is recorded: {sentence_of(error.message)}\n")
     threading.Thread(target=_print_lines, daemon=True).start()

@@ -21,7 +21,6 @@ from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime.config._contradictions import EVERY_ADDRESS
 from thermaxis.runtime.config._tables import MachineFile
-from thermaxis.runtime.history import HistorianSettings
 
 _SECURITY: Final = "Basic256Sha256"
 """Security policy of encrypted connections to the status server: every one of them offers it."""
@@ -101,10 +100,6 @@ class MachineConfiguration(MachineFile):
     """What holds for every model."""
     compensation: Compensation
     """Rules and model together."""
-    historian_url: str
-    """Database of the cycles, without a password; the path of SQLite is absolute."""
-    historian: HistorianSettings
-    """How cycles are recorded; the password is masked."""
 
     @property
     def name(self) -> str:

@@ -165,10 +165,11 @@ class _Reading:
             "machine": replace(file.machine, state_file=state_file),
             "connections": connections,
             "sink": sink,
+            "historian": history,
             "metrics": metrics,
             "screen": file.screen and replace(file.screen, password=password),
         }
-        self.problems += _overwritten(file, self.path, state_file, history[0])
+        self.problems += _overwritten(file, self.path, state_file, history.url)
         if self.problems:
             return self.problems
         return MachineConfiguration(
@@ -177,8 +178,6 @@ class _Reading:
             model=model,
             rules=rules,
             compensation=compensation,
-            historian_url=history[0],
-            historian=history[1],
         )
 
     def _attempt(self, key: str, build: Callable[[], _T]) -> _T | None:
@@ -201,12 +200,13 @@ class _Reading:
                 found |= {} if opened is None else {name: opened}
         return found
 
-    def _history(self) -> tuple[str, HistorianSettings]:
+    def _history(self) -> HistorianSettings:
         """Return where cycles are recorded."""
-        table, key = self.file.history, "historian.url"
+        table, key = self.file.historian, "historian.url"
         url = table.url or f"sqlite:///{self.path.stem}.history.db"
         refuse_password(url, key=key)
         scheme, secret = url.partition(":")[0].casefold(), secret_of("historian", table)
+        folder = table.folder
         if scheme == "sqlite":
             name = url.removeprefix("sqlite://")
             if name in _FORGOTTEN_DATABASES or not name.startswith("/") or "?" in name:
@@ -217,15 +217,11 @@ class _Reading:
             url = f"sqlite:///{self.path.parent / name[1:]}"
         elif scheme in _POSTGRESQL:
             check_encryption(url, key=key)
+            folder = folder or self.path.with_name(f"{self.path.stem}.postgresql")
         else:
             raise ConfigurationError("unknown_database", kind=scheme, place=Place(key=key))
-        keys = ("retention_days", "largest_waiting_bytes")
-        stated = {key: getattr(table, key) for key in keys if getattr(table, key) is not None}
-        folder = table.folder
-        if folder is None and scheme != "sqlite":
-            folder = self.path.with_name(f"{self.path.stem}.history")
         machine = self.file.machine.name
-        return url, HistorianSettings(password=secret, machine=machine, folder=folder, **stated)
+        return replace(table, url=url, password=secret, machine=machine, folder=folder)
 
 
 def open_connection(name: str, entry: ConnectionSettings) -> ConnectionSettings:

@@ -37,6 +37,7 @@ from thermaxis.runtime._keys import (
     located,
     read_as,
 )
+from thermaxis.runtime.history import HistorianSettings
 from thermaxis.runtime.host import is_loopback, refuse_readable
 from thermaxis.runtime.opcua import parse_node
 from thermaxis.runtime.sinks import HalSettings, LinuxCncSettings
@@ -289,34 +290,6 @@ class ValiditySettings:
 
 
 @final
-@dataclass(frozen=True, kw_only=True)
-class HistoryTable:
-    """``[historian]``: where every cycle is recorded."""
-
-    url: Text = ""
-    """`sqlite:///FILE`, or `postgresql+psycopg://user@host/database` without a password; another
-    computer needs `?sslmode=verify-full` or `verify-ca`; `require` proves nothing about who
-    answers, and is warned of. Default: nothing to set up. Without it: a file of SQLite with the
-    configuration's name and `.history.db`."""
-    password: Hidden[Secret] = Secret("")  # noqa: RUF009 - it cannot change
-    """Password of the database's user."""
-    password_file: FileName = None
-    """File whose first line is the database's password."""
-    password_environment: Text = ""
-    """Environment variable that holds it."""
-    folder: FileName = None
-    """Folder of the finished hours and days, Parquet files. Default: stays with its database.
-    Without it: `NAME.history` beside `NAME.history.db` of SQLite; with PostgreSQL `NAME.history`
-    beside the configuration."""
-    retention_days: int | None = None
-    """Days with records that are kept, 1 to 36 500. Default: a quarter. Without it: 90. [d]"""
-    largest_waiting_bytes: int | None = None
-    """Memory for what cannot be stored at the moment; then the oldest cycles are lost, and that is
-    stated. Default: seven hours at one second with four outputs and
-    eight channels. Without it: 32 MB. [byte]"""
-
-
-@final
 @dataclass(frozen=True)
 class ServerSettings:
     """``[server]``: the status server, OPC UA. Without this table there is none.
@@ -497,7 +470,7 @@ class MachineFile:
     """How long what is tolerated."""
     validity: ValiditySettings = ValiditySettings()
     """What follows outside the range of the training logs."""
-    history: Annotated[HistoryTable, Field(alias="historian")] = HistoryTable()
+    historian: HistorianSettings = field(default_factory=HistorianSettings)
     """Where every cycle is recorded."""
     server: Checked[ServerSettings] | None = None
     """The status server."""

@@ -72,7 +72,7 @@ def _advice(configuration: MachineConfiguration) -> Iterator[_Row]:
         yield open_to_all, "connection_unencrypted", key, {}
         long = one.timeout_s > slowest_s >= 1.0
         yield long, "timeout_long", key, {"timeout_s": one.timeout_s}
-    unproven = encryption_of(configuration.historian_url) is Encryption.UNPROVEN
+    unproven = encryption_of(configuration.historian.url) is Encryption.UNPROVEN
     yield unproven, "database_unproven", "historian.url", {}
     screen = configuration.screen
     if screen is not None:
@@ -157,7 +157,7 @@ def largest_of_training(output: Output) -> float | None:
 
 
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
-    state, url = configuration.state_file, configuration.historian_url
+    state, url = configuration.state_file, configuration.historian.url
     yield from _about_folder("machine.state_file", _there(state.parent), state)
     file = sqlite_file(url)
     if file is not None:

@@ -1,6 +1,3 @@
-from ._backlog import (
-    Backlog as Backlog,
-)
 from ._columns import (
     TIME as TIME,
     Columns as Columns,
@@ -20,6 +17,10 @@ from ._export import (
     copy_history as copy_history,
     export_history as export_history,
 )
+from ._historian import (
+    SqlHistorian as SqlHistorian,
+    pack_event as pack_event,
+)
 from ._integrity import (
     check_file as check_file,
 )
@@ -33,20 +34,9 @@ from ._reader import (
 from ._settings import (
     HistorianSettings as HistorianSettings,
 )
-from ._sql import (
-    SqlHistorian as SqlHistorian,
-)
-from ._store import (
-    FileWatch as FileWatch,
-    open_store as open_store,
-)
 from ._url import (
     Encryption as Encryption,
     check_encryption as check_encryption,
     encryption_of as encryption_of,
     refuse_password as refuse_password,
-)
-from ._writer import (
-    Writer as Writer,
-    pack_event as pack_event,
 )

@@ -25,6 +25,12 @@ class PackedEvent(NamedTuple):
     """JSON."""
 
 
+Item = Row | PackedEvent
+"""What waits."""
+_OBJECT_BYTES = 300  # an item with its tuples and numbers, measured with sys.getsizeof
+_ROOM = 0.95  # of the bound is left after room was made, so that events are seldom passed by
+
+
 class Loss(NamedTuple):
     """What was lost."""
 
@@ -37,212 +43,124 @@ class Loss(NamedTuple):
     last_us: int = 0
     """Latest time of day among them. [µs]"""
 
-    def __bool__(self) -> bool:
-        """Whether anything was lost."""
-        return self.cycles > 0 or self.events > 0
-
     def __or__(self, other: "Loss") -> "Loss":
         """Return both together."""
-        if not (self and other):
-            return self or other
-        return Loss(
-            self.cycles + other.cycles,
-            self.events + other.events,
-            min(self.first_us, other.first_us),
-            max(self.last_us, other.last_us),
-        )
-
-
-NO_LOSS = Loss()
-"""Nothing was lost."""
-
-
-class Item(NamedTuple):
-    """Something that waits."""
-
-    seq: int
-    """Its number in this run: items are stored in this order. [1]"""
-    content: Row | PackedEvent
-    """A cycle or an event."""
-    size: int
-    """Memory that it is counted with. [byte]"""
-    states: Loss | None = None
-    """The loss that an event of the historian itself tells of; None for everything else."""
+        if not (self.number and other.number):
+            return self if self.number else other
+        first_us, last_us = min(self.first_us, other.first_us), max(self.last_us, other.last_us)
+        return Loss(self.cycles + other.cycles, self.events + other.events, first_us, last_us)
 
     @property
-    def as_loss(self) -> Loss:
-        """What is lost with it."""
-        time_us = self.content.utc_us
-        cycles = int(isinstance(self.content, Row))
-        return Loss(cycles, 1 - cycles, time_us, time_us)
-
-
-_OBJECT_BYTES = 300  # an item with its tuples and numbers, measured with sys.getsizeof
+    def number(self) -> int:
+        """Cycles and events together. [1]"""
+        return self.cycles + self.events
 
 
 @final
 class Backlog:
     """Cycles and events that wait, for one thread that adds and one that stores.
 
-    Too much is never kept: the oldest cycles go first, events only when they alone take a quarter
+    Too much is never kept: the oldest cycles go first, events only where they alone take a quarter
     of the memory. What is being stored at the moment is never dropped.
     """
 
     def __init__(self, largest_bytes: int) -> None:
         self._largest = largest_bytes
         self._lock = threading.Lock()
-        self._cycles: deque[Item] = deque()
-        self._events: deque[Item] = deque()
+        self._items: deque[Item] = deque()
         self._flying: list[Item] = []
-        self._bytes = 0
-        self._event_bytes = 0
-        self._seq = 0
-        self._unstated = NO_LOSS
-        self._lost = 0
+        self._bytes = {Row: 0, PackedEvent: 0}
         self._closed = False
+        self.lost = 0
+        """What was lost since the start. [1]"""
+        self.unstated = Loss()
+        """The loss that no event tells of yet."""
         self.arrived = threading.Event()
-        """Set while something waits."""
-        self.empty = threading.Event()
-        """Set while nothing waits."""
-        self.empty.set()
+        """Set when something has come."""
 
     @property
     def waiting(self) -> int:
         """What waits or is being stored. [1]"""
-        return len(self._cycles) + len(self._events) + len(self._flying)
+        return len(self._items) + len(self._flying)
 
-    @property
-    def lost(self) -> int:
-        """What was lost since the start. [1]"""
-        return self._lost
-
-    def add_cycle(self, packed: Row) -> None:
-        """Take a cycle."""
-        size = _OBJECT_BYTES + packed.size
+    def add(self, item: Item) -> None:
+        """Take a cycle or an event."""
         with self._lock:
-            self.empty.clear()
+            self._weigh(item, 1)
+            self._items.append(item)
             if self._closed:
-                self._count(Loss(1, 0, packed.utc_us, packed.utc_us))
-                return
-            self._cycles.append(Item(self._next(), packed, size))
-            self._bytes += size
-            self._keep_bound()
-        self.arrived.set()
-
-    def add_event(self, packed: PackedEvent, states: Loss | None = None) -> None:
-        """Take an event; with the loss that it tells of, it is one of the historian itself."""
-        size = 2 * _OBJECT_BYTES + len(packed.who) + len(packed.text) + len(packed.details)
-        with self._lock:
-            self.empty.clear()
-            item = Item(self._next(), packed, size, states)
-            if self._closed:
-                self._lose(item)
-                return
-            self._events.append(item)
-            self._bytes += size
-            self._event_bytes += size
-            self._keep_bound()
+                self._lose(self._items.pop())
+            self._make_room()
         self.arrived.set()
 
     def add_loss(self, loss: Loss) -> None:
         """Count something as lost that was never taken."""
         with self._lock:
             self._count(loss)
+        self.arrived.set()
 
     def take(self, most: int) -> Sequence[Item]:
-        """Return the oldest items in their order; they stay here until `stored` or `put_back`."""
+        """Return the oldest items; they stay here until `stored`, `put_back` or `drop_taken`."""
         with self._lock:
-            if not self._flying:
-                queues = (self._cycles, self._events)
-                while len(self._flying) < most and any(queues):
-                    queue = min((q for q in queues if q), key=lambda q: q[0].seq)
-                    self._flying.append(queue.popleft())
-                self._rest()
+            while self._items and len(self._flying) < most:
+                self._flying.append(self._items.popleft())
             return tuple(self._flying)
 
-    def stored(self) -> None:
-        """Forget what was taken: it is stored."""
+    def stored(self, stated: Loss = Loss()) -> None:  # noqa: B008 - it cannot change
+        """Forget what was taken: it is stored, with an event that tells of a loss."""
         with self._lock:
-            self._forget(self._flying)
+            for item in self._flying:
+                self._weigh(item, -1)
             self._flying = []
-            self._rest()
+            cycles, events = (a - b for a, b in zip(self.unstated[:2], stated[:2], strict=True))
+            self.unstated = self.unstated._replace(cycles=cycles, events=events)
 
-    def put_back(self, stored_seq: int = -1) -> None:
-        """Let what was taken wait again, but for what is stored all the same up to a number.
-
-        The database says so after a connection was lost whose last answer never came.
-        """
+    def put_back(self) -> None:
+        """Let what was taken wait again."""
         with self._lock:
-            self._forget([item for item in self._flying if item.seq <= stored_seq])
-            for item in reversed(self._flying):
-                if item.seq > stored_seq:
-                    queue = self._cycles if isinstance(item.content, Row) else self._events
-                    queue.appendleft(item)
+            self._items.extendleft(reversed(self._flying))
             self._flying = []
-            self._keep_bound()
-            self._rest()
+            self._make_room()
 
     def drop_taken(self) -> None:
         """Count what was taken as lost: the database refuses it for what it is."""
         with self._lock:
             for item in self._flying:
                 self._lose(item)
-            self._forget(self._flying)
             self._flying = []
-            self._rest()
-
-    def take_loss(self) -> Loss:
-        """Return the loss that no event tells of yet; it is then taken as told."""
-        with self._lock:
-            loss, self._unstated = self._unstated, NO_LOSS
-            return loss
 
     def give_up(self) -> None:
         """Count everything that waits as lost, and take nothing any more."""
+        self.put_back()
         with self._lock:
             self._closed = True
-            for queue in (self._flying, self._cycles, self._events):
-                for item in queue:
-                    self._lose(item)
-            self._cycles.clear()
-            self._events.clear()
-            self._flying = []
-            self._bytes = self._event_bytes = 0
+            while self._items:
+                self._lose(self._items.popleft())
 
     # ---- with the lock held ---------------------------------------------------------------------
 
-    def _next(self) -> int:
-        self._seq += 1
-        return self._seq
+    def _weigh(self, item: Item, sign: int) -> None:
+        size = item.size if isinstance(item, Row) else sum(map(len, item[1:]))
+        self._bytes[type(item)] += sign * (_OBJECT_BYTES + size)
 
     def _count(self, loss: Loss) -> None:
-        self._lost += loss.cycles + loss.events
-        self._unstated |= loss
+        self.lost += loss.number
+        self.unstated |= loss
 
     def _lose(self, item: Item) -> None:
-        if item.states is None:
-            self._count(item.as_loss)
-        else:  # what it tells of was counted before; another event must tell of it
-            self._unstated |= item.states
+        self._weigh(item, -1)
+        cycles = int(isinstance(item, Row))
+        self._count(Loss(cycles, 1 - cycles, item.utc_us, item.utc_us))
 
-    def _forget(self, items: Sequence[Item]) -> None:
-        for item in items:
-            self._bytes -= item.size
-            if isinstance(item.content, PackedEvent):
-                self._event_bytes -= item.size
-
-    def _keep_bound(self) -> None:
-        while self._events and self._event_bytes > self._largest // 4:
-            self._drop(self._events)
-        while self._cycles and self._bytes > self._largest:
-            self._drop(self._cycles)
-
-    def _drop(self, queue: deque[Item]) -> None:
-        item = queue.popleft()
-        self._forget([item])
-        self._lose(item)
-
-    def _rest(self) -> None:
-        if not (self._cycles or self._events or self._flying):
-            self.arrived.clear()
-            self.empty.set()
+    def _make_room(self) -> None:
+        if sum(self._bytes.values()) <= self._largest:
+            return
+        kept: list[Item] = []
+        while self._items and sum(self._bytes.values()) > _ROOM * self._largest:
+            item = self._items.popleft()
+            many_events = self._bytes[PackedEvent] > self._largest // 4
+            if isinstance(item, PackedEvent) == many_events:
+                self._lose(item)
+            else:
+                kept.append(item)
+        self._items.extendleft(reversed(kept))

@@ -6,9 +6,9 @@ memory nor its computing is the loop's.
 
 import json
 import os
+import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import suppress
 from datetime import date
@@ -21,19 +21,20 @@ from thermaxis.codes import Place
 from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.runtime.history._database import parse_url, printable_cause, reading_engine
 from thermaxis.runtime.history._parts import (
+    Part,
     day_folder,
     days_of,
     join_parts,
-    may_join,
     parts_of,
     remove_remains,
     write_part,
 )
-from thermaxis.runtime.history._tables import CLOSED_IN, known_of, read_rows
+from thermaxis.runtime.history._tables import CLOSED, known_of, rows
 
 _NICENESS: Final = 10
-_LONGEST_S: Final = 600.0
-_WRITTEN: Final = "written"
+_LONGEST_S: Final = 1800
+WRITTEN: Final = "written"
+"""What it says once the rows are in a file."""
 
 
 class Order(NamedTuple):
@@ -55,28 +56,25 @@ class Order(NamedTuple):
     """Folder of the machine."""
 
 
-def close(order: Order, password: str = "") -> None:
-    """Write rows as a part."""
+def done(order: Order, password: str = "") -> Iterator[str]:
+    """Write rows as a part and say so; join finished days and say which cannot be: they stay."""
+    import polars as pl  # noqa: PLC0415 - the loop's own process does without
+
     folder = Path(order.folder)
     remove_remains(folder)
     engine = reading_engine(parse_url(order.url, password))
     try:
         with engine.connect() as connection:
-            if known_of(connection).get(CLOSED_IN) == order.folder and not folder.is_dir():
-                raise DataError("history_folder_lost", place=Place(order.folder))  # a disk is away
-            cycles = read_rows(connection, order.table, ids=(order.first, order.last))
+            if known_of(connection)[CLOSED] != "0" and not folder.is_dir():  # a disk is away
+                raise DataError("history_folder_lost", place=Place(order.folder))
+            part = Part(order.first, order.last, day_folder(folder, date.fromisoformat(order.day)))
+            write_part(part, rows(connection, order.table, (order.first, order.last)))
     finally:
         engine.dispose()
-    write_part(cycles, day_folder(folder, date.fromisoformat(order.day)))
-
-
-def join_days(order: Order) -> Iterator[str]:
-    """Join the parts of finished days; yield why one cannot be joined; its parts stay."""
-    import polars as pl  # noqa: PLC0415 - the loop's own process does without
-
-    for day, path in days_of(Path(order.folder)).items():
+    yield WRITTEN
+    for day, path in days_of(folder).items():
         try:
-            if day.isoformat() != order.open_day and may_join(parts := parts_of(path)):
+            if day.isoformat() != order.open_day and len(parts := parts_of(path)) > 1:
                 join_parts(parts)
         except (ThermaxisError, OSError, pl.exceptions.PolarsError) as error:
             yield f"{day}: {printable_cause(error)}"
@@ -88,45 +86,36 @@ class Closing:
 
     def __init__(self, order: Order, password: str = "") -> None:
         self.order = order
-        self._end_s = time.monotonic() + _LONGEST_S
-        self._late = False
         self._child = subprocess.Popen(  # noqa: S603 - this interpreter, a module of ours
             [sys.executable, "-P", "-m", __name__],  # -P: no file of the working folder
             env={"POLARS_MAX_THREADS": "1", **os.environ},  # least memory, and one core at most
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
             text=True,
         )
+        asked = json.dumps({"order": order, "password": password, "longest_s": _LONGEST_S})
         if self._child.stdin is not None:
             with suppress(BrokenPipeError):
-                self._child.stdin.write(json.dumps({"order": order, "password": password}))
+                self._child.stdin.write(asked)
                 self._child.stdin.close()
             self._child.stdin = None  # what `communicate` would flush
 
     def ended(self) -> bool:
-        """Return whether it has ended; one that hangs is ended."""
-        going = self._child.poll() is None
-        if going and time.monotonic() >= self._end_s:
-            self._late = True
-            self._child.kill()
-        return not going
+        """Return whether it has ended."""
+        return self._child.poll() is not None
 
-    def result(self) -> tuple[bool, str]:
-        """Return whether the part is written, and what else has failed; once it has ended."""
-        said, failed = self._child.communicate(timeout=10.0)
-        written, _, why = said.strip().replace("\n", "; ").partition("; ")
-        if self._late:
-            why = f"not done after {_LONGEST_S:g} s"
-        elif self._child.returncode:
-            why = failed.strip().rpartition("\n")[2] or f"exit code {self._child.returncode}"
-        return written == _WRITTEN, why[:300]
+    def result(self) -> list[str]:
+        """Return what it has said once it has ended: first whether the part is written."""
+        said = self._child.communicate()[0].strip().splitlines()
+        if self._child.returncode == -signal.SIGALRM:
+            return [*said, f"not done after {_LONGEST_S} s"]
+        return said or [f"exit code {self._child.returncode}"]
 
     def end(self) -> None:
         """End it; what it has begun is done again."""
         self._child.kill()
-        with suppress(subprocess.TimeoutExpired):
-            self.result()
+        self._child.communicate()
 
 
 def _main() -> int:
@@ -134,14 +123,13 @@ def _main() -> int:
     with suppress(OSError):  # where memory runs out it is this program that goes, never the loop
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
     asked = json.load(sys.stdin)
+    signal.alarm(asked["longest_s"])  # one that hangs is ended by the system
     try:
-        close(order := Order(*asked["order"]), asked["password"])
+        for line in done(Order(*asked["order"]), asked["password"]):
+            print(line, flush=True)  # noqa: T201 - what follows may fail, and undoes nothing of it
     except (ThermaxisError, SQLAlchemyError, OSError) as error:
-        sys.stderr.write(f"{printable_cause(error)}\n")
+        print(printable_cause(error))  # noqa: T201 - as above
         return 1
-    print(_WRITTEN, flush=True)  # noqa: T201 - what follows may fail, and undoes nothing of it
-    for why in join_days(order):
-        print(why, flush=True)  # noqa: T201 - as above
     return 0
 
 

@@ -154,7 +154,7 @@ class Condition:
     cycles: int
     """Cycles. [1]"""
     starts: int
-    """How often a program began to write. [1]"""
+    """How often the loop was started. [1]"""
     events: int
     """Events. [1]"""
     lost_cycles: int
@@ -190,7 +190,7 @@ def check_history(
         return Condition(
             *span,
             cycles=int(cycles),
-            starts=reader.starts(),
+            starts=sum(event.kind == "start" for event in events),
             events=len(events),
             lost_cycles=sum(int(details.get("cycles") or 0) for details in losses),
             lost_events=sum(int(details.get("events") or 0) for details in losses),

@@ -1,4 +1,4 @@
-"""Whether SQLite's file is sound, and what becomes of one that is not."""
+"""Whether SQLite's file is sound, what becomes of one that is not, and who may write to it."""
 
 import sqlite3
 from datetime import datetime
@@ -10,7 +10,6 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import file_lock
 
-_MAGIC = b"SQLite format 3\0"
 _DAMAGE = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
@@ -24,7 +23,9 @@ def check_file(path: Path) -> str:
     """Look through SQLite's file; return what is wrong, empty if nothing is."""
     if not path.exists() or path.stat().st_size == 0:
         return ""
-    _refuse_text(path)
+    with path.open("rb") as stream:
+        if b"\0" not in stream.read(4096):
+            raise ConfigurationError("text_no_database", place=Place(str(path)))
     # Reading only: what a sudden end has left in the log is looked at where it is.
     address = f"{path.resolve().as_uri()}?mode=ro"
     connection = sqlite3.connect(address, uri=True, timeout=5.0, isolation_level=None)
@@ -39,26 +40,9 @@ def check_file(path: Path) -> str:
     return "" if lines == ["ok"] else "; ".join(lines)[:300]
 
 
-def _refuse_text(path: Path) -> None:
-    with path.open("rb") as stream:
-        start = stream.read(4096)
-    if start.startswith(_MAGIC) or b"\0" in start:
-        return
-    try:
-        start.decode("utf-8")
-    except UnicodeDecodeError:
-        return
-    raise ConfigurationError("text_no_database", place=Place(str(path)))
-
-
 def put_aside(path: Path, utc: datetime) -> Path:
     """Rename a damaged file, with its log, so that a new one can be begun."""
-    stem = f"{path.name}.damaged-{utc:%Y%m%dT%H%M%SZ}"
-    target = path.with_name(stem)
-    number = 1
-    while target.exists():
-        number += 1
-        target = path.with_name(f"{stem}-{number}")
+    target = path.with_name(f"{path.name}.damaged-{utc:%Y%m%dT%H%M%S.%fZ}")
     for suffix in ("-wal", ""):
         part = path.with_name(path.name + suffix)
         if part.exists():

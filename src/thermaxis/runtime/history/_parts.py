@@ -9,8 +9,8 @@ one of its day has been joined to it and does not count.
 
 import os
 import re
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -18,20 +18,16 @@ from urllib.parse import quote
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.runtime.history._columns import ID, TIME
+from thermaxis.runtime.history._columns import TIME
 
 if TYPE_CHECKING:
     import polars as pl
 
 MINUTE: Final = "minute_utc"
 """Begin of a minute."""
-STATISTICS: Final = ("count", "least", "greatest", "mean")
-"""What is kept of every number in a minute, as the ends of the columns' names."""
 _PART = re.compile(r"cycles-(\d{12})-(\d{12})\.parquet")
 _ZSTD_LEVEL = 9
-_ROW_GROUP = 16_000  # less memory than larger ones, and hardly more bytes
-_MOST_JOINED = 150_000_000  # values; they take some 700 MB of memory
-_COMPARED_AT_ONCE = 50
+_GROUP_VALUES = 2_000_000  # in a row group: what bounds the memory of writing, 100 to 200 MB in all
 
 
 class Part(NamedTuple):
@@ -79,13 +75,16 @@ def days_of(folder: Path) -> dict[date, Path]:
     return found
 
 
-def parts_of(folder: Path) -> list[Part]:
-    """Return the parts of a day in the order of recording, without those joined to others."""
+def _every_part(folder: Path) -> list[Part]:
     names = (_PART.fullmatch(path.name) for path in folder.glob("cycles-*.parquet"))
     every = [Part(int(name[1]), int(name[2]), folder) for name in names if name]
-    every.sort(key=lambda part: (part.first, -part.last))
+    return sorted(every, key=lambda part: (part.first, -part.last))
+
+
+def parts_of(folder: Path) -> list[Part]:
+    """Return the parts of a day in the order of recording, without those joined to others."""
     counted: list[Part] = []
-    for part in every:
+    for part in _every_part(folder):
         if not counted or part.last > counted[-1].last:
             counted.append(part)
     return counted
@@ -98,6 +97,15 @@ def last_id(folder: Path) -> int:
     )
 
 
+def remove_remains(folder: Path) -> None:
+    """Remove what a sudden end has left of files that were being written or joined."""
+    for path in folder.glob("day=*/*.part"):
+        path.unlink(missing_ok=True)
+    for path in days_of(folder).values():
+        for part in set(_every_part(path)) - set(parts_of(path)):
+            part.remove()
+
+
 # ---- writing ------------------------------------------------------------------------------------
 
 
@@ -105,34 +113,32 @@ def minutes_of(cycles: "pl.LazyFrame") -> "pl.LazyFrame":
     """Return count, least, greatest and mean of every number in every minute."""
     import polars as pl  # noqa: PLC0415 - the loop's own process does without
 
-    numbers = [
-        name
-        for name, kind in cycles.collect_schema().items()
-        if kind in {pl.Float64(), pl.Boolean()} and not name.endswith("_age_s")
-    ]
+    schema = cycles.collect_schema().items()
+    kinds = (pl.Float64(), pl.Boolean())
+    numbers = [name for name, kind in schema if kind in kinds and not name.endswith("_age_s")]
+    value = pl.col(numbers).cast(pl.Float64)
     minute = pl.col(TIME).dt.truncate("1m").alias(MINUTE)
-    values = [pl.col(name).cast(pl.Float64) for name in numbers]
     return (
         cycles.group_by(minute)
         .agg(
-            *[value.count().name.suffix("_count") for value in values],
-            *[value.min().name.suffix("_least") for value in values],
-            *[value.max().name.suffix("_greatest") for value in values],
-            *[value.mean().name.suffix("_mean") for value in values],
+            value.count().name.suffix("_count"),
+            value.min().name.suffix("_least"),
+            value.max().name.suffix("_greatest"),
+            value.mean().name.suffix("_mean"),
         )
         .sort(MINUTE)
     )
 
 
-def write_part(cycles: "pl.DataFrame", folder: Path) -> Part:
-    """Write the cycles of an hour with their minutes.
+def write_part(part: Part, rows: "Iterator[pl.DataFrame]") -> Part:
+    """Write the cycles of an hour with their minutes, in memory that does not grow with it.
 
     Parameters
     ----------
-    cycles : polars.DataFrame
-        Cycles of one day and one layout, in the order of recording.
-    folder : Path
-        Folder of the day; it is made.
+    part : Part
+        What is to be written; the folder of its day is made.
+    rows : iterator of polars.DataFrame
+        Its cycles in the order of recording; the first frame has the columns and none of them.
 
     Returns
     -------
@@ -146,26 +152,18 @@ def write_part(cycles: "pl.DataFrame", folder: Path) -> Part:
     OSError
         If it cannot be written.
     """
-    part = Part(int(cycles[ID][0]), int(cycles[ID][-1]), folder)
-    if cycles.height != part.last - part.first + 1:
-        raise DataError("part_incomplete", place=Place(str(part.cycles)))
-    folder.mkdir(parents=True, exist_ok=True)
-    minutes = minutes_of(cycles.lazy()).collect()
-    for frame, path in ((minutes, part.minutes), (cycles, part.cycles)):
-        with _replacing(path) as target:
-            _write(frame.lazy(), target)
-            _require_equal(frame, target)
-    return part
-
-
-def may_join(parts: Sequence[Part]) -> bool:
-    """Return whether there are parts to join, and memory for all their values."""
     import polars as pl  # noqa: PLC0415 - see above
 
-    if len(parts) < 2:
-        return False
-    width = len(pl.read_parquet_schema(parts[-1].cycles))
-    return width * sum(part.last - part.first + 1 for part in parts) <= _MOST_JOINED
+    part.folder.mkdir(parents=True, exist_ok=True)
+    with _written(part.cycles, next(rows).schema, lambda: rows) as (target, number):
+        if number != part.last - part.first + 1:
+            raise DataError("part_incomplete", place=Place(str(part.cycles)))
+        minutes = minutes_of(pl.scan_parquet(target, hive_partitioning=False)).collect(
+            engine="streaming"
+        )
+        with _written(part.minutes, minutes.schema, lambda: iter([minutes])):
+            pass
+    return part
 
 
 def join_parts(parts: Sequence[Part]) -> Part:
@@ -174,73 +172,75 @@ def join_parts(parts: Sequence[Part]) -> Part:
 
     joined = Part(parts[0].first, max(part.last for part in parts), parts[0].folder)
     for kind in ("minutes", "cycles"):
-        sources = [getattr(part, kind) for part in parts]
-        scans = [pl.scan_parquet(path, hive_partitioning=False) for path in sources]
-        every = pl.concat(scans, how="diagonal")
-        with _replacing(getattr(joined, kind)) as target:
-            _write(every, target)
-            written = pl.scan_parquet(target, hive_partitioning=False)
-            sums = [scan.select(pl.len(), pl.all().hash().sum()) for scan in (every, written)]
-            found = [one.collect(engine="streaming") for one in sums]
-            if not found[0].equals(found[1]):
-                raise DataError("part_not_read_back", place=Place(str(target)))
+        paths: list[Path] = [getattr(part, kind) for part in parts]
+        none = [pl.DataFrame(schema=pl.read_parquet_schema(path)) for path in paths]
+        schema = pl.concat(none, how="diagonal").schema
+        with _written(getattr(joined, kind), schema, lambda p=paths, s=schema: _pieces(p, s)):
+            pass
     for part in parts:
         if part[:2] != joined[:2]:
             part.remove()
     return joined
 
 
-class _replacing:  # noqa: N801 - used as a word of a with statement
-    """Gives a name to write under, and puts the file in its place when all went well."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._target = path.with_name(f"{path.name}.{os.getpid()}.part")
-
-    def __enter__(self) -> Path:
-        """Return the name to write under."""
-        return self._target
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        """Put it in place, or away."""
-        if kind is not None:
-            self._target.unlink(missing_ok=True)
-            return
-        self._target.replace(self._path)
-        descriptor = os.open(self._path.parent, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-
-
-def _write(frame: "pl.LazyFrame", target: Path) -> None:
-    frame.sink_parquet(
-        target,
-        compression="zstd",
-        compression_level=_ZSTD_LEVEL,
-        row_group_size=_ROW_GROUP,
-        sync_on_close="all",
-    )
-
-
-def _require_equal(frame: "pl.DataFrame", path: Path) -> None:
-    """Read a file back, some columns at a time."""
+def _pieces(paths: Sequence[Path], schema: "pl.Schema") -> "Iterator[pl.DataFrame]":
+    """Yield what files hold, a row group at a time, with all columns."""
     import polars as pl  # noqa: PLC0415 - see above
 
-    for first in range(0, frame.width, _COMPARED_AT_ONCE):
-        some = frame.columns[first : first + _COMPARED_AT_ONCE]
-        if not pl.read_parquet(path, columns=some, hive_partitioning=False).equals(frame[some]):
+    size = _group_rows(schema)
+    for path in paths:
+        scan = pl.scan_parquet(
+            path, schema=schema, missing_columns="insert", hive_partitioning=False
+        )
+        number = int(scan.select(pl.len()).collect().item())
+        yield from (scan.slice(first, size).collect() for first in range(0, number, size))
+
+
+def _group_rows(schema: "pl.Schema") -> int:
+    return max(1000, _GROUP_VALUES // len(schema))
+
+
+@contextmanager
+def _written(
+    path: Path, schema: "pl.Schema", frames: "Callable[[], Iterator[pl.DataFrame]]"
+) -> Generator[tuple[Path, int]]:
+    """Write frames under another name, read back, compare; put in place what raises nothing.
+
+    Yields
+    ------
+    tuple of Path and int
+        The file under its other name, and its rows. [1]
+    """
+    import polars as pl  # noqa: PLC0415 - see above
+    from polars.io.plugins import register_io_source  # noqa: PLC0415 - see above
+
+    sums = pl.len().alias(""), pl.all().hash().sum()
+    total = pl.DataFrame(schema=schema).select(sums)
+
+    def counted(*_: object) -> "Iterator[pl.DataFrame]":
+        nonlocal total
+        for frame in frames():
+            total = pl.concat([total, frame.select(sums)]).sum()
+            yield frame
+
+    target = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        register_io_source(counted, schema=schema).sink_parquet(
+            target,
+            compression="zstd",
+            compression_level=_ZSTD_LEVEL,
+            row_group_size=_group_rows(schema),
+            sync_on_close="all",
+        )
+        read = [frame.select(sums) for frame in _pieces([target], schema)]
+        if not pl.concat([total.clear(), *read]).sum().equals(total):
             raise DataError("part_not_read_back", place=Place(str(path)))
-
-
-def remove_remains(folder: Path) -> None:
-    """Remove what a sudden end has left of files that were being written or joined."""
-    for path in folder.glob("day=*/*.part"):
-        path.unlink(missing_ok=True)
-    for path in days_of(folder).values():
-        kept = {part.cycles for part in parts_of(path)}
-        for file in path.glob("cycles-*.parquet"):
-            name = _PART.fullmatch(file.name)
-            if name and file not in kept:
-                Part(int(name[1]), int(name[2]), path).remove()
+        yield target, int(total.item(0, 0))
+        target.replace(path)
+    finally:
+        target.unlink(missing_ok=True)
+    descriptor = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -9,10 +9,10 @@ import sqlite3
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Self, TypeVar, final
+from typing import Any, Final, Self, TypeVar, final
 
 import polars as pl
 import sqlalchemy as sa
@@ -65,14 +65,6 @@ class Trend:
     """Mean of each."""
     highest: tuple[float, ...]
     """Greatest value of each."""
-
-
-class _Stored(NamedTuple):
-    """Where the cycles of a span are."""
-
-    parts: list[Part]
-    rows: pl.DataFrame
-    closed: int
 
 
 @final
@@ -178,34 +170,21 @@ class HistoryReader:
 
     def span(self) -> tuple[datetime, datetime] | None:
         """Return the earliest and the latest time of a cycle, None where there is none."""
-        closed, times = 0, list[datetime]()
-        with self._asked() as connection:
-            closed = self._closed(connection)
-            for name in t.cycle_tables(connection):
-                c = t.named(name).c
-                query = sa.select(sa.func.min(c[TIME]), sa.func.max(c[TIME])).where(c[ID] > closed)
-                times += [_utc(moment) for moment in connection.execute(query).one() if moment]
+        return self.retried(self._ends)
 
-        times += self.retried(lambda: self._ends(closed))
-        return (min(times), max(times)) if times else None
-
-    def _ends(self, closed: int) -> list[datetime]:
-        """Return the earliest and the latest time in the files: of the first and the last day."""
-        days = [parts for _, parts in self._days(closed) if parts]
-        files = [part.cycles for parts in (*days[:1], *days[-1:]) for part in parts]
-        if not files:
-            return []
-        time = pl.scan_parquet(files, schema={TIME: _UTC}, **_ANY).select(TIME)
-        both = time.select(pl.min(TIME).alias("first"), pl.max(TIME).alias("last"))
-        return list(both.collect().row(0))
-
-    def _closed(self, connection: sa.Connection) -> int:
-        return int(t.known_of(connection).get(t.CLOSED, "0"))
+    def _ends(self) -> tuple[datetime, datetime] | None:
+        rows, parts, _ = self._stored((None, None), ())
+        days = parts[:1] + parts[-1:]  # as hours of one day are
+        files = [part for part in parts if part.folder in {day.folder for day in days}]
+        time = pl.concat([rows.lazy().select(TIME), self._scan(files, {TIME: _UTC})])
+        first, last = time.select(first=pl.min(TIME), last=pl.max(TIME)).collect().row(0)
+        return None if first is None else (first, last)
 
     def columns(self, first: datetime | None = None, last: datetime | None = None) -> pl.Schema:
         """Return the columns of the cycles in a span of days with their types."""
-        stored = self._stored((_utc_or_none(first), _utc_or_none(last)), None, bare=True)
-        return self._schema(stored)
+        return self._schema(
+            *self._stored((_utc_or_none(first), _utc_or_none(last)), None, none=True)
+        )
 
     def cycles(
         self,
@@ -235,56 +214,61 @@ class HistoryReader:
             If the history cannot be read.
         """
         span = _utc_or_none(first), _utc_or_none(last)
-        wanted = None if columns is None else list(columns)
-        stored = self._stored(span, wanted)
-        schema = {ID: pl.Int64(), TIME: _UTC, **self._schema(stored)}
-        if wanted is not None:
-            schema = {name: kind for name, kind in schema.items() if name in {ID, TIME, *wanted}}
-        frames = [stored.rows.lazy()]
-        if stored.parts:
-            files = [part.cycles for part in stored.parts]
-            scan = pl.scan_parquet(files, schema=schema, **_ANY).filter(pl.col(ID) <= stored.closed)
-            ends = [part.last for part in stored.parts]
-            if any(part.first <= end for part, end in zip(stored.parts[1:], ends, strict=False)):
-                scan = scan.sort(ID)  # a clock went back, and a day was gone on with
-            frames.insert(0, scan)
-        found = pl.concat(frames, how="diagonal").select(list(schema))
+        wanted = None if columns is None else {ID, TIME, *columns}
+        rows, parts, closed = self._stored(span, columns if columns is None else list(columns))
+        schema = {ID: pl.Int64(), TIME: _UTC, **self._schema(rows, parts, closed)}
+        schema = {name: kind for name, kind in schema.items() if wanted is None or name in wanted}
+        scan = self._scan(parts, schema).filter(pl.col(ID) <= closed)
+        ends = [part.last for part in parts]
+        if any(part.first <= end for part, end in zip(parts[1:], ends, strict=False)):
+            scan = scan.sort(ID)  # a clock went back, and a day was gone on with
+        found = pl.concat([scan, rows.lazy()], how="diagonal").select(list(schema))
         return found.filter(*_inside(TIME, span))
 
-    def _stored(self, span: Span, columns: Sequence[str] | None, *, bare: bool = False) -> _Stored:
-        with self._asked() as connection:
-            closed = self._closed(connection)
-            frames = [
-                t.read_rows(
-                    connection, name, ids=(closed + 1, 2**62), span=span, columns=columns, bare=bare
-                )
-                for name in t.cycle_tables(connection)
-            ]
-        rows = pl.concat(
-            [pl.DataFrame(schema={ID: pl.Int64(), TIME: _UTC}), *frames], how="diagonal"
+    def _scan(
+        self, parts: Sequence[Part], schema: Mapping[str, pl.DataType], kind: str = "cycles"
+    ) -> pl.LazyFrame:
+        """Return columns of files, null where one lacks them."""
+        if not parts:
+            return pl.LazyFrame(schema=schema)
+        return pl.scan_parquet(
+            [getattr(part, kind) for part in parts],
+            schema=schema,
+            missing_columns="insert",
+            extra_columns="ignore",
+            hive_partitioning=False,
         )
+
+    def _stored(
+        self, span: Span, columns: Sequence[str] | None, *, none: bool = False
+    ) -> tuple[pl.DataFrame, list[Part], int]:
+        """Return rows of a span, files of its days, and up to which id these count.
+
+        Of a file that is newer the rows are still in the database. With `none` no row is among
+        them, but all columns are.
+        """
+        frames = [pl.DataFrame(schema={ID: pl.Int64(), TIME: _UTC})]
+        with self._asked() as connection:
+            closed = int(t.known_of(connection)[t.CLOSED])
+            ids = closed + 1, 0 if none else 2**62
+            for name in t.cycle_tables(connection):
+                frames += t.rows(connection, name, ids, span, columns)
+        if closed and not self.folder.is_dir():
+            raise DataError("history_folder_lost", place=Place(str(self.folder)))
         first, last = span
         parts = [
             part
-            for day, some in self._days(closed)
-            if (first is None or day >= first.date()) and (last is None or day <= last.date())
-            for part in some
-        ]
-        return _Stored(sorted(parts), rows, closed)
-
-    def _days(self, closed: int) -> list[tuple[date, list[Part]]]:
-        """Return the parts that count by day: the rows of a newer one are still in the database."""
-        if closed and not self.folder.is_dir():
-            raise DataError("history_folder_lost", place=Place(str(self.folder)))
-        return [
-            (day, [part for part in parts_of(path) if part.first <= closed])
             for day, path in days_of(self.folder).items()
+            if (first is None or day >= first.date()) and (last is None or day <= last.date())
+            for part in parts_of(path)
+            if part.first <= closed
         ]
+        return pl.concat(frames, how="diagonal"), sorted(parts), closed
 
-    def _schema(self, stored: _Stored) -> pl.Schema:
+    def _schema(self, rows: pl.DataFrame, parts: Sequence[Part], _: int) -> pl.Schema:
         """Return the columns of files and rows together, those of the newest first."""
-        found: dict[str, pl.DataType] = dict(stored.rows.schema)
-        for part in reversed(stored.parts):
+        found: dict[str, pl.DataType] = dict(rows.schema)
+        for part in reversed(parts):
             known = self._schemas.get(part.cycles)
             if known is None:
                 known = self._schemas[part.cycles] = dict(pl.read_parquet_schema(part.cycles))
@@ -310,11 +294,6 @@ class HistoryReader:
         return DataError("history_unreadable", cause=printable_cause(error), place=where)
 
     # ---- events ---------------------------------------------------------------------------------
-
-    def starts(self) -> int:
-        """Return how often a program began to write. [1]"""
-        with self._asked() as connection:
-            return sum(name.startswith("run ") for name in t.known_of(connection))
 
     def events(
         self,
@@ -432,27 +411,18 @@ class HistoryReader:
 
     def _by_minute(self, names: Sequence[str], span: Span) -> pl.LazyFrame:
         """Return minutes of files and those of rows; the same minute may be in several."""
-        stored = self._stored(span, names)
-        numbers = {
-            f"{name}_{end}": pl.UInt32() if end == "count" else pl.Float64()
-            for name in names
-            for end in ("count", "least", "greatest", "mean")
-        }
-        frames = [minutes_of(stored.rows.lazy())] if stored.rows.height else []
-        if stored.parts:
-            files = [part.minutes for part in stored.parts]
-            frames.append(pl.scan_parquet(files, schema={MINUTE: _UTC, **numbers}, **_ANY))
-        empty = pl.LazyFrame(schema={MINUTE: _UTC, **numbers})
-        found = pl.concat([empty, *frames], how="diagonal_relaxed").select(MINUTE, *numbers)
+        rows, parts, _ = self._stored(span, names)
+        ends = {"count": pl.UInt32(), "least": _F, "greatest": _F, "mean": _F}
+        numbers = {f"{name}_{end}": kind for name in names for end, kind in ends.items()}
+        frames = [self._scan(parts, {MINUTE: _UTC, **numbers}, "minutes")]
+        if rows.height:
+            frames.append(minutes_of(rows.lazy()))
+        found = pl.concat(frames, how="diagonal_relaxed").select(MINUTE, *numbers)
         return found.filter(*_inside(MINUTE, span))
 
 
+_F: Final = pl.Float64()
 _UTC: Final = pl.Datetime("us", "UTC")
-_ANY: Final[dict[str, Any]] = {
-    "missing_columns": "insert",
-    "extra_columns": "ignore",
-    "hive_partitioning": False,
-}
 
 
 def _inside(name: str, span: Span) -> list[pl.Expr]:

@@ -11,9 +11,9 @@ A model or a configuration with other columns begins a new table; the one before
 recording and is what a history is ordered by, whatever a clock did.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
@@ -30,12 +30,9 @@ CYCLES: Final = "cycles"
 """Table of the newest cycles."""
 CLOSED: Final = "closed_id"
 """Name under which `history` has the id of the last cycle that is in a file."""
-ORDERED: Final = "ordered_id"
-"""Name under which `history` has the id of the last cycle that was to be put in a file."""
-CLOSED_IN: Final = "closed_in"
-"""Name of the folder of the last file."""
+BEFORE: Final = "cycles_until_"
+"""How the name of a table begins that has the cycles of an earlier model."""
 _EARLIER = "thermaxis_version"
-_BEFORE = "cycles_until_"
 _ROWS_AT_ONCE = 2000
 _TYPES: Final[dict[str, sa.types.TypeEngine[Any]]] = {
     "number": sa.Double(),
@@ -77,9 +74,9 @@ def cycles_table(columns: Sequence[Column], first: int) -> sa.Table:
     )
 
 
-def named(name: str, *columns: str) -> sa.TableClause:
+def named(name: str) -> sa.TableClause:
     """Return a table of cycles by its name."""
-    return sa.table(name, sa.column(ID, _INTEGER), sa.column(TIME, _TIME), *map(sa.column, columns))
+    return sa.table(name, sa.column(ID, _INTEGER), sa.column(TIME, _TIME))
 
 
 def stored_table(connection: sa.Connection, name: str) -> sa.Table:
@@ -90,14 +87,9 @@ def stored_table(connection: sa.Connection, name: str) -> sa.Table:
 def cycle_tables(connection: sa.Connection) -> list[str]:
     """Return the names of the tables with cycles, in the order of recording."""
     names = sa.inspect(connection).get_table_names()
-    before = [name for name in names if name.startswith(_BEFORE)]
-    before.sort(key=lambda name: int(name.removeprefix(_BEFORE)))
+    before = [name for name in names if name.startswith(BEFORE)]
+    before.sort(key=lambda name: int(name.removeprefix(BEFORE)))
     return before + [CYCLES] * (CYCLES in names)
-
-
-def table_before(next_id: int) -> str:
-    """Return what a table is called that has the cycles before an id."""
-    return f"{_BEFORE}{next_id}"
 
 
 def known_of(connection: sa.Connection) -> dict[str, str]:
@@ -118,26 +110,14 @@ def is_history(connection: sa.Connection, where: str) -> bool:
     return True
 
 
-def make_tables(connection: sa.Connection, where: str) -> None:
-    """Make the tables where there are none."""
-    if not is_history(connection, where):
-        metadata.create_all(connection)
-        connection.execute(sa.insert(history).values(name="version", value=VERSION))
-
-
-# ---- rows as frames -----------------------------------------------------------------------------
-
-
-def read_rows(
+def rows(
     connection: sa.Connection,
     name: str,
-    *,
     ids: tuple[int, int],
     span: tuple[datetime | None, datetime | None] = (None, None),
     columns: Sequence[str] | None = None,
-    bare: bool = False,
-) -> "pl.DataFrame":
-    """Return rows in the order of recording; ids and times of columns are always among them.
+) -> "Iterator[pl.DataFrame]":
+    """Yield rows in the order of recording, some at a time; first a frame with none.
 
     Parameters
     ----------
@@ -146,62 +126,43 @@ def read_rows(
     name : str
         Table.
     ids : tuple of int
-        Ids of the first and the last row that may be returned. [1]
+        Ids of the first and the last row that may be among them. [1]
     span : tuple of datetime
         Begin, and end that is not included.
     columns : sequence of str, optional
-        Columns that are wanted where the table has them. Default: all.
-    bare : bool
-        Whether the columns alone are wanted, and no row. Default: no.
+        Columns that are wanted where the table has them, with ids and times. Default: all.
 
-    Returns
-    -------
+    Yields
+    ------
     polars.DataFrame
-        The rows.
+        Rows.
     """
     import polars as pl  # noqa: PLC0415 - the loop's own process does without
 
     table = stored_table(connection, name)
     wanted = [c for c in table.c if columns is None or c.name in {ID, TIME, *columns}]
-    query = sa.select(*wanted).order_by(table.c[ID]).limit(_ROWS_AT_ONCE)
+    query = sa.select(*wanted).where(table.c[ID].between(*ids)).order_by(table.c[ID])
     first, last = span
     if first is not None:
         query = query.where(table.c[TIME] >= first)
     if last is not None:
         query = query.where(table.c[TIME] < last)
     schema = {c.name: _dtype_of(c) for c in wanted}
-    frames = [pl.DataFrame(schema=schema)]
-    before = ids[0] - 1
-    while True:
-        more = query.where(table.c[ID].between(before + 1, ids[1]))
-        rows: Sequence[sa.Row[Any]] = () if bare else connection.execute(more).all()
-        if not rows:
-            return pl.concat(frames).with_columns(pl.col(TIME).dt.replace_time_zone("UTC"))
-        before = cast("int", rows[-1][0])
-        frames.append(
-            pl.DataFrame(
-                [
-                    pl.Series(name, _plain(name, values), dtype)
-                    for (name, dtype), values in zip(
-                        schema.items(), zip(*rows, strict=True), strict=True
-                    )
-                ]
-            )
-        )
-
-
-def _plain(name: str, values: tuple[Any, ...]) -> Sequence[Any]:
-    """Return times as polars takes them: UTC without saying so."""
-    if name != TIME or values[0].tzinfo is None:
-        return values
-    return [value.replace(tzinfo=None) for value in values]
+    yield pl.DataFrame(schema=schema)
+    yield from pl.read_database(
+        query.execution_options(stream_results=True),
+        connection,
+        iter_batches=True,
+        batch_size=_ROWS_AT_ONCE,
+        schema_overrides=schema,
+    )
 
 
 def _dtype_of(column: "sa.Column[Any]") -> "pl.DataType":
     import polars as pl  # noqa: PLC0415 - see above
 
     if isinstance(column.type, sa.DateTime):
-        return pl.Datetime("us")
+        return pl.Datetime("us", "UTC")
     if isinstance(column.type, sa.Boolean):
         return pl.Boolean()
     if isinstance(column.type, sa.Integer):

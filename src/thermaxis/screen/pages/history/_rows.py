@@ -246,7 +246,7 @@ def history_of(connection: HTTPConnection) -> History:
     if not hasattr(state, "history"):
         configuration = parts_of(connection).configuration
         password = configuration.historian.password.reveal()
-        state.history = History(configuration.historian_url, password)
+        state.history = History(configuration.historian.url, password)
     return cast("History", state.history)
 
 

@@ -249,7 +249,7 @@ async def _exported(
     """Let a command of its own write the file; a password goes to it as a file."""
     configuration = parts_of(request).configuration
     times = (moment.isoformat() for moment in span)
-    words = ["history", "export", configuration.historian_url, "--output", f"history.{ending}"]
+    words = ["history", "export", configuration.historian.url, "--output", f"history.{ending}"]
     words += [word for pair in zip(("--from", "--to"), times, strict=True) for word in pair]
     password = configuration.historian.password.reveal()
     if password:
