@@ -116,6 +116,22 @@ class Program:
             self.said.append(said)
         raise RuntimeError(f"does not stay {state} within {limit_s:g} s: {self.tail()}")
 
+    def state(self) -> str:
+        """Return the state that the loop told last; empty for none.
+
+        Raises
+        ------
+        RuntimeError
+            If it has ended.
+        """
+        while not self._lines.empty():
+            said = self._lines.get()
+            if said is None:
+                raise RuntimeError(f"it has ended: {self.tail()}")
+            self.said.append(said)
+        words = [line.text.split()[1:2] for line in self.said if "correction:" in line.text]
+        return words[-1][0].rstrip(";") if words else ""
+
     def tail(self) -> str:
         """Return what it said last."""
         printed = "\n".join(line.text for line in self.said[-10:])

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.in_time import in_time, slowness
+from tests.in_time import in_time
 from tests.system.opcua.client import OUTPUTS, USERS
 from tests.system.opcua.compensated import (
     Rules,
@@ -24,7 +24,6 @@ from tests.system.opcua.compensated import (
     read_history,
     stays,
 )
-from tests.system.opcua.faults import allowed_um, steps_of, trial, untold
 from tests.system.opcua.foreign_server import WATCH_S, ForeignServer, Line, install, missing
 from tests.system.programs import Program, compensating, gaps
 from thermaxis.cli import main
@@ -306,21 +305,6 @@ def test_a_machine_that_takes_offsets_over_a_little_later_is_compensated_as_fast
         told = machine.record()
     assert_within_limits(told, rules)
     assert in_time(took_s, 1.25 * 16.0 / rules.rate_um_per_s)
-
-
-def test_no_fault_makes_a_larger_step_than_the_rate_allows_and_each_is_told(
-    tmp_path: Path,
-) -> None:
-    """Two hundred are drawn by ``benchmarks/loop_faults.py``."""
-    with trial(tmp_path, 1) as one:
-        happened = [one.suffer(fault) for fault in ("late", "other", "hole", "reset", "stuck")]
-        assert one.loop.stop(90.0) == 0
-        steps = steps_of(one.machine.record_path)
-    print(steps)
-    assert steps.writes > 200
-    assert steps.largest_um <= allowed_um() or steps.largest_um <= allowed_um(slowness())
-    assert steps.beyond_um <= ROUNDED_UM["Y"]
-    assert untold(tmp_path, happened) == []
 
 
 def test_enabling_at_the_start_waits_for_a_machine_that_says_no_other_compensation_is_active(

@@ -104,7 +104,7 @@ class Rules:
     """Largest rate of every offset. [µm/s]"""
     temperature_rate_k_per_s: float = 2.0
     """Fastest plausible change of a temperature. [K/s]"""
-    supervisor: Mapping[str, float] | None = None
+    supervisor: Mapping[str, float | str] | None = None
     """Keys of ``[supervisor]``."""
 
 

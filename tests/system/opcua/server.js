@@ -45,6 +45,7 @@ const settings = {
   range_um: 500.0, // a larger offset is answered with BadOutOfRange
   offset_at_start: "kept", // "kept" as the record says, or a number [um]
   clock_shift_s: 0.0, // how far the machine's clock is ahead
+  temperatures: 3, // how many there are; a fourth offset W where there are more than three
   record_writes: false, // every write of an offset, with where the offset stood before it
 };
 Object.assign(settings, JSON.parse(fs.readFileSync(process.argv[2], "utf8")));
@@ -61,11 +62,16 @@ const TEMPERATURES = {
   Temp2: { start_c: 20.5, rise_k: 6.0, time_constant_s: 900.0, swings: 0.5 },
   Temp3: { start_c: 20.0, rise_k: 1.5, time_constant_s: 3600.0, swings: 0.0 },
 };
+for (let k = 4; k <= settings.temperatures; k += 1) {
+  TEMPERATURES[`Temp${k}`] = { ...TEMPERATURES.Temp2, start_c: 20.0 + 0.1 * k };
+}
 const OFFSETS = {
   Z: { dataType: "Double", um: 1000.0 }, // [mm]
   X: { dataType: "Float", um: 1.0 }, // [um]
   Y: { dataType: "Int32", um: 0.1 }, // [0.1 um], as TNC controls count
+  ...(settings.temperatures > 3 && { W: { dataType: "Double", um: 1000.0 } }),
 };
+const NOWHERE = Object.fromEntries(Object.keys(OFFSETS).map((name) => [name, 0.0]));
 const BIGGEST_UM = { Double: Infinity, Float: Infinity, Int32: 2147483647 * 0.1 };
 
 const flags = {
@@ -82,9 +88,9 @@ const machine = {
   late_s: 0.0, // the PLC takes offsets over so often
   taken_s: 0.0,
   diameter_mm: 0.0,
-  written_um: { Z: 0.0, X: 0.0, Y: 0.0 },
-  accepted_um: { Z: 0.0, X: 0.0, Y: 0.0 },
-  effective_um: { Z: 0.0, X: 0.0, Y: 0.0 },
+  written_um: { ...NOWHERE },
+  accepted_um: { ...NOWHERE },
+  effective_um: { ...NOWHERE },
 };
 
 function shiftClock(seconds) {
@@ -118,8 +124,7 @@ function record(kind, content) {
 
 function offsetsAtStart() {
   if (typeof settings.offset_at_start === "number") {
-    const value = settings.offset_at_start;
-    return { Z: value, X: value, Y: value };
+    return Object.fromEntries(Object.keys(OFFSETS).map((name) => [name, settings.offset_at_start]));
   }
   if (!fs.existsSync(settings.record)) return { ...machine.accepted_um };
   const lines = fs.readFileSync(settings.record, "utf8").split("\n").filter((line) => line);
