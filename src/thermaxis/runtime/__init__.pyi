@@ -43,7 +43,6 @@ from ._virtual_time import (
 )
 from .checks import (
     CommissioningPlan as CommissioningPlan,
-    MachineParts as MachineParts,
     StepProof as StepProof,
     prove_step as prove_step,
     reasons_against as reasons_against,

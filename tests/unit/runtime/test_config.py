@@ -146,16 +146,6 @@ def test_an_unknown_key_is_named_with_its_line_and_the_nearest_known_one(tmp_pat
         assert problem.place.line == line_of(path, wrong)
 
 
-def test_a_key_that_has_another_name_now_is_told_it(tmp_path: Path) -> None:
-    for before, key, now in (
-        ("heal_s", "hold_input_s", "recovery_delay_s"),
-        ("grace_s", "hold_input_s", "input_timeout_s"),
-        ("spare_node", "redundant_node", "redundant_node"),
-    ):
-        problem = only_problem(machine_file(tmp_path, (key, before)))
-        assert (problem.code, problem.values["now"]) == ("error-key_renamed", now)
-
-
 def test_an_unknown_key_never_shows_its_value(tmp_path: Path) -> None:
     path = machine_file(tmp_path, ("[sink]", '[sink]\npasword = "hunter2"'))
     with pytest.raises(ConfigurationError) as caught:

@@ -447,16 +447,10 @@ class Asked:
         raise AssertionError(values)
 
 
-class Parts:
-    def __init__(self, control: Asked, probes: Asked | None) -> None:
-        self.sessions = {"control": control}
-        self.sink = DrySink(("Z_um",))
-        self.probes = probes
-
-
 def of_probes(folder: Path, control: Asked, probes: Asked | None) -> list[Finding]:
     configuration = read_machine(configured(folder))
-    found = asyncio.run(self_test(Parts(control, probes), configuration))
+    sink = DrySink(("Z_um",))
+    found = asyncio.run(self_test(configuration, {"control": control}, sink, probes))
     return [finding for finding in found if finding.message.place.key.startswith("probe")]
 
 

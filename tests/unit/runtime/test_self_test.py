@@ -334,12 +334,6 @@ class Server:
         return [self.answers(name) for name, _ in values]
 
 
-class Parts:
-    def __init__(self, server: Server) -> None:
-        self.sessions = {"control": server}
-        self.sink = DrySink(("Z_um",))
-
-
 @pytest.fixture
 def configuration(tmp_path: Path) -> MachineConfiguration:
     (tmp_path / "history").mkdir()
@@ -366,7 +360,8 @@ def server() -> Server:
 def look_at(
     server: Server, configuration: MachineConfiguration, *, write: bool = False
 ) -> tuple[Finding, ...]:
-    return asyncio.run(self_test(Parts(server), configuration, write=write))
+    sink = DrySink(("Z_um",))
+    return asyncio.run(self_test(configuration, {"control": server}, sink, write=write))
 
 
 def test_a_machine_that_is_as_configured_has_nothing_but_good_findings(

@@ -9,11 +9,10 @@ import asyncio
 import contextlib
 import socket
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple
 
 from thermaxis import runtime
 from thermaxis.cli._arguments import add_json, adder, number, refuse_both
@@ -143,20 +142,6 @@ def _look(
         return asyncio.run(_tested(configuration, wait_s=wait_s, write=write))
 
 
-class _Parts(NamedTuple):
-    """Connections and sink alone: what the self-test needs."""
-
-    sessions: Mapping[str, runtime.OpcUaSession]
-    sink: runtime.Sink
-    probes: runtime.OpcUaSession | None
-
-    @property
-    def every(self) -> tuple[runtime.OpcUaSession | runtime.Sink, ...]:
-        """All that is opened."""
-        probes = () if self.probes is None else (self.probes,)
-        return (*self.sessions.values(), self.sink, *probes)
-
-
 def _about_history(configuration: runtime.MachineConfiguration) -> Iterator[runtime.Finding]:
     """Say whether the database can keep a history; one that is out of reach is waited for."""
     url, key = configuration.historian.url, "historian.url"
@@ -193,12 +178,13 @@ async def _tested(
     clock = runtime.SystemClock()
     sessions = build_sessions(configuration, clock)
     sink = build_sink(configuration, sessions, clock)
-    parts = _Parts(sessions, sink, build_probe_session(configuration, clock))
+    probes = build_probe_session(configuration, clock)
+    every = (*sessions.values(), sink, *([] if probes is None else [probes]))
     async with contextlib.AsyncExitStack() as opened:
-        for part in parts.every:
+        for part in every:
             await part.open()
             opened.push_async_callback(part.close)
         until_s = clock.monotonic_s() + wait_s
-        while clock.monotonic_s() < until_s and not all(part.connected for part in parts.every):
+        while clock.monotonic_s() < until_s and not all(part.connected for part in every):
             await clock.sleep_until(clock.monotonic_s() + _LOOKS_AFTER_S)
-        return await runtime.self_test(parts, configuration, write=write)
+        return await runtime.self_test(configuration, sessions, sink, probes, write=write)

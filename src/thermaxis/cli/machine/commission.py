@@ -133,7 +133,8 @@ async def _prove(
     await ports.sink.open()
     try:
         await _wait_for_machine(parts, configuration)
-        forbidden = runtime.reasons_against(await runtime.self_test(parts, configuration))
+        looked = await runtime.self_test(configuration, parts.sessions, parts.sink, parts.probes)
+        forbidden = runtime.reasons_against(looked)
         if forbidden:
             place = Place(file=str(configuration.path))
             raise DataError("self_test_forbids", place=place, reasons=forbidden)

@@ -178,7 +178,8 @@ def _self_test(
     configuration: runtime.MachineConfiguration, parts: MachineParts
 ) -> Callable[[], asyncio.Future[tuple[Message, ...]]]:
     async def reasons() -> tuple[Message, ...]:
-        return runtime.reasons_against(await runtime.self_test(parts, configuration))
+        looked = await runtime.self_test(configuration, parts.sessions, parts.sink, parts.probes)
+        return runtime.reasons_against(looked)
 
     return lambda: asyncio.ensure_future(reasons())
 

@@ -5,7 +5,6 @@ from ._commissioning import (
     prove_step as prove_step,
 )
 from ._self_test import (
-    MachineParts as MachineParts,
     reasons_against as reasons_against,
     self_test as self_test,
 )

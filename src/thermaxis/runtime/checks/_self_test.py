@@ -1,10 +1,12 @@
 """The self-test: whether the machine is as the configuration says, found by looking at it."""
 
 import math
-from collections.abc import Awaitable, Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Final, Protocol, final
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from thermaxis.codes import Message
+from thermaxis.compensation import SensorRules
 from thermaxis.runtime._findings import Finding, Level, error, ok, warning
 from thermaxis.runtime._ports import Sink
 from thermaxis.runtime.checks._nodes import (
@@ -18,7 +20,7 @@ from thermaxis.runtime.checks._nodes import (
     judge_read_back,
     judge_redundant,
 )
-from thermaxis.runtime.config import MachineConfiguration
+from thermaxis.runtime.config import InputSettings, MachineConfiguration
 
 if TYPE_CHECKING:
     from thermaxis.runtime.opcua import NodeDescription, OpcUaSession
@@ -32,23 +34,9 @@ CLOCK_WARNING_S: Final = 2.0
 _NO_ANSWER: Final = Message("error-machine_silent")
 
 
-class MachineParts(Protocol):
-    """The parts that the self-test looks through."""
-
-    @property
-    def sessions(self) -> "Mapping[str, OpcUaSession]":
-        """Connections by name."""
-        ...
-
-    @property
-    def sink(self) -> Sink:
-        """Where corrections go."""
-        ...
-
-    @property
-    def probes(self) -> "OpcUaSession | None":
-        """The connection of the probes; looked at only where the configuration has some."""
-        ...
+_REPORTED: Final = ("read_back_node", "effective_node")
+_Look: TypeAlias = "tuple[Sequence[str], Callable[..., Finding | Iterable[Finding]]]"
+"""Nodes that are looked at, and what is found from what the server says of them."""
 
 
 def reasons_against(findings: Sequence[Finding]) -> tuple[Message, ...]:
@@ -57,11 +45,12 @@ def reasons_against(findings: Sequence[Finding]) -> tuple[Message, ...]:
 
 
 async def self_test(
-    parts: MachineParts,
     configuration: MachineConfiguration,
+    sessions: "Mapping[str, OpcUaSession]",
+    sink: Sink,
+    probes: "OpcUaSession | None" = None,
     *,
     write: bool = False,
-    deadline_s: float = DEADLINE_S,
 ) -> tuple[Finding, ...]:
     """Look at the machine, and say how it differs from the configuration.
 
@@ -71,140 +60,128 @@ async def self_test(
     be written; whoever changes it between the question and the answer is overwritten once, and the
     loop must not be writing at the same time.
     """
-    test = _SelfTest(parts, configuration, deadline_s, write=write)
-    await test.run()
-    return tuple(test.findings)
+    source, kind = configuration.source, configuration.sink.kind
+    found = [judge_connection(f"connection.{name}", one) for name, one in sessions.items()]
+    if source.kind == "opcua":
+        session = sessions[source.connection]
+        found += await _looked(session, source.connection, _values(configuration))
+        if configuration.probes and session.connected:
+            found += await _look_at_probes(probes, configuration)
+    if kind == "opcua":
+        name = configuration.sink.connection
+        offsets = await _looked(sessions[name], name, _offsets(configuration))
+        if write and offsets and not reasons_against(offsets):
+            for output, entry in configuration.outputs.items():
+                key = f"output.{output}"
+                offsets.append(await _written_back(sessions[name], name, key, entry.node))
+        found += offsets
+    elif kind == "linuxcnc":
+        found.append(judge_linuxcnc(sink))
+    return tuple(found)
 
 
-class _NoAnswerError(Exception):
-    """The server does not answer any more."""
+async def _looked(session: "OpcUaSession", name: str, looks: Iterable[_Look]) -> list[Finding]:
+    """Ask for the nodes one after the other, until one is not answered."""
+    found: list[Finding] = []
+    for nodes, judged in looks if session.connected else ():
+        described = [await session.describe(node, DEADLINE_S) for node in nodes]
+        if None in described:
+            return [*found, _silent(session, name)]
+        said = judged(*described)
+        found += [said] if isinstance(said, Finding) else said
+    return found
 
 
-@final
-class _SelfTest:
-    """One run of the self-test."""
+def _silent(session: "OpcUaSession", name: str) -> Finding:
+    return error("no_more_answers", f"connection.{name}", why=session.failure or _NO_ANSWER)
 
-    def __init__(
-        self,
-        parts: MachineParts,
-        configuration: MachineConfiguration,
-        deadline_s: float,
-        *,
-        write: bool,
-    ) -> None:
-        self.parts = parts
-        self.configuration = configuration
-        self.deadline_s = deadline_s
-        self.write = write
-        self.findings: list[Finding] = []
 
-    async def run(self) -> None:
-        """Look at everything that is configured."""
-        source, sink = self.configuration.source, self.configuration.sink
-        for name, session in self.parts.sessions.items():
-            self.findings.append(judge_connection(f"connection.{name}", session))
-        if source.kind == "opcua":
-            await self._look(source.connection, self._look_at_values)
-            if self.configuration.probes and self.parts.sessions[source.connection].connected:
-                await self._look_at_probes(self.parts.probes)
-        if sink.kind == "opcua":
-            await self._look(sink.connection, self._look_at_offsets)
-        elif sink.kind == "linuxcnc":
-            self.findings.append(judge_linuxcnc(self.parts.sink))
+def _values(configuration: MachineConfiguration) -> Iterator[_Look]:
+    """Yield what is read."""
+    for name, entry in configuration.inputs.items():
+        nodes = tuple(node for node in (entry.node, entry.redundant_node) if node)
+        rules = configuration.rules.sensors[name]
+        yield nodes, partial(_about_sensors, f"input.{name}", entry, rules)
+    for name, flag in configuration.interlocks.items():
+        yield (flag.node,), partial(judge_interlock, f"interlock.{name}", settings=flag)
+    other, diameter = configuration.other_compensation, configuration.diameter
+    if other is not None:
+        key = "other_compensation"
+        yield (other.node,), partial(judge_other_compensation, key, settings=other)
+    if diameter is not None:
+        model = configuration.model.model
+        yield (diameter.node,), partial(judge_diameter, "diameter", settings=diameter, model=model)
 
-    async def _look(
-        self, connection: str, look: "Callable[[OpcUaSession], Awaitable[None]]"
-    ) -> None:
-        session = self.parts.sessions[connection]
-        if not session.connected:
-            return
-        try:
-            await look(session)
-        except _NoAnswerError:
-            why = session.failure or _NO_ANSWER
-            self.findings.append(error("no_more_answers", f"connection.{connection}", why=why))
 
-    async def _node(self, session: "OpcUaSession", node: str) -> "NodeDescription":
-        described = await session.describe(node, self.deadline_s)
-        if described is None:
-            raise _NoAnswerError
-        return described
+def _offsets(configuration: MachineConfiguration) -> Iterator[_Look]:
+    """Yield what is written, and what the machine reports of it."""
+    heartbeat = configuration.sink.heartbeat_node
+    if heartbeat:
+        yield (heartbeat,), partial(judge_heartbeat, "sink.heartbeat_node")
+    for name, entry in configuration.outputs.items():
+        keys = [one for one in _REPORTED if getattr(entry, one) not in {"", entry.node}]
+        nodes = (entry.node, *(getattr(entry, one) for one in keys))
+        yield nodes, partial(_about_offset, name, keys, configuration)
 
-    # ---- what is read ---------------------------------------------------------------------------
 
-    async def _look_at_values(self, session: "OpcUaSession") -> None:
-        configuration, findings = self.configuration, self.findings
-        for name, entry in configuration.inputs.items():
-            key, rules = f"input.{name}", configuration.rules.sensors[name]
-            first = await self._node(session, entry.node)
-            found = tuple(judge_input(key, first, entry, rules))
-            if entry.redundant_node:
-                second = await self._node(session, entry.redundant_node)
-                found += tuple(judge_input(f"{key}.redundant_node", second, entry, rules))
-                if not reasons_against(found):
-                    found += tuple(judge_redundant(key, first, second, entry, rules))
-            findings.extend(found)
-        for name, flag in configuration.interlocks.items():
-            node = await self._node(session, flag.node)
-            findings.append(judge_interlock(f"interlock.{name}", node, flag))
-        other, diameter = configuration.other_compensation, configuration.diameter
-        if other is not None:
-            node = await self._node(session, other.node)
-            findings.append(judge_other_compensation("other_compensation", node, other))
-        if diameter is not None:
-            node = await self._node(session, diameter.node)
-            model = configuration.model.model
-            findings.append(judge_diameter("diameter", node, diameter, model))
+def _about_sensors(
+    key: str,
+    settings: InputSettings,
+    rules: SensorRules,
+    first: "NodeDescription",
+    second: "NodeDescription | None" = None,
+) -> list[Finding]:
+    """Judge the sensor of an input, and its redundant one."""
+    found = [*judge_input(key, first, settings, rules)]
+    if second is not None:
+        found += judge_input(f"{key}.redundant_node", second, settings, rules)
+        if not reasons_against(found):
+            found += judge_redundant(key, first, second, settings, rules)
+    return found
 
-    async def _look_at_probes(self, session: "OpcUaSession | None") -> None:
-        """Look at the probes, by their own connection: what it lacks forbids nothing."""
-        for name, settings in self.configuration.probes.items():
-            key = f"probe.{name}"
-            node = None
-            if session is not None and session.connected:
-                node = await session.describe(settings.node, self.deadline_s)
-            if node is None:
-                why = None if session is None else session.failure
-                self.findings.append(warning("probe_not_asked", key, why=why or _NO_ANSWER))
-                return
-            self.findings.append(judge_probe(key, node, settings))
 
-    # ---- what is written ------------------------------------------------------------------------
+def _about_offset(
+    name: str,
+    keys: Sequence[str],
+    configuration: MachineConfiguration,
+    written: "NodeDescription",
+    *reported: "NodeDescription",
+) -> Iterator[Finding]:
+    """Judge an offset, and what the machine reports of it."""
+    key, settings, rules = f"output.{name}", configuration.outputs[name], configuration.rules
+    yield from judge_output(key, written, settings, rules.limits[name])
+    tolerance_um = rules.supervisor.read_back_tolerance_um
+    for one, node in zip(keys, reported, strict=True):
+        yield judge_read_back(f"{key}.{one}", node, written, settings, tolerance_um)
 
-    async def _look_at_offsets(self, session: "OpcUaSession") -> None:
-        heartbeat = self.configuration.sink.heartbeat_node
-        if heartbeat:
-            node = await self._node(session, heartbeat)
-            self.findings.append(judge_heartbeat("sink.heartbeat_node", node))
-        for name in self.configuration.outputs:
-            await self._look_at_output(session, name)
 
-    async def _look_at_output(self, session: "OpcUaSession", name: str) -> None:
-        settings, rules = self.configuration.outputs[name], self.configuration.rules
-        table = f"output.{name}"
-        written = await self._node(session, settings.node)
-        found = tuple(judge_output(table, written, settings, rules.limits[name]))
-        self.findings.extend(found)
-        for key in ("read_back_node", "effective_node"):
-            node: str = getattr(settings, key)
-            if node and node != settings.node:
-                reported = await self._node(session, node)
-                tolerance_um = rules.supervisor.read_back_tolerance_um
-                self.findings.append(
-                    judge_read_back(f"{table}.{key}", reported, written, settings, tolerance_um)
-                )
-        if self.write and written.value is not None and not reasons_against(found):
-            self.findings.append(await self._write_back(session, table, settings.node))
+async def _look_at_probes(
+    session: "OpcUaSession | None", configuration: MachineConfiguration
+) -> list[Finding]:
+    """Look at the probes, by their own connection: what it lacks forbids nothing."""
+    found: list[Finding] = []
+    for name, settings in configuration.probes.items():
+        key, node = f"probe.{name}", None
+        if session is not None and session.connected:
+            node = await session.describe(settings.node, DEADLINE_S)
+        if node is None:
+            why = None if session is None else session.failure
+            return [*found, warning("probe_not_asked", key, why=why or _NO_ANSWER)]
+        found.append(judge_probe(key, node, settings))
+    return found
 
-    async def _write_back(self, session: "OpcUaSession", key: str, node: str) -> Finding:
-        """Write the offset that stands in the machine once more: nothing moves."""
-        found = await self._node(session, node)
-        if found.value is None or not math.isfinite(found.value):
-            return error("offset_gone", key, status=found.status)
-        answer = await session.write([(node, float(found.value))], self.deadline_s)
-        if answer != ["Good"]:
-            return error("offset_not_written_back", key, status=answer[0] if answer else "-")
-        return ok("offset_written_back", key)
+
+async def _written_back(session: "OpcUaSession", name: str, key: str, node: str) -> Finding:
+    """Write the offset that stands in the machine once more: nothing moves."""
+    found = await session.describe(node, DEADLINE_S)
+    if found is None:
+        return _silent(session, name)
+    if found.value is None or not math.isfinite(found.value):
+        return error("offset_gone", key, status=found.status)
+    answer = await session.write([(node, float(found.value))], DEADLINE_S)
+    if answer != ["Good"]:
+        return error("offset_not_written_back", key, status=answer[0] if answer else "-")
+    return ok("offset_written_back", key)
 
 
 def judge_connection(key: str, session: "OpcUaSession") -> Finding:

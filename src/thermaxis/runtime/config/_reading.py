@@ -29,11 +29,6 @@ MOST_PROBLEMS: Final = 8
 """Most mistakes of one file that an error tells in full. [1]"""
 _DEEP = "nested too deeply"
 _SECRETS = ("password", "token")
-_RENAMED = {
-    "heal_s": "recovery_delay_s",
-    "grace_s": "input_timeout_s",
-    "spare_node": "redundant_node",
-}
 _CODES: Final[Mapping[str, str]] = {
     "dict_type": "not_a_table",
     "mapping_type": "not_a_table",
@@ -171,8 +166,6 @@ def _problem(detail: ErrorDetails, schema: Any, unknown: Sequence[str]) -> Messa
 def _unknown_key(name: str, key: str, known: Mapping[str, object]) -> Message:
     if name in _SECRETS:
         return problem("secret_in_file", key, name=name)
-    if _RENAMED.get(name) in known:
-        return problem("key_renamed", key, name=name, now=_RENAMED[name])
     near = get_close_matches(name, known, n=1, cutoff=0.6)
     if near:
         return problem("unknown_key_near", key, name=name, near=near[0])
@@ -248,24 +241,17 @@ def with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:
         text = file.read_text(encoding="utf-8-sig")
     except (OSError, ValueError):
         text = ""
-    lines = {} if '"""' in text or "'''" in text else _lines_of(text)
-    return tuple(_with_line(problem, str(file), lines) for problem in problems)
-
-
-def _lines_of(text: str) -> dict[str, int]:
-    """Return the line of every table and every key, by its name with its tables."""
-    found: dict[str, int] = {}
-    table = ""
-    for number, line in enumerate(text.splitlines(), start=1):
-        head = _TABLE.match(line)
-        if head is not None:
-            table = _plain(head[1])
-            found.setdefault(table, number)
+    lines: dict[str, int] = {}
+    table, long = "", '"""' in text or "'''" in text
+    for number, line in enumerate(() if long else text.splitlines(), start=1):
+        if (head := _TABLE.match(line)) is not None:
+            table = name = _plain(head[1])
+        elif (key := _KEY.match(line)) is not None:
+            name = f"{table}.{_plain(key[1])}".strip(".")
+        else:
             continue
-        key = _KEY.match(line)
-        if key is not None:
-            found.setdefault(f"{table}.{_plain(key[1])}".strip("."), number)
-    return found
+        lines.setdefault(name, number)
+    return tuple(_with_line(problem, str(file), lines) for problem in problems)
 
 
 def _plain(name: str) -> str:

@@ -50,6 +50,7 @@ def warnings_of(configuration: MachineConfiguration, now: datetime) -> tuple[Fin
         ),
         *_about_files(configuration),
         *_about_certificates(configuration, now),
+        *_about_users(configuration),
     )
 
 
@@ -165,20 +166,22 @@ def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
     folder = _there(history_folder(parse_url(url), configuration.historian.folder))
     if file is None or not file.parent.is_relative_to(folder):
         yield from _about_folder("historian.folder", folder)
-    server = configuration.server
-    if server is not None and server.users is not None:
-        from thermaxis.runtime.users import read_users  # noqa: PLC0415 - argon2 comes with it
-
-        try:
-            read_users(server.users)
-        except ConfigurationError as failure:
-            yield _wrong(failure)
     days, day_mb = configuration.historian.retention_days, history_day_mb(configuration)
     if folder.is_dir():
         left = shutil.disk_usage(folder).free / (day_mb * 1e6)
         if left < days:
             key = "historian.retention_days"
             yield advice("disk_short", key, day_mb=day_mb, days=days, left_days=left)
+
+
+def _about_users(configuration: MachineConfiguration) -> Iterator[Finding]:
+    from thermaxis.runtime.users import read_users  # noqa: PLC0415 - argon2 comes with it
+
+    try:
+        if configuration.server is not None and configuration.server.users is not None:
+            read_users(configuration.server.users)
+    except ConfigurationError as failure:
+        yield _wrong(failure)
 
 
 def _there(folder: Path) -> Path:
