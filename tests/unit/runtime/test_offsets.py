@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.simulated import (
+    GOAL_UM,
     RATE,
     TOLERANCE_UM,
     Rig,
@@ -21,7 +22,7 @@ from tests.unit.runtime.simulated import (
 )
 from tests.unit.runtime.taking_over import NOON, LateControl, compensate
 from thermaxis.compensation import Limits, Reason, Request, RequestKind, SupervisorState
-from thermaxis.runtime import Alarm, Applied, CompensationLoop, LoopAnswer
+from thermaxis.runtime import Alarm, Applied, AtStop, CompensationLoop, LoopAnswer
 from thermaxis.runtime._offsets import (
     Found,
     Look,
@@ -220,6 +221,49 @@ def test_a_hold_that_a_killed_loop_takes_up_again_is_told_where_it_lost_its_valu
     bench.play_and_kill(first)
     bench.machine.come_back(stood_um)
     bench.play(second)
+
+
+# ---- latched ------------------------------------------------------------------------------------
+
+
+async def test_a_latched_mismatch_fades_and_stays_off_until_somebody_acknowledges_it() -> None:
+    bench = Rig()
+    bench.machine.watched = True
+    async with bench.running(latch_offset_mismatch=True) as loop:
+        await enabled_for(loop, 60.0)
+        freeze(FROZEN_S)
+        await asyncio.sleep(3.0)
+        assert len(told(loop)) == 1
+        await asyncio.sleep(120.0)
+        assert state_of(loop) is SupervisorState.WARMING
+        assert bench.machine.z_um == 0.0
+        assert loop.status is not None
+        assert loop.status.output.reasons == (Reason.INTERLOCK_OPEN,)
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        await asyncio.sleep(120.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+        assert bench.machine.z_um == pytest.approx(GOAL_UM, abs=0.01)
+    bench.assert_law(late_cycles=2.0)
+
+
+def test_a_watchdog_that_trips_while_no_loop_runs_is_latched_and_so_is_a_latched_restart() -> None:
+    bench = Rig()
+    states: list[SupervisorState] = []
+
+    async def first(_: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 60.0)
+
+    async def later(_: Rig, loop: CompensationLoop) -> None:
+        await asyncio.sleep(60.0)
+        states.append(state_of(loop))
+
+    bench.play_and_kill(first)
+    assert bench.machine.z_um < -20.0
+    bench.machine.come_back(0.0)
+    for _ in range(2):
+        bench.play(later, latch_offset_mismatch=True, at_stop=AtStop.LEAVE)
+    assert states == [SupervisorState.WARMING, SupervisorState.OFF]
+    assert bench.machine.z_um == 0.0
 
 
 # ---- another writer -----------------------------------------------------------------------------

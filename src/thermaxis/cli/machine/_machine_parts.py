@@ -216,6 +216,7 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
         resume_within_s=configuration.supervisor.resume_within_s,
         at_stop=runtime.AtStop(configuration.supervisor.at_stop),
         stop_within_s=configuration.supervisor.stop_within_s,
+        latch_offset_mismatch=configuration.supervisor.latch_offset_mismatch,
         configuration_sha256=configuration_sha256(configuration),
     )
 

@@ -272,6 +272,10 @@ class SupervisorSettings(SupervisorRules):
     watchdog. Default: nothing stays that nobody watches."""
     stop_within_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 120.0
     """A fade at the end lasts at most so long. Default: two minutes. [s]"""
+    latch_offset_mismatch: bool = False
+    """Whether the correction fades and stays off, until somebody acknowledges it, once an offset
+    was not where it had been left, as after the machine's watchdog. Default: it goes on from
+    there, with an alarm."""
     ask_enables: bool = False
     """Whether `thermaxis ask` may enable and end a hold, at the computer itself. Default: who
     starts it again stands at the machine."""

@@ -126,7 +126,8 @@ class CompensationLoop:
         self_test: Callable[[], Awaitable[Sequence[Message]]] | None = None,
     ) -> None:
         self.settings = settings
-        self.compensation = with_self_test(compensation) if self_test else compensation
+        own = self_test is not None or settings.latch_offset_mismatch
+        self.compensation = with_self_test(compensation) if own else compensation
         self.source, self.sink = ports.source, ports.sink
         self.historian, self.clock = ports.historian, ports.clock
         self.status: RuntimeStatus | None = None
@@ -214,7 +215,8 @@ class CompensationLoop:
         if taken.state is None:
             return
         self._state, self._diameter = taken.state, taken.state.diameter_mm
-        if self._state.memory.held:  # the hold goes on, and should hold what it held
+        memory, latches = self._state.memory, self.settings.latch_offset_mismatch
+        if memory.held or (memory.enabled and latches):  # it should stand where it was
             held_um = self._state.correction_um
             self._offsets = write_step(
                 offset_rules(self.compensation),
@@ -307,6 +309,11 @@ class CompensationLoop:
         return found
 
     @property
+    def _latched(self) -> bool:
+        """Whether an offset was not where it had been left, and nobody has acknowledged it."""
+        return self.settings.latch_offset_mismatch and bool(self._offsets.mismatches)
+
+    @property
     def _ready(self) -> bool:
         """Whether the machine is there, tested, and told its offsets."""
         return self.sink.connected and self._test.forbidden is not None and self._offsets.known
@@ -328,7 +335,7 @@ class CompensationLoop:
             found,
             time_s=now_s,
             connected=self._ready,
-            tested=self._test.passed,
+            tested=self._test.passed and not self._latched,
         )
         waiting = self._requests.without_unseen(waiting, self._doubted(reading, waiting))
         asked = [one.request for one in waiting if one.change is None]
@@ -508,7 +515,7 @@ class CompensationLoop:
             self.clock.monotonic_s(),
             self.settings.model_sha256,
             self.settings.model_file,
-            self._resume if self._stopping else self._state.memory.enabled,
+            not self._latched and (self._resume if self._stopping else self._state.memory.enabled),
             self._state,
         )
 

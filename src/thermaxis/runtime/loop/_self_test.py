@@ -11,7 +11,8 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.loop._journal import Journal
 
 SELF_TEST = "self-test passed"
-"""Interlock that the loop adds: the start-up self-test found nothing that forbids a correction."""
+"""Interlock that the loop adds: the start-up self-test found nothing that forbids a correction, and
+no offset mismatch is latched."""
 TESTED_EVERY_S = 5.0
 """A self-test that failed is tried again so often. [s]"""
 

@@ -43,6 +43,9 @@ class LoopSettings:
     """What becomes of the offset when the loop is ended."""
     stop_within_s: float = 120.0
     """A fade at the end lasts at most so long. [s]"""
+    latch_offset_mismatch: bool = False
+    """Whether the correction stays off once an offset was not where it had been left, until
+    somebody acknowledges it."""
     configuration_sha256: str = ""
     """Hash of the configuration's rules, told with every status; empty where there is none."""
 
