@@ -156,6 +156,7 @@ async def _wait_for_machine(
 ) -> None:
     for _ in range(100):
         await parts.ports.source.read(0.2)
+        await parts.sink.read_back(0.2)  # a token that stands there must be seen to be old
         if parts.sink.connected:
             return
         await asyncio.sleep(0.1)

@@ -42,6 +42,9 @@ error-connection_closed = Server uzavřel spojení.
     .remedy = Pokud to trvá, server možná nemá volné spojení, nebo nedůvěřuje vlastnímu certifikátu.
 error-network_failed = Síť selhala: { $cause }.
     .remedy = Zkontrolujte kabely, adresu a firewall.
+error-another_program_writes = Offsety tohoto stroje zapisuje jiný program: jeho token se obnovuje.
+    .remedy = Ukončete onen program, nebo tento.
+
 error-machine_silent = Stroj neodpověděl.
     .remedy = Zkontrolujte stroj a síť.
 

@@ -42,6 +42,9 @@ error-connection_closed = Der Server hat die Verbindung geschlossen.
     .remedy = Bleibt es so, hat der Server vielleicht keine Verbindung mehr frei oder vertraut dem eigenen Zertifikat nicht.
 error-network_failed = Das Netz ist gestört: { $cause }.
     .remedy = Kabel, Adresse und Firewall prüfen.
+error-another_program_writes = Ein anderes Programm schreibt die Offsets dieser Maschine: sein Token wird erneuert.
+    .remedy = Jenes Programm beenden oder dieses.
+
 error-machine_silent = Die Maschine hat nicht geantwortet.
     .remedy = Maschine und Netz prüfen.
 

@@ -42,6 +42,9 @@ error-connection_closed = The server closed the connection.
     .remedy = If it stays so, the server may have no connection left, or does not trust the own certificate.
 error-network_failed = The network failed: { $cause }.
     .remedy = Check cables, address and firewall.
+error-another_program_writes = Another program writes the offsets of this machine: its token is renewed.
+    .remedy = End that program, or this one.
+
 error-machine_silent = The machine has not answered.
     .remedy = Look at the machine and the network.
 

@@ -115,9 +115,9 @@ def _values(configuration: MachineConfiguration) -> Iterator[_Look]:
 
 def _offsets(configuration: MachineConfiguration) -> Iterator[_Look]:
     """Yield what is written, and what the machine reports of it."""
-    heartbeat = configuration.sink.heartbeat_node
-    if heartbeat:
-        yield (heartbeat,), partial(judge_heartbeat, "sink.heartbeat_node")
+    for key in ("heartbeat_node", "token_node"):
+        if node := getattr(configuration.sink, key):
+            yield (node,), partial(judge_heartbeat, f"sink.{key}")
     for name, entry in configuration.outputs.items():
         keys = [one for one in _REPORTED if getattr(entry, one) not in {"", entry.node}]
         nodes = (entry.node, *(getattr(entry, one) for one in keys))

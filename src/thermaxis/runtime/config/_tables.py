@@ -150,6 +150,10 @@ class SinkSettings(HalSettings):
     heartbeat_node: Annotated[Node, Only("opcua")] = ""
     """Node that moves with every write; a watchdog on the machine takes the offset back when it
     stands still; opcua only. Without it: none, and `check` warns."""
+    token_node: Annotated[Node, Only("opcua")] = ""
+    """Node of a number of 32 bits or more in which the program that writes keeps a random token:
+    while another one's is renewed there, nothing is written; opcua only. Without it: one computer keeps copies
+    apart."""
     linuxcnc: Own[LinuxCncSettings | None] = None
     """Joints, limits and times of LinuxCNC; None for every other kind."""
 

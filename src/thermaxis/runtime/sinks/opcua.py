@@ -1,6 +1,9 @@
 """Offsets of a machine that is an OPC UA server."""
 
+import asyncio
 import math
+import secrets
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
@@ -13,10 +16,14 @@ from thermaxis.runtime._ports import Applied, Sink
 from thermaxis.runtime._sign import offset_factor
 from thermaxis.runtime.opcua import OpcUaSession, next_beat, parse_node, plain_number
 
-HEARTBEAT = "heartbeat"
-"""What the heartbeat's node is called among the refused ones."""
+HEARTBEAT, TOKEN = "heartbeat", "token"
+"""What the nodes of heartbeat and token are called among the refused ones."""
+TOKEN_S: Final = 5.0
+"""A token that is not renewed for so long is one of a program that has ended. [s]"""
+_LARGEST_TOKEN = 2**24  # whole in a Float, too
 _NOT_FOUND: Final = Message("error-offsets_not_read_yet")
 _NOT_ANSWERED: Final = Message("error-machine_silent")
+_ANOTHERS: Final = Message("error-another_program_writes")
 
 
 @final
@@ -44,6 +51,37 @@ class OpcUaOutput:
 
 
 @final
+class Token:
+    """A random number in the machine, renewed with every write by the program that writes.
+
+    Notes
+    -----
+    Not protected: of two programs that begin within one cycle both may write once.
+    """
+
+    def __init__(self, node: str, renewed_s: float = TOKEN_S) -> None:
+        parse_node(node)
+        self.node, self._renewed_s = node, renewed_s
+        self.free = False
+        """Whether no other program's token is renewed there."""
+        self._own: deque[int] = deque(maxlen=10)
+        self._seen: float | None = None
+        self._seen_s = math.inf
+
+    def look(self, number: float | None) -> None:
+        """Take what stands there now."""
+        now_s = asyncio.get_running_loop().time()
+        if number is None or number != self._seen:
+            self._seen, self._seen_s = number, now_s
+        self.free = number in self._own or now_s - self._seen_s > self._renewed_s
+
+    def renewed(self) -> int:
+        """Return the next number of this program."""
+        self._own.append(1 + secrets.randbelow(_LARGEST_TOKEN))
+        return self._own[-1]
+
+
+@final
 class OpcUaSink(Sink):
     """Writes all offsets and the heartbeat with one request per cycle.
 
@@ -60,8 +98,10 @@ class OpcUaSink(Sink):
         session: OpcUaSession,
         outputs: Mapping[str, OpcUaOutput],
         heartbeat_node: str | None = None,
+        token: Token | None = None,
     ) -> None:
         self.session = session
+        self._token = token
         self._outputs = dict(outputs)
         self._factors = {
             name: offset_factor(output.unit, output.sign) for name, output in outputs.items()
@@ -69,7 +109,7 @@ class OpcUaSink(Sink):
         self._heartbeat_node = heartbeat_node or ""
         if self._heartbeat_node:
             parse_node(self._heartbeat_node)
-        self._asked = tuple(_asked(self._outputs))
+        self._asked = (*_asked(self._outputs), *((token.node,) if token else ()))
         self._found_in = 0
         self._beat: float | None = None
         self._beat_type = ""
@@ -85,8 +125,8 @@ class OpcUaSink(Sink):
 
     @property
     def connected(self) -> bool:
-        """Whether the server can be written to."""
-        return self.session.connected
+        """Whether the server can be written to, and no other program does so."""
+        return self.session.connected and (self._token is None or self._token.free)
 
     async def found(self, deadline_s: float) -> Mapping[str, float | None] | None:
         """Return the offsets that stand in the machine, once per connection.
@@ -103,7 +143,7 @@ class OpcUaSink(Sink):
         if not await self._learn(deadline_s):
             return None
         found = await self._read_offsets(deadline_s)
-        if found is None or self.session.generation != generation:
+        if found is None or self.session.generation != generation or not self.connected:
             return None
         offsets = {
             name: applied.effective_um
@@ -122,7 +162,7 @@ class OpcUaSink(Sink):
 
     async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
         """Write offsets and a moved heartbeat; return whether all were accepted."""
-        if not self.session.connected or self._found_in != self.session.generation:
+        if not self.connected or self._found_in != self.session.generation:
             self.failure = self._hindrance or _NOT_FOUND
             return False
         unusable = [
@@ -142,6 +182,9 @@ class OpcUaSink(Sink):
             self._beat = float(next_beat(self._beat, self._beat_type))
             values.append((self._heartbeat_node, self._beat))
             names.append(HEARTBEAT)
+        if self._token is not None:
+            values.append((self._token.node, float(self._token.renewed())))
+            names.append(TOKEN)
         codes = await self.session.write(values, deadline_s)
         if codes is None:
             self.failure = self.session.failure or _NOT_ANSWERED
@@ -204,6 +247,11 @@ class OpcUaSink(Sink):
             accepted_um = _offset_um(next(values), factor)
             effective_um = _offset_um(next(values), factor) if output.effective_node else None
             result[name] = Applied(self._requested.get(name), accepted_um, effective_um)
+        if self._token is not None:
+            self._token.look(plain_number(next(values)))
+            if not self._token.free:
+                self._found_in = 0
+                self.failure = self._hindrance = _ANOTHERS
         return result
 
 

@@ -1,0 +1,97 @@
+"""Two programs at one machine: the token that one of them renews keeps the other from writing."""
+
+import asyncio
+from collections.abc import Sequence
+from typing import cast
+
+import pytest
+from asyncua import ua
+
+from thermaxis.codes import Message
+from thermaxis.runtime import AWAY, OpcUaSession
+from thermaxis.runtime.sinks import TOKEN_S, OpcUaOutput, OpcUaSink, Token
+
+VIRTUAL_TIME = True
+OFFSET, TOKEN = "ns=2;s=Offset", "ns=2;s=Token"
+WAIT_S = 0.5
+
+
+class Session:
+    """A connection to nodes in memory."""
+
+    failure: Message | None = None
+    connected, generation = True, 1
+
+    def __init__(self, nodes: dict[str, float]) -> None:
+        self.nodes = nodes
+
+    async def types(self, nodes: Sequence[str], _: float) -> dict[str, str]:
+        return dict.fromkeys(nodes, "Double")
+
+    async def read(self, nodes: Sequence[str], _: float) -> list[ua.DataValue]:
+        return [ua.DataValue(ua.Variant(self.nodes[node])) for node in nodes]
+
+    async def write(self, values: Sequence[tuple[str, float]], _: float) -> list[str]:
+        self.nodes.update(values)
+        return ["Good"] * len(values)
+
+
+def program(nodes: dict[str, float]) -> OpcUaSink:
+    outputs = {"Z_um": OpcUaOutput(node=OFFSET, unit="um", sign=AWAY)}
+    return OpcUaSink(cast("OpcUaSession", Session(nodes)), outputs, None, Token(TOKEN))
+
+
+async def cycle(sink: OpcUaSink, um: float) -> bool:
+    """Look and write, as the loop does; return whether it was written."""
+    await sink.found(WAIT_S)
+    await sink.read_back(WAIT_S)
+    return sink.connected and await sink.write({"Z_um": um}, WAIT_S)
+
+
+async def turns(*sinks: OpcUaSink, seconds: float) -> list[int]:
+    """Let programs run side by side; return how often each wrote."""
+    wrote = [0] * len(sinks)
+    for _ in range(round(seconds / 0.1)):
+        for k, sink in enumerate(sinks):
+            wrote[k] += await cycle(sink, float(k))
+        await asyncio.sleep(0.1)
+    return wrote
+
+
+@pytest.fixture
+def nodes() -> dict[str, float]:
+    return {OFFSET: 0.0, TOKEN: 0.0}
+
+
+async def test_nothing_is_written_before_a_token_that_stands_there_is_old(
+    nodes: dict[str, float],
+) -> None:
+    sink = program(nodes)
+    assert await turns(sink, seconds=TOKEN_S - 0.2) == [0]
+    assert sink.failure == Message("error-another_program_writes")
+    assert await turns(sink, seconds=2.0) >= [17]
+    assert sink.failure is None
+
+
+async def test_the_second_of_two_copies_writes_when_the_first_has_ended(
+    nodes: dict[str, float],
+) -> None:
+    first, second = program(nodes), program(nodes)
+    await turns(first, seconds=TOKEN_S + 1.0)
+    assert await turns(first, second, seconds=60.0) == [600, 0]
+    assert second.failure == Message("error-another_program_writes")
+    assert await turns(second, seconds=TOKEN_S - 0.2) == [0]
+    assert await turns(second, seconds=2.0) >= [17]
+    assert await turns(first, second, seconds=60.0) == [0, 600], "who comes back waits"
+
+
+async def test_of_two_that_begin_at_once_one_writes_at_most_once(nodes: dict[str, float]) -> None:
+    first, second = program(nodes), program(nodes)
+    wrote = await turns(first, second, seconds=60.0)
+    assert min(wrote) <= 1
+    assert max(wrote) > 500
+
+
+async def test_a_token_that_cannot_be_read_is_nobody_s(nodes: dict[str, float]) -> None:
+    nodes[TOKEN] = "?"  # pyright: ignore[reportArgumentType]
+    assert await turns(program(nodes), seconds=20.0) == [0]
