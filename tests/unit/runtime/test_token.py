@@ -9,11 +9,13 @@ from asyncua import ua
 
 from thermaxis.codes import Message
 from thermaxis.runtime import AWAY, OpcUaSession
-from thermaxis.runtime.sinks import TOKEN_S, OpcUaOutput, OpcUaSink, Token
+from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink, Token
 
 VIRTUAL_TIME = True
 OFFSET, TOKEN = "ns=2;s=Offset", "ns=2;s=Token"
 WAIT_S = 0.5
+TOKEN_S = 5.0
+"""As docs/limits-and-hazards.md says. [s]"""
 
 
 class Session:
@@ -38,7 +40,7 @@ class Session:
 
 def program(nodes: dict[str, float]) -> OpcUaSink:
     outputs = {"Z_um": OpcUaOutput(node=OFFSET, unit="um", sign=AWAY)}
-    return OpcUaSink(cast("OpcUaSession", Session(nodes)), outputs, None, Token(TOKEN))
+    return OpcUaSink(cast("OpcUaSession", Session(nodes)), outputs, None, Token(TOKEN, 0.1))
 
 
 async def cycle(sink: OpcUaSink, um: float) -> bool:

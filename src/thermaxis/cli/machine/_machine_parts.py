@@ -198,8 +198,7 @@ def build_sink(
         session = sessions[settings.connection]
         token = None
         if settings.token_node:
-            cycle_s = configuration.compensation.cycle_s
-            token = sinks.Token(settings.token_node, max(sinks.TOKEN_S, 3.0 * cycle_s))
+            token = sinks.Token(settings.token_node, configuration.compensation.cycle_s)
         return sinks.OpcUaSink(session, outputs, settings.heartbeat_node or None, token)
     if settings.linuxcnc is not None:
         return sinks.LinuxCncSink(settings.linuxcnc, clock)

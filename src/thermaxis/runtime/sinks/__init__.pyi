@@ -16,7 +16,6 @@ from .linuxcnc import (
     LinuxCncSink as LinuxCncSink,
 )
 from .opcua import (
-    TOKEN_S as TOKEN_S,
     OpcUaOutput as OpcUaOutput,
     OpcUaSink as OpcUaSink,
     Token as Token,

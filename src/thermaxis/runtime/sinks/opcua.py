@@ -59,9 +59,9 @@ class Token:
     Not protected: of two programs that begin within one cycle both may write once.
     """
 
-    def __init__(self, node: str, renewed_s: float = TOKEN_S) -> None:
+    def __init__(self, node: str, cycle_s: float) -> None:
         parse_node(node)
-        self.node, self._renewed_s = node, renewed_s
+        self.node, self._renewed_s = node, max(TOKEN_S, 3.0 * cycle_s)
         self.free = False
         """Whether no other program's token is renewed there."""
         self._own: deque[int] = deque(maxlen=10)
