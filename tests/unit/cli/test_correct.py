@@ -372,29 +372,6 @@ def test_the_figures_of_a_merged_table_are_those_of_taking_the_old_one_out(run, 
     assert "older_table_lost" in warned(told)
 
 
-def test_equidistant_points_of_the_older_table_are_kept(run, tmp_path):
-    old, new = tmp_path / "old.ini", tmp_path / "new.ini"
-    assert correct(run, old, "--spacing", "25", control="sinumerik") == 0
-    assert correct(run, new, "--merge", str(old), control="sinumerik") == 0
-    before, after = sinumerik_values(old), sinumerik_values(new)
-    assert before.keys() == after.keys()
-    np.testing.assert_allclose(
-        list(after.values()), 2.0 * np.array(list(before.values())), atol=2e-6
-    )
-
-
-def test_merging_reads_the_older_table_of_several_and_writes_one(run, tmp_path):
-    first, second, new = (tmp_path / name for name in ("a.ini", "b.ini", "new.ini"))
-    assert correct(run, first, "--spacing", "50", control="sinumerik") == 0
-    assert correct(run, second, "--spacing", "50", "--reference", "200", control="sinumerik") == 0
-    both = tmp_path / "both.ini"
-    both.write_bytes(first.read_bytes() + second.read_bytes())
-    more = ("--merge", str(both), "--set", "table=2", "--reference", "200")
-    assert correct(run, new, *more, control="sinumerik") == 0
-    expected = 2.0 * np.array(list(sinumerik_values(second).values()))
-    np.testing.assert_allclose(list(sinumerik_values(new).values()), expected, atol=2e-6)
-
-
 @pytest.mark.parametrize(
     ("control", "grid"),
     [
@@ -435,34 +412,6 @@ def test_merging_a_run_that_covers_less_keeps_the_rest_of_the_older_table(
     ]
     step = 1.01 if control == "fanuc" else 0.02
     assert np.ptp(values[1] - values[0]) <= step
-
-
-def test_what_new_points_lose_of_the_older_table_is_told_with_its_place(run, tmp_path, capsys):
-    old = tmp_path / "old.comp"
-    old.write_text("0 0 0\n120 120.007 120.007\n130 130 130\n600 600 600\n")
-    found = result(capsys, run, tmp_path / "x", "--merge", str(old), "--points", "4")
-    said = warned(found)["older_table_lost"]
-    assert (said["lost_at_point"], said["position"]) == (pytest.approx(7.0), 120.0)
-
-
-def test_points_outside_the_targets_are_named_with_their_values(run, tmp_path, capsys):
-    output = tmp_path / "x.comp"
-    said = warned(result(capsys, run, output, "--spacing", "45"))["points_outside_targets"]
-    ((place, forward, backward),) = (row for row in triplets(output) if row[0] > 200.0)
-    value = f"{1000 * (forward - place):+.2f} and {1000 * (backward - place):+.2f} µm"
-    assert said["points"] == [f"{place:.9g} mm: {value}"]
-
-
-def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(run, tmp_path, capsys):
-    old = tmp_path / "old.ini"
-    assert correct(run, old, "--points", "2", control="sinumerik") == 0
-    text = re.sub(r"(_STEP\[0,X\]=)\S+", r"\g<1>0.0000001", old.read_text())
-    old.write_text(re.sub(r"(_MAX\[0,X\]=)\S+", r"\g<1>0.0000001", text))
-    new = tmp_path / "new.ini"
-    assert correct(run, new, "--merge", str(old), control="sinumerik") == 0
-    assert len(sinumerik_values(new)) == 5
-    assert correct(run, new, "--merge", str(old), "--spacing", "1e-4", control="sinumerik") == 2
-    assert "more than 100000" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("deviation", [0.0, 0.001])

@@ -12,8 +12,6 @@ import pytest
 from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.positioning.builders import closed_form
 from thermaxis.cli import main
-from thermaxis.cli._progress import Progress
-from thermaxis.report.charts import _figures
 
 
 def tidy(
@@ -75,14 +73,6 @@ def test_closed_form_figures_through_the_command(run_file, capsys):
     chart = forward["chart"]
     steps = [chart[i + 1] - chart[i] for i in range(5)]
     assert steps == pytest.approx([-d for d in forward["mean_difference"]])
-
-
-def test_json_to_a_file_leaves_the_table_on_the_terminal(run_file, tmp_path, capsys):
-    assert main(["evaluate", str(run_file), "--json", str(tmp_path / "r.json")]) == 0
-    out = capsys.readouterr().out
-    assert "ISO 230-2:2014" in out
-    assert "µm" in out
-    assert json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["test"]["cycles"] == 5
 
 
 def test_absent_figures_are_null(tmp_path, capsys):
@@ -209,20 +199,6 @@ def test_a_closed_pipe_is_no_error(run_file):
     assert done.stderr == ""
 
 
-def test_the_progress_bar_appears_by_itself_and_goes_again(monkeypatch, capsys):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with Progress() as progress:
-        progress("first", 0, 2)
-        progress._timer.cancel()
-        progress._show()
-        progress("second", 1, 2)
-        assert progress._bar is not None
-        assert progress._bar.tasks[0].description == "second"
-        assert progress._bar.tasks[0].completed == 1
-    assert progress._bar is None
-    assert capsys.readouterr().out == ""
-
-
 def test_hostile_text_in_a_file_cannot_drive_the_terminal(tmp_path, capsys):
     path = tmp_path / "hostile.csv"
     head = "# header axis: X\x1b[31m[bold red]\n# header title: \x1b]0;owned\x07\n"
@@ -232,16 +208,3 @@ def test_hostile_text_in_a_file_cannot_drive_the_terminal(tmp_path, capsys):
     assert "\x1b" not in out
     assert "\x07" not in out
     assert "[bold red]" in out
-
-
-def test_the_measured_file_may_be_shown_under_another_name(run_file, capsys, tmp_path, monkeypatch):
-    picture = b'<?xml version="1.0"?><svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(_figures.Chart, "svg", lambda *_, **__: picture)  # the text is the subject
-    page = tmp_path / "certificate.html"
-    name = "axis <X>\n.csv"
-    found = evaluated(capsys, run_file, "--source-name", name, "--report", str(page))
-    shown = "axis <X>\\n.csv"
-    assert shown in json.dumps(found, ensure_ascii=False).replace("\\\\", "\\")
-    written = page.read_text(encoding="utf-8")
-    assert "axis &lt;X&gt;" in written
-    assert "run.csv" not in written

@@ -141,26 +141,6 @@ def test_a_machine_with_another_cycle_or_for_another_model_is_warned_of_everywhe
     assert all(name in warned["other.json", "1.0"] for name in both)
 
 
-def test_a_large_step_an_open_input_and_a_model_without_gains_are_warned_of_everywhere(
-    tmp_path, capsys
-):
-    path = tmp_path / "x.json"
-    write_model(CompensationModel(outputs=(Output("X_um", (Part("p", "T", "", 0.0),)),)), path)
-    words = ("--dialect", "st", "--limit", "50", "--rate", "1.25", "-o")
-    for cycle_s, lowest, count in (("8", "0.5", 1), ("8", "-10", 2), ("10", "-10", 3)):
-        folder = tmp_path / f"{cycle_s} {lowest}"
-        run(path, *words, folder, "--cycle-s", cycle_s, f"--plausible={lowest}:50")
-        said = capsys.readouterr().out
-        warned = warned_everywhere(folder, said)
-        assert len(warned.splitlines()) == count, warned
-        assert "X_um never corrects: all its gains are zero" in warned
-        assert ("may move by 12.5 um in one call" in warned) == (cycle_s == "10")
-        assert ("0.0 degC lies in the plausible range of T" in warned) == (lowest == "-10")
-        assert " 0 h" not in said
-        step = {"8": "10", "10": "12.5"}[cycle_s]
-        assert f"X_um: at most 50 µm and 1.25 µm/s, at most {step} µm in one call" in said
-
-
 def test_the_same_words_give_the_same_bytes_wherever_they_are_written(lathe, tmp_path):
     folders = [tmp_path / "one", tmp_path / "two"]
     words = ("--dialect", "scl", "--cycle-s", "1", *STATED)
@@ -218,16 +198,6 @@ def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7
     assert 100 < sizes[0] < 1000
     assert 400 <= sizes[1] - sizes[0] < 450  # 100 numbers of 4 bytes, and where they stand
     assert sizes[2] - sizes[1] == 4 * 8900
-
-
-def test_a_delay_that_is_no_whole_number_of_cycles_is_rounded_and_said(tmp_path, capsys):
-    part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=12.4)
-    path = tmp_path / "d.json"
-    write_model(CompensationModel(outputs=(Output("X_um", (part,)),)), path)
-    run(path, "--dialect", "st", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
-    assert "changed: delay of p: 12.4 s in the model, 12 s here" in capsys.readouterr().out
-    report = json.loads((tmp_path / "plc" / "tx_d.report.json").read_text(encoding="ascii"))
-    assert report["changed"] == ["delay of p: 12.4 s in the model, 12 s here"]
 
 
 def test_a_model_that_counts_from_its_start_warns_everywhere_with_its_hours(tmp_path, capsys):

@@ -92,12 +92,6 @@ def test_what_the_target_cannot_hold_of_a_model_is_named_with_its_file(what, tmp
         exported(f"{model} {options} {STATED}", tmp_path)
 
 
-def test_a_name_that_comes_from_the_file_is_named_as_the_file(tmp_path):
-    model = a_model(tmp_path / "lag.json")
-    with refused("block_name_taken", Place(str(model)), name="tx_lag"):
-        exported(f"{model} --cycle-s 1 {STATED}", tmp_path)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "key", "code"),
     [
@@ -124,29 +118,3 @@ def test_a_rule_of_a_machine_is_named_by_file_table_and_key(old, new, key, code,
     machine.write_text(text.replace(old, new, 1), encoding="utf-8")
     with refused(code, Place(str(machine), key=key)):
         exported(f"{model} --cycle-s 0.1015625 {REAL} --machine {machine}", tmp_path)
-
-
-def test_a_sensor_that_the_machine_has_not_is_named_by_the_table_that_lacks_it(root, tmp_path):
-    machine = root / "examples" / "machine" / "lathe.toml"
-    model = a_model(tmp_path / "m.json")
-    with refused("entries_missing", Place(str(machine), key="input")):
-        exported(f"{model} --cycle-s 1 --machine {machine}", tmp_path)
-
-
-def test_a_slope_beyond_what_the_control_adds_names_limits_and_positions(tmp_path):
-    models = " ".join(str(a_model(tmp_path / f"{k}.json")) for k in (1, 2))
-    line = "--dialect sinumerik-tempcomp --positive away --at 1 --at 2.5"
-    with refused("slope_too_large", Place(key="--limit, --at")):
-        exported(f"{models} --cycle-s 1 {line} {STATED}", tmp_path)
-
-
-def test_a_rate_of_a_line_names_no_output_that_the_machine_does_not_have(root, tmp_path):
-    shutil.copytree(root / "examples" / "machine", tmp_path / "machine")
-    machine = tmp_path / "machine" / "lathe.toml"
-    text = machine.read_text(encoding="utf-8")
-    rate = "largest_rate_um_per_s = "
-    machine.write_text(text.replace(f"{rate}0.5", f"{rate}0.001"), encoding="utf-8")
-    model = tmp_path / "machine" / "models" / "lathe.json"
-    line = "--dialect sinumerik-tempcomp --positive away --at 0 --at 900"
-    with refused("rate_lost_in_real", Place(str(machine), key="output.largest_rate_um_per_s")):
-        exported(f"{model} {model} --cycle-s 1 {REAL} {line} --machine {machine}", tmp_path)

@@ -230,18 +230,6 @@ def test_times_that_do_not_fit_and_files_that_are_not_there_are_refused(examples
         assert capsys.readouterr().out == ""
 
 
-def test_an_argument_that_is_none_is_refused_by_its_name(examples, capsys):
-    for options in (
-        ("--emissivity", "1.2"),
-        ("--reflected-temperature", "nan"),
-        ("--scale", "0"),
-        ("--times", "0", "table.csv"),
-    ):
-        with pytest.raises(SystemExit):
-            run(*examples, *options)
-        assert f"argument {options[0]}: '{options[-1]}' is no" in capsys.readouterr().err
-
-
 def test_more_than_two_images_beside_a_run_need_times(warming, root):
     error = refusal("field", *warming, "--run", root / "examples" / "x_axis_100_cycles.csv")
     assert (error.code, error.values["needed"]) == ("option_needs", "--times")

@@ -22,21 +22,6 @@ def test_the_result_is_told_in_words(capsys):
     assert "The paper's 1.4076 from 1000 numbers lies inside" in shown.out
 
 
-def test_unequal_deviations_are_compared_with_the_larger_and_the_smaller(capsys):
-    run("--sigma-a", "1", "--sigma-b", "3", "--repetitions", "100")
-    shown = capsys.readouterr().out
-    assert "over the larger s, two sequences with sigma_a 1, sigma_b 3 (below 1.4142)" in shown
-    assert "theory, equation (10): 1.0541" in shown
-    assert "theory, equation (10): 3.1623" in shown
-
-
-def test_another_length_than_the_papers_is_said(capsys):
-    run("--samples", "50", "--repetitions", "100")
-    shown = capsys.readouterr().out
-    assert "here with 50 numbers" in shown
-    assert "the expected value" not in shown
-
-
 def test_json_on_standard_output_stands_there_alone(capsys):
     assert run("--json", "-", "--samples", "200", "--repetitions", "60", "--seed", "5") == 0
     shown = json.loads(capsys.readouterr().out)

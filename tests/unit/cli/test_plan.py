@@ -43,13 +43,6 @@ def test_the_issues_command_writes_a_plan(tmp_path):
     assert (plan.pitch, plan.interval, plan.seed) == (5.0, chosen.interval, 1)
 
 
-def test_the_papers_run_says_what_it_takes(capsys):
-    assert run(*PAPER) == 0
-    printed = " ".join(capsys.readouterr().out.split())
-    assert "total 5.14 308.1" in printed
-    assert "Every further second at a stop adds 0.89 h (3200 stops)" in printed
-
-
 def test_tables_name_the_hash_the_targets_the_range_and_the_assumptions(tmp_path, capsys):
     output = tmp_path / "plan.json"
     asked = (*SMALL, "-o", output, "--noise", "0.3", "--title", "spindle side")

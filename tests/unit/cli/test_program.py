@@ -114,13 +114,6 @@ def test_what_the_control_cannot_do_is_refused(plan, tmp_path, more):
     assert not output.exists()
 
 
-def test_an_unknown_control_is_refused_with_the_names_of_those_that_are(plan, tmp_path, capsys):
-    asked = ["program", str(plan), "--control", "abacus", "-o", str(tmp_path / "a")]
-    assert main(asked) == 2
-    error = capsys.readouterr().err
-    assert all(name in error for name in ("abacus", *control_names()))
-
-
 def test_the_plan_is_never_overwritten(plan, content):
     for output, code in (
         (plan, "output_is_input"),
@@ -146,24 +139,3 @@ def test_the_title_of_a_plan_reaches_no_program_as_code(plan, tmp_path):
         text = output.read_text(encoding="ascii")
         assert "x)" not in text.lower()
         assert re.search(r"^[^(;]*Z-100", text, re.MULTILINE) is None
-
-
-@pytest.mark.parametrize(("length", "cut"), [(60, False), (61, True)])
-def test_a_title_that_is_cut_in_the_head_of_the_program_is_told(
-    plan, tmp_path, length, cut, capsys
-):
-    output, title = tmp_path / "a.ngc", "spindle-side-" * 20
-    write_plan(replace(read_plan(plan), title=title[:length]), plan)
-    assert main(["program", str(plan), "--control", "linuxcnc", "-o", str(output)]) == 0
-    printed = " ".join(capsys.readouterr().out.split())
-    assert ("the title is cut after 60 characters" in printed) is cut
-    assert title[:60] in output.read_text(encoding="ascii")
-    assert (title[:61] in output.read_text(encoding="ascii")) is False
-
-
-def test_the_help_names_every_control(capsys):
-    for command in ("program", "correct", "check-table"):
-        with pytest.raises(SystemExit):
-            main([command, "--help"])
-        printed = " ".join(capsys.readouterr().out.split())
-        assert all(name in printed for name in control_names())

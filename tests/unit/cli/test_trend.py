@@ -12,7 +12,7 @@ import pytest
 
 from tests.unit.cli.refusals import code_of, refusal
 from thermaxis.cli import execute
-from thermaxis.files import format_tidy_csv, read_positioning, write_rtl, write_tidy_csv
+from thermaxis.files import read_positioning, write_tidy_csv
 from thermaxis.positioning import FIGURE_KEYS, Cycle, StartEnd, evaluate_drift, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import PAPER_X_AXIS, ReadingScatter, generate_positioning_run
@@ -171,21 +171,6 @@ def test_what_makes_runs_unequal_is_said_and_never_refused(write, capsys, second
     paths = [write("first.csv", made(7, year=2023)), write("second.csv", second())]
     said = as_json(capsys, *paths, "--no-drift")["warnings"]
     assert [text for text in what if not any(text in warning for warning in said)] == [], said
-
-
-def test_what_is_said_of_tables_needs_not_fit_every_run(tmp_path, capsys):
-    table, rtl = tmp_path / "comma.csv", tmp_path / "run.rtl"
-    test = made(seed=9)
-    rows = format_tidy_csv(test).splitlines()
-    start = next(k for k, row in enumerate(rows) if row.startswith("order"))
-    body = [row.replace(",", ";").replace(".", ",") for row in rows[start:]]
-    table.write_text("\n".join([*rows[:start], *body, ""]), encoding="utf-8")
-    write_rtl(test, rtl)
-    capsys.readouterr()
-    result = as_json(capsys, table, rtl, "--decimal", "comma", "--no-drift")
-    of_table, of_rtl = (one["iso230_2"]["A"] for one in result["runs"])
-    assert of_table == pytest.approx(of_rtl, abs=1e-3)
-    assert code_of("trend", rtl, rtl, "--decimal", "comma") == "reading_option_unused"
 
 
 def test_linear_and_rotary_axes_are_not_mixed(write):

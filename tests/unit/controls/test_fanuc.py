@@ -2,7 +2,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
 from tests.unit.controls.builders import (
@@ -121,14 +121,6 @@ def test_a_small_table_is_written_to_the_letter() -> None:
     )
 
 
-def test_increments_are_rounded_as_a_running_sum() -> None:
-    table = simple([0.4 * i for i in range(11)], start=0.0, step=10.0)
-    numbers = plain(made(table).text)
-    values = [numbers[10000 + i] for i in range(11)]
-    assert values == [0, 0, -1, 0, -1, 0, 0, -1, 0, -1, 0]  # each alone would round to 0
-    assert numbers[3621] == numbers[3620] == 0  # the reference position has its number too
-
-
 def test_the_second_table_gives_each_direction_its_own_course() -> None:
     # forward zero at the reference position, backward 5 µm further: 3627 moves it back by 5
     table = CompensationTable(
@@ -197,17 +189,6 @@ def test_a_table_beside_the_reference_position_is_led_to_it_by_zeros() -> None:
     assert numbers[3620] == numbers[3622] == 5
     assert [numbers[10000 + i] for i in range(6)] == [-2, -1, 0, 0, 0, 0]
     assert read(made(below).text).table.position.tolist() == [-300.0, -250.0, -200.0]
-
-
-def test_without_comments_the_reader_is_told_where_the_reference_lies() -> None:
-    table = simple([0.0, 2.0], start=100.0, step=50.0, reference_position=100.0)
-    with refused("reference_needs_comment"):
-        made(table, "comments=0")
-    sets = ("comments=0", "reference_coordinate=100")
-    got = read(made(table, *sets).text, *sets).table
-    assert got.position.tolist() == [100.0, 150.0]
-    with refused("other_reference_position"):
-        made(table, "reference_coordinate=0")
 
 
 def test_a_modulo_axis_closes_its_turn() -> None:
@@ -347,41 +328,6 @@ def test_as_many_points_as_are_asked_for_are_enough_wherever_the_reference_lies(
     )
     numbers = plain(made(table).text)
     assert numbers[3622] - numbers[3621] + 1 <= points
-
-
-@given(
-    st.integers(2, 100),
-    st.integers(1, 100_000),
-    st.integers(-400, 400),
-    st.sampled_from([8, 16, 128]),
-)
-@settings(max_examples=80, deadline=None)
-def test_the_spacing_that_is_named_for_too_many_numbers_works(
-    count: int, step: int, below: int, most: int
-) -> None:
-    target = np.array([0.0, (count - 1) * step / 1000.0])
-    reference = below * step / 1000.0
-    sets = (f"max_points={most}",)
-    start = simple([0.0] * count, start=0.0, step=step / 1000.0, reference_position=reference)
-    try:
-        made(start, *sets)
-    except ConfigurationError as error:
-        named = error.values.get("spacing")
-        assume(isinstance(named, float))  # else more points than the control reads, wherever
-        spacing = round(float(f"{named}"), 3)
-        position = table_points(target, spacing=spacing, through=reference, decimals=3)
-        wider = simple(
-            [0.0] * position.size,
-            start=float(position[0]),
-            step=spacing,
-            reference_position=reference,
-        )
-        made(wider, *sets)
-
-
-def test_an_endless_line_is_refused() -> None:
-    with refused("table_line_too_long"):
-        read(GOOD.replace("N03620", "N1" + "A1P1" * 100_000 + "\nN03620"))
 
 
 def test_a_newer_file_states_its_interval_with_a_point() -> None:

@@ -36,12 +36,6 @@ def test_a_plan_of_one_cycle_needs_no_label() -> None:
     assert "LBL" not in text
 
 
-def test_work_coordinates_and_the_name_are_said() -> None:
-    text = program_of(ITNC, plan_of(), "coordinates=work", "program_name=X_1")
-    assert "work coordinates" in text
-    assert text.startswith("0 BEGIN PGM X_1 MM\r\n")
-
-
 def test_more_blocks_than_labels_and_an_unfit_name_are_refused() -> None:
     plan = plan_of(target=np.arange(1000.0), cycle=Cycle.STEP, cycles=2, overrun=0.1)
     with refused("too_many_labels"):

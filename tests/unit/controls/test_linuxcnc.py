@@ -212,25 +212,6 @@ def test_a_line_may_be_as_long_as_the_control_reads_in_one_piece(length: int) ->
                     read(text)
 
 
-def test_a_carriage_return_ends_no_line() -> None:
-    table = read("0 0 0\r1 1 1\r2 2 2\r")
-    assert table.table.position.tolist() == [0.0]
-    assert table.points_in_file == 3
-    assert found(table) == ["passed_over_by_return"]
-    table = read("0 0 0\r\n1 1 1\r2 2 2\r\n3 3 3")
-    assert table.table.position.tolist() == [0.0, 1.0, 3.0]
-    assert [one.place.line for one in table.findings] == [2]
-    long = "".join(f"{i} {i} {i}\r" for i in range(60))
-    with refused("line_ended_by_return"):
-        read(long)
-
-
-def test_text_behind_the_three_numbers_is_passed_over_and_told() -> None:
-    table = read("0 0 0 # a\n1 1 1 7\n")
-    assert table.table.position.tolist() == [0.0, 1.0]
-    assert [one.place.line for one in table.findings] == [1, 2]
-
-
 def test_a_table_that_is_read_as_the_other_type_is_refused() -> None:
     table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
     for type_, other in (("0", "1"), ("1", "0")):

@@ -16,7 +16,6 @@ from thermaxis.controls import (
     check_options,
 )
 from thermaxis.controls.sinumerik import ALARM, CONTROL
-from thermaxis.errors import MeasurementFileError
 from thermaxis.positioning import (
     AxisLevels,
     CompensationTable,
@@ -342,13 +341,6 @@ def test_activation_encoder_and_unknown_lines_are_told() -> None:
     assert "modulo_not_written" in findings(changed("$AA_ENC_COMP_IS_MODULO[0,X1]=0\r\n", ""))
 
 
-def test_spaces_block_numbers_lower_case_and_comments_do_no_harm() -> None:
-    text = changed("$AA_ENC_COMP[0,1,X1]=0.011000", "N10 $aa_enc_comp [ 0 , 1 , x1 ] = +.011 ; a")
-    assert read(text).mean == pytest.approx([0.0, 11.0, -32.0])
-    assert read(changed("=0.011000", "=1.1EX-2")).mean == pytest.approx([0.0, 11.0, -32.0])
-    assert read(GOOD.replace("\r\n", "\n")).mean == pytest.approx([0.0, 11.0, -32.0])
-
-
 def test_of_several_tables_one_has_to_be_chosen() -> None:
     other = GOOD.replace("X1", "AX2").replace("0.011", "0.012")
     both = GOOD + other
@@ -368,21 +360,3 @@ def test_one_value_of_another_axis_makes_a_second_table_and_is_asked_about() -> 
     with refused("several_tables") as caught:
         read(changed("[0,1,X1]", "[0,1,Y1]"))
     assert "axis Y1, 1 values" in str(caught.value.values["tables"])
-
-
-def test_a_value_of_millions_of_characters_is_refused_at_once() -> None:
-    for value in ("1" * 4_000_000 + "x", "." * 4_000_000):
-        with pytest.raises(MeasurementFileError):
-            read(changed("0.011000", value))
-        with pytest.raises(MeasurementFileError):
-            read(changed("[0,1,X1]", f"[0,{value},X1]"))
-
-
-def test_text_of_any_length_is_cut_in_the_head_of_a_table() -> None:
-    table = replace(TABLE, source="x" * 10_000_000)
-    options = table_options()
-    text = CONTROL.format_table(
-        TableRequest(table=table, origin=("\r\nM30 " * 2_000_000,), options=options)
-    ).text
-    assert len(text) < 3000
-    assert statements(text) == statements(written(TABLE).text)

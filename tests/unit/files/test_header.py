@@ -21,36 +21,6 @@ def header_of(folder: Path, text: str) -> dict[str, str]:
     return dict(read_header(path))
 
 
-def test_every_kind_of_value_becomes_text(tmp_path: Path) -> None:
-    text = """
-    [machine]
-    name = "Frézka"
-    asset_number = 17
-    [state]
-    thermal_compensation = false
-    [instrument]
-    calibration_date = 2025-11-04
-    [procedure]
-    feed_mm_per_min = 300
-    dwell_s = 2.5
-    [time]
-    start = 2026-03-02T07:30:00+01:00
-    """
-    assert header_of(tmp_path, text) == {
-        "machine": "Frézka",
-        "asset_number": "17",
-        "thermal_compensation": "no",
-        "instrument_calibration_date": "2025-11-04",
-        "feed_mm_per_min": "300",
-        "dwell_s": "2.5",
-        "start": "2026-03-02 07:30:00+01:00",
-    }
-
-
-def test_an_empty_text_counts_as_not_stated(tmp_path: Path) -> None:
-    assert header_of(tmp_path, '[machine]\nname = "  "\n') == {}
-
-
 def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
     path = tmp_path / "header.toml"
     path.write_bytes("\ufeff[axis]\nname = 'X'\n".encode())
@@ -102,11 +72,6 @@ def test_an_end_before_the_start_is_an_error(tmp_path: Path) -> None:
         text = f'[time]\nstart = "{start}"\nend = "{end}"\n'
         assert refusal(tmp_path, text) == "time.end: end_before_start"
         assert header_of(tmp_path, f'[time]\nstart = "{end}"\nend = "{start}"\n')["end"] == start
-
-
-def test_what_may_lie_below_zero_is_taken(tmp_path: Path) -> None:
-    text = "[environment]\nair_temperature_c = -4.5\n[procedure]\ndwell_s = '1 to 2'\n"
-    assert header_of(tmp_path, text) == {"air_temperature_c": "-4.5", "dwell_s": "1 to 2"}
 
 
 def test_a_field_of_the_other_kind_of_axis_is_an_error(tmp_path: Path) -> None:

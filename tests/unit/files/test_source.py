@@ -50,14 +50,6 @@ def test_a_wrong_fallback_leaves_numbers_alone_and_says_what_it_lost(tmp_path: P
     assert "--encoding" in remarks_of(source)[0]
 
 
-def test_the_lines_that_hold_lost_characters_are_named(tmp_path: Path):
-    lines = [b"a\x81\x81" if k in {2, 5} else b"a" for k in range(1, 9)]
-    few = remarks_of(read_text(written(tmp_path, b"\r\n".join(lines))))[0]
-    many = remarks_of(read_text(written(tmp_path, b"a\x81\r\n" * 9)))[0]
-    assert "4 characters could not be read in this way (lines 2, 5)" in few
-    assert "(lines 1, 2, 3, 4, 5 and others)" in many
-
-
 def test_a_fallback_that_does_not_contain_ascii_is_refused(tmp_path: Path):
     path = written(tmp_path, b"1 2 3")
     for name in ("no-such-encoding", "utf-16", "hex", "unicode_escape", "a\x00b"):

@@ -3,8 +3,6 @@
 import datetime as dt
 import itertools
 import struct
-import subprocess
-import sys
 import tempfile
 import zlib
 from pathlib import Path
@@ -357,15 +355,6 @@ def test_times_of_day_go_on_past_midnight(
     assert log.remarks == (remark("midnights_passed", count=nights),)
 
 
-def test_a_row_of_a_workbook_that_is_wider_than_its_headings_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "wide.xlsx"
-    book = openpyxl.Workbook()
-    for row in (["time_s", "T_C"], [0, 20.5], [1, 20.6, 7], [2, 20.7]):
-        book.active.append(row)
-    book.save(path)
-    assert refusal_of(read_thermal_log, path).endswith("cells_and_headings")
-
-
 def test_a_few_words_among_empty_cells_are_a_column_of_words(tmp_path: Path) -> None:
     rows = [f"{k},{20 + 0.1 * k:.1f},{'door open' if k in {3, 4} else ''}" for k in range(30)]
     for header in ("time_s,T_C,alarm", 'time_s,T_C,"alarm"'):
@@ -489,17 +478,6 @@ def test_groups_of_different_rates_share_the_union_of_times(tmp_path: Path) -> N
     np.testing.assert_array_equal(log.columns["T_C"], [0, np.nan, 1, np.nan, 2])
 
 
-def test_seven_three_without_h5py_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = written(tmp_path, "hdf5.mat")
-    monkeypatch.setitem(sys.modules, "h5py", None)
-    assert refusal_of(read_thermal_log, path) == "package_missing"
-    path = written(tmp_path, "labview.tdms")
-    monkeypatch.setitem(sys.modules, "nptdms", None)
-    assert refusal_of(read_thermal_log, path) == "package_missing"
-
-
 NAMES = st.text(min_size=1, max_size=12).filter(lambda s: s.isprintable() and s.strip() == s)
 WITH_SUFFIX = st.builds(str.__add__, NAMES, st.sampled_from(["", "_C", "_um", "_rpm", "_K", "_s"]))
 NUMBERS = st.one_of(st.floats(-1e9, 1e9), st.just(float("nan")))
@@ -553,15 +531,6 @@ def test_what_was_written_reads_back_the_same(
     np.testing.assert_array_equal(back.time_s, log.time_s)
     for name in log.columns:
         np.testing.assert_array_equal(back.columns[name], log.columns[name])
-
-
-def test_help_imports_no_reader_of_thermal_logs() -> None:
-    code = (
-        "import sys, thermaxis.files; thermaxis.files.read_thermal_log;"
-        "print([m for m in ('polars', 'nptdms', 'h5py', 'openpyxl') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize(

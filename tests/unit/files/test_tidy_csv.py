@@ -7,8 +7,7 @@ import pytest
 
 from tests.refusals import check_refusals, refusal_of
 from tests.unit.files.builders import remarks_of
-from thermaxis.errors import MeasurementFileError
-from thermaxis.files import format_tidy_csv, read_positioning, write_tidy_csv
+from thermaxis.files import format_tidy_csv, read_positioning
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
 
@@ -242,16 +241,6 @@ def test_runs_order_and_times_that_contradict_are_refused_with_their_line(tmp_pa
     check_refusals(read_positioning, tmp_path / "run.csv", wrong)
 
 
-def test_an_error_carries_what_its_sentence_says(tmp_path: Path) -> None:
-    with pytest.raises(MeasurementFileError) as caught:
-        read(tmp_path, *PLAIN, ROWS[2])
-    assert caught.value.values == {"cycle": 1, "direction": "forward", "target": 25.5, "first": 4}
-    with pytest.raises(MeasurementFileError) as caught:
-        read(tmp_path, *PLAIN[:9], *PLAIN[10:])
-    values = {"target": 25.5, "direction": "forward", "readings": 1, "needed": 2, "others": 0}
-    assert caught.value.values == values
-
-
 def test_cycles_may_be_empty_and_long_axes_have_one(tmp_path: Path) -> None:
     rows = [f"{c},+,{t},{c}" for c in (2, 4) for t in (0, 9)]
     test = read(tmp_path, HEADING, *rows, "2,+,0,")  # listed as missing: hides no reading
@@ -346,13 +335,6 @@ def test_targets_rise_through_a_full_turn(tmp_path: Path, words: str, timed: boo
         if test.measured_approaches[approach]:
             np.testing.assert_array_equal(test.deviation[:, 0, approach], np.arange(4) + 1 / 8)
     assert any("(29.375° is 389.375°)" in remark for remark in remarks_of(test))
-
-
-def test_a_run_through_a_full_turn_comes_back_from_its_own_file(tmp_path: Path) -> None:
-    test = read(tmp_path, *turning(WRAPPED))
-    again = read(tmp_path, *format_tidy_csv(test).splitlines())
-    np.testing.assert_array_equal(again.target, RISEN)
-    assert remarks_of(again) == remarks_of(test)
 
 
 def test_other_rotary_targets_stay_as_they_are(tmp_path: Path) -> None:
@@ -535,23 +517,6 @@ def test_missing_readings_keep_their_row_and_unmeasured_approaches_get_none() ->
     assert "2,forward,0,\n" in text
     assert text.count("forward") == 6
     assert "backward" not in text
-
-
-def test_rows_are_written_in_the_order_of_acquisition() -> None:
-    order = np.arange(8.0).reshape(2, 2, 2)[::-1] + 1
-    test = PositioningTest(
-        AxisKind.LINEAR, np.array([0.0, 1.0]), np.zeros((2, 2, 2)), TimeSource.ORDER, order=order
-    )
-    body = [line for line in format_tidy_csv(test).splitlines() if not line.startswith("#")]
-    assert [line.split(",")[0] for line in body[1:]] == [str(k) for k in range(1, 9)]
-
-
-def test_a_file_that_cannot_be_written_is_an_error_of_our_own(tmp_path: Path) -> None:
-    test = PositioningTest(AxisKind.LINEAR, np.array([0.0, 1.0]), np.zeros((2, 2, 2)))
-    for path in (tmp_path, tmp_path / "no" / "folder.csv", "a\0b"):
-        with pytest.raises(MeasurementFileError) as caught:
-            write_tidy_csv(test, path)
-        assert caught.value.code == "file_unwritable"
 
 
 def test_readings_with_a_deviation_only_beside_measured_ones_are_told(tmp_path: Path) -> None:

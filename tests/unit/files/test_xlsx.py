@@ -99,18 +99,6 @@ def test_a_tidy_sheet_is_read_wherever_the_table_stands(tmp_path: Path) -> None:
     assert np.isnan(read_positioning(save(tmp_path, [HEADING, *rows])).deviation[0, 0, FORWARD])
 
 
-def test_comments_fields_and_empty_rows_stand_above_the_headings(tmp_path: Path) -> None:
-    above = [("Machine", "MCV 750"), ("Serial No: 12-345",), (), ("# axis: X",), ("# title: =1+2",)]
-    test = read_positioning(save(tmp_path, [*above, HEADING, *ROWS]))
-    assert_the_run(test)
-    assert dict(test.header) == {
-        "machine": "MCV 750",
-        "serial_number": "12-345",
-        "axis": "X",
-        "title": "=1+2",
-    }
-
-
 def test_the_first_visible_sheet_with_a_run_is_read(tmp_path: Path) -> None:
     path = save(tmp_path, [("notes",), ("x", 1)], [HEADING, *ROWS])
     assert_the_run(read_positioning(path))

@@ -42,16 +42,6 @@ def test_numbers_codes_and_messages_in_a_sentence_are_of_its_language() -> None:
         assert sentence_of(accepted, language=language) == held
 
 
-def test_a_number_without_stated_decimals_has_three_digits() -> None:
-    for mean, text in ((-123.4, "−123"), (-12.34, "−12,3"), (0.4, "+0,40"), (0.001, "0,00")):
-        state, cause = Message("diagnosis-without_drift"), Message("diagnosis-lost_motion")
-        values = {"mean": mean, "unit": "µm", "state": state, "cause": cause}
-        said = sentence("finding-backlash", values, language="de")
-        assert (
-            said == f"Mittlere Umkehrspanne von {text} µm, ohne Drift (zum Beispiel Umkehrspiel)."
-        )
-
-
 def test_czech_counts_in_three_forms_and_no_count_has_signs_between_its_digits() -> None:
     for count, text in (
         (1, "Od spuštění byl ztracen 1 záznam historie."),

@@ -36,7 +36,6 @@ from thermaxis.compensation import (
     Provenance,
     Quality,
     Reason,
-    RequestKind,
     SampleQuality,
     Section,
     SensorRules,
@@ -60,7 +59,6 @@ from thermaxis.plc import (
 from thermaxis.plc.blocks import (
     NEVER_OUTCOMES,
     NEVER_QUALITIES,
-    head_of,
     number_of,
     statements,
 )
@@ -401,26 +399,6 @@ def test_no_output_can_take_the_name_of_another_variable_of_the_block() -> None:
         )
 
 
-def test_the_head_says_where_a_text_or_a_list_of_the_model_was_cut() -> None:
-    plain = one_section(double=True)
-    words = " ".join(f"word{k}" for k in range(100))
-    model = replace(
-        plain.compensation.model,
-        warnings=(words,),
-        provenance=Provenance(
-            method=words, program="x" * 70, figures={f"figure {k}": 1.0 for k in range(45)}
-        ),
-    )
-    settings = replace(plain, compensation=replace(plain.compensation, model=model))
-    text = " ".join(" ".join(head_of(settings)).split())
-    assert "Method: word0 word1" in text
-    assert " word27 word28 ... Identified by:" in text
-    assert f"Identified by: {'x' * 57}... Figure" in text
-    assert " word41 word42 ... " in text
-    assert "figure 39 = 1 Figures that are not listed here: 5" in text
-    assert "figure 40" not in text
-
-
 # ---- single laws --------------------------------------------------------------------------------
 
 
@@ -601,61 +579,6 @@ def slow_settings() -> PlcSettings:
     return export_settings(replace(plain, limits=limits), cycle_s=1.0, name="z")
 
 
-LARGE = {"enable": False, "read_z_um": 5000.0}
-GONE = {"enable": False, "read_z_um": 0.0}
-# Found beyond the limits, brought back in the control, changed once more, not read, then enabled.
-BROUGHT_BACK: list[dict[str, Any]] = [
-    LARGE,
-    LARGE | {"enable": True},
-    LARGE | {"reset": True},
-    LARGE | {"enable": True},
-    GONE | {"read_ok": False},
-    GONE | {"reset": True, "read_ok": False},
-    GONE | {"read_z_um": math.nan},
-    GONE | {"connected": False},
-    GONE,
-    GONE | {"reset": True, "read_z_um": 7.0},
-    GONE | {"read_z_um": 7.0, "read_ok": False},
-    GONE | {"read_z_um": 40.0},
-    *[{"read_z_um": 30.0, "read_ok": False}] * 3,
-    {"read_z_um": 30.0},
-    *[{}] * 8,
-]
-
-
-def test_an_offset_that_is_changed_in_off_is_taken_over_as_found_in_every_call() -> None:
-    said = side_by_side(slow_settings(), BROUGHT_BACK, [20.0])
-    assert [output.correction_um[0] for output in said[:16]] == [
-        *[5000.0] * 8,
-        *[0.0, 7.0, 7.0, 40.0],
-        *[40.0] * 3,  # enabled, but what stands there is not read yet: nobody writes
-        29.75,
-    ]
-    assert said[15].before_um == (30.0,)
-    enabled = [
-        answer.accepted
-        for output in said
-        for answer in output.answers
-        if answer.request.kind is RequestKind.ENABLE
-    ]
-    assert enabled == [False, False, True]
-    assert [output.state for output in said[:12]] == [SupervisorState.OFF] * 12
-    assert all(Reason.CONNECTION_LOST in output.reasons for output in said[12:15])
-    assert said[-1].state is SupervisorState.ACTIVE
-
-
-def test_the_rate_holds_from_the_offset_that_stands_there_when_it_is_enabled() -> None:
-    there = {"enable": False, "read_z_um": 12.5}
-    rows = [{"enable": False}, there, *[{}] * 60]
-    said = side_by_side(slow_settings(), rows, [20.0])
-    assert [output.correction_um[0] for output in said[:2]] == [0.0, 12.5]
-    active = next(k for k, o in enumerate(said) if o.state is SupervisorState.ACTIVE)
-    assert [output.correction_um[0] for output in said[2:active]] == [12.5] * (active - 2)
-    assert [said[active + k].correction_um[0] for k in range(50)] == [
-        12.5 - 0.25 * (k + 1) for k in range(50)
-    ]
-
-
 # Connected before anything is read, then lost while it is off and while it is active.
 LOST_AND_FOUND: list[dict[str, Any]] = [
     {"read_z_um": 30.0, "read_ok": False},
@@ -822,20 +745,6 @@ def test_an_axis_never_jumps_whatever_stands_there_after_losses_and_restarts(see
     assert way_um > 50.0
 
 
-@pytest.mark.parametrize(
-    ("name", "wrong"),
-    [
-        ("linked", "connected"),
-        ("waiting", "False"),
-        ("take_over", "first"),
-        ("was_read", "True"),
-    ],
-)
-def test_an_axis_would_jump_by_other_rules(name: str, wrong: str) -> None:
-    program = with_values({name: wrong})
-    assert max(largest_jump_um(program, seed, 1000)[0] for seed in range(4)) > 1.0
-
-
 NEAR_UM = 0.4
 
 
@@ -902,59 +811,6 @@ WRONG_RULES = {
     for state in SupervisorState
     if state is not SupervisorState.OFF
 }
-
-
-def is_noticed(program: Program) -> bool:
-    """Whether a program differs from `cycle()` where an offset may be taken over."""
-    for rows in (BROUGHT_BACK, with_read_back(reset_in_every_state()), LOST_AND_FOUND):
-        try:
-            side_by_side(slow_settings(), rows, [20.0], program)
-        except AssertionError:
-            return True
-    return False
-
-
-def with_values(values: dict[str, str]) -> Program:
-    """Return the program in which some variables of the main block get other values."""
-    program = build_program(slow_settings())
-    seen: set[str] = set()
-
-    def edit(statement: Statement) -> Statement:
-        if isinstance(statement, Assign) and isinstance(statement.target, Name):
-            name = statement.target.name
-            seen.update({name} & set(values))
-            return Assign(
-                statement.target, value(values[name]) if name in values else statement.value
-            )
-        return statement
-
-    made = changed(program, program.name, edit)
-    assert seen == set(values)
-    return made
-
-
-def test_every_other_rule_for_taking_an_offset_over_is_noticed() -> None:
-    wrong = {words: {"take_over": rule} for words, rule in WRONG_RULES.items()}
-    wrong |= {f"{name} is forgotten": {name: name} for name in ("called", "waiting", "linked")}
-    missed = [words for words, values in wrong.items() if not is_noticed(with_values(values))]
-    assert missed == []
-    assert not is_noticed(with_values({"take_over": RULE}))
-
-
-def test_a_block_that_waits_for_nothing_in_off_is_noticed() -> None:
-    """The rule of Off is a branch of its own: without it the old correction is written."""
-    program = build_program(slow_settings())
-    main = program.blocks[-1]
-    waits = value("not connected or state_now == State.OFF")
-    body = tuple(
-        replace(s, branches=((value("not connected"), s.branches[0][1]),))
-        if isinstance(s, If) and s.branches[0][0] == waits
-        else s
-        for s in main.body
-    )
-    assert body != main.body
-    wrong = replace(program, blocks=(*program.blocks[:-1], replace(main, body=body)))
-    assert is_noticed(wrong)
 
 
 # ---- the first call ------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ from tests.unit.plc.small_programs import LENGTH, count, let, number, small, tru
 from thermaxis.errors import ThermaxisError
 from thermaxis.plc import Block, Program, ProgramError, check_program, print_c, print_scl, print_st
 from thermaxis.plc.tree import (
-    LONGEST_ARRAY,
     LONGEST_NAME,
     Assign,
     Call,
@@ -25,7 +24,6 @@ from thermaxis.plc.tree import (
     Name,
     Not,
     Operation,
-    OutputOf,
     Remark,
     Truth,
     Two,
@@ -89,18 +87,6 @@ def test_every_printer_checks_first() -> None:
             printer(program(let("t", "nobody")))
 
 
-def test_an_error_names_block_statement_and_branch() -> None:
-    error = broken("undeclared", let("t", "u"), when("go", let("x", "u"), let("t", "lost")))
-    assert error.place.key == "block tx_main, statement 2, branch 1, statement 2"
-
-
-def test_the_last_block_is_the_one_that_is_called() -> None:
-    with refused("last_block_not_main"):
-        check_program(replace(small(), name="tx_lag"))
-    with refused("last_block_not_main"):
-        check_program(Program(name="tx_none", double=True))
-
-
 # ---- names and texts ----------------------------------------------------------------------------
 
 
@@ -125,28 +111,11 @@ def test_a_name_that_some_target_refuses_is_refused() -> None:
         broken("name_illegal", instances=(Instance(name, "tx_inner"),))
 
 
-def test_the_name_of_a_block_has_its_prefix_and_a_legal_form() -> None:
-    for name in ["main", "tx_Main", "tx_" + "x" * LONGEST_NAME, "tx__a"]:
-        whole = program()
-        blocks = (replace(whole.blocks[0], name=name), replace(whole.blocks[1], instances=()))
-        with refused("block_name_illegal"):
-            check_program(replace(whole, blocks=blocks))
-
-
 def test_the_name_of_a_block_is_none_that_c_needs() -> None:
     for name in ["tx_number", "tx_step", "tx_init", "tx_main_step", "tx_main_init"]:
         whole = program()
         with refused("block_name_taken_in_c"):
             check_program(replace(whole, blocks=(*whole.blocks, replace(inner(), name=name))))
-
-
-def test_names_are_declared_once() -> None:
-    broken("stated_twice", temporaries=(number("u"),))
-    broken("stated_twice", instances=(Instance("u", "tx_inner"),))
-    broken("stated_twice", instances=(Instance("one", "tx_inner"),) * 2)
-    whole = program()
-    with refused("stated_twice"):
-        check_program(replace(whole, blocks=(inner(), *whole.blocks)))
 
 
 def test_remarks_have_no_sign_that_could_end_them() -> None:
@@ -158,27 +127,7 @@ def test_remarks_have_no_sign_that_could_end_them() -> None:
             check_program(replace(program(), head=(text,)))
 
 
-def test_units_in_brackets_stand_beside_variables_and_not_in_statements() -> None:
-    taken(temporaries=(Variable("v", Kind.NUMBER, "a length, 2.5 (or so) = x/y: [um]"),))
-    broken("remark_signs", Remark("a length [um]"))
-
-
 # ---- variables ----------------------------------------------------------------------------------
-
-
-def test_a_start_is_of_its_kind() -> None:
-    for kind, start in [
-        (Kind.BOOL, 1),
-        (Kind.BOOL, 0.5),
-        (Kind.INT, 32768),
-        (Kind.INT, -32769),
-        (Kind.INT, 1.0),
-        (Kind.INT, True),
-        (Kind.NUMBER, float("nan")),
-        (Kind.NUMBER, float("inf")),
-        (Kind.NUMBER, True),
-    ]:
-        broken("wrong_start", temporaries=(Variable("v", kind, "v", start),))
 
 
 def test_a_number_that_the_target_cannot_keep_is_refused_with_its_name() -> None:
@@ -188,56 +137,6 @@ def test_a_number_that_the_target_cannot_keep_is_refused_with_its_name() -> None
         check_program(replace(program(constants=constants), double=False))
 
 
-def test_only_states_are_arrays_and_no_array_is_too_long_or_has_a_start() -> None:
-    array = number("other", length=3)
-    taken(states=(array, number("most", length=LONGEST_ARRAY)))
-    for section in ("inputs", "outputs", "temporaries", "constants"):
-        broken("array_no_state", **{section: (array,)})
-    for length in (-1, LONGEST_ARRAY + 1):
-        broken("outside_count", states=(number("other", length=length),))
-    broken("array_with_start", states=(number("other", 1.0, length=3),))
-
-
-def test_a_block_says_something() -> None:
-    broken("block_without_output", outputs=(), body=())
-
-
-# ---- calls --------------------------------------------------------------------------------------
-
-
-def test_an_instance_is_of_a_block_that_stands_before() -> None:
-    broken("instance_of_later_block", instances=(Instance("one", "tx_none"),))
-    broken("instance_of_later_block", instances=(Instance("one", "tx_main"),))
-    whole = program(CALL)
-    check_program(whole)
-    turned = Program(name="tx_inner", double=True, blocks=(whole.blocks[1], whole.blocks[0]))
-    with refused("instance_of_later_block"):
-        check_program(turned)
-
-
-def test_two_blocks_cannot_call_each_other() -> None:
-    first = replace(inner(), instances=(Instance("whole", "tx_main"),))
-    with refused("instance_of_later_block"):
-        check_program(replace(program(CALL), blocks=(first, program(CALL).blocks[1])))
-
-
-def test_a_call_gives_every_input_in_its_order_and_kind() -> None:
-    taken(CALL, let("x", "one.y"), let("i", 0))
-    u, go = ("u", Name("u")), ("go", Name("go"))
-    broken("unknown_instance", Call("two", (u, go)))
-    broken("call_inputs_differ", Call("one", (u,)))
-    broken("call_inputs_differ", Call("one", (go, u)))
-    broken("call_inputs_differ", Call("one", (u, go, go)))
-    broken("wrong_kind", Call("one", (("u", Name("go")), go)))
-    broken("wrong_kind", Call("one", (u, ("go", Count(1)))))
-    broken("call_input_computed", Call("one", (u, ("go", Not(Name("go"))))))
-    broken("call_input_computed", Call("one", (("u", OutputOf("one", "y")), go)))
-
-
-def test_an_output_is_one_of_an_instance() -> None:
-    broken("unknown_instance", let("x", OutputOf("two", "y")))
-    broken("unknown_output", let("x", OutputOf("one", "v")))
-    broken("unknown_output", let("x", OutputOf("one", "u")))
 
 
 # ---- kinds and operations -----------------------------------------------------------------------
@@ -287,44 +186,10 @@ def test_a_number_is_computed_alone() -> None:
         assert caught.value.code in {"two_computations", "computation_not_alone"}
 
 
-def test_one_operation_on_numbers_may_have_signs_elements_and_outputs() -> None:
-    taken(
-        CALL,
-        let("x", two(Minus(Name("u")), "*", OutputOf("one", "y"))),
-        let("x", two(Element("ring", "i"), "-", Minus(Element("ring", "i")))),
-        let("was", two(two("u", "<", Minus(Name("a"))), "OR", Not(two("x", "=", "u")))),
-    )
-
-
-def test_only_copied_numbers_are_compared_for_equality() -> None:
-    broken("computed_number_compared", let("was", two(Minus(Name("u")), "=", "x")))
-
-
 def test_only_a_constant_that_is_not_zero_divides() -> None:
     for divisor in ["zero", "u", "x", Minus(Name("a"))]:
         broken("divisor_not_constant", let("x", two("u", "/", divisor)))
         taken(let("x", two("u", "/", "a")))
-
-
-def test_inputs_and_constants_are_never_written() -> None:
-    for name in ["u", "go", "k", "a", "last"]:
-        broken("written_though_constant", Assign(Name(name), Name(name)))
-
-
-def test_arrays_are_named_with_an_index_and_nothing_else_is() -> None:
-    broken("array_without_index", let("x", "ring"))
-    broken("array_without_index", let("ring", "x"))
-    broken("index_without_array", let("x", Element("u", "i")))
-    broken("wrong_kind", let("x", Element("ring", "u")))
-    broken("undeclared", let("x", Element("rung", "i")))
-    broken("undeclared", let("x", Element("ring", "ii")))
-
-
-def test_a_branch_does_something() -> None:
-    broken("if_without_branch", If(()))
-    broken("branch_empty", when("go"))
-    broken("branch_empty", when("go", Remark("later")))
-    broken("branch_empty", If(((Name("go"), (let("x", "u"),)),), (Remark("later"),)))
 
 
 # ---- written before read ------------------------------------------------------------------------
@@ -534,25 +399,6 @@ def test_what_is_taken_never_overflows_and_never_leaves_an_array() -> None:
 
 
 # ---- what is never used -------------------------------------------------------------------------
-
-
-def test_what_is_never_used_is_listed() -> None:
-    whole = program(let("was", True), let("t", "a"))
-    spare = replace(inner(), name="tx_spare")
-    whole = replace(whole, blocks=(spare, *whole.blocks))
-    assert set(unused(whole)) == {
-        "tx_main.x",
-        "tx_main.was",
-        "tx_main.i",
-        "tx_main.ring",
-        "tx_main.t",
-        "tx_main.b",
-        "tx_main.j",
-        "tx_main.zero",
-        "tx_main.last",
-        "tx_main.one",
-        "tx_spare",
-    }
 
 
 def test_a_condition_that_nests_deeply_is_checked_in_a_moment() -> None:

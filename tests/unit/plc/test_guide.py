@@ -196,29 +196,6 @@ def test_what_a_call_may_move_is_in_guide_and_head_and_a_large_step_is_warned_of
         assert f"from call to call a step of at most {step_um} um" in said
 
 
-def test_a_model_without_a_gain_is_said_never_to_correct_and_no_hours_of_zero_are_named() -> None:
-    settings = exported()
-    model = settings.compensation.model
-    parts = model.outputs[0].parts
-    none = (replace(parts[0], direct_gain_um_per_k=0.0, sections=(Section(0.0, 900.0),)),)
-    direct = (replace(parts[0], sections=()),)
-    for changed, warned, hours in (
-        (none, True, False),
-        (direct, False, False),
-        (parts, False, True),
-    ):
-        outputs = (replace(model.outputs[0], parts=changed),)
-        compensation = replace(settings.compensation, model=replace(model, outputs=outputs))
-        other = replace(settings, compensation=compensation)
-        head = " ".join(" ".join(build_program(other).head).split())
-        report = report_of(other, ReportFacts(Target("c"), (), None), {})
-        for text in (head, guide(other, Target("c")), str(report["warnings"])):
-            assert ("never corrects: all its gains are zero" in text) == warned
-            assert ("wrong for about three of its slowest time constants" in text) == hours
-            assert " 0 h" not in text
-        assert ("This model counts from its start" in head) == (not warned)
-
-
 def test_a_range_that_an_open_input_lies_in_is_warned_of() -> None:
     for lowest_c, warned in [(-10.0, True), (0.0, True), (0.5, False)]:
         settings = exported()
@@ -228,18 +205,6 @@ def test_a_range_that_an_open_input_lies_in_is_warned_of() -> None:
         text = guide(changed, Target("c"))
         assert ("0.0 degC lies in the plausible range of T2: an open input" in text) == warned
         assert "what the lowest or highest count of its module means" in text
-
-
-def test_trims_and_holds_are_said_to_end_by_themselves() -> None:
-    settings = exported()
-    text, head = (
-        guide(settings, Target("c")),
-        " ".join(" ".join(build_program(settings).head).split()),
-    )
-    assert "**It expires after 28800 s and is lost at a restart, while the input keeps" in text
-    assert "A trim expires 28800 s after it was given, and is lost at a restart" in head
-    assert "A hold ends by itself after 3600 s" in text
-    assert "refused tells of its rising edge only" in head
 
 
 def test_the_report_states_the_law_of_the_stall_of_every_section() -> None:

@@ -30,39 +30,6 @@ def test_the_text_is_ascii_in_lines_of_a_hundred_signs() -> None:
             assert "//" not in text
 
 
-def test_inputs_outputs_states_and_instances_are_members_and_the_rest_is_local() -> None:
-    header, source = print_c(small())
-    for line in (
-        "    tx_number u_um;  /* a number [um] */",
-        "    bool at_limit;  /* a truth */",
-        "    int16_t beat;  /* a whole number [1] */",
-        "    tx_number ring[5];  /* a number [um] */",
-        "    tx_small_lag one;",
-        "void tx_small_init(tx_small *b);",
-        "void tx_small_step(tx_small *b);",
-        "typedef double tx_number;",
-        'extern "C" {',
-        "#ifndef TX_SMALL_H",
-    ):
-        assert line in header.splitlines()
-    for line in (
-        "static void tx_small_lag_step(tx_small_lag *b_)",
-        "    static const tx_number largest_um = 12.5;  /* largest magnitude [um] */",
-        "    tx_number past = 0.0;  /* a number [um] */",
-        "    low = b_->one.y;",
-        "    b_->one.u = past;",
-        "    tx_small_lag_step(&b_->one);",
-        "    low = (-largest_um);",
-        "    b_->ring[b_->place] = b_->u_um;",
-        "    if (b_->place >= last) {",
-        "        b_->place = (int16_t)(b_->place + 1);",
-        "    b_->at_limit = (beyond && ((!b_->reset) && yes));",
-        "    if (b_->offset == (-7)) {",
-        "    b_->y_um = 0.25;",
-    ):
-        assert line in source.splitlines(), line
-
-
 def test_nothing_is_included_but_types_and_nothing_is_called_but_its_own() -> None:
     for double in (True, False):
         header, source = print_c(small(double=double))

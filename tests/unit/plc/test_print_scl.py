@@ -21,14 +21,6 @@ def test_it_computes_what_the_structured_text_computes() -> None:
         assert len(meaning) == 1
 
 
-def test_the_head_says_what_was_not_checked() -> None:
-    for cpu, double in CASES:
-        words = print_scl(small(double=double), cpu).replace("*)\n(* ", "")
-        assert "Syntax and numbers checked through equivalent IEC text" in words
-        assert "Acceptance by STEP 7 or TIA Portal not checked" in words
-        assert ("non-retain" in words) == (cpu == "s7-300")
-
-
 def test_the_text_is_ascii_in_lines_of_a_hundred_signs() -> None:
     for cpu, double in CASES:
         text = print_scl(small(double=double), cpu)

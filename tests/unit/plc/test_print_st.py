@@ -14,7 +14,7 @@ from tests.unit.plc.equal_parts import CLibrary, c_block, c_library, st_block
 from tests.unit.plc.small_programs import asked, let, number, said, small, two, when
 from thermaxis.plc import Program, print_scl, print_st
 from thermaxis.plc.printers._text import broken, remark_lines
-from thermaxis.plc.tree import Name, Not, Operation, Remark, Two, number_text
+from thermaxis.plc.tree import Name, Not, Operation, Remark, Two
 
 FLAVOURS = ("iec", "twincat", "codesys")
 
@@ -117,31 +117,6 @@ def test_remarks_are_never_nested_and_stand_in_one_line() -> None:
             if "(*" in line:
                 assert line.index("(*") < line.index("*)")
                 assert line.endswith("*)")
-
-
-def test_every_operation_stands_in_parentheses() -> None:
-    text = print_st(small())
-    assert "at_limit := (beyond AND ((NOT reset) AND yes));" in text
-    assert "low := (-largest_um);" in text
-    assert "IF (sum_word" not in text
-    assert "    IF (offset = (-7)) THEN" in text
-    assert "        place := (place + 1);" in text
-    assert "one(u := past, start := reset);" in text
-    assert "low := one.y;" in text
-    assert "past := ring[place];" in text
-
-
-def test_declarations_have_type_start_and_remark() -> None:
-    text = print_st(small())
-    assert "    u_um : LREAL := 0.0;  (* a number [um] *)" in text
-    assert "    y_um : LREAL := 0.25;  (* a number [um] *)" in text
-    assert "    at_limit : BOOL := TRUE;  (* a truth *)" in text
-    assert "    beats : INT := -1;  (* a whole number [1] *)" in text
-    assert "    ring : ARRAY[0..4] OF LREAL;  (* a number [um] *)" in text
-    assert "    one : tx_lag;" in text
-    assert f"    alpha : LREAL := {number_text(1 / 7, double=True)};" in text
-    assert " LREAL" not in print_st(small(double=False))
-    assert "    alpha : REAL := 0.142857149;" in print_st(small(double=False))
 
 
 def test_no_number_stands_in_a_statement() -> None:

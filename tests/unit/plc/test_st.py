@@ -14,15 +14,11 @@ from tests.unit.plc.equal_parts import (
     Task,
     c_library,
     compared_together,
-    demanded_settings,
-    difference,
-    shift,
     short_record,
     texts_of,
 )
 from tests.unit.plc.small_programs import small
-from tests.unit.plc.st_to_c import bare, st_as_c
-from thermaxis.plc import build_program, print_st
+from tests.unit.plc.st_to_c import st_as_c
 
 BY_HAND = """(* what follows is a section, twice *)
 FUNCTION_BLOCK tx_lag
@@ -123,12 +119,6 @@ def test_every_text_says_what_must_come_out_to_the_last_bit(double: bool, tmp_pa
         assert comparison.seen.calls == 600
 
 
-def test_the_text_for_an_editor_with_two_panes_is_the_same_but_for_remarks() -> None:
-    program = build_program(demanded_settings(3, cycle_s=1.0, double=True))
-    for flavour in ("twincat", "codesys"):
-        assert bare(print_st(program, flavour)) == bare(print_st(program))
-
-
 @pytest.mark.parametrize("double", [True, False])
 def test_scl_means_what_the_structured_text_means_and_a_changed_one_does_not(double: bool) -> None:
     for program in (short_record(1, double=double)[0], small(double=double)):
@@ -137,24 +127,3 @@ def test_scl_means_what_the_structured_text_means_and_a_changed_one_does_not(dou
         assert len(meaning) == 1
         changed = texts["s7-1500"].replace(" + ", " - ", 1)
         assert st_as_c(changed, "m") not in meaning
-
-
-def test_a_difference_names_call_and_output_in_hexadecimal() -> None:
-    settings = demanded_settings(4, cycle_s=1.0, double=True)
-    record = shift(settings, hours=0.05, seed=4)
-    wrong = record.wanted.copy()
-    column = record.outputs.index("state")
-    wrong[17, column] += 1.0
-    found = difference(record, wrong)
-    assert found.startswith("call 17: state is ")
-    assert "(0x1." in found
-    assert difference(record, wrong[:17]) == "nothing after call 17"
-    assert difference(record, record.wanted) == ""
-
-
-def test_a_comparison_has_every_output_of_the_block_in_it() -> None:
-    for seed in range(4):
-        settings = demanded_settings(seed, cycle_s=1.0, double=True)
-        outputs = [v.name for v in build_program(settings).blocks[-1].outputs]
-        record = shift(settings, hours=0.01, seed=seed)
-        assert outputs == list(record.outputs)

@@ -184,19 +184,6 @@ def test_a_table_ends_after_its_rows_and_says_so() -> None:
         vectors_of(settings, most_rows=0)
 
 
-def test_the_head_says_model_cycle_numbers_and_units() -> None:
-    settings = random_settings(6, double=False)
-    lines = vectors_of(settings, most_rows=20).text.splitlines()
-    head = [line for line in lines if line.startswith("# ") and not line.startswith("# unit")]
-    assert "# model sha256: not stated" in head
-    assert "# cycle: 1 s" in head
-    assert any("REAL binary32 - 9 digits" in line for line in head)
-    names, units = lines[len(head)].split(","), lines[len(head) + 1].split(",")
-    assert len(names) == len(set(names)) == len(units)
-    assert all(line.count(",") == len(names) - 1 for line in lines[len(head) :])
-    assert all(re.fullmatch(r"# [\w .:+-]+", line) for line in head)
-
-
 def test_every_channel_reads_every_odd_value_alone_and_then_jumps() -> None:
     settings = random_settings(3)
     seen = [step.inputs.temperatures_c for step in CallSequence(settings, seed=1).steps()]

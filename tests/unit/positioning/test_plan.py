@@ -15,7 +15,6 @@ from thermaxis.positioning import (
     Cycle,
     RunAssumptions,
     TestPlan,
-    TimeSource,
     check_against_plan,
     check_plan,
     choose_targets,
@@ -172,16 +171,6 @@ def test_a_plan_that_cannot_be_driven_is_refused_by_the_name_of_the_field() -> N
             plan_of(**changes)
 
 
-def test_a_plan_is_frozen_and_keeps_its_own_targets() -> None:
-    mine = np.array([0.0, 10.00049, 20.0])
-    plan = plan_of(target=mine)
-    mine[:] = 0.0
-    np.testing.assert_array_equal(plan.target, [0.0, 10.0, 20.0])
-    with pytest.raises(ValueError, match="read-only"):
-        plan.target[0] = 1.0
-    assert (plan.stops, plan.lowest, plan.highest) == (30, -5.0, 25.0)
-
-
 @pytest.mark.parametrize("cycle", list(Cycle))
 def test_order_and_times_are_those_that_the_virtual_axis_drives(cycle: Cycle) -> None:
     motion = {"cycles": 4, "feed": 250.0, "dwell_s": 1.5, "recording_s": 0.7, "overrun": 3.0}
@@ -325,16 +314,6 @@ def test_stops_that_were_shorter_or_longer_than_planned_and_pauses_are_told() ->
         "cycle": 3,
         "approach": "backward",
     }
-
-
-def test_what_a_file_does_not_tell_is_said_not_guessed() -> None:
-    for code, changes in (
-        ("order_not_known", {"time_source": TimeSource.NONE, "time_s": None, "order": None}),
-        ("order_deduced", {"order_deduced": True}),
-        ("times_not_stated", {"time_source": TimeSource.ORDER, "time_s": None}),
-        ("times_not_stated", {"time_source": TimeSource.INTERPOLATED}),
-    ):
-        assert codes_of(differences(**changes)) == [code]
 
 
 # ---- expected uncertainty -----------------------------------------------------------------------

@@ -262,14 +262,6 @@ def test_the_other_method_stands_apart_and_says_that_it_is_no_result_of_the_stan
     ]
 
 
-def test_a_position_that_stands_out_is_named_in_words(hundred_cycles: PositioningReport) -> None:
-    text = section_of(document_of(hundred_cycles), "adjacent-difference method")
-    assert "A prompt to look, not a verdict: the spread stands out at position 3 (" in text
-    assert "exact, with at most 5 % false alarms per run, for normal and independent" in text
-    assert "scatter that varies along the axis, raises the alarms" in text
-    assert "±2s of the mean, equation (6)" in text
-
-
 def test_a_short_run_does_not_claim_that_no_position_stands_out() -> None:
     for targets, cycles in ((4, 5), (9, 2)):
         text = section_of(document_of(make_report(make_run(targets, cycles))), "adjacent")
@@ -301,18 +293,6 @@ def test_a_wide_run_is_printed_in_several_tables_that_hold_every_target() -> Non
     assert [float(label) for label in labels] == report.test.target.tolist()
 
 
-def test_a_very_long_run_is_not_printed_reading_by_reading() -> None:
-    report = make_report(make_run(11, 1000, times=False))
-    text = section_of(document_of(report), "raw data")
-    assert "The 22000 readings are not printed here" in text
-    assert "Table" not in text
-    assert text.startswith("Annex C: raw data (not printed: more than 20000 readings)")
-    one_way = make_report(make_run(11, 1000, times=False, approaches="forward"))
-    assert section_of(document_of(one_way), "raw data").startswith(
-        "Annex C: raw data (all readings)"
-    )
-
-
 def test_targets_with_fewer_readings_are_counted_in_the_notes() -> None:
     test = make_run(9, 6, times=False)
     deviation = test.deviation.copy()
@@ -322,16 +302,6 @@ def test_targets_with_fewer_readings_are_counted_in_the_notes() -> None:
     assert "9 targets, 2 to 5 runs per direction, standard" in notes_of(document_of(report))
     assert "these figures are of 2 to 5." in notes_of(document_of(report))
     assert fields_of(report)["Runs per direction"] == "2 to 5"
-
-
-def test_values_of_the_environment_have_at_most_three_decimals(small: PositioningReport) -> None:
-    environment = {
-        "air_temperature_c": StartEnd(23.600000381, 24.41667),
-        "environment_factor_um": StartEnd(0.316411, 0.0004567),
-    }
-    fields = fields_of(replace(small, test=replace(small.test, environment=environment)))
-    assert fields["Air temperature"] == "23.6 °C (start), 24.417 °C (end)"
-    assert fields["Environment factor"] == "0.316 µm (start), 0.000457 µm (end)"
 
 
 def test_characters_without_a_sign_in_the_fonts_are_named(small: PositioningReport) -> None:
@@ -350,24 +320,6 @@ def test_characters_without_a_sign_in_the_fonts_are_named(small: PositioningRepo
     for warnings in ((), unshowable(report)):
         text = section_of(document_of(replace(report, warnings=warnings)), "Remarks")
         assert text.count("cannot be shown in the PDF") == 1
-
-
-def test_further_channels_and_header_lines_are_shown(small: PositioningReport) -> None:
-    channel = np.full(small.test.deviation.shape, 28.5)
-    channel[0, 0, 0] = 31.0
-    channel[1, 0, 0] = np.nan
-    test = replace(
-        small.test,
-        channels={"Tm": channel},
-        environment={"air_temperature_c": StartEnd(20.0, None), "oil_c": StartEnd(31.5, 33.0)},
-    )
-    document = document_of(make_report(test, header={"counter": "7", "feed": "300 mm/min"}))
-    assert "('Tm', '89', '28.50', '28.53', '31.00')" in section_of(document, "raw data")
-    conditions = section_of(document, "Conditions")
-    assert "('Air temperature', '20 °C (start)')" in conditions
-    assert "('oil c', '31.5 (start), 33 (end)')" in conditions
-    assert "('counter', '7')" in conditions
-    assert "('Feed', '300 mm/min')" in conditions
 
 
 def test_a_stated_field_stands_beside_what_the_file_says_of_it(small: PositioningReport) -> None:

@@ -95,11 +95,6 @@ def section_of(report: PositioningReport, heading: str = HEADING) -> Section:
     return next(s for s in document_of(report).sections if s.heading == heading)
 
 
-def front_of(report: PositioningReport) -> Section:
-    """Return the first page as a section."""
-    return Section("", document_of(report).opening)
-
-
 def tables_of(section: Section) -> list[Table]:
     return [block for block in section.blocks if isinstance(block, Table)]
 
@@ -502,14 +497,6 @@ def test_where_a_swing_or_a_jump_makes_u_doubtful_no_coverage_is_claimed(
     assert as_json(describe_evaluation(report))["uncertainty"]["may_be_too_small"] == []
 
 
-def test_a_u_larger_than_its_figure_is_remarked_upon(report: PositioningReport) -> None:
-    figures = report.uncertainty.measured
-    large = {**figures.expanded_uncertainty, "R": 1e3, "B_mean": 1e3}
-    found = replace(report.uncertainty, measured=replace(figures, expanded_uncertainty=large))
-    assert "U of R is larger than the figure" in notes_of(replace(report, uncertainty=found))
-    assert "is larger than the figure" not in notes_of(report)
-
-
 def test_the_numbers_of_the_table_are_the_same_in_pdf_html_terminal_and_json(
     report: PositioningReport,
 ) -> None:
@@ -563,13 +550,6 @@ def test_the_annex_has_the_levels_with_their_standard_uncertainties(
     for i, row in enumerate(levels.rows):
         expected = [f"{v:.3f}" for a in (0, 1) for v in (drift.level[i, a], drift.level_std[i, a])]
         assert list(row[2:]) == expected
-
-
-def test_the_warnings_of_the_drift_stand_in_its_section(report: PositioningReport) -> None:
-    odd = Message("warning-target_drifts_otherwise", {"targets": "4 <b>"})
-    said = replace(report, drift=replace(report.drift, warnings=(odd,)))
-    assert "Target 4 <b> drifts otherwise" in words_of(section_of(said))
-    assert "Target 4 &lt;b&gt; drifts otherwise" in render_html(document_of(said))
 
 
 def test_uncertainties_of_the_limits_file_come_first_and_decide(report: PositioningReport) -> None:

@@ -333,13 +333,6 @@ def test_numbers_have_no_round_off_behind_their_last_digit() -> None:
     assert small == "a\n2.5e-13\n"
 
 
-def test_hundreds_of_runs_are_drawn_in_part_and_the_chart_says_so() -> None:
-    report = make_report(make_run(5, 450))
-    with drawing("test"):
-        labels = draw_iso230_2(report).axes[0].get_legend_handles_labels()[1]
-    assert "200 of the runs" in labels
-
-
 def test_progress_is_told_before_each_chart_and_at_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

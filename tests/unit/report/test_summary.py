@@ -12,7 +12,7 @@ from tests.unit.report.test_drift_in_report import drifting, still
 from thermaxis.codes import Message
 from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.messages import sentence_of
-from thermaxis.positioning import FIGURE_KEYS, Finding, evaluate_uncertainty, figures_by_key
+from thermaxis.positioning import FIGURE_KEYS, Finding, figures_by_key
 from thermaxis.quantities import AxisKind
 from thermaxis.report import check_limits
 from thermaxis.report.tables import summary_of
@@ -66,14 +66,6 @@ def test_it_fits_a_small_terminal_whatever_there_is_to_say(kind: AxisKind, appro
         assert [int(one[1]) if one else 0 for one in counted] == hidden
 
 
-def test_it_begins_with_the_run_and_the_verdict_and_ends_with_where_the_rest_is() -> None:
-    report = drifting(make_run())
-    lines = summary_of(report).splitlines()
-    assert lines[0].startswith("x_axis.csv: linear axis X, 9 targets from 0 to 300 mm")
-    assert "--limits FILE" in said("\n".join(lines), "verdict: ")
-    assert "--full-tables" in lines[-1]
-
-
 def test_the_figures_are_those_of_the_result_with_their_uncertainty_and_without_drift() -> None:
     report = drifting(make_run())
     assert report.drift
@@ -97,14 +89,6 @@ def test_one_approach_has_its_own_three_figures(approach: str) -> None:
     heads = [line.split()[0] for line in summary_of(report).splitlines() if line[:2] == "  "]
     first = heads.index("ISO") + 1
     assert heads[first : first + 3] == [f"E{arrow}", f"R{arrow}", f"A{arrow}"]
-
-
-def test_an_uncertainty_is_explained_only_where_one_stands() -> None:
-    for cycles, explained in ((1, False), (3, True)):
-        test = make_run(cycles=cycles, length=3000.0)
-        found = evaluate_uncertainty(test, None, samples=100)
-        said = summary_of(replace(make_report(test), uncertainty=found))
-        assert ("± U: coverage 95.45 %" in said) is explained
 
 
 def test_the_verdict_names_what_does_not_pass() -> None:

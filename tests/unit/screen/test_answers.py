@@ -25,7 +25,7 @@ from thermaxis.runtime import Role
 from thermaxis.screen import _log_lines
 from thermaxis.screen._application import build_application
 from thermaxis.screen._log_lines import LOGGERS, SAME_LINE_S, PlainLines, speak_plainly
-from thermaxis.screen.access import Guard, plain_page, reference_of, wants_page
+from thermaxis.screen.access import Guard, plain_page
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
@@ -125,13 +125,6 @@ def test_what_is_sent_to_ask_or_to_log_in_calls_itself_json() -> None:
             assert answer.json() == {"error": "kind", "text": sentence("common-refused_kind")}
 
 
-def test_a_browser_that_shows_the_answer_is_told_from_a_script() -> None:
-    for accept in ("text/html", "application/xml, TEXT/HTML;q=0.1", PAGE["Accept"]):
-        assert wants_page(accept)
-    for accept in ("*/*", "text/htmlx", "", None):
-        assert not wants_page(accept)
-
-
 def test_what_a_plain_page_says_is_text() -> None:
     page = plain_page("en", "<b>", "a < b & c", back='"').decode()
     assert "<h1>&lt;b&gt;</h1>" in page
@@ -159,33 +152,12 @@ def test_a_mistake_in_the_program_is_answered_in_words_with_a_reference() -> Non
         assert answer.headers["content-security-policy"]
 
 
-def test_another_mistake_has_another_reference() -> None:
-    one = mistake()
-    with pytest.raises(ValueError, match="invalid literal") as other:
-        int("y")
-    group = ExceptionGroup("several", [one, other.value])
-    assert reference_of(one) != reference_of(other.value)
-    assert reference_of(group) == reference_of(one)
-    assert reference_of(KeyError()) == reference_of(KeyError("never raised"))
-
-
 # ---- what the terminal is told ------------------------------------------------------------------
 
 
 def record(text: str, error: BaseException | None = None) -> logging.LogRecord:
     found = None if error is None else (type(error), error, error.__traceback__)
     return logging.LogRecord("uvicorn.error", logging.WARNING, __file__, 1, text, (), found)
-
-
-def test_a_mistake_is_one_line_with_the_reference_of_its_page() -> None:
-    error = mistake()
-    told = record("Exception in ASGI application\n", error)
-    assert PlainLines().filter(told)
-    line = logging.Formatter().format(told)
-    assert "\n" not in line
-    assert reference_of(error) in line
-    assert "KeyError in test_answers.py, line " in line
-    assert "Traceback" not in line
 
 
 def test_what_a_stranger_sent_cannot_steer_the_terminal() -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 from tests.unit.screen.people import TOKEN
 from tests.unit.screen.stand import Somebody
 from thermaxis.codes import Message
-from thermaxis.messages import LANGUAGES, as_sentence, keys, sentence, sentence_of
+from thermaxis.messages import LANGUAGES, as_sentence, keys, sentence
 from thermaxis.runtime import Role
 from thermaxis.runtime.opcua import MethodAnswer
 from thermaxis.runtime.status import ASKS, Kind
@@ -86,11 +86,6 @@ def test_an_answer_after_which_the_request_may_have_run_is_no_refusal(
     assert found.answer == answer
     assert code is None or found.message.code == code
     assert found.message.code in keys("en")
-
-
-def test_the_words_of_an_answer_that_is_newer_than_the_screen_are_the_loops_own() -> None:
-    found = outcome_of(MethodAnswer("Good", (False, "of tomorrow", "of_tomorrow", "{}")))
-    assert sentence_of(found.message) == "of tomorrow"
 
 
 @pytest.mark.parametrize("role", [None, *Role])

@@ -127,18 +127,6 @@ def test_a_request_after_the_end_of_a_log_in_is_told_why_it_ended() -> None:
     assert (answer.status_code, answer.json()["error"]) == (401, "login-loop_gone")
 
 
-def test_a_refusal_speaks_the_language_of_who_asks() -> None:
-    routes = guarded(Role.ENGINEER)
-    browser = client(parts(), routes, name="operator")
-    said = {
-        language: browser.get("/guarded", headers={"Accept-Language": language}).json()
-        for language in ("en", "de", "cs")
-    }
-    assert {one["error"] for one in said.values()} == {"login-role_too_low"}
-    assert len({one["text"] for one in said.values()}) == 3
-    assert "engineer" in said["en"]["text"]
-
-
 # ---- whoever may only look on -------------------------------------------------------------------
 
 
@@ -256,9 +244,6 @@ def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() ->
 
 
 # ---- log-in -------------------------------------------------------------------------------------
-
-
-LOG_IN = {"name": "operator", "password": PASSWORD}
 
 
 def log_in(browser: TestClient, name: str, password: str) -> Response:

@@ -25,7 +25,7 @@ from tests.unit.runtime.history_records import (
 from thermaxis.codes import Message, Place
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError, ThermaxisError
-from thermaxis.messages import LANGUAGES, sentence, sentence_of
+from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import EventRecord, VirtualClock, run_in_virtual_time
 from thermaxis.runtime.history import HistoryReader, Trend
 from thermaxis.screen.access import RefusedError
@@ -34,14 +34,13 @@ from thermaxis.screen.pages.history import (
     NoHistoryError,
     line_of,
     points_within,
-    said_event,
     shortened,
     span_of,
     to_ms,
 )
-from thermaxis.screen.pages.history._events import MARK_LENGTH, events_of, names_now, trend8
+from thermaxis.screen.pages.history._events import events_of, names_now, trend8
 from thermaxis.screen.pages.history._rows import History, cause_for_people
-from thermaxis.screen.pages.history._series import lines_of, moment_of, unit_of
+from thermaxis.screen.pages.history._series import lines_of, moment_of
 
 HOUR = timedelta(hours=1)
 
@@ -387,19 +386,6 @@ def test_lines_hold_the_mean_and_the_band_of_what_was_recorded(tmp_path: Path) -
             assert line["highest"][k] == pytest.approx(max(values), rel=1e-6)
 
 
-def test_a_unit_is_written_as_people_write_it() -> None:
-    for name, shown in (
-        ("Z_correction_um", "µm"),
-        ("T_spindle_C", "°C"),
-        ("T_spindle_redundant_C", "°C"),
-        ("probe_Z_um", "µm"),
-        ("Z_weight", ""),
-        ("interlock_referenced", ""),
-        ("n_spindle_rpm", "1/min"),
-    ):
-        assert unit_of(name) == shown
-
-
 def test_numbers_keep_what_a_chart_can_show() -> None:
     assert shortened(1.23456789) == 1.234568
     assert shortened(0.000123456789) == 0.0001234568
@@ -428,35 +414,6 @@ def test_a_time_needs_a_zone_and_is_the_same_in_every_one() -> None:
 def state_event(utc: datetime, *reasons: str) -> EventRecord:
     values = {"state": "Holding", "reasons": reasons}
     return EventRecord.of(utc, "state", "", Message("event-state_reasons", values))
-
-
-def test_a_mark_has_few_words_and_what_is_grave_comes_first() -> None:
-    state = said_event(state_event(BEGIN, "input_bad", "settling"), "en")
-    assert (state["kind"], state["state"], state["mark"]) == ("state", "Holding", "Hold")
-    late = Message("alarm-late", {"lateness_s": 1.5})
-    values = {"priority": "high", "alarm": late}
-    came = said_event(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm", values)), "en")
-    gone = said_event(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm_gone", values)), "en")
-    assert (came["priority"], came["mark"]) == ("high", "A cycle came 1.5 s late.")
-    assert (gone["priority"], gone["said"]) == ("", "gone: A cycle came 1.5 s late.")
-    details: dict[str, str | float | bool | None] = {
-        "kind": "trim",
-        "output": "Z_um",
-        "value": 2.0,
-        "duration_s": math.inf,
-        "text": "",
-        "accepted": False,
-    }
-    refused = {"request": "trim", "answer": Message("answer-in_fault")}
-    message = Message("event-request_refused", refused)
-    asked = said_event(EventRecord.of(BEGIN, "request", "Novak", message, details), "en")
-    assert (asked["request"], asked["accepted"], asked["t"]) == ("trim", False, to_ms(BEGIN))
-    assert asked["said"] == "Trim Z +2.0 µm for –: refused; it is in the state Fault"
-    assert asked["mark"] == "✕ trim (Novak)"
-    assert came["rank"] < state["rank"] < asked["rank"] < gone["rank"]
-    for language in LANGUAGES:
-        long = EventRecord(BEGIN, "loss", "", "a loss " * 40)
-        assert len(said_event(long, language)["mark"]) <= MARK_LENGTH
 
 
 def test_only_the_newest_events_are_given_and_it_is_said_that_there_are_more(

@@ -26,7 +26,6 @@ from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.stand import application, parts
 from tests.unit.screen.test_probe_page import measured
 from thermaxis.codes import Message
-from thermaxis.messages import isolated, sentence
 from thermaxis.runtime import EventRecord, Role, Secret
 from thermaxis.screen.pages import probe_page as _probe_page
 from thermaxis.screen.pages.history import close_history, page as _history_page, to_ms
@@ -196,24 +195,6 @@ def test_no_number_of_points_breaks_a_question(client: Client) -> None:
         assert 1 <= len(found.json()["series"]["Z_model_um"]["t"]) <= 4000
 
 
-def test_events_are_said_in_the_visitors_language(
-    client: Client,
-) -> None:
-    found = client.get("/history/events", params=SPAN, headers={"accept-language": "cs"}).json()
-    state, link, asked = found["events"]
-    assert found["more"] is False
-    values = {"state": "Holding", "reasons": ("input_bad",)}
-    assert state["said"] == sentence("event-state_reasons", values, language="cs")
-    assert state["mark"] == sentence("operator-state_holding", language="cs")
-    assert link["said"] == isolated("<b>somebody</b>")  # as it is, and the page writes it as text
-    what = Message("history-ask_trim", {"output": "Z_um", "value": 2.0, "length": 3600.0})
-    values = {"what": what, "reason": Message("answer-trim_set")}
-    assert asked["said"] == sentence("history-asked_accepted", values, language="cs")
-    assert (asked["request"], asked["who"], asked["accepted"]) == ("trim", "Novák", True)
-    some = client.get("/history/events", params={**SPAN, "kinds": ["state", "nonsense"]}).json()
-    assert [event["kind"] for event in some["events"]] == ["state"]
-
-
 def test_the_operators_trend_is_asked_once_in_a_quarter_of_a_minute(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -238,26 +219,6 @@ def test_the_operators_trend_is_asked_once_in_a_quarter_of_a_minute(
     assert [event["kind"] for event in found[0]["events"]] == ["state", "request"]
     assert german["events"][0]["said"] != found[0]["events"][0]["said"]
     assert german["series"] == found[0]["series"]
-
-
-def test_without_a_history_every_page_says_why(tmp_path: Path) -> None:
-    with Stage(tmp_path / "none.db", probes=("Z_um",)) as client:
-        trend = client.get("/trend8").json()
-        assert trend["series"] == {}
-        assert "no such file" in trend["error"]
-        assert str(tmp_path) not in trend["error"]
-        for address in ("/history/series", "/history/events", "/probe/values", "/history/trend"):
-            asked = {**SPAN, "names": "Z_model_um", "name": "Z_um"}
-            answer = client.get(address, params=asked)
-            assert (answer.status_code, answer.json()["error"]) == (503, "history-unreadable")
-
-
-def test_without_a_probe_the_page_says_how_to_configure_one(path: Path) -> None:
-    with Stage(path) as client:
-        text = client.get("/probe").text
-    assert "[probe.Z_um]" in text
-    assert "machine.toml" in text
-    assert "plotly" not in text
 
 
 def test_the_probe_is_compared_over_the_address(client: Client) -> None:
@@ -363,19 +324,6 @@ def test_a_failed_export_tells_a_viewer_no_place_of_this_computer(
     message = caplog.messages[-1]
     assert "loop@db.shop:5432 refused" in message
     assert message.isprintable()  # one line, and nothing that a terminal obeys
-
-
-def test_an_export_that_cannot_be_begun_is_told_without_a_path(
-    path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(_: Work) -> None:
-        raise OSError(28, "No space left on device", "/srv/secret-place")
-
-    monkeypatch.setattr(Work, "folder", full)
-    with Stage(path) as client:
-        answer = client.export(**SPAN, format="csv")
-        assert (answer.status_code, answer.json()["error"]) == (503, "history-export_failed")
-        assert "secret-place" not in answer.text
 
 
 WRITES = "open('history.csv', 'wb').write(b'1' * 300_000)"

@@ -51,21 +51,6 @@ def test_what_stands_there_is_marked_unless_it_is_of_just_what_was_asked() -> No
         assert found == [former, False, "no"], stated
 
 
-def test_an_error_of_the_page_itself_is_no_word_for_people() -> None:
-    found = said(
-        """
-        const errors = [];
-        try { refused(new TypeError("x is undefined"), of(span(0))); }
-        catch (error) { errors.push(error.name); }
-        try { await told(() => { throw new TypeError("x is undefined"); }); }
-        catch (error) { errors.push(error.name); }
-        const nothing = await told(() => { throw new Refused("too long"); });
-        return [errors, nothing, places.wrong.textContent];
-        """
-    )
-    assert found == [["TypeError", "TypeError"], None, "too long"]
-
-
 def test_an_answer_that_breaks_off_is_a_refusal_in_words() -> None:
     found = said(
         """

@@ -13,7 +13,6 @@ from tests.unit.screen.stand import Somebody
 from thermaxis.codes import Message
 from thermaxis.compensation import SupervisorState
 from thermaxis.messages import (
-    END_OF_ISOLATE,
     ISOLATE,
     LANGUAGES,
     duration_text,
@@ -151,14 +150,6 @@ def test_a_code_that_is_newer_than_the_screen_stays_as_the_loop_says_it() -> Non
         assert shown == ("of tomorrow" if language == "en" else isolated("of tomorrow"))
 
 
-def test_why_the_history_fails_is_a_detail_of_its_alarm() -> None:
-    failure = {"code": "failure-history_unwritable", "values": {"detail": "disk full"}}
-    found = said_status(status(alarms=[alarm("historian", failure=failure, waiting=3)]), "de")
-    (shown,) = found["alarms"]
-    assert "disk full" not in shown["text"]
-    assert isolated("disk full") in shown["detail"]
-
-
 # ---- English within another language -------------------------------------------------------------
 
 
@@ -204,14 +195,6 @@ def by_script(body: str, language: str = "en", **given_: object) -> Any:
     modules["series"] = (STATIC / "history/series.js").as_uri()
     words = sentences_of_pages(language)
     return said_by(head + body, {**modules, "language": language, "sentences": words, **given_})
-
-
-def test_a_script_marks_what_is_english_for_who_listens() -> None:
-    text = f"Grund: {isolated('a disk')} und {isolated('b')}."
-    assert ISOLATE + "a disk" + END_OF_ISOLATE in text
-    marked, plain = by_script(NODES, texts=[text, "ohne"])
-    assert marked == [["", ["Grund: ", ["en", ["a disk"]], " und ", ["en", ["b"]], "."]], True]
-    assert plain == [["", ["ohne"]], False]
 
 
 # ---- numbers, times and names -------------------------------------------------------------------

@@ -1,12 +1,10 @@
 """What the screen makes of what the loop says, and of what it does not say."""
 
 import asyncio
-import gc
 import inspect
 import itertools
 import json
 import math
-import tracemalloc
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
 
@@ -459,25 +457,6 @@ async def test_a_cycle_that_is_seen_twice_is_one_raw_value(loop: Loop, feed: Sta
 
 
 @watching
-async def test_looks_beyond_those_that_are_remembered_take_no_memory(
-    loop: Loop, feed: StatusFeed
-) -> None:
-    used: list[int] = []
-
-    tracemalloc.start()
-    for number in range(2, 602):
-        loop.text = read_as(20.0 + number / 64.0, number)
-        await feed.after(feed.latest.number)
-        if number % 150 == 1:
-            gc.collect()
-            used.append(tracemalloc.get_traced_memory()[0])
-    tracemalloc.stop()
-
-    assert len(used) == 4
-    assert max(used[2:]) - used[1] < 40_000, used  # 100 byte for each of 400 looks
-
-
-@watching
 async def test_a_connection_that_was_made_anew_during_a_look_shows_nothing_unasked(
     loop: Loop, feed: StatusFeed
 ) -> None:
@@ -549,12 +528,6 @@ async def test_whoever_waits_is_told_of_the_end(loop: Loop, feed: StatusFeed) ->
     await feed.close()  # a second time is nothing
 
     assert (ended[0].live, ended[0].why) == (False, "feed-ended")
-
-
-@watching
-async def test_many_wait_and_each_is_told_the_same(loop: Loop, feed: StatusFeed) -> None:
-    found = await asyncio.gather(*(feed.after(feed.latest.number) for _ in range(50)))
-    assert {id(told) for told in found} == {id(feed.latest)}
 
 
 # ---- with the loop's own status server ----------------------------------------------------------

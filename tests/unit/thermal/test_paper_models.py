@@ -38,9 +38,3 @@ def test_after_twenty_samples_the_cycle_equals_the_printed_difference_equation()
             said.append(output.model_um[0])
         expected = simulate_transfer_function(printed.transfer_function, np.ones(2000))
         assert np.max(np.abs(np.array(said) - expected)[20:]) < within_um
-
-
-def test_only_the_table_is_called_irreproducible() -> None:
-    assert not any("cannot be reproduced" in w for w in paper_spindle_model().warnings)
-    assert any("cannot be reproduced" in w for w in paper_table_model().warnings)
-    assert any("22.59" in w and "35.27" in w for w in paper_table_model().warnings)

@@ -15,7 +15,6 @@ from asyncua.crypto.cert_gen import setup_self_signed_certificate
 from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 from cryptography.x509.oid import ExtendedKeyUsageOID
 
-from tests.refusals import refused
 from thermaxis.runtime import Secret, VirtualClock, run_in_virtual_time
 from thermaxis.virtual import (
     FAULTY,
@@ -25,7 +24,6 @@ from thermaxis.virtual import (
     VirtualLathe,
     parse_fault,
 )
-from thermaxis.virtual.lathe._gate import NetworkGate
 from thermaxis.virtual.lathe._server import APPLICATION, NAMESPACE, unit_of
 
 SPEED = 60.0
@@ -245,56 +243,6 @@ def test_with_a_certificate_only_its_user_is_let_in_and_everything_is_encrypted(
         await served(lathe_with(), work, user="anna", password=Secret("right"), **more)
 
     run_in_virtual_time(run())
-
-
-def test_a_certificate_that_cannot_be_read_is_said(tmp_path: Path) -> None:
-    (tmp_path / "wrong.der").write_bytes(b"no certificate")
-
-    async def work(url: str) -> None:
-        raise AssertionError(url)
-
-    paths = {"certificate": tmp_path / "wrong.der", "private_key": tmp_path / "none.pem"}
-    with refused("certificate_unreadable"):
-        run_in_virtual_time(served(lathe_with(), work, **paths))
-
-
-def test_a_port_that_is_taken_is_said() -> None:
-    async def run() -> None:
-        first = NetworkGate("127.0.0.1", 0)
-        await first.open()
-        try:
-            with refused("port_unavailable"):
-                await NetworkGate("127.0.0.1", first.port).open()
-        finally:
-            await first.close()
-        assert not first.is_open
-
-    asyncio.run(run())
-
-
-def test_settings_that_do_not_go_together_are_refused() -> None:
-    for wrong, code in (
-        ({"speed": 0.0}, "not_positive_up_to"),
-        ({"speed": math.inf}, "not_positive_up_to"),
-        ({"port": 70_000}, "outside_range"),
-        ({"address": "0.0.0.0"}, "other_computer"),  # noqa: S104 - refused
-        ({"address": "::"}, "other_computer"),
-        ({"address": "lathe.plant.example"}, "other_computer"),
-        (
-            {
-                "address": "10.0.0.1",
-                "user": "anna",
-                "password": Secret("x"),
-                "certificate": Path("a"),
-                "private_key": Path("b"),
-            },
-            "other_computer",
-        ),
-        ({"user": "anna"}, "user_without_password"),
-        ({"user": "anna", "password": Secret("x")}, "password_unencrypted"),
-    ):
-        with refused(code):
-            LatheServerSettings(**wrong)
 
 
 def test_the_number_of_a_unit_is_its_code_read_as_bytes() -> None:
