@@ -24,6 +24,6 @@ def test_a_run_loads_no_reader_of_logs_no_page_and_few_lines(root: Path) -> None
     found = loaded(root / "examples" / "machine" / "lathe.toml")
     assert {place for place in found if place.startswith(NOT_NEEDED)} == set()
     assert not any(
-        place.startswith(("runtime/sinks/_halcmd", "runtime/sinks/linuxcnc")) for place in found
+        place.startswith(("runtime/_halcmd", "runtime/sinks/linuxcnc")) for place in found
     )
     assert found.total() < 12_000

@@ -29,6 +29,12 @@ degrees Celsius, micrometres, millimetres, or the plain number. ``K`` is a tempe
 difference."""
 
 
+def bits_of(kind: str) -> int:
+    """Return how many bits a whole number of a type has; 0 for every other type. [1]"""
+    lowest, highest = WHOLE_RANGES.get(kind, (0, 0))
+    return (highest - lowest).bit_length()
+
+
 def converted(value: float, unit: str) -> float:
     """Return a value of a machine in degrees Celsius, micrometres, millimetres, or as it is."""
     factor, shift = VALUE_UNITS[unit]

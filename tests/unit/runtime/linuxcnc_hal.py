@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from tests.unit.runtime.simulated import freeze
-from thermaxis.runtime.sinks._halcmd import HalLostError
+from thermaxis.runtime._halcmd import HalLostError
 
 PERIOD_S = 0.005
 """Five times that of a machine, so that a minute of it takes no time. [s]"""

@@ -256,6 +256,19 @@ WRONG = (
         "interlock.referenced.meet",
     ),
     ("met = true", "met = 1", "no_boolean", "interlock.referenced.met"),
+    ("met = true", "met = true\nbit = 64", "above_bound", "interlock.referenced.bit"),
+    (
+        "largest_rate_k_per_s = 0.05",
+        "on_change = true",
+        "key_needed_here",
+        "source",
+    ),
+    (
+        'connection = "control"\n\n[sink]',
+        'connection = "control"\nlife_node = "ns=2;s=Diameter"\n\n[sink]',
+        "node_twice",
+        "diameter.node",
+    ),
     ("models/lathe.json", "models/lath.json", "", ""),
     ('model_folder = "models"', 'model_folder = "modls"', "folder_not_found", ""),
     ("margin_k = 4.0", "margin_k = 0.0", "", "validity.margin_k"),
@@ -277,6 +290,20 @@ def test_a_value_that_cannot_be_is_refused_at_its_place(tmp_path: Path) -> None:
         told = {(one.code.removeprefix("error-"), one.place.key) for one in found}
         assert any(c == (code or c) and k == (key or k) for c, k in told), (wrong, found)
         assert all(one.place.line for one in found if one.place.file == str(path)), (wrong, found)
+
+
+def test_interlocks_may_be_bits_of_one_status_word(tmp_path: Path) -> None:
+    word = 'node = "ns=2;s=Status"'
+    path = machine_file(
+        tmp_path,
+        ('node = "ns=2;s=Z_referenced"', f"{word}\nbit = 3"),
+        ('node = "ns=2;s=EmergencyStop"', f"{word}\nbit = 12"),
+    )
+    interlocks = read_machine(path).interlocks
+    assert {name: (entry.bit, entry.value) for name, entry in interlocks.items()} == {
+        "referenced": (3, True),
+        "emergency_stop": (12, False),
+    }
 
 
 def test_a_misspelt_channel_leads_to_the_right_one(tmp_path: Path) -> None:

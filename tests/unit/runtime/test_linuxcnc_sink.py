@@ -22,8 +22,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import AWAY, TOWARDS, VirtualClock, run_in_virtual_time
-from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
-from thermaxis.runtime.sinks._halcmd import (
+from thermaxis.runtime._halcmd import (
     HalLostError,
     HalPipe,
     HalRefusedError,
@@ -33,6 +32,7 @@ from thermaxis.runtime.sinks._halcmd import (
     open_pipe,
     running_instance,
 )
+from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
 
 BOUND_UM, RATE_UM_PER_S = 100.0, 10.0
 LIMITS = Limits(BOUND_UM, RATE_UM_PER_S)

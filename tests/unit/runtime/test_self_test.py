@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Literal, cast
 
 import pytest
-from asyncua import ua
 from hypothesis import given, strategies as st
 
 from tests.unit.runtime.machine_files import machine_file, model
@@ -44,7 +43,6 @@ from thermaxis.runtime.checks._nodes import (
 from thermaxis.runtime.checks._self_test import judge_linuxcnc
 from thermaxis.runtime.sinks import DrySink
 from thermaxis.runtime.sources import NodeSettings
-from thermaxis.runtime.sources.opcua import _number_in
 
 RULES = SensorRules(lowest_c=5.0, highest_c=90.0)
 LIMITS = Limits(100.0, 0.5)
@@ -200,10 +198,27 @@ def test_a_number_that_is_no_truth_value_is_refused_as_the_source_refuses_it(val
     for judge in (judge_interlock, judge_other_compensation):
         found = judge("", node(value, data_type="Int16"), flag)
         assert code(found) == (Level.ERROR, "flag_no_truth")
-    assert _number_in(
-        ua.DataValue(ua.Variant(value, ua.VariantType.Int16)),
-        NodeSettings(node="ns=2;s=X", unit="bool"),
-    ) == (None, False)
+    assert NodeSettings(node="ns=2;s=X", unit="bool").value_of(value, 16) == (None, False)
+
+
+@pytest.mark.parametrize("kind", ["Byte", "Int16", "UInt16", "UInt32", "Int64"])
+def test_a_bit_of_a_status_word_is_a_flag_and_one_beyond_its_type_is_refused(kind: str) -> None:
+    bits = {"Byte": 8, "Int16": 16, "UInt16": 16, "UInt32": 32, "Int64": 64}[kind]
+    for word in (0, 0b1010, 127, -2 if kind.startswith("Int") else 254):
+        for bit in (0, 1, 3, 7, bits - 1, bits):
+            pattern = f"{word % 2**bits:0{bits}b}"[::-1]  # as the PLC's programmer counts
+            settings = NodeSettings(node="ns=2;s=X", unit="bool", bit=bit)
+            expected = (float(pattern[bit]), True) if bit < bits else (None, False)
+            assert settings.value_of(word, bits) == expected
+            found = judge_interlock(
+                "", node(word, data_type=kind), FlagSettings("ns=2;s=X", value=True, bit=bit)
+            )
+            if bit == bits:
+                assert code(found) == (Level.ERROR, "node_no_bit")
+            else:
+                assert found.level is (Level.OK if expected[0] else Level.WARNING)
+    assert NodeSettings(node="ns=2;s=X", unit="bool", bit=0).value_of(True, 0) == (None, False)
+    assert NodeSettings(node="ns=2;s=X", unit="bool", bit=0).value_of(1.0, 0) == (None, False)
 
 
 def test_a_flag_without_a_value_is_a_warning_and_one_of_another_type_an_error() -> None:

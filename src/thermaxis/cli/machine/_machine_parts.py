@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         Source,
         StatusServer,
     )
-    from thermaxis.runtime.sources import NodeSettings, ReplayClock
+    from thermaxis.runtime.sources import LifeCounter, NodeSettings, ReplayClock
 
 
 @final
@@ -89,7 +89,9 @@ def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> Machin
         source, clock = _replay(configuration, clock)
     else:
         session = sessions[configuration.source.connection]
-        source = sources.OpcUaSource(session, nodes_read(configuration))
+        source = sources.OpcUaSource(
+            session, nodes_read(configuration), _life(configuration, clock)
+        )
     if probes is not None:
         nodes = probes_read(configuration)
         probe_source = sources.OpcUaSource(probes, nodes)
@@ -141,18 +143,25 @@ def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings
     node = sources.NodeSettings
     nodes: dict[str, NodeSettings] = {}
     for name, entry in configuration.inputs.items():
-        nodes[name] = node(node=entry.node, unit=entry.unit, scale=entry.scale)
+        nodes[name] = node(
+            node=entry.node, unit=entry.unit, scale=entry.scale, on_change=entry.on_change
+        )
         if entry.redundant_node:
             second = replace(nodes[name], node=entry.redundant_node)
             nodes[runtime.redundant_name(name)] = second
     for name, flag in configuration.interlocks.items():
-        nodes[runtime.interlock_name(name)] = node(node=flag.node, unit="bool")
+        nodes[runtime.interlock_name(name)] = node(node=flag.node, unit="bool", bit=flag.bit)
     other, diameter = configuration.other_compensation, configuration.diameter
     if other is not None:
-        nodes[runtime.OTHER_COMPENSATION] = node(node=other.node, unit="bool")
+        nodes[runtime.OTHER_COMPENSATION] = node(node=other.node, unit="bool", bit=other.bit)
     if diameter is not None:
         nodes[runtime.DIAMETER] = node(node=diameter.node, unit=diameter.unit, scale=diameter.scale)
     return nodes
+
+
+def _life(configuration: "MachineConfiguration", clock: "Clock") -> "LifeCounter | None":
+    source = configuration.source
+    return sources.LifeCounter(source.life_node, source.life_s, clock) if source.life_node else None
 
 
 def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":

@@ -27,6 +27,8 @@ self_test-node_no_number = Uzel { $node } je typu { $type }, potřebné je čís
     .remedy = Vyhledejte uzel v prohlížeči serveru a opravte konfiguraci.
 self_test-node_no_flag = Uzel { $node } je typu { $type }, potřebná je logická hodnota nebo celé číslo.
     .remedy = Vyhledejte uzel v prohlížeči serveru a opravte konfiguraci.
+self_test-node_no_bit = Uzel { $node } je typu { $type }, který takový bit nemá; potřebné je celé číslo s dostatkem bitů.
+    .remedy = Vyhledejte uzel v prohlížeči serveru a opravte konfiguraci.
 self_test-node_no_beat = Uzel { $node } je typu { $type }, potřebné je číslo nebo logická hodnota.
     .remedy = Vyhledejte uzel v prohlížeči serveru a opravte konfiguraci.
 
@@ -105,6 +107,7 @@ self_test-read_back_no_value = Není hodnota: { $status }.
 self_test-read_back_differs = Stroj hlásí { FIXED($reported_um, decimals: 1) } µm, { SIGNED($difference_um, decimals: 1) } µm od posledního zápisu.
     .remedy = Bez známky života mohl stroj offset vzít zpět; jinak zkontrolujte uzel.
 self_test-heartbeat = Lze ji zapsat.
+self_test-life = Čítač života je k dispozici.
 self_test-heartbeat_not_writable = Server nedovolí tomuto uživateli zapsat známku života.
     .remedy = Dejte uživateli právo zápisu.
 self_test-offset_gone = Offset už nemá hodnotu: { $status }.

@@ -27,6 +27,8 @@ self_test-node_no_number = Der Knoten { $node } ist vom Typ { $type }; nötig is
     .remedy = Den Knoten im Browser des Servers suchen und die Konfiguration berichtigen.
 self_test-node_no_flag = Der Knoten { $node } ist vom Typ { $type }; nötig ist ein Wahrheitswert oder eine ganze Zahl.
     .remedy = Den Knoten im Browser des Servers suchen und die Konfiguration berichtigen.
+self_test-node_no_bit = Der Knoten { $node } ist vom Typ { $type }, der kein solches Bit hat; nötig ist eine ganze Zahl mit genügend Bits.
+    .remedy = Den Knoten im Browser des Servers suchen und die Konfiguration berichtigen.
 self_test-node_no_beat = Der Knoten { $node } ist vom Typ { $type }; nötig ist eine Zahl oder ein Wahrheitswert.
     .remedy = Den Knoten im Browser des Servers suchen und die Konfiguration berichtigen.
 
@@ -105,6 +107,7 @@ self_test-read_back_no_value = Es gibt keinen Wert: { $status }.
 self_test-read_back_differs = Die Maschine meldet { FIXED($reported_um, decimals: 1) } µm, { SIGNED($difference_um, decimals: 1) } µm neben dem zuletzt geschriebenen Wert.
     .remedy = Ohne Lebenszeichen kann die Maschine den Offset zurückgenommen haben; sonst den Knoten prüfen.
 self_test-heartbeat = Es kann geschrieben werden.
+self_test-life = Der Lebenszähler ist da.
 self_test-heartbeat_not_writable = Der Server lässt diesen Benutzer das Lebenszeichen nicht schreiben.
     .remedy = Dem Benutzer das Schreibrecht geben.
 self_test-offset_gone = Der Offset hat keinen Wert mehr: { $status }.

@@ -27,6 +27,8 @@ self_test-node_no_number = The node { $node } is of the type { $type }, and a nu
     .remedy = Look for the node with the server's own browser and correct the configuration.
 self_test-node_no_flag = The node { $node } is of the type { $type }, and a Boolean or a whole number is needed.
     .remedy = Look for the node with the server's own browser and correct the configuration.
+self_test-node_no_bit = The node { $node } is of the type { $type }, which has no such bit: a whole number with enough bits is needed.
+    .remedy = Look for the node with the server's own browser and correct the configuration.
 self_test-node_no_beat = The node { $node } is of the type { $type }, and a number or a Boolean is needed.
     .remedy = Look for the node with the server's own browser and correct the configuration.
 
@@ -105,6 +107,7 @@ self_test-read_back_no_value = There is no value: { $status }.
 self_test-read_back_differs = The machine reports { FIXED($reported_um, decimals: 1) } µm, { SIGNED($difference_um, decimals: 1) } µm from what was written last.
     .remedy = Without a heartbeat the machine may have taken the offset back; else check the node.
 self_test-heartbeat = It can be written.
+self_test-life = The life counter is there.
 self_test-heartbeat_not_writable = The server does not let this user write the heartbeat.
     .remedy = Give the user the right to write.
 self_test-offset_gone = The offset has no value any more: { $status }.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from thermaxis.compensation import CompensationModel, Limits, SensorRules
 from thermaxis.runtime._findings import Finding, Level, error, ok, warning
-from thermaxis.runtime._machine_values import WHOLE_RANGES, converted, flag_of
+from thermaxis.runtime._machine_values import WHOLE_RANGES, bits_of, converted, flag_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 from thermaxis.runtime.config import (
     DiameterSettings,
@@ -77,7 +77,7 @@ def judge_input(
         yield raw
         return
     value_c = _temperature_c(raw, settings)
-    wrong = list(_judge_age(key, node, rules))
+    wrong = [] if settings.on_change else list(_judge_age(key, node, rules))
     # a sensor in kelvin tells no whole degrees: a whole number counts parts of one
     whole = node.data_type in WHOLE_RANGES
     wrong += _judge_temperature(key, raw, value_c, settings, rules, whole=whole)
@@ -164,31 +164,41 @@ def judge_redundant(
         yield warning("redundant_differs", key, difference_k=difference_k, largest_k=largest_k)
 
 
+def judge_life(key: str, node: "NodeDescription") -> Finding:
+    """Judge the node of a life counter; whether it moves, the loop says."""
+    return _lacking(key, node, types=_NUMBERS | _FLAGS) or ok("life", key)
+
+
 # ---- flags and diameter -------------------------------------------------------------------------
 
 
 def judge_interlock(key: str, node: "NodeDescription", settings: FlagSettings) -> Finding:
     """Judge an interlock: one that is not met now is a warning."""
-    flag = _flag_or_finding(key, node, "interlock_no_value")
+    flag = _flag_or_finding(key, node, settings, "interlock_no_value")
     if isinstance(flag, Finding):
         return flag
     return ok("interlock_met", key) if flag is settings.value else warning("interlock_open", key)
 
 
-def _flag_or_finding(key: str, node: "NodeDescription", without: str) -> bool | Finding:
+def _flag_or_finding(
+    key: str, node: "NodeDescription", settings: FlagSettings, without: str
+) -> bool | Finding:
     """Return a node's flag, or why it has none; `without` is the code for no value."""
-    lacking = _lacking(key, node, "node_no_flag", _FLAGS)
+    bit, types = settings.bit, _FLAGS
+    if bit is not None:
+        types = frozenset(kind for kind in WHOLE_RANGES if bit < bits_of(kind))
+    lacking = _lacking(key, node, "node_no_flag" if bit is None else "node_no_bit", types)
     if lacking is not None:
         return lacking
     if node.value is None:
         return warning(without, key, status=node.status)
-    flag = flag_of(node.value)
+    flag = flag_of(node.value) if bit is None else bool(int(node.value) >> bit & 1)
     return error("flag_no_truth", key, value=node.value) if flag is None else flag
 
 
 def judge_other_compensation(key: str, node: "NodeDescription", settings: FlagSettings) -> Finding:
     """Judge the flag of another compensation: while it is active, nothing may be enabled."""
-    flag = _flag_or_finding(key, node, "other_compensation_no_value")
+    flag = _flag_or_finding(key, node, settings, "other_compensation_no_value")
     if isinstance(flag, Finding):
         return flag
     if flag is settings.value:

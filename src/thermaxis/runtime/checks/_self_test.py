@@ -14,6 +14,7 @@ from thermaxis.runtime.checks._nodes import (
     judge_heartbeat,
     judge_input,
     judge_interlock,
+    judge_life,
     judge_other_compensation,
     judge_output,
     judge_probe,
@@ -98,6 +99,8 @@ def _silent(session: "OpcUaSession", name: str) -> Finding:
 
 def _values(configuration: MachineConfiguration) -> Iterator[_Look]:
     """Yield what is read."""
+    if configuration.source.life_node:
+        yield (configuration.source.life_node,), partial(judge_life, "source.life_node")
     for name, entry in configuration.inputs.items():
         nodes = tuple(node for node in (entry.node, entry.redundant_node) if node)
         rules = configuration.rules.sensors[name]

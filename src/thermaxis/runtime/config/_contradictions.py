@@ -57,6 +57,8 @@ def contradictions(file: MachineFile) -> Iterator[Message]:
         yield from _about_connection("sink", sink.connection, file)
     for name, entry in file.inputs.items():
         yield from _of_kind(f"input.{name}", entry, source.kind)
+        if entry.on_change and not source.life_node:
+            yield problem("key_needed_here", "source", name="life_node")
     if sink.kind != "dry":
         for name, output in file.outputs.items():
             yield from _of_kind(f"output.{name}", output, sink.kind)
@@ -109,14 +111,15 @@ def _about_names(file: MachineFile) -> Iterator[Message]:
 
 def _about_nodes(file: MachineFile) -> Iterator[Message]:
     """Refuse a node that is named for two purposes; an offset may be read where it is written."""
-    seen: dict[tuple[str, str], str] = {}
+    seen: dict[tuple[str, str, int | None], str] = {}
     for written, connection in ((True, file.sink.connection), (False, file.source.connection)):
         for table, entry in tables_of(file):
             if table.startswith(("sink", "output.")) is not written:
                 continue
             for name in (one.name for one in fields(entry) if one.name.endswith("node")):
                 node, key = getattr(entry, name), f"{table}.{name}"
-                first = seen.setdefault((connection, node), key) if node else key
+                place = (connection, node, getattr(entry, "bit", None))
+                first = seen.setdefault(place, key) if node else key
                 if first != key and not (written and first.rpartition(".")[0] == table):
                     yield problem("node_twice", key, first=first)
 

@@ -286,10 +286,10 @@ def _overwritten(file: MachineFile, path: Path, state: Path, url: str) -> Iterat
 def _acting(file: MachineFile) -> MachineFile:
     """Return what is left of the tables where a log is replayed, or nothing is written."""
     if file.source.kind == "replay":
-        away = {"node": "", "redundant_node": "", "scale": 1.0}
+        away = {"node": "", "redundant_node": "", "scale": 1.0, "on_change": False}
         file = replace(
             file,
-            source=replace(file.source, connection=""),
+            source=replace(file.source, connection="", life_node=""),
             inputs={name: replace(entry, **away) for name, entry in file.inputs.items()},
             interlocks={},
             other_compensation=None,

@@ -39,8 +39,8 @@ from thermaxis.runtime._keys import (
 )
 from thermaxis.runtime.history import HistorianSettings
 from thermaxis.runtime.host import is_loopback, refuse_readable
-from thermaxis.runtime.opcua import parse_node
 from thermaxis.runtime.sinks import HalSettings, LinuxCncSettings
+from thermaxis.runtime.sources import check_node
 
 SHORTEST_TOKEN = 16
 """Shortest token of a reader of the figures. [1]"""
@@ -74,7 +74,7 @@ def _checked_by(check: Any) -> AfterValidator:
 
 
 def _node(text: str) -> str:
-    parse_node(text)
+    check_node(text)
     return text
 
 
@@ -124,6 +124,12 @@ class SourceSettings:
     """`opcua` reads a server, `replay` plays a log."""
     connection: Annotated[Text, Needed("opcua")] = ""
     """Name of the connection; required for opcua."""
+    life_node: Node = ""
+    """Node of a number that the controller changes all the time, such as a counter that its PLC
+    increments: while it stands still, nothing that is read is believed. Without it: only time
+    stamps say whether a value is new."""
+    life_s: Annotated[float, Field(gt=0.0, le=600.0)] = 5.0
+    """It must have changed within so long. Default: PLCs count once a second or faster. [s]"""
     log: Annotated[FileName, Only("replay"), Needed("replay")] = None
     """The log; required for replay."""
     mapping: Annotated[FileName, Only("replay")] = None
@@ -170,6 +176,9 @@ class InputSettings(SensorRules):
     scale: Scale = 1.0
     """What the number is multiplied by first; 0.1 where a PLC counts tenths of a degree. Default:
     the node holds the value itself. [1]"""
+    on_change: bool = False
+    """Whether the server stamps the value only when it changes: its age is then that of the last
+    change of `life_node`, which is required. Default: a time stamp says when it was measured."""
     redundant_node: Node = ""
     """Node of a redundant sensor at the same place, in the same unit and scale."""
 
@@ -179,9 +188,11 @@ class FlagSettings:
     """Where a flag is read."""
 
     node: NeededNode
-    """Node of the flag: a Boolean, or a number 0 or 1."""
+    """Node of the flag: a Boolean, or a number 0 or 1; with `bit` a whole number."""
     value: bool
     """Value at which it says what its table is called: met, or active."""
+    bit: Annotated[int | None, Field(ge=0, le=63)] = None
+    """Bit of a status word that is the flag, 0 is the lowest. Without it: the node is the flag."""
 
 
 @final

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from thermaxis.codes import Message, Value
-from thermaxis.runtime.sinks._halcmd import HalRefusedError, number_of
+from thermaxis.runtime._halcmd import HalRefusedError, number_of
 from thermaxis.runtime.sinks._linuxcnc_settings import LinuxCncOutput, LinuxCncSettings
 
 HEARTBEAT = "thermaxis-heartbeat"

@@ -14,8 +14,7 @@ from typing import Final, NamedTuple, TypeVar, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
-from thermaxis.runtime._ports import Applied, Clock, Sink
-from thermaxis.runtime.sinks._halcmd import (
+from thermaxis.runtime._halcmd import (
     LINUXCNC,
     Hal,
     HalLostError,
@@ -25,6 +24,7 @@ from thermaxis.runtime.sinks._halcmd import (
     number_of,
     open_pipe,
 )
+from thermaxis.runtime._ports import Applied, Clock, Sink
 from thermaxis.runtime.sinks._linuxcnc_hal import (
     ARM,
     COUNT,

@@ -1,8 +1,15 @@
+from ._life import (
+    LifeCounter as LifeCounter,
+)
+from ._nodes import (
+    HAL as HAL,
+    NodeSettings as NodeSettings,
+    check_node as check_node,
+)
 from ._probed import (
     ProbedSource as ProbedSource,
 )
 from .opcua import (
-    NodeSettings as NodeSettings,
     OpcUaSource as OpcUaSource,
 )
 from .replay import (

@@ -1,43 +1,16 @@
 """Values of a machine that is an OPC UA server."""
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import final
 
 from asyncua import ua
 
-from thermaxis.codes import Message, Place
-from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._machine_values import VALUE_UNITS, converted, flag_of
+from thermaxis.codes import Message
+from thermaxis.runtime._machine_values import bits_of
 from thermaxis.runtime._ports import NOT_READ, Source, SourceSample
-from thermaxis.runtime.opcua import WRONG_TYPE, OpcUaSession, parse_node, plain_number
-
-
-@final
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NodeSettings:
-    """Where one value comes from."""
-
-    node: str
-    """The node, such as ``ns=2;s=T_spindle``."""
-    unit: str
-    """Unit of the value on the machine after the scale, a key of `VALUE_UNITS`."""
-    scale: float = 1.0
-    """What the raw number is multiplied by first; 0.1 where a PLC counts tenths. [1]"""
-
-    def __post_init__(self) -> None:
-        """Check what cannot be read."""
-        parse_node(self.node)
-        if self.unit not in VALUE_UNITS:
-            raise ConfigurationError(
-                "unknown_choice",
-                name=self.unit,
-                known=tuple(VALUE_UNITS),
-                place=Place(key="unit", channel=self.node),
-            )
-        if not math.isfinite(self.scale) or self.scale == 0.0:
-            raise ConfigurationError("scale_unusable", place=Place(key="scale", channel=self.node))
+from thermaxis.runtime.opcua import WRONG_TYPE, OpcUaSession, plain_number, status_name
+from thermaxis.runtime.sources._life import LifeCounter
+from thermaxis.runtime.sources._nodes import NodeSettings
 
 
 @final
@@ -51,13 +24,24 @@ class OpcUaSource(Source):
     have no value and the status ``BadTypeMismatch``, and so has a number other than 0 and 1 where
     a truth value is expected.
 
-    Not protected: a server that stamps an old value as new is believed.
+    Where there is a life counter, everything counts as not read while it stands still, and the
+    age of a value that is stamped when it changes is that of the counter's last change.
+
+    Not protected: a server that stamps an old value as new is believed, unless there is a life
+    counter.
     """
 
-    def __init__(self, session: OpcUaSession, nodes: Mapping[str, NodeSettings]) -> None:
+    def __init__(
+        self,
+        session: OpcUaSession,
+        nodes: Mapping[str, NodeSettings],
+        life: LifeCounter | None = None,
+    ) -> None:
         self.session = session
         self._nodes = dict(nodes)
+        self._life = life
         self._ids = tuple(settings.node for settings in self._nodes.values())
+        self._ids += () if life is None else (life.node,)
         self._lost = dict.fromkeys(self._nodes, NOT_READ)
         self._reached = False
 
@@ -71,20 +55,29 @@ class OpcUaSource(Source):
         self._reached = found is not None
         if found is None:
             return self._lost
+        if self._life is not None:
+            self._life.see(plain_number(found[-1]) if status_name(found[-1]) == "Good" else None)
+            if self._life.failure is not None:
+                return self._lost
         return {
             name: self._sample(settings, value)
-            for (name, settings), value in zip(self._nodes.items(), found, strict=True)
+            for (name, settings), value in zip(self._nodes.items(), found, strict=False)
         }
 
     @property
     def connected(self) -> bool:
-        """Whether the last read reached the server."""
-        return self._reached and self.session.connected
+        """Whether the last read reached the server, and a machine that is alive."""
+        return self._reached and self.session.connected and self._stands is None
 
     @property
     def failure(self) -> Message | None:
-        """Why the server is not reached."""
-        return None if self.connected else self.session.failure
+        """Why the server is not reached, or the machine behind it is not alive."""
+        reached = self._reached and self.session.connected
+        return self._stands if reached else self.session.failure
+
+    @property
+    def _stands(self) -> Message | None:
+        return None if self._life is None else self._life.failure
 
     async def close(self) -> None:
         """End the connection, unless a sink still uses it."""
@@ -97,26 +90,12 @@ class OpcUaSource(Source):
         good = code is None or code.is_good()
         age_s = self.session.age_s(value)
         stamp = None if age_s is None else value.SourceTimestamp
+        if settings.on_change and self._life is not None:
+            age_s = self._life.age_s
         if code is not None and code.is_bad():
             return SourceSample(None, good=False, status=status, age_s=age_s, source_time=stamp)
-        number, fits = _number_in(value, settings)
+        kind = "" if value.Value is None else value.Value.VariantType.name
+        number, fits = settings.value_of(plain_number(value), bits_of(kind))
         if not fits:
             return SourceSample(None, good=False, status=WRONG_TYPE, age_s=age_s, source_time=stamp)
         return SourceSample(number, good=good, status=status, age_s=age_s, source_time=stamp)
-
-
-def _number_in(value: ua.DataValue, settings: NodeSettings) -> tuple[float | None, bool]:
-    """Return the value in its unit, None where it is not finite, and whether its type fits."""
-    raw = plain_number(value)
-    if raw is None:
-        return None, False
-    if settings.unit == "bool":
-        flag = flag_of(raw)
-        return (None if flag is None else float(flag)), flag is not None
-    if isinstance(raw, bool):
-        return None, False
-    try:
-        number = converted(float(raw) * settings.scale, settings.unit)
-    except OverflowError:
-        return None, True
-    return (number if math.isfinite(number) else None), True
