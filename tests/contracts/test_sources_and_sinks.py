@@ -32,11 +32,19 @@ from thermaxis.runtime.sinks import (
     OpcUaSink,
     hal_text,
 )
-from thermaxis.runtime.sources import NodeSettings, OpcUaSource, ReplayClock, ReplaySource
+from thermaxis.runtime.sources import (
+    LifeCounter,
+    LinuxCncSource,
+    NodeSettings,
+    OpcUaSource,
+    ReplayClock,
+    ReplaySource,
+)
 from thermaxis.thermal import ThermalLog
 from thermaxis.virtual import Fault, FaultKind, LatheSink, LatheSource, VirtualLathe
 
 NODE = f"nsu={NAMESPACE};s="
+THREAD = "thread"
 
 
 @pytest.fixture(scope="module")
@@ -221,6 +229,30 @@ class LinuxCncStand(SinkRig):
 
 
 @final
+class LinuxCncSourceStand(SourceRig):
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.hal = MemoryHal(
+            f"loadrt threadtest names={THREAD}\naddf {THREAD}.increment servo-thread"
+        )
+        self.hal._pins("thermo", {"value": 31.5})
+        self.hal._pins("motion", {"motion-enabled": 1.0}, "bit")
+        nodes = {
+            "T1": NodeSettings(node="hal:thermo.value", unit="degC"),
+            "on": NodeSettings(node="hal:motion.motion-enabled", unit="bool"),
+        }
+        self.names = tuple(nodes)
+        life = LifeCounter(f"hal:{THREAD}.count", 2.0, self.clock)
+        self.source = LinuxCncSource(nodes, life, self.clock, open_hal=self.hal.attach)
+
+    async def take_away(self) -> None:
+        self.hal.running = False
+
+    async def bring_back(self) -> None:
+        self.hal.running = True
+
+
+@final
 class ReplayStand(SourceRig):
     removable = False
 
@@ -245,7 +277,7 @@ class DryStand(SinkRig):
         return self.sink._correction_um
 
 
-@pytest.mark.parametrize("stand", [LatheSourceStand, ReplayStand])
+@pytest.mark.parametrize("stand", [LatheSourceStand, LinuxCncSourceStand, ReplayStand])
 def test_every_source_keeps_its_contract(stand) -> None:
     async def check() -> None:
         await check_source(stand())

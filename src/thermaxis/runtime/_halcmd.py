@@ -12,7 +12,7 @@ import contextlib
 import math
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple, Protocol, final
 
@@ -55,10 +55,14 @@ class HalInstance(NamedTuple):
 
 
 class Hal(Protocol):
-    """What the sink needs of HAL: answers to commands, in time, or an error."""
+    """What source and sink need of HAL: answers to commands, in time, or an error."""
 
     async def ask(self, commands: Sequence[str], deadline_s: float) -> list[tuple[str, ...]]:
         """Give commands and return the lines of each answer."""
+        ...
+
+    def there(self) -> bool:
+        """Return whether the LinuxCNC runs for which it was opened."""
         ...
 
     async def close(self) -> None:
@@ -98,7 +102,9 @@ class HalPipe:
         commands: asyncio.StreamWriter,
         answers: asyncio.StreamReader,
         program: asyncio.subprocess.Process | None = None,
+        there: Callable[[], bool] = lambda: True,
     ) -> None:
+        self.there = there
         self._commands = commands
         self._answers = answers
         self._program = program
@@ -198,13 +204,13 @@ async def open_pipe(program: str, table: Path = SHARED_MEMORY) -> HalPipe:
     )
     if child.stdin is None or child.stdout is None:
         raise HalLostError("halcmd_out_of_step", place=LINUXCNC)
-    pipe = HalPipe(child.stdin, child.stdout, child)
+    pipe = HalPipe(child.stdin, child.stdout, child, lambda: running_instance(table) == before)
     try:
         await pipe.ask(["status lock"], _END_S)
     except BaseException:
         await pipe.close()
         raise
-    if running_instance(table) != before:  # halcmd made an empty HAL of its own, and removes it
+    if not pipe.there():  # halcmd made an empty HAL of its own, and removes it
         await pipe.close()
         raise HalLostError("linuxcnc_changed", place=LINUXCNC)
     return pipe

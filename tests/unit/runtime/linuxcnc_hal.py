@@ -141,7 +141,7 @@ class MemoryHal:
 
     # ---- halcmd ---------------------------------------------------------------------------------
 
-    async def attach(self) -> "MemoryHalcmd":
+    async def attach(self, _program: str = "") -> "MemoryHalcmd":
         if not self.running:
             raise HalLostError("linuxcnc_not_running")
         return MemoryHalcmd(self)
@@ -153,6 +153,8 @@ class MemoryHal:
         name = rest[0]
         if name not in self.values or name in self.hidden:
             return (f"<stdin>:1: {'signal' if verb[3:] == 's' else 'pin'} '{name}' not found",)
+        if verb == "ptype":
+            return (self.kinds[name],)
         if verb in {"getp", "gets"}:
             return (self._text(name, self.pin(name)),)
         assert verb == "sets", command
@@ -232,6 +234,9 @@ class MemoryHalcmd:
             answers.append(self.hal.answer(command))
             freeze(self.hal.freezes.pop(command, 0.0))
         return answers
+
+    def there(self) -> bool:
+        return self.hal.running
 
     async def close(self) -> None:
         self.closed = True

@@ -753,7 +753,7 @@ def test_halcmd_is_not_started_without_a_linuxcnc_of_the_same_user(
 
 def test_the_how_to_shows_the_file_that_its_configuration_makes(root: Path) -> None:
     page = (root / "docs" / "how-to" / "compensate-linuxcnc.md").read_text(encoding="utf-8")
-    (stated,) = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    stated, _ = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     (shown,) = re.findall(r"^```hal\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     outputs = {
         name: LinuxCncOutput(

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         Source,
         StatusServer,
     )
-    from thermaxis.runtime.sources import LifeCounter, NodeSettings, ReplayClock
+    from thermaxis.runtime.sources import LifeCounter, LinuxCncSource, NodeSettings, ReplayClock
 
 
 @final
@@ -45,6 +45,8 @@ class MachineParts:
     """Source, sink, historian and clock as the loop takes them: of a log its own clock."""
     probes: "OpcUaSession | None" = None
     """The connection of the probes, which the source opens; None where there are none."""
+    pins: "LinuxCncSource | None" = None
+    """The source, where it is LinuxCNC."""
 
     @property
     def sink(self) -> "Sink":
@@ -85,20 +87,22 @@ def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> Machin
     """
     sessions = build_sessions(configuration, clock)
     probes = build_probe_session(configuration, clock)
-    if configuration.source.kind == "replay":
+    pins = build_pins(configuration, clock)
+    if pins is not None:
+        source = pins
+    elif configuration.source.kind == "replay":
         source, clock = _replay(configuration, clock)
     else:
         session = sessions[configuration.source.connection]
-        source = sources.OpcUaSource(
-            session, nodes_read(configuration), _life(configuration, clock)
-        )
+        life = _life(configuration, clock) if configuration.source.life_node else None
+        source = sources.OpcUaSource(session, nodes_read(configuration), life)
     if probes is not None:
         nodes = probes_read(configuration)
         probe_source = sources.OpcUaSource(probes, nodes)
         source = sources.ProbedSource(source, probe_source, tuple(nodes), clock)
     recorder = history.SqlHistorian(configuration.historian, clock)
     sink = build_sink(configuration, sessions, clock)
-    return MachineParts(sessions, runtime.Ports(source, sink, recorder, clock), probes)
+    return MachineParts(sessions, runtime.Ports(source, sink, recorder, clock), probes, pins)
 
 
 def sole_runner(configuration: "MachineConfiguration") -> "AbstractContextManager[None]":
@@ -132,10 +136,19 @@ def build_probe_session(
     A request that is not answered in time costs its connection: a slow probe must not cost that
     of the inputs.
     """
-    if not configuration.probes:
+    if not configuration.probes or configuration.source.kind != "opcua":
         return None
     settings = configuration.connections[configuration.source.connection]
     return runtime.OpcUaSession(replace(settings, name=f"{settings.name}, probes"), clock)
+
+
+def build_pins(configuration: "MachineConfiguration", clock: "Clock") -> "LinuxCncSource | None":
+    """Make the source of LinuxCNC's pins, probes among them; None where the source is another."""
+    if configuration.source.kind != "linuxcnc":
+        return None
+    life = _life(configuration, clock, sources.THREAD_TIME)
+    nodes = nodes_read(configuration) | probes_read(configuration)
+    return sources.LinuxCncSource(nodes, life, clock, configuration.sink.halcmd)
 
 
 def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
@@ -159,9 +172,11 @@ def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings
     return nodes
 
 
-def _life(configuration: "MachineConfiguration", clock: "Clock") -> "LifeCounter | None":
+def _life(
+    configuration: "MachineConfiguration", clock: "Clock", default: str = ""
+) -> "LifeCounter":
     source = configuration.source
-    return sources.LifeCounter(source.life_node, source.life_s, clock) if source.life_node else None
+    return sources.LifeCounter(source.life_node or default, source.life_s, clock)
 
 
 def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":

@@ -108,6 +108,8 @@ def _source(configuration: MachineConfiguration) -> str:
     source = configuration.source
     if source.kind == "opcua":
         return f"by OPC UA from {_server(configuration, source.connection)}."
+    if source.kind == "linuxcnc":
+        return "from pins of HAL of the LinuxCNC of this computer."
     pace = "as fast as possible" if source.as_fast_as_possible else "at the pace of the day itself"
     return (
         f"replayed from {source.log}, {pace}; interlocks, redundant sensors, probes and the"

@@ -18,6 +18,7 @@ from thermaxis import runtime
 from thermaxis.cli._arguments import add_json, adder, number, refuse_both
 from thermaxis.cli._json import write_json
 from thermaxis.cli.machine._machine_parts import (
+    build_pins,
     build_probe_session,
     build_sessions,
     build_sink,
@@ -178,13 +179,15 @@ async def _tested(
     clock = runtime.SystemClock()
     sessions = build_sessions(configuration, clock)
     sink = build_sink(configuration, sessions, clock)
-    probes = build_probe_session(configuration, clock)
+    probes, pins = build_probe_session(configuration, clock), build_pins(configuration, clock)
     every = (*sessions.values(), sink, *([] if probes is None else [probes]))
     async with contextlib.AsyncExitStack() as opened:
+        if pins is not None:  # which the self-test's questions connect
+            opened.push_async_callback(pins.close)
         for part in every:
             await part.open()
             opened.push_async_callback(part.close)
         until_s = clock.monotonic_s() + wait_s
         while clock.monotonic_s() < until_s and not all(part.connected for part in every):
             await clock.sleep_until(clock.monotonic_s() + _LOOKS_AFTER_S)
-        return await runtime.self_test(configuration, sessions, sink, probes, write=write)
+        return await runtime.self_test(configuration, sessions, sink, probes, pins, write=write)

@@ -14,8 +14,6 @@ from collections.abc import Coroutine
 from pathlib import Path
 from statistics import median
 
-from asyncua.ua import DataValue
-
 from thermaxis import runtime
 from thermaxis.cli._arguments import adder, refuse_alone
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts, sole_runner
@@ -133,7 +131,9 @@ async def _prove(
     await ports.sink.open()
     try:
         await _wait_for_machine(parts, configuration)
-        looked = await runtime.self_test(configuration, parts.sessions, parts.sink, parts.probes)
+        looked = await runtime.self_test(
+            configuration, parts.sessions, parts.sink, parts.probes, parts.pins
+        )
         forbidden = runtime.reasons_against(looked)
         if forbidden:
             place = Place(file=str(configuration.path))
@@ -192,20 +192,16 @@ def _probe(
     parts: MachineParts, configuration: runtime.MachineConfiguration, arguments: argparse.Namespace
 ) -> Measure:
     """Return what reads a probe: the median of some readings."""
-    session = parts.sessions[configuration.sink.connection or configuration.source.connection]
+    connection = configuration.sink.connection or configuration.source.connection
+    asked = parts.pins or parts.sessions[connection]
     factor = 1.0 if arguments.probe_unit == "um" else 1e3
 
     async def measure(stands: Message) -> float:
         readings: list[float] = []
         for _ in range(_READINGS):
-            found = await session.read([arguments.probe], 1.0)
-            value = None if found is None or found[0].Value is None else found[0].Value.Value
-            if (
-                found is not None
-                and _is_good(found[0])
-                and isinstance(value, int | float)
-                and math.isfinite(value)
-            ):
+            found = await asked.describe(arguments.probe, 1.0)
+            value = None if found is None else found.value
+            if value is not None and math.isfinite(value):
                 readings.append(factor * float(value))
             await asyncio.sleep(0.1)
         if len(readings) < _FEWEST_READINGS:
@@ -219,10 +215,6 @@ def _probe(
         return median(readings)
 
     return measure
-
-
-def _is_good(value: DataValue) -> bool:
-    return value.StatusCode is not None and value.StatusCode.is_good()
 
 
 def _record(proof: runtime.StepProof) -> dict[str, str | float | bool | None]:

@@ -178,7 +178,9 @@ def _self_test(
     configuration: runtime.MachineConfiguration, parts: MachineParts
 ) -> Callable[[], asyncio.Future[tuple[Message, ...]]]:
     async def reasons() -> tuple[Message, ...]:
-        looked = await runtime.self_test(configuration, parts.sessions, parts.sink, parts.probes)
+        looked = await runtime.self_test(
+            configuration, parts.sessions, parts.sink, parts.probes, parts.pins
+        )
         return runtime.reasons_against(looked)
 
     return lambda: asyncio.ensure_future(reasons())

@@ -16,6 +16,9 @@ self_test-clock_behind = Spojeno; hodiny serveru jdou proti tomuto počítači o
     .remedy = Seřiďte jedny hodiny; stáří hodnot se posuzuje podle serveru, záznamy podle tohoto počítače.
 self_test-connected = Spojeno; hodiny se liší o { FIXED($difference_s, decimals: 1) } s.
 self_test-linuxcnc = LinuxCNC běží, je správně uspořádán a osy jsou referencovány.
+self_test-pins = LinuxCNC běží a jeho piny lze číst.
+self_test-pins_unread = Piny LinuxCNC nelze číst: { $why }
+    .remedy = Spusťte LinuxCNC jako uživatel tohoto programu.
 self_test-linuxcnc_unusable = Do LinuxCNC nelze zapisovat: { $why }
     .remedy = Spusťte jej se souborem HAL, který zapisuje thermaxis hal, a referencujte osy.
 

@@ -16,6 +16,9 @@ self_test-clock_behind = Verbunden; die Uhr des Servers geht gegenüber diesem R
     .remedy = Eine der Uhren stellen; das Alter der Werte gilt nach der Uhr des Servers, Aufzeichnungen nach der dieses Rechners.
 self_test-connected = Verbunden; die Uhren weichen um { FIXED($difference_s, decimals: 1) } s voneinander ab.
 self_test-linuxcnc = LinuxCNC läuft, ist richtig eingerichtet, und die Achsen sind referenziert.
+self_test-pins = LinuxCNC läuft, und seine Pins können gelesen werden.
+self_test-pins_unread = Pins von LinuxCNC können nicht gelesen werden: { $why }
+    .remedy = LinuxCNC starten, als der Benutzer dieses Programms.
 self_test-linuxcnc_unusable = In LinuxCNC kann nicht geschrieben werden: { $why }
     .remedy = Es mit der HAL-Datei starten, die thermaxis hal schreibt, und die Achsen referenzieren.
 

@@ -58,8 +58,11 @@ error-interlock_name = The name has other characters than letters, digits, _ and
 error-node_twice = The node is the same as that of { $first }.
     .remedy = Check both nodes.
 error-no_node_id = '{ $text }' is not a node id.
-error-no_hal_pin = '{ $text }' is no pin of HAL: write hal: and the name that 'halcmd show pin' prints.
     .remedy = Write it as ns=2;s=Name, nsu=urn:of:the:machine;s=Name, or i=85.
+error-no_hal_pin = '{ $text }' is no pin of HAL.
+    .remedy = Write hal: and a name that 'halcmd show pin' prints, such as hal:motion.motion-enabled.
+error-hal_pin = '{ $text }' is a pin of HAL, and this is not read from LinuxCNC.
+    .remedy = Write a node of the server, or kind = "linuxcnc" in the table [source].
 error-unknown_sign = The sign '{ $sign }' is not one of the two sentences.
     .remedy = Write "{ $away }" or "{ $towards }"; thermaxis commission proves which is right.
 error-replay_moves_machine = A replayed log would move the machine by temperatures that it does not have.

@@ -16,6 +16,9 @@ self_test-clock_behind = Connected; the server's clock is { FIXED($difference_s,
     .remedy = Set one of the clocks; ages are judged by the server's, records by this computer's.
 self_test-connected = Connected; the clocks differ by { FIXED($difference_s, decimals: 1) } s.
 self_test-linuxcnc = LinuxCNC runs, is arranged as it must be, and its joints are homed.
+self_test-pins = LinuxCNC runs, and its pins can be read.
+self_test-pins_unread = Pins of LinuxCNC cannot be read: { $why }
+    .remedy = Start LinuxCNC, as the user of this program.
 self_test-linuxcnc_unusable = LinuxCNC cannot be written to: { $why }
     .remedy = Start it with the HAL file that thermaxis hal writes, and home its joints.
 

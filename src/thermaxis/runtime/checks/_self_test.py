@@ -1,5 +1,6 @@
 """The self-test: whether the machine is as the configuration says, found by looking at it."""
 
+import asyncio
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -25,6 +26,9 @@ from thermaxis.runtime.config import InputSettings, MachineConfiguration
 
 if TYPE_CHECKING:
     from thermaxis.runtime.opcua import NodeDescription, OpcUaSession
+    from thermaxis.runtime.sources import LinuxCncSource
+
+    _Asked = OpcUaSession | LinuxCncSource
 
 DEADLINE_S: Final = 2.0
 """Longest time for one question to a server. [s]"""
@@ -32,6 +36,7 @@ CLOCK_WARNING_S: Final = 2.0
 """A server's clock that differs by more is said; ages are judged by the server's clock. [s]"""
 
 
+_LOOKS: Final = 20
 _NO_ANSWER: Final = Message("error-machine_silent")
 
 
@@ -50,6 +55,7 @@ async def self_test(
     sessions: "Mapping[str, OpcUaSession]",
     sink: Sink,
     probes: "OpcUaSession | None" = None,
+    pins: "LinuxCncSource | None" = None,
     *,
     write: bool = False,
 ) -> tuple[Finding, ...]:
@@ -63,7 +69,9 @@ async def self_test(
     """
     source, kind = configuration.source, configuration.sink.kind
     found = [judge_connection(f"connection.{name}", one) for name, one in sessions.items()]
-    if source.kind == "opcua":
+    if pins is not None:
+        found += await _look_at_pins(pins, configuration)
+    elif source.kind == "opcua":
         session = sessions[source.connection]
         found += await _looked(session, source.connection, _values(configuration))
         if configuration.probes and session.connected:
@@ -81,7 +89,20 @@ async def self_test(
     return tuple(found)
 
 
-async def _looked(session: "OpcUaSession", name: str, looks: Iterable[_Look]) -> list[Finding]:
+async def _look_at_pins(
+    pins: "LinuxCncSource", configuration: MachineConfiguration
+) -> list[Finding]:
+    """Look at pins of LinuxCNC, once its life counter was seen to move."""
+    for _ in range(_LOOKS):
+        await pins.read(DEADLINE_S)
+        if pins.connected:
+            found = await _looked(pins, "source", _values(configuration))
+            return [ok("pins", "source"), *found, *await _look_at_probes(pins, configuration)]
+        await asyncio.sleep(DEADLINE_S / _LOOKS)
+    return [error("pins_unread", "source", why=pins.failure or _NO_ANSWER)]
+
+
+async def _looked(session: "_Asked", name: str, looks: Iterable[_Look]) -> list[Finding]:
     """Ask for the nodes one after the other, until one is not answered."""
     found: list[Finding] = []
     for nodes, judged in looks if session.connected else ():
@@ -93,7 +114,7 @@ async def _looked(session: "OpcUaSession", name: str, looks: Iterable[_Look]) ->
     return found
 
 
-def _silent(session: "OpcUaSession", name: str) -> Finding:
+def _silent(session: "_Asked", name: str) -> Finding:
     return error("no_more_answers", f"connection.{name}", why=session.failure or _NO_ANSWER)
 
 
@@ -159,7 +180,7 @@ def _about_offset(
 
 
 async def _look_at_probes(
-    session: "OpcUaSession | None", configuration: MachineConfiguration
+    session: "_Asked | None", configuration: MachineConfiguration
 ) -> list[Finding]:
     """Look at the probes, by their own connection: what it lacks forbids nothing."""
     found: list[Finding] = []

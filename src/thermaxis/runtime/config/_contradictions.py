@@ -30,6 +30,7 @@ from thermaxis.runtime.config._tables import (
 )
 from thermaxis.runtime.host import is_loopback
 from thermaxis.runtime.sinks import HalUnit
+from thermaxis.runtime.sources import HAL
 
 EVERY_ADDRESS: Final = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - not listened at
 """Addresses that mean every one of this computer, and its own for each."""
@@ -49,7 +50,7 @@ def contradictions(file: MachineFile) -> Iterator[Message]:
     yield from _of_kind("source", source, source.kind)
     if source.kind == "opcua":
         yield from _about_connection("source", source.connection, file)
-    elif sink.kind != "dry" and not source.may_move_a_machine:
+    elif source.kind == "replay" and sink.kind != "dry" and not source.may_move_a_machine:
         yield problem("replay_moves_machine", "sink.kind")
     if sink.kind != "dry":
         yield from _of_kind("sink", sink, sink.kind)
@@ -57,7 +58,7 @@ def contradictions(file: MachineFile) -> Iterator[Message]:
         yield from _about_connection("sink", sink.connection, file)
     for name, entry in file.inputs.items():
         yield from _of_kind(f"input.{name}", entry, source.kind)
-        if entry.on_change and not source.life_node:
+        if entry.on_change and not source.life_node and source.kind == "opcua":
             yield problem("key_needed_here", "source", name="life_node")
     if sink.kind != "dry":
         for name, output in file.outputs.items():
@@ -119,6 +120,9 @@ def _about_nodes(file: MachineFile) -> Iterator[Message]:
             for name in (one.name for one in fields(entry) if one.name.endswith("node")):
                 node, key = getattr(entry, name), f"{table}.{name}"
                 place = (connection, node, getattr(entry, "bit", None))
+                pin = file.source.kind == "linuxcnc" and not written
+                if node and file.source.kind != "replay" and node.startswith(HAL) is not pin:
+                    yield problem("no_hal_pin" if pin else "hal_pin", key, text=node)
                 first = seen.setdefault(place, key) if node else key
                 if first != key and not (written and first.rpartition(".")[0] == table):
                     yield problem("node_twice", key, first=first)

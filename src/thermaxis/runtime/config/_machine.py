@@ -300,7 +300,9 @@ def _acting(file: MachineFile) -> MachineFile:
         keys = ("node", "read_back_node", "effective_node", "unit", "sign")
         away = dict.fromkeys(keys, "")
         outputs = {name: replace(entry, **away) for name, entry in file.outputs.items()}
-        file = replace(file, sink=SinkSettings(kind="dry"), outputs=outputs)
+        file = replace(
+            file, sink=SinkSettings(kind="dry", halcmd=file.sink.halcmd), outputs=outputs
+        )
     return file
 
 

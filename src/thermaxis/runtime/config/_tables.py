@@ -120,14 +120,15 @@ class MachineSettings:
 class SourceSettings:
     """``[source]``: where the values come from."""
 
-    kind: Literal["opcua", "replay"]
-    """`opcua` reads a server, `replay` plays a log."""
+    kind: Literal["opcua", "linuxcnc", "replay"]
+    """`opcua` reads a server, `linuxcnc` pins of HAL of the LinuxCNC of this computer, `replay`
+    plays a log."""
     connection: Annotated[Text, Needed("opcua")] = ""
     """Name of the connection; required for opcua."""
     life_node: Node = ""
     """Node of a number that the controller changes all the time, such as a counter that its PLC
     increments: while it stands still, nothing that is read is believed. Without it: only time
-    stamps say whether a value is new."""
+    stamps say whether a value is new; for linuxcnc a pin that every servo period sets."""
     life_s: Annotated[float, Field(gt=0.0, le=600.0)] = 5.0
     """It must have changed within so long. Default: PLCs count once a second or faster. [s]"""
     log: Annotated[FileName, Only("replay"), Needed("replay")] = None
@@ -169,8 +170,8 @@ class SinkSettings(HalSettings):
 class InputSettings(SensorRules):
     """``[input.NAME]``: one temperature; the name is the model's channel."""
 
-    node: Annotated[Node, Needed("opcua")] = ""
-    """Node of the sensor; required for an opcua source."""
+    node: Annotated[Node, Needed("opcua"), Needed("linuxcnc")] = ""
+    """Node of the sensor, or `hal:` and the name of a pin; required unless a log is replayed."""
     unit: Literal["degC", "K", "degF"]
     """Unit of its value, after the scale: `degC`, `K` or `degF`."""
     scale: Scale = 1.0

@@ -9,6 +9,10 @@ from ._nodes import (
 from ._probed import (
     ProbedSource as ProbedSource,
 )
+from .linuxcnc import (
+    THREAD_TIME as THREAD_TIME,
+    LinuxCncSource as LinuxCncSource,
+)
 from .opcua import (
     OpcUaSource as OpcUaSource,
 )

@@ -19,7 +19,7 @@ class LifeCounter:
 
     def __init__(self, node: str, within_s: float, clock: Clock) -> None:
         self.node = node
-        self._within_s = within_s
+        self.within_s = within_s
         self._clock = clock
         self._value: float | None = None
         self._moved_s = -math.inf
@@ -40,6 +40,6 @@ class LifeCounter:
     @property
     def failure(self) -> Message | None:
         """Why what was read is not believed; None while it is alive."""
-        if self.age_s <= self._within_s:
+        if self.age_s <= self.within_s:
             return None
-        return Message("error-life_stands", {"node": self.node, "within_s": self._within_s})
+        return Message("error-life_stands", {"node": self.node, "within_s": self.within_s})
