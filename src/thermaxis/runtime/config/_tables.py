@@ -159,8 +159,8 @@ class SinkSettings(HalSettings):
     stands still; opcua only. Without it: none, and `check` warns."""
     token_node: Annotated[Node, Only("opcua")] = ""
     """Node of a number of 32 bits or more in which the program that writes keeps a random token:
-    while another one's is renewed there, nothing is written; opcua only. Without it: one computer keeps copies
-    apart."""
+    while another one's is renewed there, nothing is written; opcua only. Without it: one computer
+    keeps copies apart."""
     linuxcnc: Own[LinuxCncSettings | None] = None
     """Joints, limits and times of LinuxCNC; None for every other kind."""
 

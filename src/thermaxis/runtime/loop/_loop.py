@@ -5,8 +5,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import replace
-from datetime import datetime
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import (
@@ -22,43 +21,31 @@ from thermaxis.compensation import (
     cycle_state,
     with_compensation,
 )
-from thermaxis.runtime._offsets import (
-    Found,
-    Look,
-    OffsetsState,
-    OutputOffset,
-    acknowledged,
-    is_stale,
-    look_step,
-    offset_rules,
-    rest_step,
-    write_step,
-)
+from thermaxis.runtime._offsets import Found, acknowledged, offset_rules
 from thermaxis.runtime._ports import (
     DIAMETER,
     NOT_READ,
-    Applied,
-    CycleRecord,
     RequestOutcome,
     SourceSample,
 )
 from thermaxis.runtime.loop._journal import Journal
+from thermaxis.runtime.loop._machine import Machine
 from thermaxis.runtime.loop._reading import reading_of
 from thermaxis.runtime.loop._requests import Requests, Waiting
 from thermaxis.runtime.loop._saved_state import SavedState, Saver, StateFile, take_up
 from thermaxis.runtime.loop._self_test import SELF_TEST, SelfTest, with_self_test
 from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
+from thermaxis.runtime.loop._telling import record_of, status_of
 from thermaxis.runtime.status import (
-    AgedOffset,
     Alarm,
-    OutputOffsets,
     RuntimeStatus,
     alarms_of,
-    alarms_of_found,
-    facts_of,
     sensor_key,
     state_message,
 )
+
+if TYPE_CHECKING:
+    from datetime import datetime
 
 SHORTEST_WAIT_S = 0.25
 """Time that a request to the machine is given at least, however short the cycle. [s]"""
@@ -139,10 +126,7 @@ class CompensationLoop:
         self._state_file = state_file
         self._state = cycle_state(self.compensation)
         self._names = tuple(output.name for output in compensation.model.outputs)
-        self._offsets = OffsetsState((OutputOffset(),) * len(self._names))
-        self._applied: Mapping[str, Applied] = {}
-        self._applied_s = 0.0
-        self._commanded: dict[str, tuple[float, float]] = {}  # [µm] and when [s], by output
+        self._machine = Machine(ports, self._journal, self.compensation)
         self._known_s = 0.0
         self._test = SelfTest(self_test, self._journal)
         self._diameter: float | None = None
@@ -217,13 +201,7 @@ class CompensationLoop:
         self._state, self._diameter = taken.state, taken.state.diameter_mm
         memory, latches = self._state.memory, self.settings.latch_offset_mismatch
         if memory.held or (memory.enabled and latches):  # it should stand where it was
-            held_um = self._state.correction_um
-            self._offsets = write_step(
-                offset_rules(self.compensation),
-                self._offsets,
-                held_um,
-                (self.clock.monotonic_s(), self.clock.utc()),
-            )
+            self._machine.left_at(self._state.correction_um)
 
     def _tell_end(self) -> None:
         """Tell what stands in the machine when the loop ends."""
@@ -282,41 +260,24 @@ class CompensationLoop:
         self._number += 1
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
         samples = await self.source.read(wait_s)
-        found = await self._look(wait_s)
+        found = await self._machine.look(self._number, wait_s)
         self._test.watch(now_s, there=self.source.connected and self.sink.connected)
-        before = self._state.memory
         output = self._compute(now_s, samples, found)
-        await self._write(output, wait_s)
-        utc = self.clock.utc()
-        self._record(now_s, utc, lateness_s, samples, output)
-        changed = self._state.memory.state is not before.state
-        self._publish(now_s, utc, lateness_s, samples, output, changed=changed)
+        await self._machine.write(output, wait_s, ready=self._ready)
+        self._record(now_s, lateness_s, samples, output)
         self._saver.save(self._saved, self.compensation, now_s)
-
-    async def _look(self, wait_s: float) -> Found:
-        """Read the offsets that stand in the machine, and tell what is not as it was left."""
-        time_s, utc = self.clock.monotonic_s(), self.clock.utc()
-        news = await self.sink.found(wait_s)
-        self._applied = await self.sink.read_back(wait_s) if self.sink.connected else {}
-        self._applied_s = self.clock.monotonic_s()
-        look = Look(self._number, time_s, utc, self.sink.connected, news, self._applied)
-        rules = offset_rules(self.compensation)
-        self._offsets, found = look_step(rules, self._offsets, look)
-        if found.unusable:
-            self._journal.event("alarm", "event-offset_unusable")
-        for alarm in alarms_of_found(found.told, utc):
-            self._journal.alarm(alarm)
-        return found
 
     @property
     def _latched(self) -> bool:
         """Whether an offset was not where it had been left, and nobody has acknowledged it."""
-        return self.settings.latch_offset_mismatch and bool(self._offsets.mismatches)
+        return self.settings.latch_offset_mismatch and bool(self._machine.offsets.mismatches)
 
     @property
     def _ready(self) -> bool:
         """Whether the machine is there, tested, and told its offsets."""
-        return self.sink.connected and self._test.forbidden is not None and self._offsets.known
+        return (
+            self.sink.connected and self._test.forbidden is not None and self._machine.offsets.known
+        )
 
     def _compute(
         self, now_s: float, samples: Mapping[str, SourceSample], found: Found
@@ -345,20 +306,6 @@ class CompensationLoop:
         self._heed(waiting, output.answers)
         return output
 
-    async def _write(self, output: CycleOutput, wait_s: float) -> None:
-        """Write what was computed if the machine was looked at just now; read it back."""
-        rules, at = offset_rules(self.compensation), (self.clock.monotonic_s(), self.clock.utc())
-        off = output.state is SupervisorState.OFF
-        if off or not self._ready or is_stale(rules, self._offsets, *at):
-            self._offsets = rest_step(self._offsets, off=off)
-            return
-        correction_um = dict(zip(self._names, output.correction_um, strict=True))
-        self._commanded = {name: (um, at[0]) for name, um in correction_um.items()}
-        await self.sink.write(correction_um, wait_s)
-        self._offsets = write_step(rules, self._offsets, output.correction_um, at)
-        self._applied = await self.sink.read_back(wait_s)
-        self._applied_s = self.clock.monotonic_s()
-
     # ---- what is asked -------------------------------------------------------------------------
 
     def _changed_diameter(self, samples: Mapping[str, SourceSample]) -> list[Request]:
@@ -377,7 +324,7 @@ class CompensationLoop:
         if SELF_TEST in self.compensation.interlocks:
             new = with_self_test(new)
         self._state = with_compensation(new, self.compensation, self._state, tuple(self._past))
-        self.compensation = new
+        self.compensation, self._machine.rules = new, offset_rules(new)
         self.settings = replace(self.settings, model_file=waiting.request.text, model_sha256=sha256)
 
     def _doubted(self, reading: CycleReading, waiting: Sequence[Waiting]) -> set[str]:
@@ -396,118 +343,66 @@ class CompensationLoop:
                 self._other_state = None
             if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
                 seen = shown.get(answer.request.identity, frozenset())
-                self._offsets = acknowledged(self._offsets, seen)
+                self._machine.offsets = acknowledged(self._machine.offsets, seen)
 
     # ---- record ---------------------------------------------------------------------------------
 
     def _record(
         self,
         now_s: float,
-        utc: datetime,
         lateness_s: float,
         samples: Mapping[str, SourceSample],
         output: CycleOutput,
     ) -> None:
-        """Record the cycle, and keep a row of inputs now and then for a model that takes over."""
-        channels, outputs = self.compensation.model.channels, self.compensation.model.outputs
-        diameter_mm = self._state.diameter_mm
-        if now_s - self._past_s >= PAST_EVERY_S and None not in output.values:
-            self._past_s = now_s
-            values = {c: v for c, v in zip(channels, output.values, strict=True) if v is not None}
-            self._past.append((now_s, values))
-        self.historian.record(
-            CycleRecord(
-                self._number,
-                utc,
-                now_s,
-                samples,
-                output,
-                self._applied,
-                lateness_s,
-                channels,
-                tuple(tuple(p.name for p in o.parts) for o in outputs),
-                diameter_mm,
-                _code_of(self.source.failure),
-                _code_of(self.sink.failure),
-            )
-        )
-
-    def _publish(
-        self,
-        now_s: float,
-        utc: datetime,
-        lateness_s: float,
-        samples: Mapping[str, SourceSample],
-        output: CycleOutput,
-        *,
-        changed: bool,
-    ) -> None:
-        if changed or self._number == 1:
+        """Record the cycle, tell what has changed, and keep inputs for a model that takes over."""
+        utc = self.clock.utc()
+        changed = self.status is None or self.status.output.state is not output.state
+        if changed:
             self._state_since = utc
             told = state_message(output)
             self._journal.event("state", told.code, told.values)
-        compensation, settings, state = self.compensation, self.settings, self._state
-        channels = compensation.model.channels
-        status = RuntimeStatus(
-            machine=settings.machine,
+        status = status_of(
+            self.compensation,
+            self.settings,
+            self._state,
+            output,
             started=self._started,
             utc=utc,
             number=self._number,
-            cycle_s=compensation.cycle_s,
             lateness_s=lateness_s,
             overruns=self._overruns,
             state_since=self._state_since,
-            enabled=state.memory.enabled,
-            output=output,
-            outputs=self._names,
-            channels=channels,
             samples=samples,
             source_connected=self.source.connected,
             sink_connected=self.sink.connected,
-            model_file=settings.model_file,
-            model_sha256=settings.model_sha256,
-            diameter_mm=state.diameter_mm,
-            reference_c=dict(zip(channels, state.thermal.reference, strict=False)),
-            trim_owner={n: t.who for n, t in zip(self._names, state.trims, strict=True)},
-            trim_left_s={n: t.left_s for n, t in zip(self._names, state.trims, strict=True)},
             alarms=self._alarms,
             historian=self.historian.status,
             certificates=self.certificates,
-            offsets={name: self._aged(name) for name in self._names},
-            facts=facts_of(compensation),
+            offsets=self._machine.aged(),
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
-            configuration_sha256=settings.configuration_sha256,
         )
+        self.historian.record(record_of(status, now_s, self._machine.applied))
         self._journal.connections(self.status, status)
         if changed or now_s - self._alarms_s >= ALARMS_EVERY_S:
             self._alarms_s = now_s
             self._alarms = alarms_of(
                 status,
-                compensation,
+                self.compensation,
                 self._test.forbidden or (),
-                self._offsets.mismatches,
+                self._machine.offsets.mismatches,
                 unread=now_s - self._known_s >= UNREAD_AFTER_S,
                 other_state=self._other_state,
             )
             self._journal.alarms(status.alarms, self._alarms)
             status = replace(status, alarms=self._alarms)
+        if now_s - self._past_s >= PAST_EVERY_S and None not in output.values:
+            self._past_s = now_s
+            rows = zip(status.channels, output.values, strict=True)
+            self._past.append((now_s, {c: v for c, v in rows if v is not None}))
         self.status = status
         for listener in self.listeners:
             listener(status)
-
-    def _aged(self, name: str) -> OutputOffsets:
-        """Return what is known of an offset, with the time since it was learned."""
-        now_s = self.clock.monotonic_s()
-        said = self._applied.get(name, Applied(None, None))
-        commanded_um, at_s = self._commanded.get(name, (None, now_s))
-        rows = (
-            (commanded_um, at_s),
-            (said.accepted_um, self._applied_s),
-            (said.effective_um, self._applied_s),
-        )
-        aged = (AgedOffset() if um is None else AgedOffset(um, now_s - s) for um, s in rows)
-        return OutputOffsets(*aged)
 
     def _saved(self) -> SavedState:
         return SavedState(
@@ -518,7 +413,3 @@ class CompensationLoop:
             not self._latched and (self._resume if self._stopping else self._state.memory.enabled),
             self._state,
         )
-
-
-def _code_of(message: Message | None) -> str:
-    return "" if message is None else message.code
