@@ -19,7 +19,6 @@ from thermaxis.runtime.status._sessions import (
     MOST_CALLS,
     MOST_CONNECTIONS,
     MOST_MONITORED,
-    MOST_NODES,
     MOST_SUBSCRIPTIONS,
 )
 from thermaxis.runtime.users import FAILURES_BY_NAME
@@ -117,7 +116,7 @@ def test_every_field_has_a_value_of_its_type() -> None:
 def test_the_bounds_on_the_page_are_those_in_force() -> None:
     for words in (
         (
-            f"more than {MOST_NODES} nodes or {MOST_CALLS} calls in one request,"
+            f"more than {MOST_CALLS} calls in one request,"
             f" {MOST_SUBSCRIPTIONS} subscriptions or {MOST_MONITORED} monitored items"
         ),
         f"more than {MOST_CONNECTIONS} connections",

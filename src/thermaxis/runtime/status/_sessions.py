@@ -8,8 +8,8 @@ asyncua's own server is made for trust. What it lets through, and this module do
 * an ActivateSession request on a fresh channel takes over a running session by a token that is a
   small counted number, and keeps it even when the log-in fails;
 * passwords are checked inside the event loop, which a slow hash would stop;
-* any session may delete or acknowledge the subscriptions of any other, ask for notifications
-  every millisecond, or read ten thousand nodes at once;
+* any session may delete or acknowledge the subscriptions of any other, or ask for notifications
+  every millisecond;
 * a message that announces four gigabytes is waited for, and kept, without a bound.
 
 Not protected: a flood of connections costs time, as every answer does; a plant's network keeps it
@@ -23,7 +23,7 @@ away from the loop's computer.
 import asyncio
 import struct
 from collections import Counter
-from collections.abc import Awaitable, Callable, Sized
+from collections.abc import Awaitable, Callable
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,10 +52,10 @@ END_S = 5.0
 """Longest time for which connections are waited for when the server ends. [s]"""
 LOG_IN_S = 10.0
 """Time in which a connection must have logged in. [s]"""
-LARGEST_MESSAGE_BYTES = 1_000_000
-"""Largest request. [byte]"""
-MOST_NODES = 1000
-"""Nodes, or monitored items, in one request. [1]"""
+_CHUNK_BYTES = 65_535
+LARGEST_MESSAGE_BYTES = 2 * _CHUNK_BYTES
+"""Largest request: `MOST_MONITORED` items at once, and no more nodes than the loop can spare the
+time for. [byte]"""
 MOST_CALLS = 10
 """Method calls in one request. [1]"""
 MOST_SUBSCRIPTIONS = 5
@@ -64,7 +64,6 @@ MOST_MONITORED = 1000
 """Monitored items of one session. [1]"""
 SHORTEST_PUBLISHING_MS = 100.0
 """Shortest publishing interval that is granted. [ms]"""
-_CHUNK_BYTES = 65_535
 _MOST_PENDING = 50
 _LONGEST_SESSION_MS = 120_000.0
 _LONGEST_LIFETIME = 3000
@@ -143,41 +142,20 @@ class _Doorman:
         return _LoggedIn(UserRole.User, identity.name, identity)
 
 
-def _at_most(limit: int, asked: Sized | None) -> None:
-    if asked is not None and len(asked) > limit:
-        raise ServiceError(StatusCodes.BadTooManyOperations)
-
-
 @final
 class _Session(InternalSession):
     """A session from outside: bounded, with subscriptions of its own."""
 
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
         """Call methods; they can ask `caller` who calls."""
-        _at_most(MOST_CALLS, params)
+        if len(params) > MOST_CALLS:
+            raise ServiceError(StatusCodes.BadTooManyOperations)
         user = self.user
         mark = _caller.set(user.identity if isinstance(user, _LoggedIn) else ANONYMOUS)
         try:
             return await super().call(params)
         finally:
             _caller.reset(mark)
-
-    async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
-        """Read attributes."""
-        _at_most(MOST_NODES, params.NodesToRead)
-        return await super().read(params)
-
-    async def browse(self, params: ua.BrowseParameters) -> list[ua.BrowseResult]:
-        """Browse nodes."""
-        _at_most(MOST_NODES, params.NodesToBrowse)
-        return await super().browse(params)
-
-    async def translate_browsepaths_to_nodeids(
-        self, params: list[ua.BrowsePath]
-    ) -> list[ua.BrowsePathResult]:
-        """Find nodes by the names on the way to them."""
-        _at_most(MOST_NODES, params)
-        return await super().translate_browsepaths_to_nodeids(params)
 
     async def create_subscription(
         self,
@@ -198,7 +176,6 @@ class _Session(InternalSession):
         self, params: ua.CreateMonitoredItemsParameters
     ) -> list[ua.MonitoredItemCreateResult]:
         """Monitor nodes."""
-        _at_most(MOST_NODES, params.ItemsToCreate)
         present = sum(
             len(s.monitored_item_srv._monitored_items)  # noqa: SLF001 - nothing else tells  # pyright: ignore[reportPrivateUsage]
             for s in self.subscription_service.subscriptions.values()
@@ -402,7 +379,7 @@ class GuardedServer(Server):
         self.limits = TransportLimits(
             max_recv_buffer=_CHUNK_BYTES,
             max_send_buffer=_CHUNK_BYTES,
-            max_chunk_count=LARGEST_MESSAGE_BYTES // _CHUNK_BYTES + 1,
+            max_chunk_count=LARGEST_MESSAGE_BYTES // _CHUNK_BYTES,
             max_message_size=LARGEST_MESSAGE_BYTES,
         )
         tokens: list[type] = [ua.AnonymousIdentityToken] if anonymous else []

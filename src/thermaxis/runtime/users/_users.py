@@ -20,7 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import NamedTuple, Protocol, cast, final
+from typing import NamedTuple, cast, final
 
 from argon2 import PasswordHasher, Type, extract_parameters
 from argon2.exceptions import InvalidHashError, VerificationError
@@ -28,6 +28,7 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.files.settings import parse_toml
+from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.host import read_private, whole_file
 from thermaxis.runtime.users._throttle import LogInThrottle
 
@@ -67,18 +68,8 @@ class Role(StrEnum):
 
     def at_least(self, other: "Role") -> bool:
         """Return whether this role may do what another may."""
-        return _ORDER.index(self) >= _ORDER.index(other)
-
-
-_ORDER = (Role.NONE, Role.VIEWER, Role.OPERATOR, Role.ENGINEER)
-
-
-class Ticker(Protocol):
-    """A clock that only goes forward."""
-
-    def monotonic_s(self) -> float:
-        """Return its time. [s]"""
-        ...
+        order = list(Role)
+        return order.index(self) >= order.index(other)
 
 
 @final
@@ -189,7 +180,7 @@ def _user(row: object, place: Place) -> User:
     texts = {key: value for key, value in entry.items() if isinstance(value, str)}
     if set(texts) != {"name", "role", "hash"} or len(entry) != len(texts):
         raise ConfigurationError("user_keys", place=place)
-    roles = [role.value for role in _ORDER if role is not Role.NONE]
+    roles = [role.value for role in Role if role is not Role.NONE]
     if texts["role"] not in roles:
         raise ConfigurationError(
             "unknown_choice", name=texts["role"], known=tuple(roles), place=place
@@ -244,7 +235,7 @@ class Users:
     """
 
     def __init__(
-        self, path: Path, clock: Ticker, tell: Callable[[str, bool], None] | None = None
+        self, path: Path, clock: Clock, tell: Callable[[str, bool], None] | None = None
     ) -> None:
         self._path = path
         self._clock = clock
