@@ -46,7 +46,10 @@ def used_s(pid: int) -> float:
 
 
 class Deaf:
-    def datachange_notification(self, *_: object) -> None: ...
+    """A subscriber that only takes what it is told."""
+
+    def datachange_notification(self, *_: object) -> None:
+        """Take a value."""
 
 
 async def look(port: int, pid: int, how: str, seconds: float) -> float:

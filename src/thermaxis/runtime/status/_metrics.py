@@ -123,6 +123,7 @@ class _HttpServer(ThreadingMixIn, WSGIServer):
     """Answers each connection in a thread of its own, few at once."""
 
     daemon_threads = True
+    request_queue_size = 2 * MOST_CONNECTIONS  # what comes at once waits no second
 
     def __init__(
         self, address: tuple[str, int], app: Callable[..., Any], context: ssl.SSLContext | None
