@@ -175,19 +175,16 @@ class MachineConfiguration(MachineFile):
         Hidden ones, and those that nobody could ask for, are left out. Whether one is a model and
         fits the machine is found when it is chosen.
         """
-        if self.machine.model_folder is None or not self.machine.model_folder.is_dir():
-            return ()
-        folder = self.machine.model_folder.resolve()
-        paths = sorted(path for path in folder.glob("*.json") if _may_be_named(path.name))
-        found = (
-            path.name for path in paths if path.is_file() and path.resolve().is_relative_to(folder)
-        )
-        return tuple(islice(found, most))
+        folder = self.machine.model_folder
+        names = sorted(path.name for path in folder.glob("*.json")) if folder is not None else ()
+        return tuple(islice(filter(self._may_be_chosen, names), most))
 
-
-def _may_be_named(name: str) -> bool:
-    """Whether a file is not hidden, and its name is one that `find_model` takes."""
-    return not name.startswith(".") and name.isprintable() and not set(name) & {"\\", ":"}
+    def _may_be_chosen(self, name: str) -> bool:
+        try:
+            self.find_model(name)
+        except ConfigurationError:
+            return False
+        return not name.startswith(".")
 
 
 def read_model_file(path: Path) -> ModelFile:

@@ -2,11 +2,13 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from thermaxis.runtime.config._configuration import MachineConfiguration
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 def configuration_sha256(configuration: MachineConfiguration) -> str:
@@ -24,25 +26,20 @@ def configuration_sha256(configuration: MachineConfiguration) -> str:
     other = configuration.other_compensation
     content = {
         "machine": configuration.name,
-        "rules": _plain(configuration.rules),
+        "rules": configuration.rules,
         "interlocks": {name: flag.value for name, flag in configuration.interlocks.items()},
         "other_compensation": None if other is None else other.value,
         "diameter_read": configuration.diameter is not None,
         "probes": sorted(configuration.probes),
     }
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), default=_plain)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 def _plain(value: object) -> object:
-    """Return a frozen value as what json writes; the order of a set or a mapping does not count."""
+    """Return a frozen value as what json writes; the order of a set does not count."""
     if is_dataclass(value):
-        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
-    if isinstance(value, Mapping):
-        mapping = cast("Mapping[str, object]", value)
-        return {name: _plain(one) for name, one in mapping.items()}
+        return {one.name: getattr(value, one.name) for one in fields(value)}
     if isinstance(value, frozenset):
         return sorted(cast("frozenset[str]", value))
-    if isinstance(value, tuple):
-        return [_plain(one) for one in cast("tuple[object, ...]", value)]
-    return value
+    return dict(cast("Mapping[str, object]", value))

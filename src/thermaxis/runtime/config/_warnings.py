@@ -4,7 +4,7 @@ import errno
 import ipaddress
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
@@ -177,11 +177,9 @@ def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
 def _about_users(configuration: MachineConfiguration) -> Iterator[Finding]:
     from thermaxis.runtime.users import read_users  # noqa: PLC0415 - argon2 comes with it
 
-    try:
-        if configuration.server is not None and configuration.server.users is not None:
-            read_users(configuration.server.users)
-    except ConfigurationError as failure:
-        yield _wrong(failure)
+    server = configuration.server
+    if server is not None and server.users is not None:
+        yield from _tried(read_users, server.users)
 
 
 def _there(folder: Path) -> Path:
@@ -213,6 +211,14 @@ def _about_folder(key: str, folder: Path, file: Path | None = None) -> Iterator[
 
 def _wrong(failure: ConfigurationError) -> Finding:
     return Finding(Level.ERROR, failure.message)
+
+
+def _tried(look: Callable[..., object], *arguments: object) -> Iterator[Finding]:
+    """Yield what a look at a file raises."""
+    try:
+        look(*arguments)
+    except ConfigurationError as failure:
+        yield _wrong(failure)
 
 
 def certificate_ends(configuration: MachineConfiguration) -> dict[str, datetime]:
@@ -278,11 +284,10 @@ def _about_pair(own: Path, key: Path, application_uri: str) -> Iterator[Finding]
         private_key_of,
     )
 
-    try:
-        pair = certificate_of(own), private_key_of(key)
-        check_own_pair(*pair, application_uri, file=str(own))
-    except ConfigurationError as failure:
-        yield _wrong(failure)
+    def look() -> None:
+        check_own_pair(certificate_of(own), private_key_of(key), application_uri, file=str(own))
+
+    return _tried(look)
 
 
 def page_certificate_findings(configuration: MachineConfiguration) -> Iterator[Finding]:
@@ -301,10 +306,9 @@ def page_certificate_findings(configuration: MachineConfiguration) -> Iterator[F
         contained = certificate_of(screen.certificate).hosts
     except ConfigurationError:
         return  # told already
-    try:
-        server_context(screen.certificate, screen.private_key)
-    except ConfigurationError as failure:
-        yield Finding(Level.ERROR, failure.message)
+    unusable = [*_tried(server_context, screen.certificate, screen.private_key)]
+    if unusable:
+        yield from unusable
         return
     for name in _called(screen):
         if not _contains(contained, name):
