@@ -200,6 +200,10 @@ def test_several_mistakes_are_told_at_once(tmp_path: Path) -> None:
         assert key in str(caught.value)
 
 
+COLUMN, SIGN = 'node = "ns=2;s=T_column"', "positive moves the tool away from the workpiece"
+SPINDLE, SINK = "input.T_spindle_C.lowest_c", 'connection = "control"\n\n[sink]'
+HAL = 'kind = "opcua"\nconnection = "control"\nheart', 'kind = "linuxcnc"\nheart'
+FLAG = "[interlock.referenced]"
 WRONG = (
     ("cycle_s = 1.0", "cycle_s = 0.01", "outside_range", "machine.cycle_s"),
     ("cycle_s = 1.0", 'cycle_s = "1"', "no_number", "machine.cycle_s"),
@@ -209,52 +213,22 @@ WRONG = (
     ("largest_um = 100.0", "largest_um = 100000.0", "", "output.Z_um.largest_um"),
     ("largest_um = 100.0\n", "", "key_needed", "output.Z_um.largest_um"),
     ("largest_rate_um_per_s = 0.5\n", "", "key_needed", "output.Z_um.largest_rate_um_per_s"),
-    (
-        "lowest_c = 5.0\nhighest_c = 90.0\n",
-        "highest_c = 90.0\n",
-        "key_needed",
-        "input.T_spindle_C.lowest_c",
-    ),
+    ("lowest_c = 5.0\nhighest_c = 90.0\n", "highest_c = 90.0\n", "key_needed", SPINDLE),
     ('unit = "K"', 'unit = "C"', "value_unknown", "input.T_column_C.unit"),
     ('unit = "mm"\nsign', 'unit = "nm"\nsign', "unknown_choice", "output.Z_um.unit"),
     ('unit = "mm"\nsign', "sign", "key_needed_here", "output.Z_um"),
-    (
-        'sign = "positive moves the tool away from the workpiece"\n',
-        "",
-        "key_needed_here",
-        "output.Z_um",
-    ),
+    (f'sign = "{SIGN}"\n', "", "key_needed_here", "output.Z_um"),
     ("away from the workpiece", "up", "unknown_sign", "output.Z_um.sign"),
-    ('node = "ns=2;s=T_column"', 'node = "T_column"', "no_node_id", "input.T_column_C.node"),
-    (
-        'node = "ns=2;s=T_column"',
-        'node = "ns=2;s=T_spindle"',
-        "node_twice",
-        "input.T_column_C.node",
-    ),
-    (
-        'node = "ns=2;s=T_column"',
-        'node = "ns=2;s=Z_offset"',
-        "node_twice",
-        "input.T_column_C.node",
-    ),
-    ('node = "ns=2;s=T_column"\n', "", "key_needed_here", "input.T_column_C"),
+    (COLUMN, 'node = "T_column"', "no_node_id", "input.T_column_C.node"),
+    (COLUMN, 'node = "ns=2;s=T_spindle"', "node_twice", "input.T_column_C.node"),
+    (COLUMN, 'node = "ns=2;s=Z_offset"', "node_twice", "input.T_column_C.node"),
+    (f"{COLUMN}\n", "", "key_needed_here", "input.T_column_C"),
     ("[input.T_column_C]", "[input.T_colunm_C]", "channel_without_table", "machine.model"),
     ("[output.Z_um]", "[output.Z_mm]", "output_without_table", "machine.model"),
     ("[output.Z_um]", "[output.Z_mm]", "not_of_model", "output.Z_mm"),
-    (
-        'connection = "control"\n\n[sink]',
-        'connection = "contol"\n\n[sink]',
-        "unknown_name",
-        "source.connection",
-    ),
-    ("[interlock.referenced]", '[interlock."a b"]', "interlock_name", "interlock.a b"),
-    (
-        "[interlock.referenced]",
-        "[interlock.referenced]\nmeet = 1",
-        "unknown_key_near",
-        "interlock.referenced.meet",
-    ),
+    (SINK, SINK.replace("control", "contol"), "unknown_name", "source.connection"),
+    (FLAG, '[interlock."a b"]', "interlock_name", "interlock.a b"),
+    (FLAG, f"{FLAG}\nmeet = 1", "unknown_key_near", "interlock.referenced.meet"),
     ("met = true", "met = 1", "no_boolean", "interlock.referenced.met"),
     ("met = true", "met = true\nbit = 64", "above_bound", "interlock.referenced.bit"),
     (
@@ -273,12 +247,7 @@ WRONG = (
     ('model_folder = "models"', 'model_folder = "modls"', "folder_not_found", ""),
     ("margin_k = 4.0", "margin_k = 0.0", "", "validity.margin_k"),
     ("retention_days = 30", "retention_days = 0", "below_bound", "historian.retention_days"),
-    (
-        'kind = "opcua"\nconnection = "control"\nheart',
-        'kind = "linuxcnc"\nheart',
-        "key_needed_here",
-        "output.Z_um",
-    ),
+    (*HAL, "key_needed_here", "output.Z_um"),
 )
 """What stands in the file, what is put in its place, and what is said of it, at which key."""
 

@@ -74,25 +74,6 @@ def test_without_a_table_there_are_no_pages(tmp_path: Path) -> None:
     assert read_machine(write(tmp_path, OPEN)).screen is None
 
 
-def test_pages_are_on_this_computer_unless_said_otherwise(tmp_path: Path) -> None:
-    assert screen_of(tmp_path, OPEN, "[screen]", LOOK) == ScreenSettings(
-        address="127.0.0.1",
-        port=8450,
-        hosts=(),
-        certificate=None,
-        private_key=None,
-        view_without_login=True,
-        language="en",
-        user="",
-        password=Secret(""),
-        client_certificate=None,
-        client_private_key=None,
-        idle_s=900.0,
-        longest_login_s=28_800.0,
-        evaluation_s=60.0,
-    )
-
-
 def test_every_key_reaches_the_program(tmp_path: Path) -> None:
     keys = (
         'address = "10.0.0.5"\nport = 443\nhosts = ["Lathe-3.shop", "[FD00::5]:8450"]\n'
@@ -127,66 +108,39 @@ def test_a_password_may_stand_in_the_environment_and_never_in_the_file(
 # ---- what contradicts itself --------------------------------------------------------------------
 
 
+VIEWER = 'user = "viewer"\npassword_file = "secret"'
+PAIR_LESS = 'client_private_key = "own.pem"', 'user = "v"'
+LONG_IDLE = "idle_s = 7200\nlongest_login_s = 3600"
+EVERYWHERE = 'address = "0.0.0.0"\nport = 4850\nhosts = ["a"]'
+NOT_THERE = 'certificate = "not-there.der"\nprivate_key = "page.pem"'
 WRONG = (
     (("[screen]", LOOK), "", "screen_without_server"),
-    (
-        ('[server]\nanonymous_role = "viewer"\nport = 0', "[screen]", LOOK),
-        "server.port",
-        "server_port_changes",
-    ),
+    ((f"{OPEN}\nport = 0", "[screen]", LOOK), "server.port", "server_port_changes"),
     ((OPEN, "[screen]", LOOK, 'address = "10.0.0.5"'), "", "screen_unencrypted"),
     ((OPEN, "[screen]", LOOK, 'address = "lathe-3.shop"'), "", "screen_unencrypted"),
     ((OPEN, "[screen]", LOOK, 'certificate = "page.der"'), "", "pair_incomplete"),
     ((OPEN, "[screen]", LOOK, 'private_key = "page.pem"'), "", "pair_incomplete"),
-    (
-        (USERS, "[screen]", LOOK, 'user = "viewer"\npassword_file = "secret"'),
-        "",
-        "client_certificate_missing",
-    ),
+    ((USERS, "[screen]", LOOK, VIEWER), "", "client_certificate_missing"),
     ((USERS, "[screen]", LOOK, OWN), "user", "screen_sees_nothing"),
     ((OPEN, "[screen]", LOOK, OWN), "client_certificate", "server_without_certificate"),
-    (
-        (USERS, "[screen]", 'client_private_key = "own.pem"', 'user = "v"'),
-        "",
-        "pair_incomplete",
-    ),
+    ((USERS, "[screen]", *PAIR_LESS), "", "pair_incomplete"),
     ((OPEN, "[screen]", LOOK, 'password_file = "secret"'), "user", "password_without_user"),
     ((USERS, "[screen]", OWN, 'user = "viewer"'), "user", "user_needs_password"),
-    (
-        (OPEN, "[screen]", LOOK, 'user = "viewer"\npassword_file = "secret"'),
-        "user",
-        "user_unencrypted",
-    ),
-    (
-        (OPEN, "[screen]", LOOK, 'user = "viewer"\npassword_file = "secret"'),
-        "user",
-        "server_without_users",
-    ),
+    ((OPEN, "[screen]", LOOK, VIEWER), "user", "user_unencrypted"),
+    ((OPEN, "[screen]", LOOK, VIEWER), "user", "server_without_users"),
     ((OPEN, "[screen]"), "view_without_login", "nobody_can_look"),
-    (
-        (OPEN, "[screen]", LOOK, "idle_s = 7200\nlongest_login_s = 3600"),
-        "idle_s",
-        "idle_too_long",
-    ),
+    ((OPEN, "[screen]", LOOK, LONG_IDLE), "idle_s", "idle_too_long"),
     ((OPEN, "[screen]", LOOK, "port = 4850"), "port", "port_twice"),
     ((OPEN, "[metrics]\nport = 8450", "[screen]", LOOK), "port", "port_twice"),
     ((OPEN, "[screen]", LOOK, 'address = "localhost"\nport = 4850'), "port", "port_twice"),
-    (
-        (OPEN, "[screen]", LOOK, 'address = "0.0.0.0"\nport = 4850\nhosts = ["a"]'),
-        "port",
-        "port_twice",
-    ),
+    ((OPEN, "[screen]", LOOK, EVERYWHERE), "port", "port_twice"),
     ((OPEN, "[screen]", LOOK, 'address = "::"'), "hosts", "screen_without_name"),
     ((OPEN, "[screen]", LOOK, 'hosts = ["https://lathe-3.shop"]'), "hosts", "no_host_name"),
     ((OPEN, "[screen]", LOOK, 'language = "fr"'), "language", "value_unknown"),
     ((OPEN, "[screen]", LOOK, "idle_s = 5"), "idle_s", "below_bound"),
     ((OPEN, "[screen]", LOOK, "evaluation_s = 0.5"), "evaluation_s", "below_bound"),
     ((OPEN, "[screen]", LOOK, 'hosts = "lathe-3.shop"'), "hosts", "not_a_list"),
-    (
-        (OPEN, "[screen]", LOOK, 'certificate = "not-there.der"\nprivate_key = "page.pem"'),
-        "certificate",
-        "file_not_found",
-    ),
+    ((OPEN, "[screen]", LOOK, NOT_THERE), "certificate", "file_not_found"),
 )
 """Tables that cannot be, and what is said of them, at which key."""
 
