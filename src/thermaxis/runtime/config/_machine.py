@@ -48,10 +48,10 @@ from thermaxis.runtime.config._reading import (
 )
 from thermaxis.runtime.config._tables import (
     MachineFile,
-    MetricsSettings,
     SinkSettings,
     part_of,
     require_file,
+    require_folder,
     tables_of,
 )
 from thermaxis.runtime.history import HistorianSettings, check_encryption, refuse_password
@@ -137,7 +137,7 @@ class _Reading:
         """Return the configuration, or everything that is wrong."""
         file, attempt = self.file, self._attempt
         model = attempt("machine.model", lambda: read_model_file(file.machine.model))
-        attempt("machine.model_folder", lambda: _require_folder(file.machine.model_folder))
+        attempt("machine.model_folder", lambda: require_folder(file.machine.model_folder))
         connections = self._connections()
         self.problems += contradictions(file)
         if file.source.kind == "replay":
@@ -146,10 +146,10 @@ class _Reading:
         if model is not None:
             self.problems += about_model(file, model.model)
         history = attempt("historian", self._history)
-        metrics = attempt("metrics", lambda: _metrics(file.metrics))
-        password = attempt("screen", lambda: secret_of("screen", file.screen))
+        metrics = attempt("metrics", lambda: _with_secret("metrics", file.metrics, "token"))
+        screen = attempt("screen", lambda: _with_secret("screen", file.screen))
         self.problems += about_screen(file)
-        if model is None or history is None or password is None or self.problems:
+        if model is None or history is None or self.problems:
             return self.problems
         read = _acting(file)
         rules = _rules(read)
@@ -159,15 +159,13 @@ class _Reading:
             return self.problems
         name = f"{self.path.stem}.state.json"
         state_file = file.machine.state_file or self.path.with_name(name)
-        tables: dict[str, Any] = {
-            one.name: getattr(read, one.name) for one in fields(MachineFile)
-        } | {
+        tables: dict[str, Any] = vars(read) | {
             "machine": replace(file.machine, state_file=state_file),
             "connections": connections,
             "sink": sink,
             "historian": history,
             "metrics": metrics,
-            "screen": file.screen and replace(file.screen, password=password),
+            "screen": screen,
         }
         self.problems += _overwritten(file, self.path, state_file, history.url)
         if self.problems:
@@ -205,13 +203,13 @@ class _Reading:
         table, key = self.file.historian, "historian.url"
         url = table.url or f"sqlite:///{self.path.stem}.history.db"
         refuse_password(url, key=key)
-        scheme, secret = url.partition(":")[0].casefold(), secret_of("historian", table)
-        folder = table.folder
+        scheme, folder = url.partition(":")[0].casefold(), table.folder
+        table = _with_secret("historian", table)
         if scheme == "sqlite":
             name = url.removeprefix("sqlite://")
             if name in _FORGOTTEN_DATABASES or not name.startswith("/") or "?" in name:
                 raise ConfigurationError("no_file_in_url", place=Place(key=key))
-            if secret:
+            if table.password:
                 place = Place(key="historian.password_file")
                 raise ConfigurationError("sqlite_without_password", place=place)
             url = f"sqlite:///{self.path.parent / name[1:]}"
@@ -221,13 +219,13 @@ class _Reading:
         else:
             raise ConfigurationError("unknown_database", kind=scheme, place=Place(key=key))
         machine = self.file.machine.name
-        return replace(table, url=url, password=secret, machine=machine, folder=folder)
+        return replace(table, url=url, machine=machine, folder=folder)
 
 
 def open_connection(name: str, entry: ConnectionSettings) -> ConnectionSettings:
     """Return a connection with its name and its password; what it names must be there."""
     table = f"connection.{name}"
-    found = replace(entry, name=name, password=secret_of(table, entry))
+    found = replace(_with_secret(table, entry), name=name)
     for key in ("certificate", "private_key", "server_certificate"):
         require_file(getattr(entry, key), f"{table}.{key}")
     if entry.private_key is not None:
@@ -235,32 +233,22 @@ def open_connection(name: str, entry: ConnectionSettings) -> ConnectionSettings:
     return found
 
 
-def secret_of(table: str, entry: object, key: str = "password") -> Secret:
-    """Return the secret that a table names by a file or an environment variable."""
+def _with_secret(table: str, entry: _T, key: str = "password") -> _T:
+    """Return a table with the secret that it names by a file or an environment variable."""
     file: Path | None = getattr(entry, f"{key}_file", None)
     name: str = getattr(entry, f"{key}_environment", "")
     variable = Place(key=f"{table}.{key}_environment")
     if file is not None and name:
         raise ConfigurationError("stated_twice", name=key, place=variable)
-    if file is not None:
-        return secret_in(file, key=f"{table}.{key}_file")
     if name and not os.environ.get(name):
         raise ConfigurationError("variable_not_set", name=name, place=variable)
-    return Secret(os.environ[name] if name else "")
-
-
-def _metrics(table: MetricsSettings | None) -> MetricsSettings | None:
-    return table and replace(table, token=secret_of("metrics", table, "token"))
-
-
-def _require_folder(folder: Path | None) -> None:
-    try:
-        there = folder is None or folder.is_dir()
-    except (OSError, ValueError):
-        there = False
-    if not there:
-        place = Place(str(folder), key="machine.model_folder")
-        raise ConfigurationError("folder_not_found", place=place)
+    if file is not None:
+        secret = secret_in(file, key=f"{table}.{key}_file")
+    elif name:
+        secret = Secret(os.environ[name])
+    else:
+        return entry
+    return replace(cast("Any", entry), **{key: secret})
 
 
 def sqlite_file(url: str) -> Path | None:

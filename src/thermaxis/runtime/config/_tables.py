@@ -6,8 +6,9 @@ means; behind *Default* where its default comes from, behind *Without it* what f
 left out and no value stands for that; in brackets at the end the unit.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, TypeVar, cast, final, get_type_hints
@@ -44,18 +45,25 @@ from thermaxis.runtime.sources import check_node
 
 SHORTEST_TOKEN = 16
 """Shortest token of a reader of the figures. [1]"""
+_Kind = Callable[[Path], bool]
 _Rules = TypeVar("_Rules", SensorRules, Limits, SupervisorRules)
 
 
-def require_file(path: Path | None, key: str = "") -> Path | None:
+def require_file(
+    path: Path | None, key: str = "", *, code: str = "file_not_found", kind: _Kind = Path.is_file
+) -> Path | None:
     """Check that a file that a key names is there."""
     try:
-        there = path is None or path.is_file()
+        there = path is None or kind(path)
     except (OSError, ValueError):
         there = False
     if not there:
-        raise ConfigurationError("file_not_found", place=Place(str(path), key=key))
+        raise ConfigurationError(code, place=Place(str(path), key=key))
     return path
+
+
+require_folder = partial(require_file, code="folder_not_found", kind=Path.is_dir)
+"""The same for a folder."""
 
 
 def _private(path: Path) -> Path:
