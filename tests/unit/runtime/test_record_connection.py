@@ -133,9 +133,13 @@ def test_a_secret_that_others_can_read_or_a_file_that_is_missing_is_refused(pki:
 
 def test_a_file_without_a_secret_is_refused_and_not_shown(pki: Path) -> None:
     table = CLOSED | {"user": "u", "password_file": "password"}
-    for content in (b"", b"\nsecond\n", b"\xff\xfe", b"a\x00b", b"x" * 5000):
+    wrong = "no_secret_in_file"
+    for content, code in (
+        *((b"", wrong), (b"\nsecond\n", wrong), (b"\xff\xfe", wrong), (b"a\x00b", wrong)),
+        (b"x" * 5000, "file_too_long"),
+    ):
         (pki / "password").write_bytes(content)
-        with refused("no_secret_in_file") as caught:
+        with refused(code) as caught:
             opened(table, pki)
         assert caught.value.place.key == "connection.control.password_file"
 
