@@ -15,7 +15,7 @@ from thermaxis.cli.machine import record
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
 from thermaxis.runtime import Recorder, SystemClock, read_record
-from thermaxis.runtime.record import _recorder, files_of
+from thermaxis.runtime.record import RecordingFiles, _recorder
 
 CONFIGURATION = """
 [record]
@@ -151,7 +151,7 @@ def test_a_cable_that_is_cut_and_a_sensor_that_fails_are_in_the_record(tmp_path,
         async with server(tmp_path) as (machine, cable):
             settings, clock = read_record(tmp_path / "record.toml"), SystemClock()
             async with record._connected(settings, clock) as sessions, asyncio.TaskGroup() as tasks:
-                files = files_of(settings, folder)
+                files = RecordingFiles(settings, folder)
                 tasks.create_task(Recorder(settings, sessions, clock, files).run(None, stop))
                 await until(1, "Good")
                 await cable.cut()

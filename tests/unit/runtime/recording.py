@@ -19,7 +19,7 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
-from thermaxis.runtime.record import files_of
+from thermaxis.runtime.record import RecordingFiles
 
 START = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 
@@ -127,7 +127,7 @@ class Recording:
         self.clock = VirtualClock(self.start)
         self.stop = asyncio.Event()
         self.sessions = {n: SimulatedSession(self.clock, answer) for n in self.settings.connections}
-        self.files = files_of(self.settings, self.folder)
+        self.files = RecordingFiles(self.settings, self.folder, self.told.append)
         recorder = Recorder(
             self.settings,
             self.sessions,

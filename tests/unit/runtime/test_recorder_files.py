@@ -15,9 +15,9 @@ from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of,
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import RecordSettings
-from thermaxis.runtime.record import files_of, sole_writer
+from thermaxis.runtime.record import RecordingFiles, sole_writer
 from thermaxis.runtime.record._clock import as_text
-from thermaxis.runtime.record._files import Entry, RecordingFiles, Stored, mark
+from thermaxis.runtime.record._files import Entry, Stored, mark
 from thermaxis.runtime.record._recorder import _Waiting
 
 NAME = "lathe-2026-11-21.csv"
@@ -38,7 +38,7 @@ def row(seconds: float, value: float = 1.0, start: datetime = START) -> Entry:
 
 
 def recording(folder: Path, **more: object) -> RecordingFiles:
-    return files_of(one_channel(**more), folder)
+    return RecordingFiles(one_channel(**more), folder)
 
 
 def one_channel(**more: object) -> RecordSettings:
@@ -57,7 +57,7 @@ def test_rows_of_a_day_are_in_one_file_and_those_of_the_next_in_another(tmp_path
     assert stored == (5, "")
     assert times(tmp_path / NAME) == [at(k, start) for k in range(2)]
     assert times(tmp_path / "lathe-2026-11-22.csv") == [at(k, start) for k in range(2, 5)]
-    assert files.take_finished() == [tmp_path / NAME, tmp_path / "lathe-2026-11-22.csv"]
+    assert files.written == [tmp_path / NAME, tmp_path / "lathe-2026-11-22.csv"]
     assert sorted(p.name for p in (tmp_path / "sources").iterdir()) == [
         NAME,
         "lathe-2026-11-22.csv",
@@ -114,7 +114,7 @@ def test_a_pause_within_the_usual_step_is_no_gap(tmp_path: Path) -> None:
 
 def test_another_set_of_channels_begins_another_file(tmp_path: Path) -> None:
     recording(tmp_path).store([row(0)])
-    other = files_of(settings(channel("T_b_C")), tmp_path)
+    other = RecordingFiles(settings(channel("T_b_C")), tmp_path)
     other.store([row(10)])
     assert other.written == [tmp_path / "lathe-2026-11-21-2.csv"]
     assert times(tmp_path / NAME) == [at(0)]

@@ -9,7 +9,7 @@ import pytest
 from tests.unit.runtime.recording import START, Recording, channel, rows_of, settings
 from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime.record import _recorder, write_parquet
+from thermaxis.runtime.record import _files, write_parquet
 
 NAME = "lathe-2026-11-21.csv"
 
@@ -22,7 +22,7 @@ def log(tmp_path: Path) -> Path:
 
 
 def test_the_parquet_file_holds_what_the_csv_file_holds(log: Path) -> None:
-    write_parquet(log)
+    write_parquet(log, log.parent / "sources" / NAME)
     csv, parquet = read_thermal_log(log), read_thermal_log(log.with_suffix(".parquet"))
     assert (parquet.start, parquet.units) == (csv.start, csv.units)
     assert parquet.time_s.tolist() == csv.time_s.tolist()
@@ -33,8 +33,9 @@ def test_the_parquet_file_holds_what_the_csv_file_holds(log: Path) -> None:
 
 
 def test_status_and_source_time_are_columns_of_the_file_of_sources(log: Path) -> None:
-    _, beside = write_parquet(log)
-    frame = pl.read_parquet(beside)
+    beside = log.parent / "sources" / NAME
+    write_parquet(log, beside)
+    frame = pl.read_parquet(beside.with_suffix(".parquet"))
     assert frame["time"].to_list()[0] == START
     assert frame["T_a_C status"].to_list() == ["Good"] * 20
     assert frame["T_a_C source_time"].to_list()[3] == datetime(2026, 11, 21, 12, 0, 3, tzinfo=UTC)
@@ -52,10 +53,10 @@ def test_a_recorder_writes_each_day_as_parquet_when_it_is_complete(tmp_path: Pat
 def test_a_parquet_file_that_cannot_be_written_is_told_and_ends_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(_path: Path) -> None:
+    def full(*_paths: Path) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(_recorder, "write_parquet", full)
+    monkeypatch.setattr(_files, "write_parquet", full)
     recording = Recording(settings(channel("T_a_C"), parquet=True), tmp_path)
     assert recording.run(5.0).rows == 5
     values = {"file": NAME, "cause": "No space left on device"}

@@ -23,9 +23,9 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
 from thermaxis.report.tables import text_table
 from thermaxis.runtime.record import (
+    RecordingFiles,
     TriedChannel,
     bytes_per_day,
-    files_of,
     sole_writer,
     try_once,
 )
@@ -89,7 +89,7 @@ async def _recorded(
 ) -> runtime.RecordSummary:
     clock, stop = runtime.SystemClock(), asyncio.Event()
     async with _connected(settings, clock) as sessions:
-        files = files_of(settings, folder)
+        files = RecordingFiles(settings, folder, _tell)
         recorder = runtime.Recorder(settings, sessions, clock, files, tell=_tell)
         with at_signals(stop.set):  # it ends with its last row
             return await recorder.run(duration_s, stop)
@@ -161,7 +161,7 @@ async def _tried(settings: runtime.RecordSettings) -> int:
     sys.stdout.write(text_table("read twice:", heads, cells, words=4))
     for name, why in missing.items():
         sys.stdout.write(f"connection {name} is not there: {printable(why, 400)}\n")
-    return 0 if all(t.recorded for t in tried) else 1
+    return 0 if all(t.value for t in tried) else 1
 
 
 def _remark(tried: TriedChannel) -> str:

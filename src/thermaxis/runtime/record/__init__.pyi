@@ -4,6 +4,7 @@ from ._config import (
     read_record as read_record,
 )
 from ._files import (
+    RecordingFiles as RecordingFiles,
     sole_writer as sole_writer,
 )
 from ._parquet import (
@@ -14,6 +15,5 @@ from ._recorder import (
     RecordSummary as RecordSummary,
     TriedChannel as TriedChannel,
     bytes_per_day as bytes_per_day,
-    files_of as files_of,
     try_once as try_once,
 )

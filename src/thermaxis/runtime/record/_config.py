@@ -76,11 +76,6 @@ class ChannelSettings:
     repeat_unchanged_s: _Repeat | None = None
     """As in the table `[record]`, for this channel. Without it: that of the recording. [s]"""
 
-    @property
-    def repeat_s(self) -> float:
-        """For how long a value counts again while its source time stamp does not move. [s]"""
-        return self.repeat_unchanged_s or 0.0
-
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -114,16 +109,6 @@ class RecordSettings:
         default_factory=dict[str, ConnectionSettings]
     )
     """Connections that channels use."""
-
-    @property
-    def largest_bytes(self) -> int:
-        """Size at which a new file begins. [byte]"""
-        return round(self.largest_mb * 1e6)
-
-    @property
-    def memory_bytes(self) -> int:
-        """Largest size of what waits in memory. [byte]"""
-        return round(self.memory_mb * 1e6)
 
     @property
     def fastest_ms(self) -> int:

@@ -14,7 +14,7 @@ Not protected: a disk that reports a write as done and loses it; a folder on a n
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
@@ -26,6 +26,8 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime.host import held_lock
 from thermaxis.runtime.record._clock import as_text, moment_of
+from thermaxis.runtime.record._config import RecordSettings
+from thermaxis.runtime.record._parquet import write_parquet
 
 SOURCES_FOLDER: Final = "sources"
 """Folder of the files of sources, inside that of the logs: `*.csv` means logs only."""
@@ -69,15 +71,24 @@ class Stored(NamedTuple):
     """Why no more were written, in words; empty if all were."""
 
 
-class Heads(NamedTuple):
-    """First lines of both files, with their ends."""
-
-    log: bytes
-    """Comments and headings of the log."""
-    sources: bytes
-    """Comments and headings of the file of sources."""
-    channels: int
-    """Columns of the log beside the time. [1]"""
+def heads_of(settings: RecordSettings) -> tuple[bytes, bytes]:
+    """Return the first lines of log and file of sources, with their ends."""
+    lines = [f"# thermaxis record 1: {settings.name}"]
+    for name, connection in settings.connections.items():
+        lines.append(f"# connection {name}: {connection.url}, security {connection.security}")
+    for channel in settings.channels:
+        words = f"# channel {channel.name}: {channel.node} of {channel.connection}, unit"
+        words += f" {channel.unit or '1'}, every {channel.period_ms / 1000.0:g} s"
+        if (channel.factor, channel.offset) != (1.0, 0.0):
+            words += f", value * {channel.factor!r} + {channel.offset!r}"
+        lines.append(words)
+    plain = ["".join(c if c.isascii() and c.isprintable() else "?" for c in s) for s in lines]
+    head = "\n".join(plain) + "\n"
+    names = ",".join(["time", *(channel.heading for channel in settings.channels)])
+    beside = ["time"]
+    for channel in settings.channels:
+        beside += [f"{channel.name} {word}" for word in ("status", "source_time", "remark")]
+    return f"{head}{names}\n".encode("ascii"), f"{head}{','.join(beside)}\n".encode("ascii")
 
 
 def mark(log_ms: float, message: Message) -> Entry:
@@ -153,31 +164,21 @@ class RecordingFiles:
 
     def __init__(
         self,
+        settings: RecordSettings,
         folder: Path,
-        name: str,
-        heads: Heads,
-        *,
-        days_per_file: int,
-        largest_bytes: int,
-        step_ms: int,
+        tell: Callable[[Message], None] = lambda _: None,
     ) -> None:
+        self._settings = settings
         self._folder = folder
-        self._name = name
-        self._heads = heads
-        self._days = days_per_file
-        self._largest_bytes = largest_bytes
-        self._step_ms = step_ms
+        self._tell = tell
+        self._log_head, self._sources_head = heads_of(settings)
+        self._channels = len(settings.channels)
+        self._step_ms = settings.fastest_ms
         self._pair: _Pair | None = None
         self._last_row_ms: float | None = None
         self._synced_ms = 0.0
-        self._finished: list[Path] = []
         self.written: list[Path] = []
         """Logs that were begun or went on, in order."""
-
-    def take_finished(self) -> list[Path]:
-        """Return the logs that are complete since the last call."""
-        finished, self._finished = self._finished, []
-        return finished
 
     def store(self, entries: Sequence[Entry]) -> Stored:
         """Write entries, as far as the disk takes them."""
@@ -215,12 +216,22 @@ class RecordingFiles:
         return count
 
     def close(self) -> None:
-        """End: the files are complete."""
-        if self._pair is not None:
-            with suppress(OSError):
-                self._pair.append(b"", b"", sync=True)
-            self._finished.append(self._pair.log.path)
-            self._pair = None
+        """End: the files are complete, and what is older than is kept goes."""
+        pair, self._pair = self._pair, None
+        if pair is None:
+            return
+        with suppress(OSError):
+            pair.append(b"", b"", sync=True)
+        path = pair.log.path
+        try:
+            if self._settings.parquet:
+                write_parquet(path, path.parent / SOURCES_FOLDER / path.name)
+        except OSError as error:
+            values = {"file": path.name, "cause": error.strerror or str(error)}
+            self._tell(Message("recording-parquet_unwritten", values))
+        if self._settings.keep_days is not None:
+            today = moment_of(self._synced_ms if self._last_row_ms is None else self._last_row_ms)
+            self.delete_before(today.date() - timedelta(days=self._settings.keep_days))
 
     # Which file ------------------------------------------------------------------------------
 
@@ -248,23 +259,25 @@ class RecordingFiles:
         size = max(
             pair.log.size + log + len(entry.log), pair.sources.size + sources + len(entry.sources)
         )
-        too_large = size > self._largest_bytes and (pair.last_row_ms is not None or sources > 0)
+        too_large = size > 1e6 * self._settings.largest_mb and (
+            pair.last_row_ms is not None or sources > 0
+        )
         return too_large or not self._covers(pair.first_day, moment_of(entry.log_ms).date())
 
     def _covers(self, first: date, day: date) -> bool:
-        return 0 <= (day - first).days < self._days
+        return 0 <= (day - first).days < self._settings.days_per_file
 
     def _begin(self, day: date, log_ms: float) -> _Pair:
         """Make new files; no file that is there is touched."""
         beside = self._folder / SOURCES_FOLDER
         beside.mkdir(parents=True, exist_ok=True)
         number = 1 + max((n for first, n, _ in self._names(every=True) if first == day), default=0)
-        name = f"{self._name}-{day.isoformat()}{'' if number == 1 else f'-{number}'}.csv"
+        name = f"{self._settings.name}-{day.isoformat()}{'' if number == 1 else f'-{number}'}.csv"
         made: list[_File] = []
         try:
             for folder, head in (
-                (beside, self._heads.sources),
-                (self._folder, self._heads.log),
+                (beside, self._sources_head),
+                (self._folder, self._log_head),
             ):
                 with (folder / name).open("xb") as stream:
                     made.append(_File(folder / name, len(head)))
@@ -285,20 +298,19 @@ class RecordingFiles:
             return None
         first, _, path = max(names)
         beside = self._folder / SOURCES_FOLDER / path.name
-        channels = self._heads.channels
-        log_end = _end_of(path, self._heads.log, channels + 1)
-        sources_end = _end_of(beside, self._heads.sources, 3 * channels + 1)
+        log_end = _end_of(path, self._log_head, self._channels + 1)
+        sources_end = _end_of(beside, self._sources_head, 3 * self._channels + 1)
         if log_end is None or sources_end is None:
             return None
-        last_ms = log_end.last_row_ms
+        (size, last_ms), (sources_size, _) = log_end, sources_end
         if last_ms is not None and last_ms >= log_ms:
             return None
-        if max(log_end.size, sources_end.size) >= self._largest_bytes:
+        if max(size, sources_size) >= 1e6 * self._settings.largest_mb:
             return None
-        torn = path.stat().st_size - log_end.size
-        pair = _Pair(first, _File(path, log_end.size), _File(beside, sources_end.size), last_ms)
-        pair.log.cut(log_end.size)
-        pair.sources.cut(sources_end.size)
+        torn = path.stat().st_size - size
+        pair = _Pair(first, _File(path, size), _File(beside, sources_size), last_ms)
+        pair.log.cut(size)
+        pair.sources.cut(sources_size)
         if torn:
             pair.note = mark(log_ms, Message("recording-repaired", {"bytes": torn})).log
         return pair
@@ -310,7 +322,7 @@ class RecordingFiles:
         numbers are taken as well.
         """
         form = re.compile(
-            re.escape(self._name)
+            re.escape(self._settings.name)
             + r"-([0-9]{4}-[0-9]{2}-[0-9]{2})(?:-([0-9]{1,6}))?\."
             + ("(?:csv|parquet)" if every else "csv")
         )
@@ -327,7 +339,7 @@ class RecordingFiles:
         """Delete files whose last day lies before another day."""
         kept = None if self._pair is None else self._pair.log.path.name
         for first, _, path in self._names(every=True):
-            if first + timedelta(days=self._days - 1) < day and path.name != kept:
+            if first + timedelta(days=self._settings.days_per_file - 1) < day and path.name != kept:
                 with suppress(OSError):
                     path.unlink()
 
@@ -340,8 +352,8 @@ class RecordingFiles:
         """Write what happened, and a row without values: no line is drawn across it."""
         log += _gap_mark(last_ms, next_ms)
         time = as_text(last_ms + self._step_ms).encode("ascii")
-        log += time + b"," * self._heads.channels + b"\n"
-        sources += time + b"," * (3 * self._heads.channels) + b"\n"
+        log += time + b"," * self._channels + b"\n"
+        sources += time + b"," * (3 * self._channels) + b"\n"
 
 
 def _gap_mark(last_ms: float, next_ms: float) -> bytes:
@@ -349,17 +361,11 @@ def _gap_mark(last_ms: float, next_ms: float) -> bytes:
     return mark(next_ms, Message("recording-gap", values)).log
 
 
-class _End(NamedTuple):
-    """Where the whole lines of a file end."""
+def _end_of(path: Path, head: bytes, cells: int) -> tuple[int, float | None] | None:
+    """Return where the whole lines of a file of ours end, and the time of its last row.
 
-    size: int
-    """Length up to there. [byte]"""
-    last_row_ms: float | None
-    """Time of the last row; None without one. [ms since 1970]"""
-
-
-def _end_of(path: Path, head: bytes, cells: int) -> _End | None:
-    """Find the last whole line of a file of ours; None if it is another's, or too damaged."""
+    None if it is another's, or too damaged.
+    """
     try:
         with path.open("rb") as stream:
             if stream.read(len(head)) != head:
@@ -374,7 +380,7 @@ def _end_of(path: Path, head: bytes, cells: int) -> _End | None:
         size -= len(lines.pop()) + 1
     rows = (found for line in reversed(lines) if (found := _row_ms(line, cells)) is not None)
     last_ms = next(rows, None)
-    return None if last_ms is None and begin > len(head) else _End(size, last_ms)
+    return None if last_ms is None and begin > len(head) else (size, last_ms)
 
 
 def _row_ms(line: bytes, cells: int) -> float | None:

@@ -13,17 +13,15 @@ import math
 from collections import deque
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 from thermaxis import __version__
 from thermaxis.codes import Message
 from thermaxis.runtime._ports import Clock
-from thermaxis.runtime.record._clock import LogClock, as_text, moment_of
+from thermaxis.runtime.record._clock import LogClock, as_text
 from thermaxis.runtime.record._config import ChannelSettings, RecordSettings
-from thermaxis.runtime.record._files import Entry, Heads, RecordingFiles, Stored, mark
-from thermaxis.runtime.record._parquet import write_parquet
+from thermaxis.runtime.record._files import Entry, RecordingFiles, Stored, mark
 from thermaxis.runtime.record._rows import NO_ANSWER, NOT_ASKED, Cells, ChannelReader
 
 if TYPE_CHECKING:
@@ -91,30 +89,6 @@ class RecordSummary:
     """Why rows could not be written in the end; empty if all were."""
 
 
-def heads_of(settings: RecordSettings) -> Heads:
-    """Return the first lines of log and file of sources."""
-    lines = [f"# thermaxis record 1: {settings.name}"]
-    for name, connection in settings.connections.items():
-        lines.append(f"# connection {name}: {connection.url}, security {connection.security}")
-    for channel in settings.channels:
-        words = f"# channel {channel.name}: {channel.node} of {channel.connection}, unit"
-        words += f" {channel.unit or '1'}, every {channel.period_ms / 1000.0:g} s"
-        if (channel.factor, channel.offset) != (1.0, 0.0):
-            words += f", value * {channel.factor!r} + {channel.offset!r}"
-        lines.append(words)
-    plain = ["".join(c if c.isascii() and c.isprintable() else "?" for c in s) for s in lines]
-    head = "\n".join(plain) + "\n"
-    names = ",".join(["time", *(channel.heading for channel in settings.channels)])
-    beside = ["time"]
-    for channel in settings.channels:
-        beside += [f"{channel.name} {word}" for word in ("status", "source_time", "remark")]
-    return Heads(
-        f"{head}{names}\n".encode("ascii"),
-        f"{head}{','.join(beside)}\n".encode("ascii"),
-        len(settings.channels),
-    )
-
-
 def bytes_per_day(settings: RecordSettings) -> float:
     """Return how much a recording writes in a day, about. [byte]
 
@@ -124,18 +98,6 @@ def bytes_per_day(settings: RecordSettings) -> float:
     readings = sum(86_400_000.0 / channel.period_ms for channel in settings.channels)
     separators = rows * len(settings.channels) * 4.0
     return 50.0 * rows + 34.0 * readings + separators
-
-
-def files_of(settings: RecordSettings, folder: Path) -> RecordingFiles:
-    """Return the files of a recording in a folder."""
-    return RecordingFiles(
-        folder,
-        settings.name,
-        heads_of(settings),
-        days_per_file=settings.days_per_file,
-        largest_bytes=settings.largest_bytes,
-        step_ms=settings.fastest_ms,
-    )
 
 
 class TriedChannel(NamedTuple):
@@ -150,43 +112,29 @@ class TriedChannel(NamedTuple):
     remark: Message | None
     """What is out of the ordinary; None if nothing is."""
 
-    @property
-    def recorded(self) -> bool:
-        """Whether there is a value."""
-        return bool(self.value)
-
 
 async def try_once(
     settings: RecordSettings, sessions: "Mapping[str, OpcUaSession]", clock: Clock
 ) -> tuple[TriedChannel, ...]:
     """Read every node twice, to see what it says and whether its source time stamp moves."""
     channels = tuple(ChannelReader(channel) for channel in settings.channels)
+    cells, values = [NOT_ASKED] * len(channels), [""] * len(channels)
     await _connections(sessions, clock)
-    first = await _read_all(settings, sessions, channels, clock)
-    await clock.sleep_until(clock.monotonic_s() + TRY_AGAIN_S)
-    second = await _read_all(settings, sessions, channels, clock)
+    for wait_s in (0.0, TRY_AGAIN_S):
+        await clock.sleep_until(clock.monotonic_s() + wait_s)
+        for group in _groups_of(settings):
+            answers = await sessions[group.connection].read(group.nodes, group.deadline_s)
+            _fill(cells, group, channels, answers, clock.monotonic_s() * 1000.0)
+        values = [one.value or before for one, before in zip(cells, values, strict=True)]
     tried: list[TriedChannel] = []
-    for channel, one, two in zip(channels, first, second, strict=True):
-        remark = Message("remark-beside_value", {"said": two.remark}) if two.remark else None
+    for channel, value, last in zip(channels, values, cells, strict=True):
+        remark = Message("remark-beside_value", {"said": last.remark}) if last.remark else None
         if channel.unchanged:
             remark = Message("remark-stamp_stood_still", {"lasts_s": TRY_AGAIN_S})
         elif channel.unstamped:
             remark = Message("remark-no_stamp")
-        tried.append(TriedChannel(channel.settings, two.value or one.value, two.status, remark))
+        tried.append(TriedChannel(channel.settings, value, last.status, remark))
     return tuple(tried)
-
-
-async def _read_all(
-    settings: RecordSettings,
-    sessions: "Mapping[str, OpcUaSession]",
-    channels: Sequence[ChannelReader],
-    clock: Clock,
-) -> list[Cells]:
-    found = [NOT_ASKED] * len(channels)
-    for group in _groups_of(settings):
-        answers = await sessions[group.connection].read(group.nodes, group.deadline_s)
-        _fill(found, group, channels, answers, clock.monotonic_s() * 1000.0)
-    return found
 
 
 async def _connections(sessions: "Mapping[str, OpcUaSession]", clock: Clock) -> None:
@@ -255,7 +203,7 @@ class Recorder:
         self._channels = tuple(ChannelReader(channel) for channel in settings.channels)
         self._groups = _groups_of(settings)
         self._rows: deque[_Row] = deque()
-        self._waiting = _Waiting(settings.memory_bytes)
+        self._waiting = _Waiting(1e6 * settings.memory_mb)
         self._writing = asyncio.Lock()
         self._connected: dict[str, int | None] = dict.fromkeys(sessions)
         self._asking: set[asyncio.Task[None]] = set()
@@ -400,7 +348,7 @@ class Recorder:
             channel.unchanged_in_a_row >= _FEWEST_UNCHANGED
             and channel.unchanged_for_s >= UNCHANGED_WARNING_S
         )
-        if stands_still and channel.settings.repeat_s == 0.0:
+        if stands_still and not channel.settings.repeat_unchanged_s:
             self._warn("stands_still", name=name, lasts_s=UNCHANGED_WARNING_S)
 
     def _warn(self, code: str, **values: str | float) -> None:
@@ -423,32 +371,14 @@ class Recorder:
 
     async def _write(self) -> None:
         """Store what waits, in a thread: a slow disk delays no reading."""
-        stored = await self._waiting.give(lambda entries: asyncio.to_thread(self._store, entries))
+        stored = await self._waiting.give(
+            lambda entries: asyncio.to_thread(self._files.store, entries)
+        )
         if stored.error and not self._error:
             self._tell(Message("recording-rows_unwritten", {"cause": stored.error}))
         elif self._error and not stored.error:
             self._tell(Message("recording-rows_written_again"))
         self._error = stored.error
-
-    def _store(self, entries: Sequence[Entry]) -> Stored:
-        stored = self._files.store(entries)
-        self._look_after_files()
-        return stored
-
-    def _look_after_files(self) -> None:
-        """Write complete files in their other form, delete old ones; once per file."""
-        finished = self._files.take_finished()
-        if self._settings.parquet:
-            for log in finished:
-                try:
-                    write_parquet(log)
-                except OSError as error:
-                    values = {"file": log.name, "cause": error.strerror or str(error)}
-                    self._tell(Message("recording-parquet_unwritten", values))
-        keep_days = self._settings.keep_days
-        if finished and keep_days is not None:
-            today = moment_of(self._last_ms).date()
-            self._files.delete_before(today - timedelta(days=keep_days))
 
     async def _end(self) -> RecordSummary:
         for row in self._rows:
@@ -457,7 +387,7 @@ class Recorder:
         now_ms, _ = self._time.read()
         self._waiting.add(mark(max(now_ms, self._last_ms), Message("recording-ended")))
         await self._write()
-        await asyncio.to_thread(self._close)
+        await asyncio.to_thread(self._files.close)
         return RecordSummary(
             rows=self._waiting.written_rows,
             lost=self._waiting.lost_rows,
@@ -465,10 +395,6 @@ class Recorder:
             files=tuple(self._files.written),
             error=self._error,
         )
-
-    def _close(self) -> None:
-        self._files.close()
-        self._look_after_files()
 
 
 class _Loss(NamedTuple):
@@ -495,7 +421,7 @@ class _Loss(NamedTuple):
 class _Waiting:
     """Entries that wait to be written, up to a size; the oldest ones give way."""
 
-    def __init__(self, largest_bytes: int) -> None:
+    def __init__(self, largest_bytes: float) -> None:
         self._entries: deque[Entry] = deque()
         self._size = 0
         self._largest_bytes = largest_bytes

@@ -106,7 +106,7 @@ class ChannelReader:
             self.unchanged += 1
             remark = "unchanged"
             self.unchanged_for_s = (log_ms - self._stamp_seen_ms) / 1000.0
-            if self.unchanged_for_s > self.settings.repeat_s:
+            if self.unchanged_for_s > (self.settings.repeat_unchanged_s or 0.0):
                 return Cells("", status, stamp_text, remark)
         self.recorded += 1
         return Cells(self._scaled(number), status, stamp_text, remark)
