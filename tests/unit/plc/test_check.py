@@ -137,8 +137,6 @@ def test_a_number_that_the_target_cannot_keep_is_refused_with_its_name() -> None
         check_program(replace(program(constants=constants), double=False))
 
 
-
-
 # ---- kinds and operations -----------------------------------------------------------------------
 
 
