@@ -4,11 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev demo test system commands timed check format bench
+.PHONY: help setup setup-dev demo test system commands timed check lint format bench
 
 # Tests run side by side: threads inside each would only get in each other's way. One program more
 # than two cores have, because some tests wait for others.
-test commands timed check: export OMP_NUM_THREADS = 1
+test commands timed: export OMP_NUM_THREADS = 1
 WORKERS ?= 3
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -55,12 +55,13 @@ commands: setup-dev
 timed: setup-dev
 	$(BIN)/python -m pytest -m "system and real_time" -n 2 --dist loadfile -q tests/system
 
-check: setup-dev
+check: lint test
+
+lint: setup-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -m "not system" --ignore tests/system -n $(WORKERS) -q
 
 format: setup-dev
 	$(BIN)/ruff format .

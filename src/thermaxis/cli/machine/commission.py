@@ -140,10 +140,8 @@ async def _prove(
             raise DataError("self_test_forbids", place=place, reasons=forbidden)
         measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
         proof = await runtime.prove_step(ports.sink, clock, plan, measure)
-        who, details = "the command line", _record(proof)
-        ports.historian.event(
-            runtime.EventRecord.of(clock.utc(), "commission", who, proof.verdict, details)
-        )
+        told = ("commission", "the command line", proof.verdict, _record(proof))
+        ports.historian.event(runtime.EventRecord.of(clock.utc(), *told))
         return proof
     finally:
         await ports.sink.close()
@@ -160,8 +158,7 @@ async def _wait_for_machine(
         if parts.sink.connected:
             return
         await asyncio.sleep(0.1)
-    every = [session.failure for session in parts.sessions.values()]
-    causes = tuple(one for one in every if one is not None)
+    causes = tuple(s.failure for s in parts.sessions.values() if s.failure is not None)
     raise DataError(
         "machine_not_reached",
         place=Place(file=str(configuration.path)),

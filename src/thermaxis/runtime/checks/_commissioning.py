@@ -186,12 +186,12 @@ async def prove_step(
         before_um = await mover.measured(measure, "as_found")
         await _try_a_little(mover, plan, measure, before_um)
         await mover.go_to(goal_um)
-        await mover.stand(mover.settle_s)
+        await mover.stand()
         applied = mover.applied
         out_um = await mover.measured(measure, "further", by_um=plan.step_um)
     finally:
         await mover.come_back(found_um)
-    await mover.stand(mover.settle_s)
+    await mover.stand()
     after_um = await mover.measured(measure, "as_found_again")
     moved_um, left_um = out_um - before_um, after_um - before_um
     return StepProof(
@@ -238,7 +238,7 @@ class _Mover:
         self.offsets_um = dict(found_um)
         self.applied = Applied(None, None)
         self.returning = False
-        self._took_s: float | None = None
+        self._settle_s: float | None = None
         self._agreed_s = clock.monotonic_s()
         self._news: Mapping[str, float | None] | None = found_um
         total_um = (plan.limits.total_um,) * len(found_um)
@@ -251,12 +251,6 @@ class _Mover:
     @property
     def now_um(self) -> float:
         return self.offsets_um[self.plan.output]
-
-    @property
-    def settle_s(self) -> float:
-        """Time for which the offset stands before it is measured. [s]"""
-        took_s = SETTLE_S if self._took_s is None else self._took_s
-        return min(SETTLE_S, SOONEST_S + TAKEOVERS * took_s)
 
     @property
     def agrees(self) -> bool:
@@ -278,11 +272,11 @@ class _Mover:
             await self._cycle(self.now_um)
             _, accepted_um, effective_um = self.applied
             if _shown(found_um, by_um, accepted_um, effective_um):
-                if self._took_s is None and effective_um is not None:
-                    self._took_s = now_s - begin_s
+                if self._settle_s is None and effective_um is not None:
+                    self._settle_s = min(SETTLE_S, SOONEST_S + TAKEOVERS * (now_s - begin_s))
                 break
             now_s = self.clock.monotonic_s()
-        await self.stand(self.settle_s)
+        await self.stand()
         return _shown(found_um, by_um, self.applied.accepted_um)
 
     async def come_back(self, goal_um: float) -> None:
@@ -302,9 +296,9 @@ class _Mover:
                     place=Place(channel=self.plan.output),
                 )
 
-    async def stand(self, seconds: float) -> None:
-        """Keep the offset for a time, with the heartbeat moving."""
-        until_s = self.clock.monotonic_s() + seconds
+    async def stand(self, seconds: float | None = None) -> None:
+        """Keep the offset, by default until it has settled, with the heartbeat moving."""
+        until_s = self.clock.monotonic_s() + (seconds or self._settle_s or SETTLE_S)
         while self.clock.monotonic_s() < until_s:
             await self._cycle(self.now_um)
 

@@ -29,11 +29,6 @@ class NetworkGate:
         self._flows.set()
         self._connections: set[asyncio.Task[None]] = set()
 
-    @property
-    def is_open(self) -> bool:
-        """Whether new connections are taken."""
-        return self._server is not None
-
     async def open(self) -> None:
         """Listen."""
         if self._server is not None:
