@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from thermaxis.files._opened import write_content
 from thermaxis.files.logs._columns import parse_log_heading
-from thermaxis.files.table import encoded, protected, quoted, write_content
+from thermaxis.files.table import encoded, protected, quoted
 from thermaxis.messages import sentence_of
 from thermaxis.thermal import ThermalLog
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files._opened import opened
 from thermaxis.files.logs._cells import numbers_or_words
 from thermaxis.files.logs._columns import (
     MOST_COLUMNS,
@@ -34,7 +35,6 @@ from thermaxis.files.table import (
     is_comment_line,
     is_number,
     is_separator_line,
-    opened,
     parse_moment,
     read_content,
     read_start,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, remark
 from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
+from thermaxis.files._opened import unwritable
 from thermaxis.files.runs._assemble import (
     assemble_readings,
     check_enough_readings,
@@ -28,7 +29,6 @@ from thermaxis.files.table import (
     first_few,
     parse_number,
     parse_whole_number,
-    unwritable,
 )
 from thermaxis.positioning import (
     BACKWARD,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, remark
 from thermaxis.errors import DataError, MeasurementFileError
+from thermaxis.files._opened import write_content
 from thermaxis.files.runs._assemble import (
     assemble_readings,
     check_enough_readings,
@@ -50,7 +51,6 @@ from thermaxis.files.table import (
     target_column_of,
     unique_names,
     unit_of_kind,
-    write_content,
 )
 from thermaxis.messages import sentence_of
 from thermaxis.positioning import (

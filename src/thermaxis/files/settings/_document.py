@@ -12,8 +12,8 @@ from typing import TypeVar, final
 
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
+from thermaxis.files._opened import unwritable
 from thermaxis.files.settings._reading import read_json_object
-from thermaxis.files.table import unwritable
 
 _T = TypeVar("_T")
 

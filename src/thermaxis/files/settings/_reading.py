@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, cast, get_args, get_type_
 
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.table import opened
+from thermaxis.files._opened import opened
 
 if TYPE_CHECKING:
     from pydantic import ValidationError

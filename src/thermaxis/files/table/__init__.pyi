@@ -45,7 +45,6 @@ from ._source import (
     first_few as first_few,
     is_number as is_number,
     kind_of_content as kind_of_content,
-    opened as opened,
     parse_number as parse_number,
     parse_whole_number as parse_whole_number,
     protected as protected,
@@ -54,8 +53,6 @@ from ._source import (
     read_start as read_start,
     read_text as read_text,
     unprotected as unprotected,
-    unwritable as unwritable,
-    write_content as write_content,
 )
 from ._table import (
     Layout as Layout,

@@ -1,20 +1,18 @@
 """Read a text file whole: what it is, its encoding, its lines, its numbers."""
 
 import codecs
-import io
 import json
 import re
-import stat
 import unicodedata
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import final
 
 from thermaxis.codes import Message, Place, remark
-from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files._opened import check_size, opened
 
 TEXT_LIMIT_BYTES = 100_000_000
 """Largest text file that is read. [byte]"""
@@ -102,52 +100,10 @@ def read_content(path: Path | str) -> bytes:
         is_archive = stream.peek(len(_ARCHIVE_START)).startswith(_ARCHIVE_START)
         limit_bytes = WORKBOOK_LIMIT_BYTES if is_archive else TEXT_LIMIT_BYTES
         content = b"" if size > limit_bytes else stream.read(limit_bytes + 1)
-    _check_size(path, max(size, len(content)), limit_bytes, MeasurementFileError)
+    check_size(path, max(size, len(content)), limit_bytes, MeasurementFileError)
     if not content:
         raise MeasurementFileError("file_empty", place=Place(str(path)))
     return content
-
-
-@contextmanager
-def opened(
-    path: Path | str, limit_bytes: int, *, error: type[ThermaxisError] = MeasurementFileError
-) -> Generator[tuple[io.BufferedReader, int]]:
-    """Open a regular file of bounded size; whatever the system says becomes one of our errors."""
-    place = Place(str(path))
-    try:
-        status = Path(path).stat()
-        if not stat.S_ISREG(status.st_mode):  # opening a pipe would wait for a writer
-            raise error("not_a_file", place=place)
-        _check_size(path, status.st_size, limit_bytes, error)
-        with Path(path).open("rb") as stream:
-            yield stream, status.st_size
-    except FileNotFoundError:
-        raise error("file_not_found", place=place) from None
-    except (OSError, ValueError) as failure:  # ValueError: a NUL character in the name
-        raise error("file_unreadable", cause=_cause(failure), place=place) from failure
-
-
-def _cause(failure: Exception) -> str:
-    return getattr(failure, "strerror", None) or str(failure)
-
-
-def _check_size(path: Path | str, size: int, most: int, error: type[ThermaxisError]) -> None:
-    if size > most:
-        place = Place(str(path))
-        raise error("file_too_large", size_mb=size / 1e6, most_mb=most / 1e6, place=place)
-
-
-def unwritable(path: Path | str, failure: Exception, error: type[ThermaxisError]) -> ThermaxisError:
-    """Return the error of a file that the system does not let us write."""
-    return error("file_unwritable", cause=_cause(failure), place=Place(str(path)))
-
-
-def write_content(path: Path | str, content: bytes) -> None:
-    """Write a file; whatever the system says becomes one of our errors."""
-    try:
-        Path(path).write_bytes(content)
-    except (OSError, ValueError) as failure:  # ValueError: a NUL character in the name
-        raise unwritable(path, failure, MeasurementFileError) from failure
 
 
 def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> SourceText:

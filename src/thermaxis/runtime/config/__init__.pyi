@@ -1,3 +1,6 @@
+from ._certificates import (
+    certificate_ends as certificate_ends,
+)
 from ._configuration import (
     MachineConfiguration as MachineConfiguration,
     MachineRules as MachineRules,
@@ -36,7 +39,6 @@ from ._tables import (
     SourceSettings as SourceSettings,
 )
 from ._warnings import (
-    certificate_ends as certificate_ends,
     history_day_mb as history_day_mb,
     page_certificate_findings as page_certificate_findings,
     warnings_of as warnings_of,

@@ -5,7 +5,6 @@ import ipaddress
 import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -16,10 +15,11 @@ from thermaxis.compensation import START, Output, SensorRules
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._findings import Finding, Level, advice
+from thermaxis.runtime.config._certificates import certificates_of
 from thermaxis.runtime.config._configuration import MachineConfiguration
 from thermaxis.runtime.config._contradictions import EVERY_ADDRESS, HOST
 from thermaxis.runtime.config._machine import sqlite_file
-from thermaxis.runtime.config._tables import ScreenSettings, tables_of
+from thermaxis.runtime.config._tables import ScreenSettings
 from thermaxis.runtime.history import Encryption, encryption_of, history_folder, parse_url
 from thermaxis.runtime.host import is_loopback
 
@@ -221,31 +221,8 @@ def _tried(look: Callable[..., object], *arguments: object) -> Iterator[Finding]
         yield _wrong(failure)
 
 
-def certificate_ends(configuration: MachineConfiguration) -> dict[str, datetime]:
-    """Return until when every certificate is valid, by its key; without those that none can read.
-
-    They are read now: a file that was renewed while the loop runs counts as it is.
-    """
-    from thermaxis.runtime.opcua import certificate_of  # noqa: PLC0415 - cryptography is heavy
-
-    ends: dict[str, datetime] = {}
-    for key, path in _certificates(configuration):
-        with suppress(ConfigurationError):
-            ends[key] = certificate_of(path).not_after
-    return ends
-
-
-def _certificates(configuration: MachineConfiguration) -> Iterator[tuple[str, Path]]:
-    """Yield every certificate, own ones and those of others, with its key."""
-    for table, settings in tables_of(configuration):
-        for name in ("server_certificate", "certificate", "client_certificate"):
-            path: Path | None = getattr(settings, name, None)
-            if path is not None:
-                yield f"{table}.{name}", path
-
-
 def _about_certificates(configuration: MachineConfiguration, now: datetime) -> Iterator[Finding]:
-    for key, path in _certificates(configuration):
+    for key, path in certificates_of(configuration):
         yield from _about_certificate(key, path, now)
     for settings in configuration.connections.values():
         own, key = settings.certificate, settings.private_key
