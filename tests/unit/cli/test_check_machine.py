@@ -17,9 +17,7 @@ from tests.unit.runtime.machine_files import machine_file
 from thermaxis.cli.machine import check
 from thermaxis.cli.machine._machine_parts import (
     PacedClock,
-    build_metrics,
     build_parts,
-    build_status_server,
     loop_settings,
     nodes_read,
     sole_runner,
@@ -305,23 +303,6 @@ def test_the_loop_learns_what_the_flags_mean_and_source_and_sink_share_a_connect
     parts = build_parts(configuration, SystemClock())
     assert list(parts.sessions) == ["control"]
     assert parts.ports.source.session is parts.sink.session is parts.sessions["control"]
-
-
-def test_only_the_servers_that_are_configured_are_made(machine):
-    class Box:
-        async def submit(self, request):
-            raise AssertionError
-
-    def made() -> tuple[object, object]:
-        configuration, clock = read_machine(machine), SystemClock()
-        status = build_status_server(configuration, Box(), clock, audit=lambda _: None)
-        return status, build_metrics(configuration, clock)
-
-    assert made() == (None, None)
-    text = machine.read_text(encoding="utf-8")
-    more = '\n[server]\nanonymous_role = "viewer"\nport = 0\n[metrics]\nport = 0\n'
-    machine.write_text(text + more, encoding="utf-8")
-    assert None not in made()
 
 
 LOG = "time_s,T_spindle_C,T_column_C\n" + "".join(

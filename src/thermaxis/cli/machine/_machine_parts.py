@@ -16,20 +16,17 @@ from thermaxis.runtime.config import configuration_sha256
 from thermaxis.runtime.host import is_loopback
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
     from contextlib import AbstractContextManager
 
     from thermaxis.runtime import (
         Clock,
-        EventRecord,
+        Historian,
         LoopSettings,
         MachineConfiguration,
-        MetricsServer,
         OpcUaSession,
-        RequestBox,
         Sink,
         Source,
-        StatusServer,
     )
     from thermaxis.runtime.sources import LifeCounter, LinuxCncSource, NodeSettings, ReplayClock
 
@@ -80,7 +77,9 @@ class PacedClock:
         await self._replay.sleep_until(monotonic_s)
 
 
-def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> MachineParts:
+def build_parts(
+    configuration: "MachineConfiguration", clock: "Clock", historian: "Historian | None" = None
+) -> MachineParts:
     """Make source, sink and historian; nothing is opened, connected or written.
 
     Not protected: a configuration that names the wrong node or sign; see `self_test`.
@@ -100,9 +99,10 @@ def build_parts(configuration: "MachineConfiguration", clock: "Clock") -> Machin
         nodes = probes_read(configuration)
         probe_source = sources.OpcUaSource(probes, nodes)
         source = sources.ProbedSource(source, probe_source, tuple(nodes), clock)
-    recorder = history.SqlHistorian(configuration.historian, clock)
+    if historian is None:
+        historian = history.SqlHistorian(configuration.historian, clock)
     sink = build_sink(configuration, sessions, clock)
-    return MachineParts(sessions, runtime.Ports(source, sink, recorder, clock), probes, pins)
+    return MachineParts(sessions, runtime.Ports(source, sink, historian, clock), probes, pins)
 
 
 def sole_runner(configuration: "MachineConfiguration") -> "AbstractContextManager[None]":
@@ -246,23 +246,3 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
         latch_offset_mismatch=configuration.supervisor.latch_offset_mismatch,
         configuration_sha256=configuration_sha256(configuration),
     )
-
-
-def build_status_server(
-    configuration: "MachineConfiguration",
-    box: "RequestBox",
-    clock: "Clock",
-    *,
-    audit: "Callable[[EventRecord], None]",
-) -> "StatusServer | None":
-    """Make the status server, if one is configured; it does not listen yet."""
-    if configuration.server is None:
-        return None
-    return runtime.StatusServer(configuration.server, box, clock, audit=audit)
-
-
-def build_metrics(configuration: "MachineConfiguration", clock: "Clock") -> "MetricsServer | None":
-    """Make the server of figures for Prometheus, if one is configured; it does not listen yet."""
-    if configuration.metrics is None:
-        return None
-    return runtime.MetricsServer(configuration.metrics, clock)

@@ -22,9 +22,7 @@ from thermaxis import runtime
 from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine._machine_parts import (
     MachineParts,
-    build_metrics,
     build_parts,
-    build_status_server,
     loop_settings,
     sole_runner,
 )
@@ -34,12 +32,9 @@ from thermaxis.compensation import AnswerCode, Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import OTHER_COMPENSATION
-from thermaxis.runtime.config import certificate_ends
-from thermaxis.runtime.history import check_database
 from thermaxis.runtime.host import RequestSocket
+from thermaxis.runtime.publish import Publisher
 
-CERTIFICATES_EVERY_S = 3600.0
-"""Certificates are read again so often. [s]"""
 LAST_LINES_S = 1.0
 """Time that the last lines are given to be printed. [s]"""
 _LINES: queue.Queue[str] = queue.Queue(maxsize=100)
@@ -63,12 +58,6 @@ def run(arguments: argparse.Namespace) -> int:
         )
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = runtime.read_machine(arguments.configuration)
-    try:
-        with suppress(OSError):  # one that is out of reach is waited for
-            check_database(configuration.historian.url, configuration.historian.password.reveal())
-    except ConfigurationError as error:  # no reason to leave a machine alone
-        sys.stderr.write(f"thermaxis: nothing is recorded: {sentence_of(error.message)}\n")
-    threading.Thread(target=_print_lines, daemon=True).start()
     with sole_runner(configuration):
         standing = asyncio.run(_run(configuration, arguments))
     until_s = time.monotonic() + LAST_LINES_S
@@ -84,7 +73,8 @@ async def _run(
 ) -> dict[str, float]:
     """Run the loop; return the offsets other than zero that it leaves in the machine. [um]"""
     clock = runtime.SystemClock()
-    parts = build_parts(configuration, clock)
+    publisher = Publisher(configuration, clock)
+    parts = build_parts(configuration, clock, publisher)
     replays = configuration.source.kind == "replay"
     loop = runtime.CompensationLoop(
         configuration.compensation,
@@ -102,17 +92,19 @@ async def _run(
         servers.enter_context(
             at_signals(ending.asked, ending.hung_up)
         )  # until everything is closed
-        status = build_status_server(configuration, loop, clock, audit=parts.ports.historian.event)
-        metrics = build_metrics(configuration, clock)
-        for server in (status, metrics):
-            if server is not None:
-                await server.open()
-                servers.push_async_callback(server.close)
-                loop.listeners.append(server.publish)
-        if status is not None:
-            _say(f"status server: {status.url}", quiet=arguments.quiet)
-        if metrics is not None:
-            _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
+        servers.push_async_callback(publisher.close, 5.0)
+        publisher.loop = loop
+        opened = await publisher.begin()
+        threading.Thread(target=_print_lines, daemon=True).start()
+        if opened.unrecorded is not None:  # no reason to leave a machine alone
+            why = sentence_of(opened.unrecorded)
+            sys.stderr.write(f"thermaxis: nothing is recorded: {why}\n")
+        if configuration.server is not None:
+            _say(f"status server: {opened.url}", quiet=arguments.quiet)
+        if configuration.metrics is not None:
+            _say(f"metrics: port {opened.metrics_port}", quiet=arguments.quiet)
+        if configuration.server is not None or configuration.metrics is not None:
+            loop.listeners.append(publisher.publish)
         requests = RequestSocket(
             configuration.state_file, loop, may_start=configuration.supervisor.ask_enables
         )
@@ -122,8 +114,6 @@ async def _run(
             why = error.strerror or type(error).__name__
             sys.stderr.write(f"thermaxis: thermaxis ask does not work here: {why}\n")
         servers.push_async_callback(requests.close)
-        watching = asyncio.ensure_future(_watch_certificates(loop, configuration))
-        servers.callback(watching.cancel)
         standing = await _until_the_end(loop, arguments, ending)
     return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
 
@@ -164,14 +154,6 @@ async def _until_the_end(
         return dict(zip(last.outputs, last.output.correction_um, strict=True))
     finally:
         asking.cancel()
-
-
-async def _watch_certificates(
-    loop: runtime.CompensationLoop, configuration: runtime.MachineConfiguration
-) -> None:
-    while True:
-        loop.certificates = await asyncio.to_thread(certificate_ends, configuration)
-        await asyncio.sleep(CERTIFICATES_EVERY_S)
 
 
 def _self_test(

@@ -43,6 +43,7 @@ event-state_saved_again = pominulo: stav lze opět ukládat
 event-state_unsaved = stav nelze uložit do { $file }: { $detail }
 event-users_unreadable = nikdo není znám: { $problem }
 event-users_readable = soubor uživatelů se opět čte
+event-publisher_ended = program se stavovým serverem, metrikami a historií skončil: spouští se znovu
 event-subscribers_untold = stavový server nemůže informovat své odběratele ({ $detail }): začíná znovu
 event-status_server_ended = stavový server nemůže informovat své odběratele ({ $detail }): je ukončen, a s ním každé spojení
 event-certificate_not_yet_valid = certifikát { $file } platí až od { $date }: zkontrolujte hodiny
@@ -54,6 +55,8 @@ failure-history_opening = Historie se otevírá už { FIXED($lasts_s, decimals: 
 failure-database_silent = Databáze neodpovídá už { FIXED($lasts_s, decimals: 0) } s.
 failure-history_replaced = Soubor historie byl odstraněn nebo nahrazen.
 failure-historian_ended = Záznam historie skončil.
+failure-publisher_ended = Program vedle smyčky se stavovým serverem, metrikami a historií skončil; spouští se znovu.
+failure-publisher_silent = Program vedle smyčky se stavovým serverem, metrikami a historií mlčí už { FIXED($lasts_s, decimals: 0) } s.
 event-records_lost =
         v historii chybí { $cycles ->
             [one] { $cycles } cyklus

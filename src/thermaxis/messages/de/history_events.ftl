@@ -43,6 +43,7 @@ event-state_saved_again = gegangen: der Zustand kann wieder gespeichert werden
 event-state_unsaved = der Zustand kann in { $file } nicht gespeichert werden: { $detail }
 event-users_unreadable = niemand ist bekannt: { $problem }
 event-users_readable = die Benutzerdatei wird wieder gelesen
+event-publisher_ended = das Programm mit Statusserver, Messwerten und Verlauf ist beendet: es wird neu gestartet
 event-subscribers_untold = der Statusserver kann seinen Abonnenten nichts mitteilen ({ $detail }): er beginnt von neuem
 event-status_server_ended = der Statusserver kann seinen Abonnenten nichts mitteilen ({ $detail }): er wird beendet, und mit ihm jede Verbindung
 event-certificate_not_yet_valid = das Zertifikat { $file } gilt erst ab { $date }: Uhren prüfen
@@ -54,6 +55,8 @@ failure-history_opening = Der Verlauf wird seit { FIXED($lasts_s, decimals: 0) }
 failure-database_silent = Die Datenbank antwortet seit { FIXED($lasts_s, decimals: 0) } s nicht.
 failure-history_replaced = Die Datei des Verlaufs wurde entfernt oder ersetzt.
 failure-historian_ended = Die Aufzeichnung des Verlaufs ist beendet.
+failure-publisher_ended = Das Programm neben der Regelung, mit Statusserver, Messwerten und Verlauf, ist beendet; es wird neu gestartet.
+failure-publisher_silent = Das Programm neben der Regelung, mit Statusserver, Messwerten und Verlauf, antwortet seit { FIXED($lasts_s, decimals: 0) } s nicht.
 event-records_lost =
         nicht im Verlauf: { $cycles ->
             [one] { $cycles } Zyklus

@@ -49,6 +49,7 @@ event-state_saved_again = gone: the state can be saved again
 event-state_unsaved = the state cannot be saved in { $file }: { $detail }
 event-users_unreadable = nobody is known: { $problem }
 event-users_readable = the file of users is read again
+event-publisher_ended = the program beside the loop, with status server, metrics and history, has ended: it is begun anew
 event-subscribers_untold = the status server cannot tell its subscribers ({ $detail }): it begins anew
 event-status_server_ended = the status server cannot tell its subscribers ({ $detail }): it is ended, and every connection with it
 event-certificate_not_yet_valid = the certificate { $file } is valid from { $date } on only: check the clocks
@@ -60,6 +61,8 @@ failure-history_opening = The history has been opening for { FIXED($lasts_s, dec
 failure-database_silent = The database has not answered for { FIXED($lasts_s, decimals: 0) } s.
 failure-history_replaced = The file of the history was removed or replaced.
 failure-historian_ended = The historian has ended.
+failure-publisher_ended = The program beside the loop, with status server, metrics and history, has ended; it is begun anew.
+failure-publisher_silent = The program beside the loop, with status server, metrics and history, has said nothing for { FIXED($lasts_s, decimals: 0) } s.
 event-records_lost =
         { $cycles ->
             [one] { $cycles } cycle

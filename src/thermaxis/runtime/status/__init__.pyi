@@ -17,7 +17,6 @@ from ._fields import (
     as_json as as_json,
     leaves_of as leaves_of,
     shape_of as shape_of,
-    state_message as state_message,
 )
 from ._metrics import (
     MetricsServer as MetricsServer,
@@ -37,4 +36,5 @@ from ._status import (
     OutputOffsets as OutputOffsets,
     RuntimeStatus as RuntimeStatus,
     facts_of as facts_of,
+    state_message as state_message,
 )

@@ -17,10 +17,10 @@ from typing import Any, Final, NamedTuple, cast, final
 
 from thermaxis import __version__
 from thermaxis.codes import Message, value_as_json, values_as_json
-from thermaxis.compensation import CycleOutput, SampleQuality, SupervisorState
+from thermaxis.compensation import SampleQuality, SupervisorState
 from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
+from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus, state_message
 
 STATE_NUMBERS = {
     SupervisorState.OFF: 0,
@@ -118,14 +118,6 @@ class Field:
 def state_text(status: RuntimeStatus) -> str:
     """Return the state and its reasons as an English sentence."""
     return f"{sentence_of(state_message(status.output))}."
-
-
-def state_message(output: CycleOutput) -> Message:
-    """Return the state with its reasons."""
-    state, reasons = output.state.value, tuple(reason.value for reason in output.reasons)
-    if not reasons:
-        return Message("event-state", {"state": state})
-    return Message("event-state_reasons", {"state": state, "reasons": reasons})
 
 
 def _alarm_line(alarm: Alarm) -> str:

@@ -1,4 +1,4 @@
-"""Figures of the loop for Prometheus, made when they are asked for, in threads beside the loop."""
+"""Figures of the loop for Prometheus, made when they are asked for, in threads."""
 
 import asyncio
 import contextlib

@@ -70,15 +70,15 @@ def _no_audit(event: EventRecord) -> None:
 
 @final
 class StatusServer:
-    """Shows the loop's status and takes requests, as an OPC UA server inside the loop's program.
+    """Shows the loop's status and takes requests, as an OPC UA server.
 
     A value is computed when somebody reads it: a status that nobody looks at costs nothing.
     Subscribers are told what has changed, states and alarms within 0.2 s, the rest every second.
     Should that fail it begins anew, and ends with all its connections at the third failure in a
     minute: a subscriber never keeps a good value that nobody renews.
 
-    Not protected: the server runs in the loop's own program. A flood of connections costs the
-    loop time, and an operator who may log in may ask for everything an operator may.
+    Not protected: an operator who may log in may ask for everything an operator may. In `run` a
+    flood of connections costs this process time, not the loop: see `Publisher`.
 
     Parameters
     ----------

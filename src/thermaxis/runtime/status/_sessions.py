@@ -12,8 +12,8 @@ asyncua's own server is made for trust. What it lets through, and this module do
   every millisecond;
 * a message that announces four gigabytes is waited for, and kept, without a bound.
 
-Not protected: a flood of connections costs time, as every answer does; a plant's network keeps it
-away from the loop's computer.
+Not protected: a flood of connections costs time, as every answer does; in `run` it is not the
+loop's.
 """
 
 # asyncua leaves many members of its requests and its inner parts without a type:

@@ -1,0 +1,7 @@
+from ._publisher import (
+    Publisher as Publisher,
+    Servers as Servers,
+)
+from ._servers import (
+    serve as serve,
+)

@@ -1,0 +1,342 @@
+"""What the acting process tells the one that publishes, and hears from it; it never waits."""
+
+import asyncio
+import copyreg
+import gc
+import json
+import os
+import pickle
+import signal
+import socket
+import sys
+import time
+from collections import deque
+from collections.abc import Sequence
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, final
+
+from pydantic import AwareDatetime, TypeAdapter
+
+from thermaxis.codes import Message, value_of_json
+from thermaxis.compensation import Request
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import publish
+from thermaxis.runtime._ports import (
+    Clock,
+    CycleRecord,
+    EventRecord,
+    Historian,
+    HistorianStatus,
+)
+from thermaxis.runtime.config import MachineConfiguration
+from thermaxis.runtime.status import RuntimeStatus
+
+if TYPE_CHECKING:
+    from thermaxis.runtime.loop import CompensationLoop
+
+HEADER: Final = 4
+"""Bytes that tell how long a pickled list is. [byte]"""
+SILENT_S: Final = 10.0
+"""It is told when the other process has said nothing for so long. [s]"""
+ENDED_AFTER_S: Final = 60.0
+"""It is ended and begun anew when it has said nothing for so long. [s]"""
+BEGIN_S: Final = 60.0
+"""Time in which it must be ready. [s]"""
+_ENDED = "event-publisher_ended"
+_PAUSE_S = 1.0
+_LONGEST_PAUSE_S = 60.0
+_LONGEST_LINE = 100_000
+_MOST_ASKED = 50
+_ENDING_S = 2.0
+_TERMINAL = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+_REQUEST = TypeAdapter(Request)
+_ENDS = TypeAdapter(dict[str, AwareDatetime])
+
+
+def _as_dict(shown: MappingProxyType[Any, Any]) -> tuple[Any, tuple[dict[Any, Any]]]:
+    return dict, (dict(shown),)
+
+
+copyreg.pickle(MappingProxyType, _as_dict)
+
+
+class Servers(NamedTuple):
+    """What the other process says when it is ready."""
+
+    url: str = ""
+    """Address of the status server; empty where none is configured."""
+    metrics_port: int = 0
+    """Port of the metrics; 0 where none is configured. [1]"""
+    unrecorded: Message | None = None
+    """Why nothing is recorded; None where nothing is wrong."""
+
+
+class _Frame(NamedTuple):
+    data: bytes
+    cycles: int
+    events: int
+    utc: datetime
+
+
+@final
+class Publisher(Historian):
+    """Hands every cycle, event and status to a process of its own, and answers its requests.
+
+    The other process is this one's copy, which loads status server, metrics and history, and has
+    nothing else of this one open. It is begun anew when it dies. What it does not take in time
+    waits up to `HistorianSettings.largest_waiting_bytes`; then the oldest is lost, counted and
+    told. When this process ends or is killed, the other one stores what it was given, and ends.
+
+    Not protected: what the other process had taken and not yet stored, half a second, is lost
+    when it is killed. Whoever takes it over can ask for what an engineer may ask for.
+    """
+
+    def __init__(self, configuration: MachineConfiguration, clock: Clock) -> None:
+        self.loop: CompensationLoop | None = None
+        self._configuration, self._clock = configuration, clock
+        self._items: list[object] = []
+        self._frames: deque[_Frame] = deque()
+        self._bytes = self._lost = 0
+        self._unstated: list[_Frame] = []
+        self._arrived = asyncio.Event()
+        self._told = HistorianStatus()
+        self._failure: Message | None = None
+        self._heard_s = time.monotonic()
+        self._pid = 0
+        self._asked: set[asyncio.Task[None]] = set()
+        self._task: asyncio.Task[None] | None = None
+        self._closing = False
+
+    # ---- what the loop tells --------------------------------------------------------------------
+
+    async def open(self, outputs: Sequence[str]) -> None:
+        """Nothing: it was begun before the loop."""
+
+    def record(self, record: CycleRecord) -> None:
+        """Take a cycle."""
+        self._take(record)
+
+    def event(self, event: EventRecord) -> None:
+        """Take an event."""
+        self._take(event)
+
+    def publish(self, status: RuntimeStatus) -> None:
+        """Take a status."""
+        self._take(status)
+
+    def _take(self, item: object) -> None:
+        if not self._items:
+            asyncio.get_running_loop().call_soon(self._pack)  # all of a cycle together
+        self._items.append(item)
+
+    def _pack(self) -> None:
+        items, self._items = self._items, []
+        data = pickle.dumps(items, pickle.HIGHEST_PROTOCOL)
+        cycles = sum(isinstance(one, CycleRecord) for one in items)
+        events = sum(isinstance(one, EventRecord) for one in items)
+        self._frames.append(_Frame(data, cycles, events, self._clock.utc()))
+        self._bytes += len(data)
+        while self._bytes > self._configuration.historian.largest_waiting_bytes:
+            self._lose(self._frames.popleft())
+        self._arrived.set()
+
+    def _lose(self, frame: _Frame) -> None:
+        self._bytes -= len(frame.data)
+        self._lost += frame.cycles + frame.events
+        self._unstated.append(frame._replace(data=b""))
+
+    @property
+    def status(self) -> HistorianStatus:
+        """How the history fares, as far as is known."""
+        told, failure = self._told, self._failure
+        silent_s = time.monotonic() - self._heard_s
+        if failure is None and silent_s > SILENT_S:
+            failure = Message("failure-publisher_silent", {"lasts_s": silent_s})
+        return HistorianStatus(
+            told.storing and failure is None,
+            told.waiting + sum(frame.cycles + frame.events for frame in self._frames),
+            told.lost + self._lost,
+            failure or told.failure,
+        )
+
+    # ---- life -----------------------------------------------------------------------------------
+
+    async def begin(self) -> Servers:
+        """Begin the other process.
+
+        Raises
+        ------
+        ConfigurationError
+            If a server cannot be opened as it is configured.
+        """
+        connected, servers = await self._begun()
+        self._task = asyncio.create_task(self._watch(*connected), name="publisher")
+        return servers
+
+    async def _begun(self) -> tuple[tuple[asyncio.StreamReader, asyncio.StreamWriter], Servers]:
+        here, there = socket.socketpair()
+        self._pid = _forked(self._configuration, self._clock, there)
+        there.close()
+        reader, writer = await asyncio.open_connection(sock=here, limit=_LONGEST_LINE)
+        writer.transport.set_write_buffer_limits(0)
+        said: Any = {}
+        with suppress(OSError, TimeoutError, ValueError):
+            async with asyncio.timeout(BEGIN_S):
+                said = json.loads(await reader.readline())
+        if "url" not in said:
+            await self._end(writer)
+            refused = _message(said.get("error")) or Message("error-publisher_unbegun")
+            raise ConfigurationError.of(refused)
+        self._heard_s = time.monotonic()
+        why = _message(said["unrecorded"])
+        return (reader, writer), Servers(str(said["url"]), int(said["metrics_port"]), why)
+
+    async def close(self, deadline_s: float) -> None:
+        """Hand over what waits, and let the other process store it and end."""
+        if self._task is None:
+            return
+        self._closing = True
+        if self._items:
+            self._pack()
+        self._arrived.set()
+        _, late = await asyncio.wait((self._task,), timeout=deadline_s + _ENDING_S)
+        self._task = None
+        for task in late:
+            os.kill(self._pid, signal.SIGKILL)
+            task.cancel()
+
+    async def _watch(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Feed the other process and hear it, and begin it anew as often as it ends."""
+        pause_s = _PAUSE_S
+        while True:
+            began_s = time.monotonic()
+            feeding = asyncio.create_task(self._feed(writer), name="to the publisher")
+            with suppress(OSError, TimeoutError, ValueError, LookupError, TypeError):
+                await self._hear(reader)
+            for task in (feeding, *self._asked):
+                task.cancel()
+            await asyncio.gather(feeding, *self._asked, return_exceptions=True)
+            await self._end(writer)
+            if self._closing and not self._frames:
+                return
+            self._lost += self._told.lost
+            self._failure, self._told = Message("failure-publisher_ended"), HistorianStatus()
+            self.event(EventRecord.of(self._clock.utc(), "alarm", "", Message(_ENDED)))
+            if time.monotonic() - began_s > _LONGEST_PAUSE_S:
+                pause_s = _PAUSE_S
+            while self._failure is not None:
+                await asyncio.sleep(pause_s)
+                pause_s = min(2.0 * pause_s, _LONGEST_PAUSE_S)
+                try:
+                    (reader, writer), _ = await self._begun()
+                except ConfigurationError as error:
+                    self._failure = error.message
+                else:
+                    self._failure = None
+
+    async def _feed(self, writer: asyncio.StreamWriter) -> None:
+        while True:
+            await self._arrived.wait()
+            while self._frames:
+                frame = self._frames.popleft()
+                self._bytes -= len(frame.data)
+                writer.write(len(frame.data).to_bytes(HEADER) + frame.data)
+                await writer.drain()
+                self._state_loss()
+            self._arrived.clear()
+            if self._closing and not self._items:
+                writer.write_eof()
+                return
+
+    def _state_loss(self) -> None:
+        """Say in the history what is missing from it."""
+        lost, self._unstated = self._unstated, []
+        if lost:
+            values = {"cycles": sum(f.cycles for f in lost), "events": sum(f.events for f in lost)}
+            details = {"first": lost[0].utc.isoformat(), "last": lost[-1].utc.isoformat()}
+            message = Message("event-records_lost", values)
+            utc = self._clock.utc()
+            self.event(EventRecord.of(utc, "loss", "", message, {**values, **details}))
+
+    # ---- what the other process says ------------------------------------------------------------
+
+    async def _hear(self, reader: asyncio.StreamReader) -> None:
+        """Take what is said until it ends, or is no such thing as is said."""
+        while True:
+            async with asyncio.timeout(ENDED_AFTER_S):
+                line = await reader.readline()
+            if not line:
+                return
+            self._heard_s = time.monotonic()
+            said = json.loads(line)
+            if "request" in said:
+                request = _REQUEST.validate_python(said["request"])
+                if len(self._asked) >= _MOST_ASKED:
+                    raise ValueError
+                task = asyncio.create_task(self._answer(int(said["number"]), request))
+                self._asked.add(task)
+                task.add_done_callback(self._asked.discard)
+            elif "certificates" in said:
+                ends = _ENDS.validate_python(said["certificates"])
+                if self.loop is not None:
+                    self.loop.certificates = ends
+            else:
+                storing, waiting, lost, failure = said["historian"]
+                told = HistorianStatus(bool(storing), int(waiting), int(lost), _message(failure))
+                self._told = told
+
+    async def _answer(self, number: int, request: Request) -> None:
+        if self.loop is not None:
+            self._take((number, await self.loop.submit(request)))
+
+    async def _end(self, writer: asyncio.StreamWriter) -> None:
+        """End the other process, whatever it does."""
+        writer.close()
+        os.kill(self._pid, signal.SIGKILL)
+        await asyncio.to_thread(os.waitpid, self._pid, 0)
+
+
+def _message(found: object) -> Message | None:
+    said = value_of_json(found)
+    return said if isinstance(said, Message) else None
+
+
+def _forked(configuration: MachineConfiguration, clock: Clock, there: socket.socket) -> int:
+    """Return the process that serves, which has nothing of this one open but a socket.
+
+    A copy shares the memory of what both have loaded.
+    """
+    gc.freeze()  # what is shared stays shared
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)
+    pid = os.fork()
+    if pid == 0:
+        _serve(configuration, clock, there)
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    return pid
+
+
+def _serve(configuration: MachineConfiguration, clock: Clock, there: socket.socket) -> NoReturn:
+    """Serve as a process that ends with the acting one, whatever a terminal says."""
+    code = 1
+    try:
+        signal.set_wakeup_fd(-1)
+        for number in _TERMINAL:
+            signal.signal(number, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL)
+        # Each number stays taken: objects of the acting process that close theirs close nothing.
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for number in {int(one.name) for one in Path("/dev/fd").iterdir()} - {
+            2,
+            there.fileno(),
+            nothing,
+        }:
+            os.dup2(nothing, number, inheritable=number < 2)
+        publish.serve(configuration, clock, there)
+        code = 0
+    except BaseException as error:  # noqa: BLE001 - nothing that acts may go on in this copy
+        sys.excepthook(type(error), error, error.__traceback__)
+    finally:
+        os._exit(code)

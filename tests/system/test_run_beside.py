@@ -1,0 +1,128 @@
+"""The process beside the loop, which has servers and history, is killed, frozen and left alone."""
+
+import asyncio
+import os
+import signal
+import socket
+import sqlite3
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from asyncua import Client, ua
+
+from tests.in_time import in_time
+from tests.system.loop_stand import Watcher, excess, lathe, read_runs, write_site
+from tests.system.programs import compensating, gaps
+from thermaxis.compensation import SupervisorState
+from thermaxis.runtime.history import HistoryReader
+
+pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
+
+SERVER = '\n[server]\nanonymous_role = "viewer"\nport = {port}\n'
+
+
+def free_port() -> int:
+    with closing(socket.socket()) as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+def child_of(pid: int) -> int:
+    (child,) = Path(f"/proc/{pid}/task/{pid}/children").read_text("ascii").split()
+    return int(child)
+
+
+def read(url: str) -> tuple[int, str]:
+    """Return the number of the cycle and the state, as any client reads them."""
+
+    async def ask() -> tuple[int, str]:
+        async with Client(url, timeout=10.0) as client:
+            space = await client.get_namespace_index("urn:thermaxis:runtime")
+            nodes = [
+                client.get_node(ua.NodeId(f"Status/{name}", space))
+                for name in ("Heartbeat", "State")
+            ]
+            return tuple(await client.read_values(nodes))
+
+    return asyncio.run(ask())
+
+
+def again(url: str) -> int:
+    """Return the number of the cycle as soon as it can be read."""
+    until_s = time.monotonic() + 30.0
+    while True:
+        try:
+            return read(url)[0]
+        except OSError:
+            assert time.monotonic() < until_s
+            time.sleep(0.2)
+
+
+def test_servers_and_history_that_are_killed_come_back_and_the_loop_does_not_notice(
+    tmp_path: Path,
+) -> None:
+    port = free_port()
+    with lathe(tmp_path, watchdog="2s") as url, Watcher(url) as watcher:
+        configuration = write_site(tmp_path, url, more=SERVER.format(port=port))
+        with compensating(configuration, "--enable") as loop:
+            address = loop.wait_for("status server: ", 30.0).text.partition(": ")[2]
+            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+            before, state = read(address)
+            assert state == "Active"
+            served = child_of(loop.popen.pid)
+            os.kill(served, signal.SIGKILL)
+            assert again(address) > before
+            assert child_of(loop.popen.pid) != served
+            for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):  # as a terminal does
+                os.kill(child_of(loop.popen.pid), number)
+            time.sleep(0.5)
+            assert read(address)[0] > before
+            assert loop.stop(60.0) == 0
+    cycles = [cycle for run in read_runs(tmp_path) for cycle in run]
+    assert len(gaps(cycles)) <= 10  # a second
+    assert max(excess(watcher.looks)) <= 0.0
+    with HistoryReader(f"sqlite:///{tmp_path / 'history.db'}") as reader:
+        codes = [event.code for event in reader.events()]
+    assert codes.count("event-publisher_ended") == 1
+
+
+def test_a_loop_that_is_killed_leaves_no_process_and_no_port_behind(tmp_path: Path) -> None:
+    port = free_port()
+    with lathe(tmp_path, watchdog="2s") as url:
+        configuration = write_site(tmp_path, url, more=SERVER.format(port=port))
+        with compensating(configuration, "--enable") as loop:
+            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+            served = Path(f"/proc/{child_of(loop.popen.pid)}")
+            killed_s = loop.kill()
+            while served.exists():
+                time.sleep(0.01)
+            assert in_time(time.monotonic() - killed_s, 2.0)
+        with compensating(configuration, "--enable") as loop:
+            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+            os.kill(child_of(loop.popen.pid), signal.SIGSTOP)
+            time.sleep(12.0)
+            os.kill(child_of(loop.popen.pid), signal.SIGCONT)
+            time.sleep(1.0)
+            assert loop.stop(60.0) == 0
+    runs = read_runs(tmp_path)
+    assert [gaps(run) for run in runs] == [[], []]
+    with sqlite3.connect(tmp_path / "history.db") as history:
+        (silent,) = history.execute(
+            "SELECT count(*) FROM events WHERE details LIKE '%failure-publisher_silent%'"
+        ).fetchone()
+    history.close()
+    assert silent
+
+
+def test_a_port_that_is_taken_ends_it_before_the_loop_acts(tmp_path: Path) -> None:
+    with closing(socket.socket()) as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        more = SERVER.format(port=taken.getsockname()[1])
+        configuration = write_site(tmp_path, "opc.tcp://127.0.0.1:1/lathe", more=more)
+        with compensating(configuration) as loop:
+            assert loop.wait(30.0) == 2
+            assert f"Port {taken.getsockname()[1]} cannot be listened at" in loop.tail()
+    assert not (tmp_path / "history.db").exists()

@@ -1,0 +1,146 @@
+"""The process beside the loop is believed no more than a stranger, and never waited for."""
+
+import asyncio
+import json
+import pickle
+import socket
+import time
+from collections.abc import Callable
+from contextlib import asynccontextmanager
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.unit.runtime.machine_files import machine_file
+from thermaxis.codes import Message
+from thermaxis.compensation import AnswerCode, Request, RequestKind
+from thermaxis.runtime import EventRecord, RequestOutcome, SystemClock, publish, read_machine
+from thermaxis.runtime.publish import Publisher
+
+READY = b'{"url": "opc.tcp://here", "metrics_port": 0, "unrecorded": null}\n'
+ASKED = Request(RequestKind.TRIM, "Eve", output="Z_um", value=1.0, duration_s=60.0)
+
+
+def frames(connected: socket.socket) -> list[Any]:
+    """Return everything that the acting process says until it says no more."""
+    with connected.makefile("rb") as stream:
+        found: list[Any] = []
+        while header := stream.read(4):
+            found += pickle.loads(stream.read(int.from_bytes(header)))  # noqa: S301
+    return found
+
+
+@asynccontextmanager
+async def beside(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, serve: Callable[[socket.socket], object]
+) -> Any:
+    """Begin a process that serves as is stated, with a loop that says yes to everything."""
+
+    def copied(_configuration: object, _clock: object, connected: socket.socket) -> None:
+        connected.setblocking(True)
+        connected.sendall(READY)
+        serve(connected)
+
+    asked: list[Request] = []
+
+    async def submit(request: Request) -> RequestOutcome:
+        asked.append(request)
+        return RequestOutcome(accepted=True, code=AnswerCode.ENABLED)
+
+    monkeypatch.setattr(publish, "serve", copied)
+    configuration = read_machine(machine_file(folder))
+    historian = replace(configuration.historian, largest_waiting_bytes=200_000)
+    one = Publisher(replace(configuration, historian=historian), SystemClock())
+    one.loop = SimpleNamespace(submit=submit, certificates={})
+    assert (await one.begin()).url == "opc.tcp://here"
+    try:
+        yield one, asked
+    finally:
+        await one.close(1.0)
+
+
+def event(number: int) -> EventRecord:
+    return EventRecord.of(
+        datetime.now(UTC), "alarm", "", Message("event-users_readable", {"n": number})
+    )
+
+
+async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def serve(connected: socket.socket) -> None:
+        ends = json.dumps({"certificates": {"server.certificate": "2030-01-01T00:00:00+00:00"}})
+        line = json.dumps({"request": asdict(ASKED), "number": 7})
+        connected.sendall(f"{ends}\n{line}\n".encode())
+        said = frames(connected)
+        (tmp_path / "said").write_bytes(pickle.dumps(said))
+
+    async with beside(tmp_path, monkeypatch, serve) as (one, asked):
+        while not asked:
+            await asyncio.sleep(0.01)
+        one.event(event(0))
+        assert one.loop.certificates == {"server.certificate": datetime(2030, 1, 1, tzinfo=UTC)}
+    assert asked == [ASKED]
+    answer, told = pickle.loads((tmp_path / "said").read_bytes())  # noqa: S301
+    assert answer == (7, RequestOutcome(accepted=True, code=AnswerCode.ENABLED))
+    assert told.values == {"n": 0}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b'{"request": {"kind": "trim", "value": "much"}, "number": 1}\n',
+        b'{"certificates": {"server.certificate": "soon"}}\n',
+        b"[" * 200_000,
+    ],
+)
+async def test_what_is_no_request_ends_the_process_that_said_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: bytes
+) -> None:
+    said = tmp_path / "said"
+
+    def serve(connected: socket.socket) -> None:
+        if not said.exists():
+            said.touch()
+            connected.sendall(line)
+            time.sleep(60.0)
+        frames(connected)
+
+    async with beside(tmp_path, monkeypatch, serve) as (one, asked):
+        while one.status.storing:
+            await asyncio.sleep(0.01)
+        assert one.status.failure == Message("failure-publisher_ended")
+        while not one.status.storing:
+            await asyncio.sleep(0.01)
+    assert asked == []
+
+
+async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goes_on = tmp_path / "go on"
+
+    def serve(connected: socket.socket) -> None:
+        while not goes_on.exists():
+            time.sleep(0.01)
+        told = [one for one in frames(connected) if isinstance(one, EventRecord)]
+        (tmp_path / "said").write_bytes(pickle.dumps(told))
+
+    async with beside(tmp_path, monkeypatch, serve) as (one, _):
+        for number in range(4000):
+            one.event(event(number))
+            await asyncio.sleep(0.0)
+        lost = one.status.lost
+        assert 0 < one.status.waiting < 4000 - lost
+        goes_on.touch()
+        while one.status.waiting:
+            await asyncio.sleep(0.01)
+    told = pickle.loads((tmp_path / "said").read_bytes())  # noqa: S301
+    stated = [one for one in told if one.kind == "loss"]
+    assert sum(one.values["events"] for one in stated) == lost
+    assert len(told) - len(stated) == 4000 - lost
+    assert told[-2].values == {"n": 3999} or told[-1].values == {"n": 3999}
