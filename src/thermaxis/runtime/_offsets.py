@@ -329,7 +329,7 @@ def _going_on(
         undecided = mismatch is None and one.moved is not None and one.moved.another is None
         return OutputOffset(path, late, followed, one.moved if undecided else None)
     begin = Mark(time_s, um if accepted_um is None else accepted_um)
-    if mismatch is not None and mismatch.another:  # then it is no proof any more
+    if mismatch is not None and mismatch.another is not False:  # it is no proof any more
         late = ()
     elif one.path:
         ends = min(one.path, key=lambda mark: mark.um), max(one.path, key=lambda mark: mark.um)

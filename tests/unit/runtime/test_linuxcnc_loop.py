@@ -10,6 +10,7 @@ from tests.unit.runtime.simulated import (
     GOAL_UM,
     LARGEST,
     Rig,
+    alarms_of,
     enabled_for,
     freeze,
     state_of,
@@ -87,6 +88,18 @@ async def test_a_loop_that_was_frozen_heals_by_itself_without_a_step() -> None:
             assert min(bench.offsets[begin:]) < 0.6 * OFFSET_MM  # eight seconds on its way to zero
             assert state_of(loop) is SupervisorState.ACTIVE
             assert bench.offset_mm == pytest.approx(OFFSET_MM, rel=1e-6)
+    bench.assert_no_step()
+
+
+async def test_another_program_that_sets_the_offset_is_told_and_gone_on_from() -> None:
+    bench = HalRig()
+    async with bench.running() as loop:
+        await enabled_for(loop, THERE_S)
+        bench.hal.values["thermaxis-request-2"] = -0.02
+        await asyncio.sleep(3.0)
+        assert "another_writer" in alarms_of(loop)
+        await asyncio.sleep(THERE_S)
+        assert bench.offset_mm == pytest.approx(OFFSET_MM, rel=1e-6)
     bench.assert_no_step()
 
 

@@ -357,20 +357,6 @@ async def test_a_joint_that_is_not_homed_takes_no_offset(hal: MemoryHal) -> None
         assert await sink.found(DEADLINE_S) == {"Z_um": 0.0, "X_um": 0.0}
 
 
-async def test_another_program_that_sets_the_offset_is_noticed(hal: MemoryHal) -> None:
-    async with beside(hal) as sink:
-        await write_for(sink, 0.5, 1.0)
-        hal.values["thermaxis-request-2"] = 0.05
-        assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
-        assert sink.failure is not None
-        assert (sink.failure.code, sink.failure.values) == (
-            "error-set_by_another",
-            {"pin": "thermaxis-request-2"},
-        )
-        assert await sink.found(DEADLINE_S) is not None
-        assert await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
-
-
 WRONG = {
     "a wider clamp": (r"(limit-2\.max) 0\.1", r"\1 0.11", "limit-2.max is 0.11"),
     "no clamp": (r"setp \S+limit-2\.min .*\n", "", "limit-2.min is −1e+20"),

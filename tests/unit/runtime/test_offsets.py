@@ -549,6 +549,14 @@ def test_an_own_value_that_comes_after_a_newer_one_was_seen_is_gone_on_from_at_o
     assert [one.another for one in found.told] == [False]
 
 
+def test_a_writer_that_comes_again_at_once_is_not_waited_for() -> None:
+    steps = Steps().begin(20.0)
+    steps.write(20.0)
+    for um in (12.0, 18.0, 5.0, 19.0):
+        assert steps.look(um).found_um == (um,)
+        steps.write(um + 0.1)
+
+
 def test_what_acts_is_found_where_the_machine_alone_moved_it() -> None:
     steps = Steps().begin(10.0)
     steps.write(10.2)

@@ -201,51 +201,47 @@ def test_a_reloaded_state_goes_on_exactly_like_the_one_that_was_saved(tmp_path: 
 # ---- damage -------------------------------------------------------------------------------------
 
 
-def two_files(folder: Path) -> tuple[Path, Path]:
-    """Save twice; return the older file and the younger one."""
-    file = StateFile(folder / "state.json")
-    state = lived(MACHINE, 20)
-    assert file.save(saved(state, model_file="older"), MACHINE)
-    younger = saved(state, model_file="younger", utc=NOW + timedelta(seconds=1))
-    assert file.save(younger, MACHINE)
-    return folder / "state.json", folder / "state.json.other"
+def one_file(folder: Path) -> Path:
+    """Save, and return the file."""
+    path = folder / "state.json"
+    assert StateFile(path).save(saved(lived(MACHINE, 20)), MACHINE)
+    return path
 
 
-def name_found(folder: Path) -> str | None:
-    found, why = StateFile(folder / "state.json").load(MACHINE)
+def why_not(path: Path) -> str | None:
+    """Return the code of why nothing is taken up; None if something is."""
+    found, why = StateFile(path).load(MACHINE)
     assert (found is None) is bool(why)
-    return None if found is None else found.model_file
+    return None if why is None else why.code
 
 
-def test_a_file_that_is_torn_anywhere_gives_way_to_the_other_one(tmp_path: Path) -> None:
-    _, younger = two_files(tmp_path)
-    whole = younger.read_bytes()
-    assert name_found(tmp_path) == "younger"
+def test_a_file_that_is_torn_anywhere_is_damaged(tmp_path: Path) -> None:
+    path = one_file(tmp_path)
+    whole = path.read_bytes()
     for length in range(0, len(whole) - 1, 61):
-        younger.write_bytes(whole[:length])
-        assert name_found(tmp_path) == "older"
-    younger.write_bytes(whole[:-1])  # but for its last line end it is whole
-    assert name_found(tmp_path) == "younger"
+        path.write_bytes(whole[:length])
+        assert why_not(path) == "why-damaged"
+    path.write_bytes(whole[:-1])  # but for its last line end it is whole
+    assert why_not(path) is None
 
 
 def test_a_bit_that_flips_anywhere_is_noticed(tmp_path: Path) -> None:
-    _, younger = two_files(tmp_path)
-    whole = younger.read_bytes()
+    path = one_file(tmp_path)
+    whole = path.read_bytes()
     for k in range(0, 8 * len(whole), 101):
         flipped = bytearray(whole)
         flipped[k // 8] ^= 1 << k % 8
-        younger.write_bytes(flipped)
-        assert name_found(tmp_path) == "older", k
+        path.write_bytes(flipped)
+        assert why_not(path) == "why-damaged", k
 
 
-def test_two_damaged_files_are_said_and_no_state(tmp_path: Path) -> None:
-    older, younger = two_files(tmp_path)
-    older.write_bytes(b"")
-    younger.write_bytes(b"\xff\xfe" * 100)
-    found, why = StateFile(older).load(MACHINE)
-    assert found is None
-    values = {"file": "state.json.other", "detail": "UnicodeDecodeError"}
-    assert why == Message("why-damaged", values)
+def test_damage_says_of_which_kind_it_is(tmp_path: Path) -> None:
+    path = one_file(tmp_path)
+    path.write_bytes(b"\xff\xfe" * 100)
+    values = {"file": "state.json", "detail": "UnicodeDecodeError"}
+    assert StateFile(path).load(MACHINE) == (None, Message("why-damaged", values))
+    path.unlink()
+    assert StateFile(path).load(MACHINE) == (None, Message("why-no_file"))
 
 
 def write_body(path: Path, body: str) -> None:
@@ -258,7 +254,7 @@ def test_a_file_with_a_right_checksum_and_wrong_content_is_damaged(tmp_path: Pat
     head = '{"format": "thermaxis-loop-state", "version": 2'
     for body in (
         *("[]", "null", "{}", "[" * 100_000, f"{head}}}", f'{head}, "utc": 7}}'),
-        *('{"format": "thermaxis-loop-state"}', f'{head}, "utc": "2030-05-06", "saves": 1e999}}'),
+        *('{"format": "thermaxis-loop-state"}'),
     ):
         write_body(path, body)
         found, why = StateFile(path).load(MACHINE)
@@ -281,15 +277,14 @@ def test_a_state_of_another_version_is_not_guessed_at_and_leaves_it_off_with_an_
 
 
 def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -> None:
-    older, younger = two_files(tmp_path)
-    younger.unlink()
-    whole = json.loads(older.read_text(encoding="utf-8").partition("\n")[2])
+    path = one_file(tmp_path)
+    whole = json.loads(path.read_text(encoding="utf-8").partition("\n")[2])
     thermal = whole["state"]["thermal"]
     for place in (whole, whole["state"], thermal):
-        for key in sorted(set(place) - {"saves"}):  # new
+        for key in sorted(place):
             kept = place.pop(key)
-            write_body(older, json.dumps(whole))
-            found, _ = StateFile(older).load(MACHINE)
+            write_body(path, json.dumps(whole))
+            found, _ = StateFile(path).load(MACHINE)
             if place is thermal and found is not None:  # the model checks what is not its own
                 _, output = cycle(MACHINE, found.state, CycleReading(90.0, WARM))
                 assert math.isfinite(output.model_um[0]), key
@@ -298,43 +293,31 @@ def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -
             place[key] = kept
 
 
-# ---- turns --------------------------------------------------------------------------------------
+# ---- saved anew ---------------------------------------------------------------------------------
 
 
-def test_the_state_that_was_saved_last_is_taken_whatever_the_clock_said(tmp_path: Path) -> None:
+def test_what_was_saved_last_is_taken_whatever_the_clock_said(tmp_path: Path) -> None:
     path, state = tmp_path / "state.json", lived(MACHINE, 3)
     for k, utc in enumerate((NOW, NOW + timedelta(days=1), NOW - timedelta(days=1))):
-        file = StateFile(path)
-        file.load(MACHINE)
-        assert file.save(saved(state, utc=utc, model_file=str(k)), MACHINE)
-        assert name_found(tmp_path) == str(k)
-
-
-def test_a_save_never_touches_the_file_that_was_saved_last(tmp_path: Path) -> None:
-    older, younger = two_files(tmp_path)
-    file = StateFile(older)
-    file.load(MACHINE)
-    before = younger.read_bytes()
-    assert file.save(saved(lived(MACHINE, 3), model_file="third"), MACHINE)
-    assert younger.read_bytes() == before
-    assert name_found(tmp_path) == "third"
+        assert StateFile(path).save(saved(state, utc=utc, model_file=str(k)), MACHINE)
+        found, _ = StateFile(path).load(MACHINE)
+        assert found is not None
+        assert found.model_file == str(k)
 
 
 def test_a_full_disk_is_said_and_leaves_what_was_saved(tmp_path: Path) -> None:
-    older, younger = two_files(tmp_path)
-    file = StateFile(older)
-    file.load(MACHINE)
-    for place in (older, younger):
-        place.with_name(f"{place.name}.new").symlink_to("/dev/full")
+    path = one_file(tmp_path)
+    file, draft, before = StateFile(path), path.with_name("state.json.new"), path.read_bytes()
+    draft.symlink_to("/dev/full")
     assert not file.save(saved(lived(MACHINE, 3)), MACHINE)
     assert file.failure == Message(
         "event-state_unsaved", {"file": "state.json", "detail": "No space left on device"}
     )
-    assert name_found(tmp_path) == "younger"
-    older.with_name(f"{older.name}.new").unlink()
-    assert file.save(saved(lived(MACHINE, 3), model_file="third"), MACHINE)
+    assert path.read_bytes() == before
+    draft.unlink()
+    assert file.save(saved(lived(MACHINE, 3)), MACHINE)
     assert file.failure is None
-    assert name_found(tmp_path) == "third"
+    assert path.read_bytes() != before
 
 
 # ---- what a restart takes up --------------------------------------------------------------------
@@ -487,8 +470,7 @@ def test_the_age_of_the_state_decides_and_is_said(tmp_path: Path) -> None:
 
 def test_a_full_disk_stops_no_cycle_and_is_told_once(tmp_path: Path) -> None:
     path = tmp_path / "state.json"
-    for name in ("state.json.new", "state.json.other.new"):
-        (tmp_path / name).symlink_to("/dev/full")
+    (tmp_path / "state.json.new").symlink_to("/dev/full")
     historian, loop = started(path, after_s=0.0)
     assert loop.status is not None
     assert loop.status.number == 10
@@ -506,6 +488,3 @@ def test_the_loop_saves_once_a_second_and_at_its_end(tmp_path: Path) -> None:
     assert found.utc == NOW + timedelta(seconds=9.0)
     assert loop.status is not None
     assert found.state.correction_um == loop.status.output.correction_um
-    body = json.loads(path.read_text(encoding="utf-8").partition("\n")[2])
-    other = path.with_name("state.json.other").read_text(encoding="utf-8")
-    assert {body["saves"], json.loads(other.partition("\n")[2])["saves"]} == {10, 11}

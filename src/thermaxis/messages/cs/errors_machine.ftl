@@ -97,4 +97,3 @@ error-watchdog_not_started = Watchdog se nespouští.
 error-watchdog_tripped = Watchdog zasáhl: zápis nepřišel včas.
 error-life_stands = Čítač života { $node } se { $within_s } s nezměnil: co odpovídá za řídicí systém, běží dál bez něj. Zkontrolujte, zda jeho program běží.
 error-joint_not_homed = Není referencováno: osa (joint) { $joints }.
-error-set_by_another = Jiný program nastavuje { $pin }.

@@ -97,4 +97,3 @@ error-watchdog_not_started = Der Watchdog läuft nicht an.
 error-watchdog_tripped = Der Watchdog hat ausgelöst: Es kam rechtzeitig kein Schreibzugriff.
 error-life_stands = Der Lebenszähler { $node } hat sich seit { $within_s } s nicht geändert: Was für die Steuerung antwortet, läuft ohne sie weiter. Prüfen Sie, ob ihr Programm läuft.
 error-joint_not_homed = Nicht referenziert: Achse (Joint) { $joints }.
-error-set_by_another = Ein anderes Programm setzt { $pin }.

@@ -97,4 +97,3 @@ error-watchdog_not_started = The watchdog does not start.
 error-watchdog_tripped = The watchdog has tripped: no write came in time.
 error-life_stands = The life counter { $node } has not changed for { $within_s } s: what answers for the controller goes on without it. Look whether its program runs.
 error-joint_not_homed = Not homed: joint { $joints }.
-error-set_by_another = Another program sets { $pin }.

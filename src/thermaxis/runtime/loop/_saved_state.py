@@ -1,6 +1,7 @@
 """The state of the loop in a file, so that a restart goes on where the last run was.
 
-Two files take turns, each with a checksum: whatever moment the power fails, one of them is whole.
+A new file takes the place of the old one in one step, once the disk has all of it, and has a
+checksum: whatever moment the power fails, a whole one is there.
 """
 
 import asyncio
@@ -81,7 +82,7 @@ class SavedState:
 
 @final
 class StateFile:
-    """Two files that hold the state by turns: a path, and the same with ``.other`` added.
+    """The file of the state.
 
     Notes
     -----
@@ -91,60 +92,43 @@ class StateFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._places = (path, path.with_name(f"{path.name}.other"))
-        self._turn = 0
-        self._saves = 0
         self.failure: Message | None = None
         """Why the last save failed; None if it did not."""
 
     def save(self, saved: SavedState, compensation: Compensation) -> bool:
         """Save the state; a full disk is said in `failure` and stops nothing."""
-        place = self._places[self._turn]
-        fields = {**_to_json(saved, compensation), "saves": self._saves + 1}
-        body = json.dumps(fields, separators=(",", ":"))
+        body = json.dumps(_to_json(saved, compensation), separators=(",", ":"))
         digest = hashlib.sha256(body.encode()).hexdigest()
-        draft = place.with_name(f"{place.name}.new")
+        draft = self.path.with_name(f"{self.path.name}.new")
         try:
             with draft.open("w", encoding="utf-8") as file:
                 file.write(f"{digest}\n{body}\n")
                 file.flush()
                 os.fsync(file.fileno())  # else the new name may reach the disk before its content
-            os.replace(draft, place)  # noqa: PTH105 - the one atomic step
+            os.replace(draft, self.path)  # noqa: PTH105 - the one atomic step
         except OSError as error:
             detail = error.strerror or type(error).__name__
-            self.failure = Message("event-state_unsaved", {"file": place.name, "detail": detail})
+            values = {"file": self.path.name, "detail": detail}
+            self.failure = Message("event-state_unsaved", values)
             return False
         self.failure = None
-        self._turn = 1 - self._turn
-        self._saves += 1
         return True
 
     def load(self, compensation: Compensation) -> tuple[SavedState | None, Message | None]:
-        """Return the whole state that was saved last, in the shape of a compensation.
+        """Return the state that was saved last, in the shape of a compensation.
 
         Where there is none the message says why: `NO_FILE`, `DAMAGED`, or `OTHER_VERSION`, which
         is not guessed at.
         """
-        found: list[tuple[int, datetime, int, SavedState]] = []
-        why = Message(NO_FILE)
-        for turn, place in enumerate(self._places):
-            if not place.exists():
-                continue
-            try:
-                saves, saved = _read(place, compensation)
-            except _OtherVersionError as error:
-                why = Message(OTHER_VERSION, {"file": place.name, "version": error.version})
-            except (OSError, *_DAMAGE) as error:
-                if why.code != OTHER_VERSION:
-                    values = {"file": place.name, "detail": type(error).__name__}
-                    why = Message(DAMAGED, values)
-            else:
-                found.append((saves, saved.utc, turn, saved))
-        if not found:
-            return None, why
-        self._saves, _, turn, saved = max(found, key=lambda one: one[:2])
-        self._turn = 1 - turn
-        return saved, None
+        name = self.path.name
+        try:
+            return _read(self.path, compensation), None
+        except FileNotFoundError:
+            return None, Message(NO_FILE)
+        except _OtherVersionError as error:
+            return None, Message(OTHER_VERSION, {"file": name, "version": error.version})
+        except (OSError, *_DAMAGE) as error:
+            return None, Message(DAMAGED, {"file": name, "detail": type(error).__name__})
 
 
 def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
@@ -163,8 +147,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
     }
 
 
-def _read(place: Path, compensation: Compensation) -> tuple[int, SavedState]:
-    """Return how often a state had been saved before, which no clock can confuse, and the state."""
+def _read(place: Path, compensation: Compensation) -> SavedState:
     if place.stat().st_size > LARGEST_STATE_BYTES:
         raise ValueError(place.name)
     digest, _, body = place.read_text(encoding="utf-8").partition("\n")
@@ -177,7 +160,7 @@ def _read(place: Path, compensation: Compensation) -> tuple[int, SavedState]:
     if saved["version"] != STATE_VERSION:
         raise _OtherVersionError(str(saved["version"]))
     utc = datetime.fromisoformat(saved["utc"]).astimezone(UTC)
-    return int(saved.get("saves", 0)), SavedState(
+    return SavedState(
         utc,
         float(saved["monotonic_s"]),
         str(saved["model_sha256"]),

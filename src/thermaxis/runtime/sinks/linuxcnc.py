@@ -58,8 +58,6 @@ class _Seen(NamedTuple):
     """Whether the watchdog has its heartbeat."""
     unhomed: tuple[int, ...]
     """Joints that are not homed."""
-    requests: tuple[float, ...]
-    """Offsets that are asked for. [machine unit]"""
 
 
 @final
@@ -337,16 +335,14 @@ class LinuxCncSink(Sink):
 
     async def _see(self, hal: Hal, until_s: float) -> _Seen:
         commands = [f"getp {COUNT}", f"gets {OK}"]
-        for _, output in self._outputs:
-            commands += [f"getp {output.homed}", f"gets {output.request}"]
-        answers = await self._ask(hal, commands, until_s)
         outputs = [output for _, output in self._outputs]
-        homed = [bit_of(answers[2 + 2 * i], o.homed) for i, o in enumerate(outputs)]
+        commands += [f"getp {output.homed}" for output in outputs]
+        answers = await self._ask(hal, commands, until_s)
+        homed = [bit_of(said, o.homed) for o, said in zip(outputs, answers[2:], strict=True)]
         return _Seen(
             round(number_of(answers[0], COUNT)),
             bit_of(answers[1], OK),
             tuple(sorted(o.joint for o, there in zip(outputs, homed, strict=True) if not there)),
-            tuple(number_of(answers[3 + 2 * i], o.request) for i, o in enumerate(outputs)),
         )
 
     def _judge(self, seen: _Seen) -> None:
@@ -363,10 +359,6 @@ class LinuxCncSink(Sink):
             self._withdraw(_failure("joint_not_homed", joints=tuple(map(str, seen.unhomed))))
         elif self._armed and not seen.ok:
             self._withdraw(_TRIPPED)
-        elif self._armed:
-            for (name, output), value in zip(self._outputs, seen.requests, strict=True):
-                if not _same(value, self._requested[name] * output.factor):
-                    self._withdraw(_failure("set_by_another", pin=output.request))
 
     def _withdraw(self, why: Message) -> None:
         """Write nothing more before `found` was read."""
