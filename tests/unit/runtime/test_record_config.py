@@ -135,8 +135,8 @@ def test_the_page_on_recording_names_every_key_and_its_example_is_right(
     page = (root / "docs" / "how-to" / "record-a-log.md").read_text(encoding="utf-8")
     rows = [line for line in page.splitlines() if line.startswith("| `")]
     keys = " ".join(line.split("|")[1] for line in rows)
-    for table in schema_of(RecordFile)["$defs"].values():
-        for name in table["properties"]:
+    for table in ("RecordSettings", "ChannelSettings"):
+        for name in schema_of(RecordFile)["$defs"][table]["properties"]:
             assert f"`{name}`" in keys, name
     for folder, name in (("secrets", "control"), ("pki", "own.der"), ("pki", "own.pem")):
         (tmp_path / folder).mkdir(exist_ok=True)

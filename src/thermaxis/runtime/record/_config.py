@@ -27,7 +27,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.logs import parse_log_heading
 from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime._keys import Checked, Own
+from thermaxis.runtime._keys import Checked, Factor, Own
 from thermaxis.runtime.config import open_connection, problem, read_tree, refuse
 from thermaxis.runtime.opcua import parse_node
 from thermaxis.thermal.log import unit_named, unit_of_name
@@ -45,7 +45,6 @@ _CHANNEL_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.\-]{0,99}")
 _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,59}")
 _RESERVED = frozenset({"date", "datum", "day", "tag", "den"})
 _Period: TypeAlias = Annotated[float, Field(ge=SHORTEST_PERIOD_S, le=LONGEST_PERIOD_S)]
-_Bounded: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9)]
 _Repeat: TypeAlias = Annotated[float, Field(ge=0.0, le=1e7)]
 
 
@@ -69,9 +68,9 @@ class ChannelSettings:
     """Name of the connection; may be left out where there is only one."""
     every_s: _Period | None = None
     """Time between two readings, 0.1 to 3600. Without it: that of the recording. [s]"""
-    factor: _Bounded = 1.0
+    factor: Factor = 1.0
     """What a value of the node is multiplied by to get the unit, such as 0.1 for tenths."""
-    offset: _Bounded = 0.0
+    offset: Annotated[float, Field(ge=-1e9, le=1e9)] = 0.0
     """What is added then. [unit]"""
     repeat_unchanged_s: _Repeat | None = None
     """As in the table `[record]`, for this channel. Without it: that of the recording. [s]"""
@@ -173,8 +172,6 @@ def _channel(name: str, section: ChannelSettings, file: RecordFile) -> ChannelSe
     connection = section.connection or next(iter(file.connections), "")
     wrong = _wrong_name(table, name, section.unit, unit, heading)
     wrong = wrong or _wrong_connection(table, section.connection, file)
-    if wrong is None and section.factor == 0.0:
-        wrong = problem("scale_zero", f"{table}.factor")
     if wrong is not None:
         return wrong
     try:
