@@ -291,17 +291,6 @@ def test_a_computer_that_stalls_misses_readings_and_invents_none(tmp_path: Path)
 # Restarts and disks --------------------------------------------------------------------------
 
 
-def test_a_recording_goes_on_after_a_restart_and_the_gap_is_seen(tmp_path: Path) -> None:
-    Recording(settings(channel("T_a_C")), tmp_path).run(10.0)
-    Recording(settings(channel("T_a_C")), tmp_path, START + timedelta(hours=1)).run(10.0)
-    log = read_thermal_log(tmp_path / NAME)
-    assert log.rows == 21
-    assert log.time_s[10] == 10.0
-    assert log.time_s[11] == 3600.0
-    assert str(log.columns["T_a_C"][10]) == "nan"
-    assert any(m.startswith("gap: no row since") for m in marks_of(tmp_path / NAME))
-
-
 class FullDisk:
     """A disk that refuses everything while it is full."""
 
@@ -385,14 +374,15 @@ def test_at_most_a_second_of_rows_is_not_in_the_file(tmp_path: Path) -> None:
     assert max(missing[3:]) <= 1.2
 
 
-def test_30_days_are_30_files_and_old_ones_are_deleted(tmp_path: Path) -> None:
-    few = settings(channel("T_a_C", 3_600_000), keep_days=10)
-    summary = Recording(few, tmp_path, datetime(2026, 11, 21, tzinfo=UTC)).run(30 * 86_400.0)
-    assert summary.rows == 30 * 24
-    assert len(summary.files) == 30
+def test_each_day_is_a_file_and_old_ones_are_deleted(tmp_path: Path) -> None:
+    few = settings(channel("T_a_C", 3_600_000), keep_days=4)
+    summary = Recording(few, tmp_path, datetime(2026, 11, 21, tzinfo=UTC)).run(12 * 86_400.0)
+    assert (summary.rows, len(summary.files)) == (12 * 24, 12)
     left = sorted(p.name for p in tmp_path.glob("*.csv"))
-    assert left[0] == "lathe-2026-12-10.csv"
-    assert left[-1] == "lathe-2026-12-20.csv"
+    assert left == [
+        f"lathe-{day}.csv"
+        for day in ("2026-11-28", "2026-11-29", "2026-11-30", "2026-12-01", "2026-12-02")
+    ]
     assert sorted(p.name for p in (tmp_path / "sources").iterdir()) == left
 
 

@@ -185,7 +185,7 @@ def test_a_torn_end_is_cut_off_and_said(tmp_path: Path, torn: bytes) -> None:
     assert rows_of(tmp_path / "sources" / NAME)[-1] == [at(3), "Good", at(3), ""]
 
 
-@settings_of(max_examples=40)
+@settings_of(max_examples=20)
 @given(keep=st.integers(0, 400))
 def test_wherever_a_log_is_torn_rows_that_were_whole_stay_and_all_lines_are_whole(
     tmp_path_factory: pytest.TempPathFactory, keep: int
@@ -273,7 +273,7 @@ class Disk:
         return count
 
 
-@settings_of(max_examples=40)
+@settings_of(max_examples=20)
 @given(room=st.lists(st.integers(0, 700), min_size=1, max_size=12))
 def test_whatever_room_a_disk_has_every_line_is_whole_and_every_row_is_there_once(
     tmp_path_factory: pytest.TempPathFactory, room: list[int]
