@@ -5,7 +5,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.history_records import (
     BEGIN,
@@ -115,6 +115,7 @@ def test_columns_are_called_as_inputs_and_outputs_with_the_unit_at_the_end() -> 
     assert input_column("interlock.door") == "interlock_door"
 
 
+@settings(max_examples=40)
 @given(cycle_records)
 def test_any_record_becomes_a_row_or_an_error_that_is_known(record: CycleRecord) -> None:
     made = columns()

@@ -39,7 +39,7 @@ from thermaxis.runtime.history import (
     _database,
     _historian,
     _store,
-    parse_url,
+    check_url,
 )
 from thermaxis.runtime.history._backlog import Item
 from thermaxis.runtime.history._closing import Order
@@ -131,7 +131,7 @@ class Trouble:
 
 moves = st.lists(
     st.one_of(
-        st.tuples(st.just("cycles"), st.integers(1, 300)),
+        st.tuples(st.just("cycles"), st.integers(1, 200)),
         st.tuples(st.just("events"), st.integers(1, 5)),
         st.tuples(st.just("attempt"), st.just("well")),
         st.tuples(
@@ -151,7 +151,7 @@ moves = st.lists(
 
 
 @settings(
-    max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
+    max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
 )
 @given(moves=moves)
 def test_every_record_is_stored_once_or_counted_as_lost(
@@ -268,8 +268,8 @@ def test_a_full_disk_keeps_everything_in_memory_and_writes_it_when_there_is_room
     engine_of = _store.writing_engine
     pages = 100
 
-    def small(url: sa.URL) -> sa.Engine:
-        engine = engine_of(url)
+    def small(url: str, password: str) -> sa.Engine:
+        engine = engine_of(url, password)
 
         @sa.event.listens_for(engine, "connect")
         def _(connection: sqlite3.Connection, _: object) -> None:
@@ -383,11 +383,11 @@ def test_a_text_file_is_refused_and_left_alone(tmp_path: Path) -> None:
 def test_a_day_that_cannot_be_joined_keeps_no_other_hour_from_its_file(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     recorder = Recorder(path)
-    recorder.record(range(90), 60.0)
+    recorder.record(range(960, 1050), 60.0)
     recorder.attempt()
     (file,) = (tmp_path / "h").glob("*/*/cycles-*.parquet")
     file.write_bytes(b"PAR1 torn PAR1")
-    recorder.record(range(90, 1500), 60.0)  # the rest of the day, and the begin of the next
+    recorder.record(range(1050, 1200), 60.0)  # the rest of the day, and the begin of the next
     for _ in range(3):
         recorder.attempt()
     assert recorder.trouble is None
@@ -395,7 +395,7 @@ def test_a_day_that_cannot_be_joined_keeps_no_other_hour_from_its_file(tmp_path:
     with sqlite3.connect(path) as other:
         ((first,),) = other.execute("SELECT min(number) FROM cycles")
     other.close()
-    assert first > 1400
+    assert first == 1140
     (said,) = texts_in(path, "alarm")
     assert "2026-11-03: " in said
 
@@ -751,14 +751,13 @@ def test_a_url_that_cannot_be_used_is_refused_before_anything_runs() -> None:
 
 
 def test_another_computer_is_reached_with_encryption_only() -> None:
-    for url, mode in (
-        ("postgresql://user@plant/db?sslmode=require", "require"),
-        ("postgresql://user@plant/db?sslmode=verify-full", "verify-full"),
-        ("postgresql://user@127.0.0.1:5433/db", None),
+    for url, file in (
+        ("postgresql://user@plant/db?sslmode=require", None),
+        ("postgresql://user@plant/db?sslmode=verify-full", None),
+        ("postgresql+psycopg://user@127.0.0.1:5433/db", None),
         ("postgresql://user@localhost/db", None),
         ("postgresql:///db?host=/run/postgresql", None),
+        ("sqlite:///h.db", Path("h.db")),
+        ("sqlite:////var/lib/h.db", Path("/var/lib/h.db")),
     ):
-        parsed = parse_url(url, "secret")
-        assert parsed.query.get("sslmode") == mode
-        assert parsed.password == "secret"  # noqa: S105 - not one
-        assert "secret" not in str(parsed)
+        assert check_url(url, key="url") == file

@@ -54,13 +54,11 @@ from thermaxis.runtime.config._tables import (
     require_folder,
     tables_of,
 )
-from thermaxis.runtime.history import HistorianSettings, check_encryption, refuse_password
+from thermaxis.runtime.history import HistorianSettings, check_url, refuse_password, sqlite_path
 from thermaxis.runtime.host import read_secret as secret_in, refuse_readable
 from thermaxis.runtime.sinks import HalSettings, HalUnit, LinuxCncOutput, LinuxCncSettings
 
 _VALIDITY = {"margin_k": "validity_margin_k", "lowest_weight": "lowest_weight"}
-_FORGOTTEN_DATABASES = ("", "/", "/:memory:")
-_POSTGRESQL = ("postgresql", "postgresql+psycopg")
 _T = TypeVar("_T")
 
 
@@ -203,21 +201,15 @@ class _Reading:
         table, key = self.file.historian, "historian.url"
         url = table.url or f"sqlite:///{self.path.stem}.history.db"
         refuse_password(url, key=key)
-        scheme, folder = url.partition(":")[0].casefold(), table.folder
+        file, folder = check_url(url, key=key), table.folder
         table = _with_secret("historian", table)
-        if scheme == "sqlite":
-            name = url.removeprefix("sqlite://")
-            if name in _FORGOTTEN_DATABASES or not name.startswith("/") or "?" in name:
-                raise ConfigurationError("no_file_in_url", place=Place(key=key))
+        if file is not None:
             if table.password:
                 place = Place(key="historian.password_file")
                 raise ConfigurationError("sqlite_without_password", place=place)
-            url = f"sqlite:///{self.path.parent / name[1:]}"
-        elif scheme in _POSTGRESQL:
-            check_encryption(url, key=key)
-            folder = folder or self.path.with_name(f"{self.path.stem}.postgresql")
+            url = f"sqlite:///{self.path.parent / file}"
         else:
-            raise ConfigurationError("unknown_database", kind=scheme, place=Place(key=key))
+            folder = folder or self.path.with_name(f"{self.path.stem}.postgresql")
         machine = self.file.machine.name
         return replace(table, url=url, machine=machine, folder=folder)
 
@@ -251,11 +243,6 @@ def _with_secret(table: str, entry: _T, key: str = "password") -> _T:
     return replace(cast("Any", entry), **{key: secret})
 
 
-def sqlite_file(url: str) -> Path | None:
-    """Return the file of a database of SQLite."""
-    return Path(url.removeprefix("sqlite:///")) if url.startswith("sqlite:///") else None
-
-
 def _overwritten(file: MachineFile, path: Path, state: Path, url: str) -> Iterator[Message]:
     """Yield where state or history would be written over another file of the configuration."""
     taken = {path.resolve(): path.name}
@@ -264,7 +251,7 @@ def _overwritten(file: MachineFile, path: Path, state: Path, url: str) -> Iterat
             named, key = getattr(entry, one.name), f"{table}.{one.name}"
             if isinstance(named, Path) and key != "machine.state_file":
                 taken.setdefault(named.resolve(), key)
-    for key, written in (("machine.state_file", state), ("historian.url", sqlite_file(url))):
+    for key, written in (("machine.state_file", state), ("historian.url", sqlite_path(url))):
         if written is not None:
             first = taken.setdefault(written.resolve(), key)
             if first != key:

@@ -18,9 +18,8 @@ from thermaxis.runtime._findings import Finding, Level, advice
 from thermaxis.runtime.config._certificates import certificates_of
 from thermaxis.runtime.config._configuration import MachineConfiguration
 from thermaxis.runtime.config._contradictions import EVERY_ADDRESS, HOST
-from thermaxis.runtime.config._machine import sqlite_file
 from thermaxis.runtime.config._tables import ScreenSettings
-from thermaxis.runtime.history import Encryption, encryption_of, history_folder, parse_url
+from thermaxis.runtime.history import Encryption, encryption_of, history_folder, sqlite_path
 from thermaxis.runtime.host import is_loopback
 
 VISIBLE_STEP_UM: Final = 1.0
@@ -160,10 +159,10 @@ def largest_of_training(output: Output) -> float | None:
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
     state, url = configuration.state_file, configuration.historian.url
     yield from _about_folder("machine.state_file", _there(state.parent), state)
-    file = sqlite_file(url)
+    file = sqlite_path(url)
     if file is not None:
         yield from _about_folder("historian.url", file.parent, file)
-    folder = _there(history_folder(parse_url(url), configuration.historian.folder))
+    folder = _there(history_folder(url, configuration.historian.folder))
     if file is None or not file.parent.is_relative_to(folder):
         yield from _about_folder("historian.folder", folder)
     days, day_mb = configuration.historian.retention_days, history_day_mb(configuration)

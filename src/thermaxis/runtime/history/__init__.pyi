@@ -6,8 +6,6 @@ from ._columns import (
 )
 from ._database import (
     check_database as check_database,
-    history_folder as history_folder,
-    parse_url as parse_url,
     printable_cause as printable_cause,
 )
 from ._export import (
@@ -36,7 +34,9 @@ from ._settings import (
 )
 from ._url import (
     Encryption as Encryption,
-    check_encryption as check_encryption,
+    check_url as check_url,
     encryption_of as encryption_of,
+    history_folder as history_folder,
     refuse_password as refuse_password,
+    sqlite_path as sqlite_path,
 )

@@ -19,7 +19,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError, ThermaxisError
-from thermaxis.runtime.history._database import parse_url, printable_cause, reading_engine
+from thermaxis.runtime.history._database import printable_cause, reading_engine
 from thermaxis.runtime.history._parts import (
     Part,
     day_folder,
@@ -33,6 +33,11 @@ from thermaxis.runtime.history._tables import CLOSED, known_of, rows
 
 _NICENESS: Final = 10
 _LONGEST_S: Final = 1800
+_LEAST: Final = {  # one core at most, and memory that is given back at once
+    "POLARS_MAX_THREADS": "1",
+    "POLARS_ROW_GROUP_PREFETCH_SIZE": "1",
+    "_RJEM_MALLOC_CONF": "dirty_decay_ms:0,muzzy_decay_ms:0",
+}
 WRITTEN: Final = "written"
 """What it says once the rows are in a file."""
 
@@ -62,7 +67,7 @@ def done(order: Order, password: str = "") -> Iterator[str]:
 
     folder = Path(order.folder)
     remove_remains(folder)
-    engine = reading_engine(parse_url(order.url, password))
+    engine = reading_engine(order.url, password)
     try:
         with engine.connect() as connection:
             if known_of(connection)[CLOSED] != "0" and not folder.is_dir():  # a disk is away
@@ -88,7 +93,7 @@ class Closing:
         self.order = order
         self._child = subprocess.Popen(  # noqa: S603 - this interpreter, a module of ours
             [sys.executable, "-P", "-m", __name__],  # -P: no file of the working folder
-            env={"POLARS_MAX_THREADS": "1", **os.environ},  # least memory, and one core at most
+            env={**_LEAST, **os.environ},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -5,7 +5,7 @@ are gathered by the loop's thread; what a database is given of them is made by t
 """
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from itertools import chain
 from typing import Final, Literal, NamedTuple, final
@@ -249,8 +249,3 @@ def _answers(record: CycleRecord) -> str | None:
     """Return the answers to requests as text: kind of request and code of the answer."""
     answers = record.output.answers
     return " ".join(f"{a.request.kind.value}:{a.code.value}" for a in answers) or None
-
-
-def names_of(columns: Sequence[Column]) -> set[str]:
-    """Return the names of columns."""
-    return {column.name for column in columns}

@@ -7,45 +7,18 @@ from typing import Any, Final
 
 import sqlalchemy as sa
 from sqlalchemy import event
-from sqlalchemy.engine import URL, make_url
+from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.messages import sentence_of
-from thermaxis.runtime.history._url import check_encryption
+from thermaxis.runtime.history._url import check_url, sqlite_path
 
 _URL = Place(key="historian.url")
-_SQLITE = "sqlite"
-_POSTGRESQL = "postgresql"
 _BUSY_S = 5.0
 _LONGEST_CAUSE: Final = 300
 _TEXTS = "UTF8"
-
-
-def parse_url(url: str, password: str = "") -> URL:
-    """Return the address of a database."""
-    try:
-        parsed = make_url(url)
-    except (ArgumentError, ValueError) as error:
-        raise ConfigurationError("no_database_url", place=_URL) from error
-    kind = parsed.get_backend_name()
-    if kind == _SQLITE:
-        if not parsed.database or parsed.database == ":memory:" or parsed.query:
-            raise ConfigurationError("no_file_in_url", place=_URL)
-        return parsed
-    if kind != _POSTGRESQL or parsed.drivername not in {_POSTGRESQL, f"{_POSTGRESQL}+psycopg"}:
-        raise ConfigurationError("unknown_database", kind=parsed.drivername, place=_URL)
-    parsed = parsed.set(drivername=f"{_POSTGRESQL}+psycopg")
-    if password:
-        parsed = parsed.set(password=password)
-    check_encryption(url, key=_URL.key)
-    return parsed
-
-
-def sqlite_path(url: URL) -> Path | None:
-    """Return the file of a database, None where it is no SQLite."""
-    return Path(str(url.database)) if url.get_backend_name() == _SQLITE else None
 
 
 def file_identity(path: Path) -> tuple[int, int] | None:
@@ -57,23 +30,7 @@ def file_identity(path: Path) -> tuple[int, int] | None:
     return found.st_dev, found.st_ino
 
 
-def history_folder(url: URL, folder: Path | None) -> Path:
-    """Return where finished parts are kept: beside SQLite's file unless it is stated."""
-    if folder is not None:
-        return folder
-    path = sqlite_path(url)
-    if path is None:
-        raise ConfigurationError("history_folder_missing", place=Place(key="historian.folder"))
-    return path.with_suffix("") if path.suffix else path.with_name(f"{path.name}.parts")
-
-
-def shown_url(url: URL) -> str:
-    """Return an address without its password."""
-    path = sqlite_path(url)
-    return str(path) if path is not None else url.render_as_string(hide_password=True)
-
-
-def writing_engine(url: URL) -> sa.Engine:
+def writing_engine(url: str, password: str = "") -> sa.Engine:
     """Return an engine for the one writer of a database. Nothing is opened yet.
 
     SQLite: write-ahead log, and every commit is on the disk before it counts (synchronous FULL):
@@ -82,7 +39,7 @@ def writing_engine(url: URL) -> sa.Engine:
     """
     path = sqlite_path(url)
     if path is None:
-        return _postgresql_engine(url)
+        return _postgresql_engine(url, password)
 
     def connect() -> sqlite3.Connection:
         connection = sqlite3.connect(
@@ -95,13 +52,13 @@ def writing_engine(url: URL) -> sa.Engine:
     return _sqlite_engine(connect, begin="BEGIN IMMEDIATE")
 
 
-def reading_engine(url: URL) -> sa.Engine:
+def reading_engine(url: str, password: str = "") -> sa.Engine:
     """Return an engine that cannot write."""
     path = sqlite_path(url)
     if path is None:
         # One moment for both: what is closed, and the rows that are not.
         moment = "-c default_transaction_isolation=repeatable\\ read"
-        return _postgresql_engine(url, f" -c default_transaction_read_only=on {moment}")
+        return _postgresql_engine(url, password, f" -c default_transaction_read_only=on {moment}")
     if not path.is_file():
         raise ConfigurationError("file_not_found", place=Place(str(path)))
     # A folder that cannot be written to has no place for the log's index; a file without a log
@@ -137,7 +94,7 @@ def _sqlite_engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.
     return engine
 
 
-def _postgresql_engine(url: URL, options: str = "") -> sa.Engine:
+def _postgresql_engine(url: str, password: str, options: str = "") -> sa.Engine:
     """Return an engine whose calls never wait for ever, of a database that takes every text."""
     arguments = {
         "connect_timeout": 5,
@@ -148,7 +105,12 @@ def _postgresql_engine(url: URL, options: str = "") -> sa.Engine:
         "application_name": "thermaxis",
         "options": f"-c statement_timeout=30000 -c lock_timeout=5000 -c timezone=UTC{options}",
     }
-    engine = sa.create_engine(url, poolclass=sa.NullPool, connect_args=arguments)
+    try:
+        address = make_url(url).set(drivername="postgresql+psycopg")
+    except (ArgumentError, ValueError) as error:
+        raise ConfigurationError("no_database_url", place=_URL) from error
+    address = address.set(password=password) if password else address
+    engine = sa.create_engine(address, poolclass=sa.NullPool, connect_args=arguments)
 
     def refuse_bytes(connection: Any, _: object) -> None:
         encoding = connection.info.parameter_status("server_encoding")
@@ -172,14 +134,13 @@ def check_database(url: str, password: str = "") -> None:
     """
     from thermaxis.runtime.history._tables import is_history  # noqa: PLC0415 - it needs this file
 
-    parsed = parse_url(url, password)
-    path = sqlite_path(parsed)
+    path = check_url(url, key=_URL.key)
     if path is not None and not path.exists():
         return
-    engine = reading_engine(parsed)
+    engine = reading_engine(url, password)
     try:
         with engine.connect() as connection:
-            is_history(connection, shown_url(parsed))
+            is_history(connection, str(path or url))
     except (SQLAlchemyError, sqlite3.Error) as error:
         cause = error.orig if isinstance(error, DBAPIError) else error
         raise OSError(printable_cause(cause or error)) from error

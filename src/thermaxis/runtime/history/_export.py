@@ -15,10 +15,10 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files.table import protected
 from thermaxis.runtime.history._columns import ACTIVE, ID, TIME
-from thermaxis.runtime.history._database import parse_url, sqlite_path
 from thermaxis.runtime.history._integrity import check_file
 from thermaxis.runtime.history._parts import days_of, parts_of
 from thermaxis.runtime.history._reader import HistoryReader
+from thermaxis.runtime.history._url import check_url, history_folder
 
 LOG_TIME: Final = "time"
 """Heading of the times, as readers of thermal logs know it."""
@@ -172,7 +172,7 @@ def check_history(
 
     That it returns means that every page, file and event could be read: damage is a `DataError`.
     """
-    path = sqlite_path(parse_url(url, password))
+    path = check_url(url, key="HISTORY")
     if path is not None and path.is_file():
         report("checking the file", 0, 0)
         damage = check_file(path)
@@ -213,24 +213,24 @@ def copy_history(url: str, target: Path) -> None:
     Copying the files of a running database one after the other is no way: the log may be emptied
     between the two. The finished parts are copied into a folder beside the copy.
     """
-    path = sqlite_path(parse_url(url))
+    path = check_url(url, key="HISTORY")
     if path is None:
         raise ConfigurationError("server_history_copied", place=Place(url))
-    folder = target.with_suffix("") if target.suffix else target.with_name(f"{target.name}.parts")
-    part = target.with_name(f"{target.name}.part")
+    folder, part = (
+        history_folder(f"sqlite:///{target}", None),
+        target.with_name(f"{target.name}.part"),
+    )
     for taken in (target, folder, part):
         if taken.exists():
             raise ConfigurationError("file_exists", place=Place(str(taken)))
 
     def copied() -> None:
         part.unlink(missing_ok=True)
-        _copy_database(path, part)
+        _copy_database(path, part)  # first: of what is in files by now it may have rows as well
         shutil.rmtree(folder, ignore_errors=True)
-        if reader.folder.is_dir():
-            (folder / reader.folder.name).mkdir(parents=True)
-        for file in sorted(reader.folder.glob("day=*/*.parquet")):
-            copy = folder / reader.folder.name / file.parent.name / file.name
-            copy.parent.mkdir(exist_ok=True)
+        for file in reader.folder.glob("day=*/*.parquet"):
+            copy = folder / file.relative_to(reader.folder.parent)
+            copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(file, copy)
 
     try:
@@ -248,15 +248,10 @@ def copy_history(url: str, target: Path) -> None:
 def _copy_database(path: Path, part: Path) -> None:
     source = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=5.0)
     try:
-        part.touch(exist_ok=False)
-        copy = sqlite3.connect(part)
-        try:
-            source.backup(copy, pages=2000)
+        source.execute("VACUUM INTO ?", (str(part),))
+        with sqlite3.connect(part) as copy:
             copy.execute("UPDATE history SET value = '' WHERE name = 'folder'")
-            copy.commit()
-            copy.execute("PRAGMA journal_mode=DELETE").close()
-        finally:
-            copy.close()
+        copy.close()
     except sqlite3.Error as error:
         raise OSError(f"{part}: {error}") from error
     finally:

@@ -31,10 +31,11 @@ from thermaxis.runtime.history._columns import (
     storable,
     to_us,
 )
-from thermaxis.runtime.history._database import parse_url, printable_cause
+from thermaxis.runtime.history._database import printable_cause
 from thermaxis.runtime.history._integrity import check_file, is_damage, put_aside
 from thermaxis.runtime.history._settings import HistorianSettings
 from thermaxis.runtime.history._store import Store
+from thermaxis.runtime.history._url import check_url
 
 _IDLE_S: Final = 5.0
 _LAST_RETRY_S: Final = 0.1
@@ -91,7 +92,7 @@ class SqlHistorian(Historian):
     """
 
     def __init__(self, settings: HistorianSettings, clock: Clock, *, beside: bool = True) -> None:
-        parse_url(settings.url, settings.password.reveal())
+        check_url(settings.url, key="historian.url")
         self._settings = settings
         self._clock = clock
         self._beside = beside

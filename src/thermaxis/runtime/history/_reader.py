@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, Self, TypeVar, final
 
@@ -23,15 +24,7 @@ from thermaxis.errors import DataError
 from thermaxis.runtime._ports import EventRecord
 from thermaxis.runtime.history import _tables as t
 from thermaxis.runtime.history._columns import ID, TIME, from_us, to_us
-from thermaxis.runtime.history._database import (
-    file_identity,
-    history_folder,
-    parse_url,
-    printable_cause,
-    reading_engine,
-    shown_url,
-    sqlite_path,
-)
+from thermaxis.runtime.history._database import file_identity, printable_cause, reading_engine
 from thermaxis.runtime.history._parts import (
     MINUTE,
     Part,
@@ -40,6 +33,7 @@ from thermaxis.runtime.history._parts import (
     minutes_of,
     parts_of,
 )
+from thermaxis.runtime.history._url import check_url, history_folder
 
 _MINUTE_US: Final = 60_000_000
 _TRIES: Final = 3
@@ -87,11 +81,10 @@ class HistoryReader:
     """
 
     def __init__(self, url: str, password: str = "") -> None:
-        parsed = parse_url(url, password)
-        self.where = shown_url(parsed)
+        self._path = check_url(url, key="historian.url")
+        self.where = str(self._path or url)
         """The database, without a password."""
-        self._engine = reading_engine(parsed)
-        self._path = sqlite_path(parsed)
+        self._engine = reading_engine(url, password)
         self._identity = None if self._path is None else file_identity(self._path)
         self._schemas: dict[Path, dict[str, pl.DataType]] = {}
         self._interrupted = False
@@ -101,7 +94,7 @@ class HistoryReader:
                 self._bare: Any = self._connection.connection.dbapi_connection
             known = self._known()
             stated = known.get("folder", "")
-            root = history_folder(parsed, Path(stated) if stated else None)
+            root = history_folder(url, Path(stated) if stated else None)
             self.folder = machine_folder(root, known.get("machine", ""))
             """Folder of the finished parts."""
         except BaseException:
@@ -250,9 +243,10 @@ class HistoryReader:
         frames = [pl.DataFrame(schema={ID: pl.Int64(), TIME: _UTC})]
         with self._asked() as connection:
             closed = int(t.known_of(connection)[t.CLOSED])
-            ids = closed + 1, 0 if none else 2**62
+            ids = closed + 1, 2**62
             for name in t.cycle_tables(connection):
-                frames += t.rows(connection, name, ids, span, columns)
+                rows = t.rows(connection, name, ids, span, columns)
+                frames += islice(rows, 1 if none else None)
         if closed and not self.folder.is_dir():
             raise DataError("history_folder_lost", place=Place(str(self.folder)))
         first, last = span

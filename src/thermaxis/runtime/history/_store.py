@@ -17,17 +17,11 @@ from thermaxis.runtime.history import _tables as t
 from thermaxis.runtime.history._backlog import Item, PackedEvent
 from thermaxis.runtime.history._closing import Order
 from thermaxis.runtime.history._columns import ID, TIME, Layout, Row, from_us
-from thermaxis.runtime.history._database import (
-    file_identity,
-    history_folder,
-    parse_url,
-    shown_url,
-    sqlite_path,
-    writing_engine,
-)
+from thermaxis.runtime.history._database import file_identity, writing_engine
 from thermaxis.runtime.history._integrity import writer_lock
 from thermaxis.runtime.history._parts import days_of, last_id, machine_folder, parts_of
 from thermaxis.runtime.history._settings import HistorianSettings
+from thermaxis.runtime.history._url import history_folder, sqlite_path
 
 _LOCK_KEY = 0x7468_6572_6D61_7869  # "thermaxi"
 _DELETED_AT_ONCE: Final = 2000
@@ -58,7 +52,7 @@ class Store:
     """
 
     def __init__(self, settings: HistorianSettings, look_through: Callable[[Path], None]) -> None:
-        self._url = url = parse_url(settings.url, settings.password.reveal())
+        self._url = url = settings.url
         self._path = path = sqlite_path(url)
         root = history_folder(url, settings.folder)
         self.folder = machine_folder(root, settings.machine)
@@ -74,7 +68,7 @@ class Store:
                 path.parent.mkdir(exist_ok=True)
                 self._undo.callback(writer_lock(path).release)
                 look_through(path)
-            engine = writing_engine(url)
+            engine = writing_engine(url, settings.password.reveal())
             self._undo.callback(engine.dispose)
             self._connection = self._undo.enter_context(engine.connect())
             self._identity = None if path is None else file_identity(path)
@@ -89,7 +83,7 @@ class Store:
 
     def _prepare(self) -> None:
         """Make tables, lock the database, find where to go on."""
-        connection, where = self._connection, shown_url(self._url)
+        connection, where = self._connection, str(self._path or self._url)
         if self._path is None:
             held = connection.execute(sa.select(sa.func.pg_try_advisory_lock(_LOCK_KEY)))
             if not held.scalar_one():
@@ -197,9 +191,8 @@ class Store:
         newest = t.named(t.CYCLES).c
         open_row = sa.select(newest[TIME]).where(newest[ID] >= following).order_by(newest[ID])
         open_day = self._asked(open_row.limit(1)) or (hour,)
-        url = self._url._replace(password=None).render_as_string()
         days = hour.date().isoformat(), open_day[0].date().isoformat()
-        return Order(url, name, int(first[0]), int(following) - 1, *days, str(self.folder))
+        return Order(self._url, name, int(first[0]), int(following) - 1, *days, str(self.folder))
 
     def _asked(self, query: Any) -> Any:
         return self._connection.execute(query).one_or_none()

@@ -33,7 +33,7 @@ CLOSED: Final = "closed_id"
 BEFORE: Final = "cycles_until_"
 """How the name of a table begins that has the cycles of an earlier model."""
 _EARLIER = "thermaxis_version"
-_ROWS_AT_ONCE = 2000
+_ROWS_AT_ONCE = 500
 _TYPES: Final[dict[str, sa.types.TypeEngine[Any]]] = {
     "number": sa.Double(),
     "whole": sa.BigInteger(),

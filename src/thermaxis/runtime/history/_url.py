@@ -1,6 +1,7 @@
-"""What the URL of a database gives away, and who can listen: without the database's library."""
+"""Addresses of databases, and who can listen on the way: without the database's library."""
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Final, final
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 
@@ -23,6 +24,41 @@ class Encryption(StrEnum):
     """It is encrypted, but whoever answers is believed to be the database."""
     PROVEN = "proven"
     """It is encrypted, and the database proves by its certificate who it is."""
+
+
+def check_url(url: str, *, key: str) -> Path | None:
+    """Return the file of SQLite, None for PostgreSQL; refuse what no history can be kept in.
+
+    Nobody between this computer and PostgreSQL may read along: the mode has to be stated, as
+    PostgreSQL's own default falls back to none.
+    """
+    kind, place = _split(url).scheme, Place(key=key)
+    if not kind:
+        raise ConfigurationError("no_database_url", place=place)
+    path = sqlite_path(url)
+    if path is not None:
+        if path.name in {"", ":memory:"} or "?" in path.name:
+            raise ConfigurationError("no_file_in_url", place=place)
+    elif kind not in {"postgresql", "postgresql+psycopg"}:
+        raise ConfigurationError("unknown_database", kind=kind, place=place)
+    elif encryption_of(url) is Encryption.NONE:
+        raise ConfigurationError("database_unencrypted", place=place)
+    return path
+
+
+def sqlite_path(url: str) -> Path | None:
+    """Return the file of a database, None where it is no SQLite."""
+    return Path(url.partition(":///")[2]) if _split(url).scheme == "sqlite" else None
+
+
+def history_folder(url: str, folder: Path | None) -> Path:
+    """Return where finished parts are kept: beside SQLite's file unless it is stated."""
+    path = sqlite_path(url)
+    if folder is not None:
+        return folder
+    if path is None:
+        raise ConfigurationError("history_folder_missing", place=Place(key="historian.folder"))
+    return path.with_suffix("") if path.suffix else path.with_name(f"{path.name}.parts")
 
 
 def encryption_of(url: str) -> Encryption:
@@ -53,22 +89,13 @@ def _without_port(name: str) -> str:
     return plain if plain.count(":") > 1 else plain.partition(":")[0]
 
 
-def check_encryption(url: str, *, key: str) -> None:
-    """Check that nobody between this computer and a database of PostgreSQL can read along.
-
-    The mode has to be stated, as PostgreSQL's own default falls back to none.
-    """
-    if encryption_of(url) is Encryption.NONE:
-        raise ConfigurationError("database_unencrypted", place=Place(key=key))
-
-
 def refuse_password(url: str, *, key: str) -> None:
     """Check that a URL has no password: addresses are shown, stored and listed by the system."""
     parts = _split(url)
     try:
         password = parts.password
     except ValueError:
-        raise _no_url(key) from None
+        raise ConfigurationError("no_database_url", place=Place(key=key)) from None
     if password is not None or "password" in parse_qs(parts.query, keep_blank_values=True):
         raise ConfigurationError("password_in_address", place=Place(key=key))
 
@@ -77,8 +104,4 @@ def _split(url: str) -> SplitResult:
     try:
         return urlsplit(url)
     except ValueError:
-        raise _no_url("url") from None
-
-
-def _no_url(key: str) -> ConfigurationError:
-    return ConfigurationError("no_database_url", place=Place(key=key))
+        raise ConfigurationError("no_database_url", place=Place(key="url")) from None
