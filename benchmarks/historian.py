@@ -225,7 +225,8 @@ def write_month(path: Path, days: int) -> tuple[float, float]:
             name = f"{kind}-{1 + k * day:012}-{(k + 1) * day:012}.parquet"
             frame.write_parquet(later / name, compression="zstd")
     with sqlite3.connect(path) as database:  # as if it had written the copies itself
-        database.execute(f"UPDATE history SET value = '{days * day}' WHERE name = 'closed_id'")
+        closed = "UPDATE history SET value = ? WHERE name = 'closed_id'"
+        database.execute(closed, (str(days * day),))
     database.close()
     write(path, machine, range(days * day, days * day + 3601))
     return took_s, size
