@@ -16,13 +16,15 @@ from ._machine import (
     read_machine as read_machine,
     state_file_of as state_file_of,
 )
+from ._mistakes import (
+    schema_of as schema_of,
+)
 from ._reading import (
     placed as placed,
     problem as problem,
     read_tables as read_tables,
     read_tree as read_tree,
     refuse as refuse,
-    schema_of as schema_of,
     tree_of as tree_of,
 )
 from ._tables import (

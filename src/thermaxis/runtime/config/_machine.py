@@ -44,7 +44,6 @@ from thermaxis.runtime.config._reading import (
     read_tables,
     read_tree,
     refuse,
-    with_lines,
 )
 from thermaxis.runtime.config._tables import (
     MachineFile,
@@ -85,7 +84,11 @@ def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, .
     found = read_tree(MachineFile, file)
     if isinstance(found, MachineFile):
         found = _Reading(found, file).configuration()
-    return found if isinstance(found, MachineConfiguration) else with_lines(found, file)
+    if isinstance(found, MachineConfiguration):
+        return found
+    from thermaxis.runtime.config._mistakes import with_lines  # noqa: PLC0415 - if there are some
+
+    return with_lines(found, file)
 
 
 def read_machine(path: Path | str) -> MachineConfiguration:

@@ -1,22 +1,14 @@
-"""From a file of TOML to frozen tables, and everything that is wrong in it at its place."""
+"""From a file of TOML to frozen tables."""
 
-import ast
-import inspect
 import json
-import re
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import is_dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
-from textwrap import dedent
-from typing import Any, Final, TypeVar, cast, get_args, get_type_hints
+from typing import Any, Final, TypeVar, cast
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
-from pydantic.json_schema import PydanticJsonSchemaWarning
-from pydantic_core import ErrorDetails
 
 from thermaxis.codes import Message, Place, Value
 from thermaxis.errors import ConfigurationError
@@ -27,34 +19,7 @@ FILE_LIMIT_BYTES: Final = 1_000_000
 """Largest configuration file. [byte]"""
 MOST_PROBLEMS: Final = 8
 """Most mistakes of one file that an error tells in full. [1]"""
-_DEEP = "nested too deeply"
-_SECRETS = ("password", "token")
-_CODES: Final[Mapping[str, str]] = {
-    "dict_type": "not_a_table",
-    "mapping_type": "not_a_table",
-    "dataclass_type": "not_a_table",
-    "float_type": "no_number",
-    "finite_number": "not_finite",
-    "int_type": "no_whole_number",
-    "int_from_float": "no_whole_number",
-    "string_type": "not_a_text",
-    "bool_type": "no_boolean",
-    "tuple_type": "not_a_list",
-    "scale_zero": "scale_zero",
-    "control_character": "control_character",
-}
-"""What is wrong, by pydantic's name of the error."""
-_BOUNDS: Final[Mapping[str, tuple[str, str]]] = {
-    "greater_than_equal": ("below_bound", "ge"),
-    "less_than_equal": ("above_bound", "le"),
-    "greater_than": ("not_above_bound", "gt"),
-    "less_than": ("not_below_bound", "lt"),
-    "string_too_short": ("text_short", "min_length"),
-    "string_too_long": ("text_long", "max_length"),
-}
-"""The same for what has a bound, and pydantic's name of the bound."""
-_TABLE = re.compile(r"""^\s*\[\s*((?:[\w-]+|"[^"]*"|'[^']*'|\s*\.\s*)+)\s*\]\s*(?:\#.*)?$""")
-_KEY = re.compile(r"""^\s*([\w-]+|"[^"]*"|'[^']*')\s*=""")
+DEEP = "nested too deeply"
 _Tree = TypeVar("_Tree")
 
 
@@ -77,15 +42,18 @@ def tree_of(kind: type[_Tree], tables: Mapping[str, object], folder: Path) -> _T
     # TOML is none of what may stand there.
     try:
         text = json.dumps([tables], default=lambda date: {"date": str(date)})
-        return _adapter(kind).validate_json(text, context=folder)[0]
+        return adapter_of(kind).validate_json(text, context=folder)[0]
     except ValidationError as error:
-        return _explained(error, kind)
+        from thermaxis.runtime.config._mistakes import explained  # noqa: PLC0415 - if there are some
+
+        return explained(error, kind)
     except RecursionError:
-        return [problem("not_toml", "", cause=_DEEP)]
+        return [problem("not_toml", "", cause=DEEP)]
 
 
 @cache
-def _adapter(kind: type) -> TypeAdapter[Any]:
+def adapter_of(kind: type) -> TypeAdapter[Any]:
+    """Return what reads a list with one file of a kind."""
     strict = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, hide_input_in_errors=True)
     return TypeAdapter(cast("Any", tuple)[kind], config=strict)
 
@@ -120,149 +88,3 @@ def refuse(problems: Sequence[Message], path: Path | str) -> ConfigurationError:
 def nearest(name: str, known: Sequence[str]) -> tuple[str, ...]:
     """Return the name that is nearest to an unknown one; all, if none is near."""
     return tuple(get_close_matches(name[:100], sorted(known), n=1, cutoff=0.6) or sorted(known))
-
-
-# ---- what pydantic says, as codes ---------------------------------------------------------------
-
-
-def _explained(error: ValidationError, kind: type) -> list[Message]:
-    """Say what is wrong, table by table.
-
-    Unknown keys stand first in their table, as a key that is missing may be one that is misspelt.
-    """
-    details = error.errors(include_url=False, include_input=False)
-    tables = [detail["loc"][:-1] for detail in details]
-    unknown = ("unexpected_keyword_argument", "extra_forbidden", "secret_in_file")
-    details.sort(key=lambda d: (tables.index(d["loc"][:-1]), d["type"] not in unknown))
-    return [_problem(detail, schema_of(kind), unknown) for detail in details]
-
-
-def _problem(detail: ErrorDetails, schema: Any, unknown: Sequence[str]) -> Message:
-    loc = tuple(str(part) for part in detail["loc"][1:] if not str(part).endswith("[key]"))
-    kind, key, name = detail["type"], ".".join(loc), (loc or ("",))[-1]
-    context = cast("Mapping[str, Any]", detail.get("ctx", {}))
-    if kind == "refused":
-        return placed(context["message"], key)
-    if kind in unknown:
-        return _unknown_key(name, key, _node(schema, loc[:-1]).get("properties", {}))
-    if kind == "json_invalid":  # what is nested in hundreds
-        return problem("not_toml", "", cause=_DEEP)
-    if kind in _CODES:
-        return problem(_CODES[kind], key)
-    if kind == "literal_error":
-        return problem("value_unknown", key, known=str(context["expected"]))
-    meaning = re.split(r" Default: | Without it: | \[", _node(schema, loc).get("description", "-"))
-    values: dict[str, Value] = {"meaning": meaning[0].rstrip(".")}
-    code, bound = _BOUNDS.get(kind, ("key_needed" if kind == "missing" else "value_refused", ""))
-    if bound:
-        values["bound"] = context[bound]
-    elif kind == "missing":
-        values["name"] = name
-    else:
-        values["said"] = detail["msg"]
-    return problem(code, key, **values)
-
-
-def _unknown_key(name: str, key: str, known: Mapping[str, object]) -> Message:
-    if name in _SECRETS:
-        return problem("secret_in_file", key, name=name)
-    near = get_close_matches(name, known, n=1, cutoff=0.6)
-    if near:
-        return problem("unknown_key_near", key, name=name, near=near[0])
-    return problem("unknown_key", key, name=name, known=tuple(sorted(known)))
-
-
-# ---- the schema ---------------------------------------------------------------------------------
-
-
-@cache
-def schema_of(kind: type) -> dict[str, Any]:
-    """Return the JSON schema of a file: every key with its kind, range, default and meaning."""
-    with warnings.catch_warnings(action="ignore", category=PydanticJsonSchemaWarning):
-        found = _adapter(kind).json_schema()
-    names = {one.__name__: _meanings(one) for one in _tables_in(kind)}
-    for name, table in found["$defs"].items():
-        for key, entry in table["properties"].items():
-            entry.pop("title", None)
-            entry["description"] = names[name][key]
-    root = found["$defs"].pop(kind.__name__)
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **root,
-        "$defs": found["$defs"],
-    }
-
-
-def _tables_in(kind: Any) -> Iterator[type]:
-    if is_dataclass(kind):
-        yield cast("type", kind)
-        for hint in get_type_hints(kind).values():
-            yield from _tables_in(hint)
-    for part in get_args(kind):
-        yield from _tables_in(part)
-
-
-def _meanings(kind: type) -> dict[str, str]:
-    """Return what stands below each attribute, by its key."""
-    found: dict[str, str] = {}
-    for base in (one for one in reversed(kind.__mro__) if is_dataclass(one)):
-        (declared,) = ast.parse(dedent(inspect.getsource(base))).body
-        for entry, text in pairwise(cast("ast.ClassDef", declared).body):
-            if isinstance(entry, ast.AnnAssign) and isinstance(text, ast.Expr):
-                alias = re.search(r"alias='(\w+)'", ast.unparse(entry.annotation))
-                name = alias[1] if alias else cast("ast.Name", entry.target).id
-                found[name] = " ".join(str(ast.literal_eval(text.value)).split())
-    return found
-
-
-def _node(schema: Any, loc: Sequence[str]) -> Any:
-    """Return what a schema says of a place."""
-    node = schema
-    for part in (*loc, ""):
-        node = next((one for one in node.get("anyOf", ()) if "$ref" in one), node)
-        if "$ref" in node:
-            about = {key: node[key] for key in ("description",) if key in node}
-            node = schema["$defs"][node["$ref"].rpartition("/")[2]] | about
-        if part:
-            node = node.get("properties", {}).get(part, node.get("additionalProperties") or {})
-    return node
-
-
-# ---- lines --------------------------------------------------------------------------------------
-
-
-def with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:
-    """Name the file and the line of every mistake, where they can be found.
-
-    Where a key is missing, the line is that of its table. There is none where the text has forms
-    that only a whole reader of TOML follows, such as texts over several lines.
-    """
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError):
-        text = ""
-    lines: dict[str, int] = {}
-    table, long = "", '"""' in text or "'''" in text
-    for number, line in enumerate(() if long else text.splitlines(), start=1):
-        if (head := _TABLE.match(line)) is not None:
-            table = name = _plain(head[1])
-        elif (key := _KEY.match(line)) is not None:
-            name = f"{table}.{_plain(key[1])}".strip(".")
-        else:
-            continue
-        lines.setdefault(name, number)
-    return tuple(_with_line(problem, str(file), lines) for problem in problems)
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"\s*\.\s*", ".", name).replace('"', "").replace("'", "").strip()
-
-
-def _with_line(message: Message, file: str, lines: Mapping[str, int]) -> Message:
-    place = message.place
-    if place.file:
-        return message
-    key = place.key
-    while key and key not in lines:
-        key = key.rpartition(".")[0]
-    return replace(message, place=place._replace(file=file, line=lines.get(key)))
