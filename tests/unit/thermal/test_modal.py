@@ -36,7 +36,7 @@ def steps(rows: int, seed: int, inputs: int = 2, hold: int = 40) -> np.ndarray:
 
 
 def exact(model: ThermalModel = TRUTH, seed: int = 3, step_s: float = 10.0) -> Experiment:
-    u = steps(2880, seed)
+    u = steps(1440, seed)
     return Experiment(step_s, u, simulate_modal(model, step_s, u))
 
 
@@ -63,7 +63,7 @@ def test_a_record_without_noise_gives_the_model_that_made_it():
 
 
 def test_an_offset_and_a_free_start_do_not_disturb_an_exact_record():
-    u = steps(2880, 4)
+    u = steps(1440, 4)
     starts = [np.array([3.0, -2.0]), np.array([1.0, 4.0])]
     y = simulate_modal(TRUTH, 10.0, u, starts) - 37.0
     result = modal([Experiment(10.0, u, y)], input_names=NAMES)
