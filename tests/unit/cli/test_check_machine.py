@@ -102,6 +102,11 @@ def test_every_mistake_is_told_on_a_line_of_its_own_and_the_code_is_two(tmp_path
     found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
     assert found["machine"] is None
     assert len(found["configuration"]) == 3
+    path.write_text("a." * 4_000 + "b = 1")
+    assert checked(path, "--offline", "--json", str(tmp_path / "found.json")) == check.WRONG
+    assert "not TOML" in capsys.readouterr().err
+    (one,) = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["configuration"]
+    assert one["code"] == "error-not_toml"
 
 
 def test_a_folder_that_is_missing_makes_the_code_one(tmp_path, capsys):

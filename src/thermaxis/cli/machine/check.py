@@ -78,7 +78,10 @@ class _Schema(argparse.Action):
 def run(arguments: argparse.Namespace) -> int:
     """Check a configuration and its machine."""
     refuse_both(arguments, "--write", "--offline")
-    found = runtime.examine_machine(arguments.configuration)
+    try:
+        found = runtime.examine_machine(arguments.configuration)
+    except ConfigurationError as error:  # no TOML at all
+        found = (error.message,)
     if not isinstance(found, runtime.MachineConfiguration):
         for problem in found:
             sys.stderr.write(f"thermaxis: error: {text_of(problem)}\n")
