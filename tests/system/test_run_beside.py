@@ -121,7 +121,8 @@ def test_a_port_that_is_taken_ends_it_before_the_loop_acts(tmp_path: Path) -> No
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         more = SERVER.format(port=taken.getsockname()[1])
-        configuration = write_site(tmp_path, "opc.tcp://127.0.0.1:1/lathe", more=more)
+        url = f"opc.tcp://127.0.0.1:{free_port()}/lathe"
+        configuration = write_site(tmp_path, url, more=more)
         with compensating(configuration) as loop:
             assert loop.wait(30.0) == 2
             assert f"Port {taken.getsockname()[1]} cannot be listened at" in loop.tail()

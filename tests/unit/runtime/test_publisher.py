@@ -18,7 +18,7 @@ import pytest
 from tests.unit.runtime.machine_files import machine_file
 from thermaxis.codes import Message
 from thermaxis.compensation import AnswerCode, Request, RequestKind
-from thermaxis.runtime import EventRecord, RequestOutcome, SystemClock, publish, read_machine
+from thermaxis.runtime import EventRecord, RequestOutcome, SystemClock, read_machine
 from thermaxis.runtime.publish import Publisher
 
 READY = b'{"url": "opc.tcp://here", "metrics_port": 0, "unrecorded": null}\n'
@@ -35,9 +35,7 @@ def frames(connected: socket.socket) -> list[Any]:
 
 
 @asynccontextmanager
-async def beside(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, serve: Callable[[socket.socket], object]
-) -> Any:
+async def beside(folder: Path, serve: Callable[[socket.socket], object]) -> Any:
     """Begin a process that serves as is stated, with a loop that says yes to everything."""
 
     def copied(_configuration: object, _clock: object, connected: socket.socket) -> None:
@@ -51,10 +49,9 @@ async def beside(
         asked.append(request)
         return RequestOutcome(accepted=True, code=AnswerCode.ENABLED)
 
-    monkeypatch.setattr(publish, "serve", copied)
     configuration = read_machine(machine_file(folder))
     historian = replace(configuration.historian, largest_waiting_bytes=200_000)
-    one = Publisher(replace(configuration, historian=historian), SystemClock())
+    one = Publisher(replace(configuration, historian=historian), SystemClock(), copied)
     one.loop = SimpleNamespace(submit=submit, certificates={})
     assert (await one.begin()).url == "opc.tcp://here"
     try:
@@ -69,9 +66,7 @@ def event(number: int) -> EventRecord:
     )
 
 
-async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(tmp_path: Path) -> None:
     def serve(connected: socket.socket) -> None:
         ends = json.dumps({"certificates": {"server.certificate": "2030-01-01T00:00:00+00:00"}})
         line = json.dumps({"request": asdict(ASKED), "number": 7})
@@ -79,7 +74,7 @@ async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(
         said = frames(connected)
         (tmp_path / "said").write_bytes(pickle.dumps(said))
 
-    async with beside(tmp_path, monkeypatch, serve) as (one, asked):
+    async with beside(tmp_path, serve) as (one, asked):
         while not asked:
             await asyncio.sleep(0.01)
         one.event(event(0))
@@ -99,7 +94,7 @@ async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(
     ],
 )
 async def test_what_is_no_request_ends_the_process_that_said_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: bytes
+    tmp_path: Path, line: bytes
 ) -> None:
     said = tmp_path / "said"
 
@@ -110,7 +105,7 @@ async def test_what_is_no_request_ends_the_process_that_said_it(
             time.sleep(60.0)
         frames(connected)
 
-    async with beside(tmp_path, monkeypatch, serve) as (one, asked):
+    async with beside(tmp_path, serve) as (one, asked):
         while one.status.storing:
             await asyncio.sleep(0.01)
         assert one.status.failure == Message("failure-publisher_ended")
@@ -120,7 +115,7 @@ async def test_what_is_no_request_ends_the_process_that_said_it(
 
 
 async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     goes_on = tmp_path / "go on"
 
@@ -130,7 +125,7 @@ async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_tol
         told = [one for one in frames(connected) if isinstance(one, EventRecord)]
         (tmp_path / "said").write_bytes(pickle.dumps(told))
 
-    async with beside(tmp_path, monkeypatch, serve) as (one, _):
+    async with beside(tmp_path, serve) as (one, _):
         for number in range(4000):
             one.event(event(number))
             await asyncio.sleep(0.0)

@@ -11,6 +11,7 @@ import asyncio
 import logging
 import os
 import queue
+import socket
 import sys
 import threading
 import time
@@ -31,7 +32,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.compensation import AnswerCode, Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
-from thermaxis.runtime import OTHER_COMPENSATION
+from thermaxis.runtime import OTHER_COMPENSATION, publish
 from thermaxis.runtime.host import RequestSocket
 from thermaxis.runtime.publish import Publisher
 
@@ -73,7 +74,7 @@ async def _run(
 ) -> dict[str, float]:
     """Run the loop; return the offsets other than zero that it leaves in the machine. [um]"""
     clock = runtime.SystemClock()
-    publisher = Publisher(configuration, clock)
+    publisher = Publisher(configuration, clock, _serve)
     parts = build_parts(configuration, clock, publisher)
     replays = configuration.source.kind == "replay"
     loop = runtime.CompensationLoop(
@@ -116,6 +117,13 @@ async def _run(
         servers.push_async_callback(requests.close)
         standing = await _until_the_end(loop, arguments, ending)
     return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
+
+
+def _serve(
+    configuration: runtime.MachineConfiguration, clock: runtime.Clock, connected: socket.socket
+) -> None:
+    """Serve in the copy of this process, which alone loads what that takes."""
+    publish.serve(configuration, clock, connected)
 
 
 class _Ending:

@@ -11,19 +11,19 @@ import socket
 import sys
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, TypeAlias, final
 
 from pydantic import AwareDatetime, TypeAdapter
 
 from thermaxis.codes import Message, value_of_json
 from thermaxis.compensation import Request
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import publish
 from thermaxis.runtime._ports import (
     Clock,
     CycleRecord,
@@ -63,6 +63,10 @@ def _as_dict(shown: MappingProxyType[Any, Any]) -> tuple[Any, tuple[dict[Any, An
 copyreg.pickle(MappingProxyType, _as_dict)
 
 
+Serve: TypeAlias = Callable[[MachineConfiguration, Clock, socket.socket], None]
+"""What the copy does: `serve`, which it alone loads."""
+
+
 class Servers(NamedTuple):
     """What the other process says when it is ready."""
 
@@ -94,9 +98,9 @@ class Publisher(Historian):
     when it is killed. Whoever takes it over can ask for what an engineer may ask for.
     """
 
-    def __init__(self, configuration: MachineConfiguration, clock: Clock) -> None:
+    def __init__(self, configuration: MachineConfiguration, clock: Clock, serve: Serve) -> None:
         self.loop: CompensationLoop | None = None
-        self._configuration, self._clock = configuration, clock
+        self._configuration, self._clock, self._serve = configuration, clock, serve
         self._items: list[object] = []
         self._frames: deque[_Frame] = deque()
         self._bytes = self._lost = 0
@@ -178,7 +182,7 @@ class Publisher(Historian):
 
     async def _begun(self) -> tuple[tuple[asyncio.StreamReader, asyncio.StreamWriter], Servers]:
         here, there = socket.socketpair()
-        self._pid = _forked(self._configuration, self._clock, there)
+        self._pid = _forked(partial(self._serve, self._configuration, self._clock, there), there)
         there.close()
         reader, writer = await asyncio.open_connection(sock=here, limit=_LONGEST_LINE)
         writer.transport.set_write_buffer_limits(0)
@@ -304,7 +308,7 @@ def _message(found: object) -> Message | None:
     return said if isinstance(said, Message) else None
 
 
-def _forked(configuration: MachineConfiguration, clock: Clock, there: socket.socket) -> int:
+def _forked(serve: Callable[[], None], there: socket.socket) -> int:
     """Return the process that serves, which has nothing of this one open but a socket.
 
     A copy shares the memory of what both have loaded.
@@ -313,12 +317,12 @@ def _forked(configuration: MachineConfiguration, clock: Clock, there: socket.soc
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)
     pid = os.fork()
     if pid == 0:
-        _serve(configuration, clock, there)
+        _serve(serve, there)
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return pid
 
 
-def _serve(configuration: MachineConfiguration, clock: Clock, there: socket.socket) -> NoReturn:
+def _serve(serve: Callable[[], None], there: socket.socket) -> NoReturn:
     """Serve as a process that ends with the acting one, whatever a terminal says."""
     code = 1
     try:
@@ -334,7 +338,7 @@ def _serve(configuration: MachineConfiguration, clock: Clock, there: socket.sock
             nothing,
         }:
             os.dup2(nothing, number, inheritable=number < 2)
-        publish.serve(configuration, clock, there)
+        serve()
         code = 0
     except BaseException as error:  # noqa: BLE001 - nothing that acts may go on in this copy
         sys.excepthook(type(error), error, error.__traceback__)
