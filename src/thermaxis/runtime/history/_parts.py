@@ -133,24 +133,7 @@ def minutes_of(cycles: "pl.LazyFrame") -> "pl.LazyFrame":
 def write_part(part: Part, rows: "Iterator[pl.DataFrame]") -> Part:
     """Write the cycles of an hour with their minutes, in memory that does not grow with it.
 
-    Parameters
-    ----------
-    part : Part
-        What is to be written; the folder of its day is made.
-    rows : iterator of polars.DataFrame
-        Its cycles in the order of recording; the first frame has the columns and none of them.
-
-    Returns
-    -------
-    Part
-        The part, on the disk and read back.
-
-    Raises
-    ------
-    DataError
-        If cycles are missing, or what was read back is not what was written.
-    OSError
-        If it cannot be written.
+    They come in the order of recording; the first frame has the columns and no cycle.
     """
     import polars as pl  # noqa: PLC0415 - see above
 
@@ -206,10 +189,7 @@ def _written(
 ) -> Generator[tuple[Path, int]]:
     """Write frames under another name, read back, compare; put in place what raises nothing.
 
-    Yields
-    ------
-    tuple of Path and int
-        The file under its other name, and its rows. [1]
+    Given are the file under its other name, and its rows. [1]
     """
     import polars as pl  # noqa: PLC0415 - see above
     from polars.io.plugins import register_io_source  # noqa: PLC0415 - see above

@@ -32,23 +32,9 @@ _HOUR_US = 3_600_000_000
 class Store:
     """A database opened for writing, with what is missing in it made.
 
-    Parameters
-    ----------
-    settings : HistorianSettings
-        Where it is, and its password.
-    look_through : callable
-        What looks through a file of SQLite, which it may put aside, before it is opened.
-
-    Raises
-    ------
-    ConfigurationError
-        If somebody else writes to it, or it is no history of this program; or its folder has files
-        of another one.
-    OSError
-        If the file cannot be reached.
-    sqlalchemy.exc.SQLAlchemyError
-        From every method but `close` as well, if the database fails; the store is then of no more
-        use.
+    `look_through` is called with a file of SQLite, which it may put aside, before it is opened.
+    Every method but `close` raises ``sqlalchemy.exc.SQLAlchemyError`` if the database fails; the
+    store is then of no more use.
     """
 
     def __init__(self, settings: HistorianSettings, look_through: Callable[[Path], None]) -> None:

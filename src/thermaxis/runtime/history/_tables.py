@@ -119,23 +119,8 @@ def rows(
 ) -> "Iterator[pl.DataFrame]":
     """Yield rows in the order of recording, some at a time; first a frame with none.
 
-    Parameters
-    ----------
-    connection : sqlalchemy.Connection
-        The database.
-    name : str
-        Table.
-    ids : tuple of int
-        Ids of the first and the last row that may be among them. [1]
-    span : tuple of datetime
-        Begin, and end that is not included.
-    columns : sequence of str, optional
-        Columns that are wanted where the table has them, with ids and times. Default: all.
-
-    Yields
-    ------
-    polars.DataFrame
-        Rows.
+    Ids are those of the first and the last row; ids and times come with the columns that are
+    wanted, where the table has them.
     """
     import polars as pl  # noqa: PLC0415 - the loop's own process does without
 
