@@ -27,7 +27,7 @@ MINUTE: Final = "minute_utc"
 """Begin of a minute."""
 _PART = re.compile(r"cycles-(\d{12})-(\d{12})\.parquet")
 _ZSTD_LEVEL = 9
-_GROUP_VALUES = 3_500_000  # in a row group: it bounds the memory of writing, to 200 MB in all
+_GROUP_VALUES = 3_500_000  # in a row group: it bounds the memory of writing, to 230 MB in all
 
 
 class Part(NamedTuple):
