@@ -19,12 +19,14 @@ from ._machine import (
 from ._mistakes import (
     schema_of as schema_of,
 )
-from ._reading import (
+from ._problems import (
     placed as placed,
     problem as problem,
+    refuse as refuse,
+)
+from ._reading import (
     read_tables as read_tables,
     read_tree as read_tree,
-    refuse as refuse,
     tree_of as tree_of,
 )
 from ._tables import (

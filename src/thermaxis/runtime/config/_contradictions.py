@@ -17,7 +17,7 @@ from thermaxis.runtime._ports import (
     redundant_name,
 )
 from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, SIGNS, TOWARDS
-from thermaxis.runtime.config._reading import nearest, problem
+from thermaxis.runtime.config._problems import nearest, problem
 from thermaxis.runtime.config._tables import (
     InputSettings,
     MachineFile,

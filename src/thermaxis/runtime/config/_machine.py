@@ -38,13 +38,8 @@ from thermaxis.runtime.config._configuration import (
     read_model_file,
 )
 from thermaxis.runtime.config._contradictions import about_model, about_screen, contradictions
-from thermaxis.runtime.config._reading import (
-    placed,
-    problem,
-    read_tables,
-    read_tree,
-    refuse,
-)
+from thermaxis.runtime.config._problems import placed, problem, refuse
+from thermaxis.runtime.config._reading import read_tables, read_tree
 from thermaxis.runtime.config._tables import (
     MachineFile,
     SinkSettings,

@@ -18,7 +18,7 @@ from pydantic.json_schema import PydanticJsonSchemaWarning
 from pydantic_core import ErrorDetails
 
 from thermaxis.codes import Message, Value
-from thermaxis.runtime.config._reading import DEEP, adapter_of, placed, problem
+from thermaxis.runtime.config._problems import DEEP, adapter_of, placed, problem
 
 _SECRETS = ("password", "token")
 _CODES: Final[Mapping[str, str]] = {
