@@ -190,7 +190,7 @@ def lathe(folder: Path, *, watchdog: str) -> Generator[str]:
         folder,
     )
     try:
-        yield program.wait_for("endpoint: ", 30.0).text.partition("endpoint: ")[2]
+        yield program.wait_for("endpoint: ", 120.0).text.partition("endpoint: ")[2]
     finally:
         program.end()
 

@@ -59,10 +59,6 @@ UNDER_WAY_S: Final = 15.0
 """A write is no longer under way than a network held it. [s]"""
 PLC_S: Final = 0.01
 """It looks so often. [s]"""
-ASKED: Final = {
-    "Fault": RequestKind.ACKNOWLEDGE,
-    **dict.fromkeys(("Off", "Fading"), RequestKind.ENABLE),
-}
 
 
 class Happened(NamedTuple):
@@ -95,9 +91,10 @@ class Trial:
             state = self.loop.state()
             if state == "Active":
                 return
-            if state in ASKED:
+            if state in {"Fault", "Off", "Fading"}:
+                kind = RequestKind.ACKNOWLEDGE if state == "Fault" else RequestKind.ENABLE
                 with suppress(ConfigurationError):  # it is not there yet
-                    ask_loop(state_file_of(self.configuration), ASKED[state])
+                    ask_loop(state_file_of(self.configuration), kind)
         raise RuntimeError(f"not active again: {self.loop.tail()}")
 
     def suffer(self, name: str) -> None:
@@ -170,12 +167,9 @@ class Trial:
         time.sleep(self.chance.choice(seconds))
 
 
+_MADE_HERE = "other others late delayed hole frozen_server frozen_loop killed_loop interlock"
 FAULTS: Final[Mapping[str, Callable[[Trial], None]]] = {
-    "other": Trial.other,
-    "others": Trial.others,
-    "late": Trial.late,
-    "delayed": Trial.delayed,
-    "hole": Trial.hole,
+    **{name: getattr(Trial, name) for name in _MADE_HERE.split()},
     "reset": lambda trial: trial.relay.reset(),
     "frozen_server": Trial.frozen_server,
     "frozen_loop": Trial.frozen_loop,
@@ -188,9 +182,7 @@ FAULTS: Final[Mapping[str, Callable[[Trial], None]]] = {
 }
 OFTEN: Final = {"other": 5, "others": 1, "late": 4, "hole": 4, "delayed": 3}
 """How often a fault is drawn, where not twice."""
-LOST: Final = frozenset(
-    {"event-sink_lost", "event-source_lost", "alarm-sink_lost", "alarm-source_lost"}
-)
+LOST: Final = {f"{k}-{w}_lost" for k in ("event", "alarm") for w in ("sink", "source")}
 EXPECTED: Final = {
     "other": {"alarm-another_writer", "alarm-offset_mismatch", "alarm-fault_offset_outside"},
     "others": {"alarm-fault_double_compensation", "alarm-fault_offset_outside"},
@@ -230,8 +222,10 @@ def campaign(folder: Path, count: int, seed: int, machines: int) -> "list[Judged
             for name in sorted(dealt, key="others".__eq__):
                 tried.suffer(name)
             code = tried.loop.stop(180.0)
-        judged = judge(own, tried.happened)
-        return judged._replace(breaches=judged.breaches + [f"exit code {code}"] * (code != 0))
+        lines = (own / "machine" / "offsets.jsonl").read_text(encoding="utf-8").splitlines()
+        events = read_history(own).events
+        found = judged(list(map(json.loads, lines)), read_runs(own), events, tried.happened)
+        return found._replace(breaches=found.breaches + [f"exit code {code}"] * (code != 0))
 
     with ThreadPoolExecutor(machines) as pool:
         return list(pool.map(one, range(machines)))
@@ -309,13 +303,6 @@ class Judged(NamedTuple):
     unknown_um: tuple[float, ...]
     lost_s: float
     breaches: list[str]
-
-
-def judge(folder: Path, happened: Sequence[Happened]) -> Judged:
-    """Judge every write by what stood in the machine, and every fault by what is told of it."""
-    record = (folder / "machine" / "offsets.jsonl").read_text(encoding="utf-8")
-    lines = [json.loads(line) for line in record.splitlines()]
-    return judged(lines, read_runs(folder), read_history(folder).events, happened)
 
 
 def judged(
@@ -412,10 +399,8 @@ def _on_the_way(
     since_s = at_s - READ_BACK_S - 1.0
     before = [one for one in mine if since_s - UNDER_WAY_S < one.at_s <= at_s]
     recent = [one.told_um for one in before if one.at_s >= since_s]
-    resets_s = [one.began_s for one in happened if one.name == "reset"]
-    if any(b.at_s - a.at_s > 1.5 * RULES.cycle_s for a, b in pairwise(before)) or any(
-        since_s - UNDER_WAY_S < s < at_s for s in resets_s
-    ):
+    lost = any(b.at_s - a.at_s > 1.5 * RULES.cycle_s for a, b in pairwise(before))
+    if lost or any(0.0 < at_s - h.began_s < UNDER_WAY_S for h in happened if h.name == "reset"):
         recent = [0.0, *(one.told_um for one in before)]
     nearest_um = min(max(um, min(recent, default=um)), max(recent, default=um))
     return abs(um - nearest_um) <= TOLERANCE_UM + ROUNDED_UM
@@ -460,8 +445,8 @@ def _felt(
             mine = [w for w in writes if w.axis == one.axis]
             after = next((w for w in mine if w.at_s > one.at_s), None)
             told_um = [w.told_um for w in mine if w.at_s <= one.at_s][-1]
-            looked = after is not None and after.began_s > one.until_s
-            if looked and abs(told_um - one.um) > TOLERANCE_UM + ROUNDED_UM:
+            far = abs(told_um - one.um) > TOLERANCE_UM + ROUNDED_UM
+            if far and after is not None and after.began_s > one.until_s:
                 return True
         return False
     return True
