@@ -1,6 +1,6 @@
 """Faults drawn at random against running loops and OPC UA servers that others wrote.
 
-``python benchmarks/loop_faults.py [COUNT] [SEED] [MACHINES]`` breaks sensors, network, server, PLC
+``python -m benchmarks.loop_faults [COUNT] [SEED] [MACHINES]`` breaks sensors, network, server, PLC
 and the loop itself, and lets others write the offset. The table says how far the largest step
 went, beside what the rate allows, and what the history does not tell; the exit code is 1 if
 anything was broken.

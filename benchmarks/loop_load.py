@@ -1,6 +1,6 @@
 """The load of a large machine: 53 sensors and 4 outputs at 10 Hz on a server that others wrote.
 
-    python benchmarks/loop_load.py [--seconds 60]
+    python -m benchmarks.loop_load [--seconds 60]
 
 Each output has a part for each sensor but the reference, 208 altogether. While the compensation is
 active the time of the processor and the memory of the loop and of whatever it started are read
@@ -9,17 +9,17 @@ Linux only.
 """
 
 import argparse
+import os
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from tests.system.opcua.client import USERS
 from tests.system.opcua.compensated import (
     INPUT,
     OUTPUT,
-    Cost,
     Rules,
-    cost_of,
     make_site,
     read_history,
 )
@@ -64,6 +64,24 @@ def make_large_site(folder: Path, machine: ForeignServer) -> Path:
     )
     path.write_text(text, encoding="utf-8")
     return path
+
+
+class Cost(NamedTuple):
+    """What a program has used so far."""
+
+    cpu_s: float
+    """Time of the processor, all threads. [s]"""
+    memory_mb: float
+    """Memory that it holds. [MB]"""
+
+
+def cost_of(pid: int) -> Cost:
+    """Return what a running program has used."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    ticks = int(fields[11]) + int(fields[12])
+    pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
+    megabyte = 1e6
+    return Cost(ticks / os.sysconf("SC_CLK_TCK"), pages * os.sysconf("SC_PAGE_SIZE") / megabyte)
 
 
 def family(pid: int) -> list[Cost]:

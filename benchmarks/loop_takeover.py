@@ -1,6 +1,6 @@
 """Whether a control that takes offsets over late is ever taken for another writer.
 
-``python benchmarks/loop_takeover.py`` compensates a shift of eight hours at ten cycles a second in
+``python -m benchmarks.loop_takeover`` compensates a shift of eight hours at ten cycles a second in
 virtual time, for each way in which a control may take an offset over, with the steps of the loop
 itself. Every mismatch that is told there is a false one.
 """

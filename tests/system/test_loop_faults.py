@@ -19,7 +19,7 @@ STEP_UM = RULES.rate_um_per_s * RULES.cycle_s
 def test_no_fault_makes_a_larger_step_than_the_rate_allows_and_each_is_told(
     tmp_path: Path,
 ) -> None:
-    """Two hundred are drawn by ``benchmarks/loop_faults.py``."""
+    """Two hundred are drawn by ``python -m benchmarks.loop_faults``."""
     reason = missing()
     if reason:
         pytest.fail(reason, pytrace=False)

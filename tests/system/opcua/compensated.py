@@ -4,7 +4,6 @@ What is checked is taken from three sides: the machine's own record of what it w
 history that the loop left, and the lines that it printed.
 """
 
-import os
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -297,24 +296,3 @@ def fastest_um_per_s(lines: Sequence[Line], axis: str, over_s: float) -> float:
         if at_s - began_s >= over_s:
             fastest = max(fastest, abs(value - began) / (at_s - began_s))
     return fastest
-
-
-# ---- cost ---------------------------------------------------------------------------------------
-
-
-class Cost(NamedTuple):
-    """What a program has used so far."""
-
-    cpu_s: float
-    """Time of the processor, all threads. [s]"""
-    memory_mb: float
-    """Memory that it holds. [MB]"""
-
-
-def cost_of(pid: int) -> Cost:
-    """Return what a running program has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    ticks = int(fields[11]) + int(fields[12])
-    pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
-    megabyte = 1e6
-    return Cost(ticks / os.sysconf("SC_CLK_TCK"), pages * os.sysconf("SC_PAGE_SIZE") / megabyte)

@@ -29,7 +29,7 @@ MODULES = FOLDER / "node_modules"
 STAMP = MODULES / ".installed-from"
 OLDEST_NODE = 18
 INSTALLATION_S = 300.0
-START_S = 40.0
+START_S = 120.0
 """Time allowed for a start; it takes 1 to 3 s on an idle computer."""
 WATCH_S = 30.0
 """Time allowed for the server to notice a certificate that was moved; it takes 3 s."""
