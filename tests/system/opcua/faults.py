@@ -393,7 +393,7 @@ def _moves(
             mine = [one for one in writes if one.axis == axis]
             after_s = next((one.at_s for one in mine if one.at_s > at_s), at_s)
             um = others_um.get(axis, 0.0)
-            until_s = at_s + 2.0 * PLC_S * trips
+            until_s = at_s + 2.0 * PLC_S
             if not trips and (not others_um or _on_the_way(um, at_s, mine, happened)):
                 until_s = after_s
             yield Moved(axis, um, at_s, until_s)
