@@ -39,11 +39,11 @@ from thermaxis.runtime.opcua import (
     DEFAULT_DAYS,
     FAILURES,
     NewCertificate,
-    PairFiles,
     certificate_of,
     check_own_pair,
     explain,
     fetch_offers,
+    load_pair,
     make_pair,
     private_key_of,
     validity_warning,
@@ -178,29 +178,26 @@ def test_files_are_read_again_only_when_they_have_changed(
         (tmp_path / name).write_bytes((pki / name).read_bytes())
     key = tmp_path / "own.pem"
     key.chmod(0o600)
-    files = PairFiles(
-        plain_settings(
-            security="Basic256Sha256",
-            certificate=tmp_path / "own.der",
-            private_key=key,
-            server_certificate=tmp_path / "server.der",
-        )
+    settings = plain_settings(
+        security="Basic256Sha256",
+        certificate=tmp_path / "own.der",
+        private_key=key,
+        server_certificate=tmp_path / "server.der",
     )
-    first = files.load()
-    assert files.load() is first
-    assert asyncio.run(files.load_aside()) is first
+    first = load_pair(settings)
+    assert load_pair(settings) is first
     assert len(reads) == 1
     key.chmod(0o640)
     for _ in range(2):  # a refusal is not remembered as a success
         with refused("file_open_to_others"):
-            files.load()
+            load_pair(settings)
     key.chmod(0o600)
     (tmp_path / "server.der").write_bytes((pki / "stranger.der").read_bytes())
-    changed = asyncio.run(files.load_aside())
+    changed = load_pair(settings)
     assert changed.server == certificate_of(pki / "stranger.der") != first.server
     (tmp_path / "own.der").unlink()
     with refused("file_unreadable"):
-        asyncio.run(files.load_aside())
+        load_pair(settings)
 
 
 async def test_a_lost_connection_comes_back_without_parsing_a_key(

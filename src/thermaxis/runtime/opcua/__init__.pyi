@@ -35,7 +35,7 @@ from ._nodes import (
     parse_node as parse_node,
 )
 from ._pair import (
-    PairFiles as PairFiles,
+    load_pair as load_pair,
 )
 from ._session import (
     NodeDescription as NodeDescription,

@@ -15,7 +15,6 @@ from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.opcua._failures import FAILURES, refuse
 from thermaxis.runtime.opcua._link import Link, connect_once, take_leave
-from thermaxis.runtime.opcua._pair import PairFiles
 from thermaxis.runtime.opcua._values import plain_number
 
 MOST_NODES: Final = 5000
@@ -46,7 +45,7 @@ async def browse_server(settings: ConnectionSettings, clock: Clock) -> tuple[Fou
     """Return the variables of a server, those of the standard itself left out."""
     try:
         within_s = 4.0 * settings.timeout_s
-        link = await connect_once(settings, PairFiles(settings), clock, within_s)
+        link = await connect_once(settings, clock, within_s)
         try:
             return await _described(link, await _variables(link.client))
         finally:

@@ -24,7 +24,7 @@ from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.opcua._failures import FAILURES, LASTING, within
 from thermaxis.runtime.opcua._nodes import node_id, parse_node
-from thermaxis.runtime.opcua._pair import PairFiles
+from thermaxis.runtime.opcua._pair import load_pair
 from thermaxis.runtime.opcua._values import texts
 
 T = TypeVar("T")
@@ -187,7 +187,6 @@ class Link:
 
 async def connect_once(
     settings: ConnectionSettings,
-    files: PairFiles,
     clock: Clock,
     within_s: float,
     session_timeout_ms: float = SESSION_TIMEOUT_MS,
@@ -207,7 +206,7 @@ async def connect_once(
     try:
         async with within(within_s):
             if settings.encrypted:
-                await _secure(client, settings, files)
+                await _secure(client, settings)
             await client.connect()
             await _look_around(link, clock)
     except BaseException:
@@ -216,8 +215,8 @@ async def connect_once(
     return link
 
 
-async def _secure(client: Client, settings: ConnectionSettings, files: PairFiles) -> None:
-    pair = await files.load_aside()
+async def _secure(client: Client, settings: ConnectionSettings) -> None:
+    pair = await asyncio.to_thread(load_pair, settings)
     policy = _POLICIES[settings.security](
         pair.server.parsed, pair.own.parsed, pair.key, ua.MessageSecurityMode.SignAndEncrypt
     )

@@ -4,9 +4,9 @@ To read and check a private key takes a tenth of a second [run: 0.09 s for RSA 2
 connection is tried twice a second while the server is away: the loop would be late each time.
 """
 
-import asyncio
+from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple, final
+from typing import NamedTuple
 
 from cryptography.hazmat.primitives.asymmetric import rsa
 
@@ -30,40 +30,25 @@ class LoadedPair(NamedTuple):
     """Stored certificate of the server."""
 
 
-@final
-class PairFiles:
-    """Files of a connection, with what was last read from them."""
+def load_pair(settings: ConnectionSettings) -> LoadedPair:
+    """Return what stands in the files of a connection; it may take a tenth of a second."""
+    own, key, server = settings.certificate, settings.private_key, settings.server_certificate
+    if own is None or key is None or server is None:
+        raise ValueError("the settings let nobody encrypt without certificates")
+    stamps = _stamp(own), _stamp(key), _stamp(server)
+    return _loaded(own, key, server, settings.application_uri, stamps)
 
-    def __init__(self, settings: ConnectionSettings) -> None:
-        self._settings = settings
-        self._stamps: tuple[object, ...] = ()
-        self._loaded: LoadedPair | None = None
 
-    def load(self) -> LoadedPair:
-        """Return what stands in the files; it is read only if one of them has changed."""
-        own_file, key_file, server_file = self._places()
-        stamps = tuple(_stamp(path) for path in (own_file, key_file, server_file))
-        if self._loaded is not None and stamps == self._stamps:
-            return self._loaded
-        self._loaded = None
-        own, key = certificate_of(own_file), private_key_of(key_file)
-        loaded = LoadedPair(own, key, certificate_of(server_file))
-        check_own_pair(own, key, self._settings.application_uri, file=str(own_file))
-        self._stamps, self._loaded = stamps, loaded
-        return loaded
-
-    async def load_aside(self) -> LoadedPair:
-        """Do the same as `load`, in a thread where something has to be read."""
-        stamps = tuple(_stamp(path) for path in self._places())
-        if self._loaded is not None and stamps == self._stamps:
-            return self._loaded
-        return await asyncio.to_thread(self.load)
-
-    def _places(self) -> tuple[Path, Path, Path]:
-        settings = self._settings
-        if not (settings.certificate and settings.private_key and settings.server_certificate):
-            raise ValueError("the settings let nobody encrypt without certificates")
-        return settings.certificate, settings.private_key, settings.server_certificate
+@lru_cache(maxsize=8)
+def _loaded(
+    own_file: Path, key_file: Path, server_file: Path, application_uri: str, stamps: object
+) -> LoadedPair:
+    del stamps  # another one is another call
+    pair = LoadedPair(
+        certificate_of(own_file), private_key_of(key_file), certificate_of(server_file)
+    )
+    check_own_pair(pair.own, pair.key, application_uri, file=str(own_file))
+    return pair
 
 
 def _stamp(path: Path) -> object:

@@ -40,7 +40,7 @@ from thermaxis.runtime.opcua._link import (
     quiet_library,
     take_leave,
 )
-from thermaxis.runtime.opcua._pair import PairFiles
+from thermaxis.runtime.opcua._pair import load_pair
 from thermaxis.runtime.opcua._values import (
     NOT_WRITTEN,
     content_of,
@@ -119,7 +119,6 @@ class OpcUaSession:
     def __init__(self, settings: ConnectionSettings, clock: Clock) -> None:
         quiet_library()
         self.settings = settings
-        self._files = PairFiles(settings)
         self._clock = clock
         self._link: Link | None = None
         self._generation = 0
@@ -183,7 +182,7 @@ class OpcUaSession:
             used, or others can read the key.
         """
         if self.settings.encrypted:
-            self._files.load()
+            load_pair(self.settings)
         self._users += 1
         if self._task is None:
             self._ending = False
@@ -205,7 +204,7 @@ class OpcUaSession:
         while True:
             began_s = self._clock.monotonic_s()
             try:
-                link = await connect_once(self.settings, self._files, self._clock, within_s)
+                link = await connect_once(self.settings, self._clock, within_s)
             except FAILURES as error:
                 self._failure = await self._reason(error) or explain(error, self.settings)
             else:
@@ -222,7 +221,7 @@ class OpcUaSession:
         elif now_s - self._asked_s >= ASKED_EVERY_S:
             self._asked_s, self._offer_failure = now_s, None
             with contextlib.suppress(ThermaxisError, TimeoutError):
-                pinned = (await self._files.load_aside()).server.der
+                pinned = (await asyncio.to_thread(load_pair, self.settings)).server.der
                 async with within(self.settings.timeout_s):
                     offers = await fetch_offers(self.settings.url, self.settings.timeout_s)
                 offered = {offer.certificate.der: offer.policies for offer in offers}

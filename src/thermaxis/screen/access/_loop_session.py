@@ -17,7 +17,6 @@ from thermaxis.runtime.opcua import (
     FAILURES,
     Link,
     MethodAnswer,
-    PairFiles,
     call_method,
     connect_once,
     discard,
@@ -68,7 +67,7 @@ class LoopSession:
     async def log_in(settings: ConnectionSettings, clock: Clock) -> "LoopSession":
         """Log in, and forget the password."""
         patient = replace(settings, timeout_s=REQUEST_S)
-        link = await connect_once(patient, PairFiles(patient), clock, LOG_IN_S, SESSION_TIMEOUT_MS)
+        link = await connect_once(patient, clock, LOG_IN_S, SESSION_TIMEOUT_MS)
         link.client.set_password("")
         return LoopSession(link)
 
