@@ -302,8 +302,6 @@ class LoopAnswer(StrEnum):
     """A number is not finite."""
     NOT_AT_COMPUTER = "not_at_computer"
     """The configuration does not allow it to be asked for at the computer itself."""
-    TOO_MANY_WAITING = "too_many_waiting"
-    """Too many requests wait for their answer."""
     NO_ANSWER = "no_answer"
     """The loop has not answered in time; the request may still take effect."""
 

@@ -42,7 +42,6 @@ answer-model_settles = nový model převezme řízení, jakmile se ustálí
 answer-name_unusable = jméno obsahuje nezobrazitelné znaky, nebo je příliš dlouhé
 answer-number_not_finite = číslo není konečné
 answer-not_at_computer = konfigurace to přímo na počítači nedovoluje: viz ask_enables
-answer-too_many_waiting = na odpověď čeká příliš mnoho požadavků
 answer-no_answer = kompenzace neodpověděla; požadavek se ještě může projevit
 
 role-none = bez role

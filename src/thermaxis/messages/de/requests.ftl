@@ -42,7 +42,6 @@ answer-model_settles = das neue Modell übernimmt, sobald es eingeschwungen ist
 answer-name_unusable = ein Name hat nicht darstellbare Zeichen oder ist zu lang
 answer-number_not_finite = eine Zahl ist nicht endlich
 answer-not_at_computer = die Konfiguration erlaubt das nicht am Rechner selbst: siehe ask_enables
-answer-too_many_waiting = zu viele Anforderungen warten auf ihre Antwort
 answer-no_answer = die Kompensation hat nicht geantwortet; die Anforderung kann noch wirksam werden
 
 role-none = ohne Rolle

@@ -46,7 +46,6 @@ answer-model_settles = the new model takes over once it has settled
 answer-name_unusable = a name has signs that cannot be shown, or is too long
 answer-number_not_finite = a number is not finite
 answer-not_at_computer = the configuration does not allow this at the computer itself: see ask_enables
-answer-too_many_waiting = too many requests are waiting for their answer
 answer-no_answer = the loop has not answered; the request may still take effect
 
 ## What a user may do

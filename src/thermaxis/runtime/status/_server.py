@@ -53,7 +53,6 @@ FAILURES_WITHIN_S = 60.0
 """Failures that lie further back do not count. [s]"""
 _SHORTEST_STALE_S = 2.0
 """... but never sooner. [s]"""
-_MOST_WAITING = 20
 _POLICIES = [
     ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt,
     ua.SecurityPolicyType.Aes128Sha256RsaOaep_SignAndEncrypt,
@@ -116,7 +115,6 @@ class StatusServer:
         self._everything: tuple[RuntimeStatus | None, str] = (None, "")
         self._told: dict[str, tuple[StatusValue, bool]] = {}
         self._problem: Message | None = None
-        self._waiting = 0
         self._task: asyncio.Task[None] | None = None
         self._ending: asyncio.Task[None] | None = None
         self._failed_s: list[float] = []
@@ -354,17 +352,12 @@ class StatusServer:
 
     async def _submit(self, request: Request) -> RequestOutcome:
         """Hand a request to the loop and wait for its answer within a bound."""
-        if self._waiting >= _MOST_WAITING:
-            return RequestOutcome(accepted=False, code=LoopAnswer.TOO_MANY_WAITING)
         cycle_s = 0.0 if self._status is None else self._status.cycle_s
-        self._waiting += 1
         try:
             async with asyncio.timeout(max(_ANSWER_S, _ANSWER_CYCLES * cycle_s)):
                 return await self._box.submit(request)
         except TimeoutError:
             return RequestOutcome(accepted=False, code=LoopAnswer.NO_ANSWER)
-        finally:
-            self._waiting -= 1
 
     # ---- audit ----------------------------------------------------------------------------------
 
