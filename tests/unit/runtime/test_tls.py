@@ -50,6 +50,15 @@ def test_a_certificate_is_taken_as_der_and_as_pem(pair: Pair) -> None:
         assert peer_of(server_context(certificate, pair.key)) == pair.certificate.read_bytes()
 
 
+def test_without_room_for_a_copy_pem_is_taken_and_der_is_said_to_be_unusable(
+    pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
+    assert peer_of(server_context(pair.pem, pair.key)) == pair.certificate.read_bytes()
+    with refused("pair_unusable", Place(str(pair.certificate))):
+        server_context(pair.certificate, pair.key)
+
+
 def test_old_versions_of_tls_are_not_spoken(pair: Pair) -> None:
     context = server_context(pair.certificate, pair.key)
     assert context.minimum_version >= ssl.TLSVersion.TLSv1_2

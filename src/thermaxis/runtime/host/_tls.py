@@ -19,13 +19,14 @@ def server_context(certificate: Path, private_key: Path) -> ssl.SSLContext:
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
-        if b"-----BEGIN" not in content:
-            content = ssl.DER_cert_to_PEM_cert(content).encode()
-        with tempfile.NamedTemporaryFile(suffix=".pem") as pem:  # the library takes files only
-            pem.write(content)
-            pem.flush()
-            context.load_cert_chain(pem.name, private_key, password=_no_password)
-    except (ssl.SSLError, ValueError) as error:
+        if b"-----BEGIN" in content:
+            context.load_cert_chain(certificate, private_key, password=_no_password)
+        else:
+            with tempfile.NamedTemporaryFile(suffix=".pem") as pem:  # the library takes PEM only
+                pem.write(ssl.DER_cert_to_PEM_cert(content).encode())
+                pem.flush()
+                context.load_cert_chain(pem.name, private_key, password=_no_password)
+    except (OSError, ValueError) as error:
         raise ConfigurationError(
             "pair_unusable",
             key_file=str(private_key),
