@@ -9,6 +9,7 @@ not there, the servers' ports are free ones, and the screen, a process of its ow
 
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -50,7 +51,9 @@ def loaded(configuration: Path) -> tuple[Counter[str], Counter[str]]:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(shutil.copytree(configuration.parent, f"{folder}/machine"))
         file = copy / configuration.name
-        text = file.read_text("utf-8").partition("[screen]")[0].replace(":4840", ":1")
+        with socket.create_server(("127.0.0.1", 0)) as listener:  # no machine answers there
+            port = listener.getsockname()[1]
+        text = file.read_text("utf-8").partition("[screen]")[0].replace(":4840", f":{port}")
         file.write_text(re.sub(r"(?m)^port = \d+", "port = 0", text), "utf-8")
         subprocess.run([sys.executable, "-c", RUNS, str(file), folder], check=True)
         said = [Path(folder, name).read_text("utf-8") for name in ("acting", "beside")]
