@@ -4,7 +4,8 @@
 
 Each output has a part for each sensor but the reference, 208 altogether. While the compensation is
 active the time of the processor and the memory of the loop and of whatever it started are read
-from /proc, and divided by the cycles that its history holds. The exit code is 1 beyond the limits.
+from /proc, the time divided by the cycles that its history holds; each page that programs share
+counts in parts. The exit code is 1 beyond the limits.
 Linux only.
 """
 
@@ -79,9 +80,9 @@ def cost_of(pid: int) -> Cost:
     """Return what a running program has used."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     ticks = int(fields[11]) + int(fields[12])
-    pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
-    megabyte = 1e6
-    return Cost(ticks / os.sysconf("SC_CLK_TCK"), pages * os.sysconf("SC_PAGE_SIZE") / megabyte)
+    words = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="ascii").split()
+    memory_mb = int(words[words.index("Pss:") + 1]) * 1.024e-3
+    return Cost(ticks / os.sysconf("SC_CLK_TCK"), memory_mb)
 
 
 def family(pid: int) -> list[Cost]:
@@ -114,10 +115,13 @@ def main() -> int:
             ended_s, ended = time.monotonic(), family(loop.popen.pid)
             code = loop.stop(120.0)
         cycles = [c for c in read_history(folder).cycles if began_s <= c.monotonic_s < ended_s]
+    used = [after.cpu_s - before.cpu_s for before, after in zip(began, ended, strict=False)]
     used_s = sum(one.cpu_s for one in ended) - sum(one.cpu_s for one in began)
     share, memory_mb = used_s / len(cycles) / CYCLE_S, sum(one.memory_mb for one in ended)
     print(f"{SENSORS} sensors, 4 outputs, 208 parts; {len(cycles)} cycles in {seconds:g} s")
-    print(f"processor {1e3 * used_s / len(cycles):.2f} ms a cycle: {share:.2%} of a core at 10 Hz")
+    each = ", ".join(f"{1e3 * one / len(cycles):.2f}" for one in used)
+    total_ms = 1e3 * used_s / len(cycles)
+    print(f"processor {total_ms:.2f} ms a cycle ({each}): {share:.2%} of a core at 10 Hz")
     each = ", ".join(f"{one.memory_mb:.1f}" for one in ended)
     print(f"memory {memory_mb:.1f} MB ({each}); exit code {code}")
     return 0 if share <= MOST_SHARE and memory_mb <= MOST_MEMORY_MB and code == 0 else 1

@@ -172,6 +172,8 @@ def test_microseconds_are_exact_over_all_years(moment: datetime) -> None:
 
 def test_a_text_that_no_database_takes_is_written_as_escapes() -> None:
     assert storable("a\0b\ud800", 100) == "a\\x00b\\ud800"
+    assert storable("a\0b", 100) == "a\\x00b"
+    assert storable("plain", 3) == "pla"
     assert storable("µ↑" * 10, 5) == "µ↑µ↑µ"
     odd = SourceSample(20.0, False, "Bad\0" * 5000, 0.0, None)
     found = values_of(replace(cycle_record(1), samples={"T_spindle_C": odd}))

@@ -54,6 +54,8 @@ def from_us(time_us: int) -> datetime:
 def storable(text: str, limit: int) -> str:
     """Return a text that every database takes."""
     text = text[:limit]
+    if text.isascii() and "\0" not in text:
+        return text
     if "\0" in text:
         text = text.replace("\0", "\\x00")
     return text.encode("utf-8", "backslashreplace").decode("utf-8")[:limit]

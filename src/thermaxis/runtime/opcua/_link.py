@@ -272,9 +272,9 @@ def value_request(nodes: Sequence[ua.NodeId]) -> ua.ReadParameters:
 
 
 def attribute_request(asked: Sequence[tuple[ua.NodeId, AttributeIds]]) -> ua.ReadParameters:
-    """Return the request for attributes of nodes, with both time stamps."""
+    """Return the request for attributes of nodes, each with the time stamp of its source."""
     return ua.ReadParameters(
-        TimestampsToReturn=ua.TimestampsToReturn.Both,
+        TimestampsToReturn=ua.TimestampsToReturn.Source,
         NodesToRead=[
             ua.ReadValueId(NodeId=node, AttributeId=attribute) for node, attribute in asked
         ],

@@ -252,7 +252,7 @@ class OpcUaSession:
     # ---- requests -------------------------------------------------------------------------------
 
     async def read(self, nodes: Sequence[str], deadline_s: float) -> list[ua.DataValue] | None:
-        """Read the values of nodes with one request, each with status and both time stamps."""
+        """Read the values of nodes with one request, each with status and source's time stamp."""
         link = self._current()
         return None if link is None else await self._read(link, nodes, deadline_s)
 
