@@ -341,12 +341,14 @@ class Rig:
         run_in_virtual_time(both())
 
     def play_and_kill(
-        self, script: Callable[["Rig", CompensationLoop], Coroutine[Any, Any, None]]
+        self,
+        script: Callable[["Rig", CompensationLoop], Coroutine[Any, Any, None]],
+        **settings: Any,
     ) -> None:
         """Run a loop while a script acts, and kill it: it saves nothing any more."""
 
         async def both() -> None:
-            loop = self.loop()
+            loop = self.loop(**settings)
             running = asyncio.ensure_future(loop.run(asyncio.Event()))
             await script(self, loop)
             saved = self.file.saved

@@ -266,6 +266,25 @@ def test_a_watchdog_that_trips_while_no_loop_runs_is_latched_and_so_is_a_latched
     assert bench.machine.z_um == 0.0
 
 
+def test_a_fade_that_a_latch_began_goes_on_after_a_restart() -> None:
+    bench = Rig()
+
+    async def first(_: Rig, loop: CompensationLoop) -> None:
+        await enabled_for(loop, 60.0)
+        bench.machine.set_offset(Z_um=40.0)
+        await asyncio.sleep(20.0)
+        assert state_of(loop) is SupervisorState.FADING
+
+    async def later(_: Rig, loop: CompensationLoop) -> None:
+        await asyncio.sleep(120.0)
+        assert state_of(loop) is SupervisorState.OFF
+
+    bench.play_and_kill(first, latch_offset_mismatch=True)
+    assert bench.machine.z_um > 20.0
+    bench.play(later, latch_offset_mismatch=True)
+    assert bench.machine.z_um == 0.0
+
+
 # ---- another writer -----------------------------------------------------------------------------
 
 

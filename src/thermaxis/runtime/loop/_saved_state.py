@@ -267,7 +267,7 @@ def resumed(
     soon = age_s <= settings.resume_within_s
     enabled = saved.enabled and settings.resume_enabled and soon and same
     memory = Memory(
-        state=_begun(old, enabled=enabled),
+        state=_begun(saved, enabled=enabled),
         enabled=enabled,
         held=old.held and enabled,
         held_s=old.held_s + age_s if old.held else 0.0,
@@ -284,12 +284,14 @@ def resumed(
     return state._replace(memory=memory, trims=trims), taken
 
 
-def _begun(old: Memory, *, enabled: bool) -> SupervisorState:
-    """Return the state after a restart: a fade that was asked for goes on."""
+def _begun(saved: SavedState, *, enabled: bool) -> SupervisorState:
+    """Return the state after a restart: a fade goes on, and one that a latch holds back begins."""
     if enabled:
         return SupervisorState.WARMING
-    fading = old.state is SupervisorState.FADING and not old.enabled
-    return SupervisorState.FADING if fading else SupervisorState.OFF
+    old = saved.state.memory
+    latched = old.enabled and not saved.enabled and old.state is SupervisorState.HOLDING
+    fades = latched or old.state is SupervisorState.FADING
+    return SupervisorState.FADING if fades else SupervisorState.OFF
 
 
 def _latched(memory: Memory) -> Memory:
