@@ -372,6 +372,31 @@ def test_the_figures_of_a_merged_table_are_those_of_taking_the_old_one_out(run, 
     assert "older_table_lost" in warned(told)
 
 
+def test_points_of_an_older_table_are_kept_unless_its_step_would_fill_the_control(run, tmp_path):
+    old, new = tmp_path / "old.ini", tmp_path / "new.ini"
+    merge = ("--merge", str(old))
+    assert correct(run, old, "--spacing", "25", control="sinumerik") == 0
+    assert correct(run, new, *merge, control="sinumerik") == 0
+    before, after = sinumerik_values(old), sinumerik_values(new)
+    assert list(after) == list(before)
+    assert list(after.values()) == pytest.approx([2 * v for v in before.values()], abs=2e-6)
+
+    assert correct(run, old, "--points", "2", control="sinumerik") == 0
+    old.write_text(re.sub(r"(_(STEP|MAX)\[0,X\]=)\S+", r"\g<1>0.0000001", old.read_text()))
+    assert correct(run, new, *merge, control="sinumerik") == 0
+    assert len(sinumerik_values(new)) == 5
+    asked = refused(run, new, *merge, "--spacing", "1e-4", control="sinumerik")
+    assert asked == "too_many_points"
+
+
+def test_points_outside_the_targets_are_named_with_their_values(run, tmp_path, capsys):
+    output = tmp_path / "x.comp"
+    said = warned(result(capsys, run, output, "--spacing", "45"))["points_outside_targets"]
+    ((place, forward, backward),) = (row for row in triplets(output) if row[0] > 200.0)
+    value = f"{1000 * (forward - place):+.2f} and {1000 * (backward - place):+.2f} µm"
+    assert said["points"] == [f"{place:.9g} mm: {value}"]
+
+
 @pytest.mark.parametrize(
     ("control", "grid"),
     [

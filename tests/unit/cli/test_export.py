@@ -179,12 +179,12 @@ def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(tmp_path, 
     assert code_of(*asked, "--cycle-s", "1", *STATED, "-o", tmp_path / "c") == "no_lreal_in_cpu"
 
 
-def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7_300(
+def test_a_delay_is_rounded_to_cycles_and_a_size_too_large_for_an_s7_300_is_warned_of(
     tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setattr(_export_files, "measured_difference", lambda _: plc.Difference(0.0, 1))
     sizes: list[int] = []
-    for delay_s in (0.0, 100.0, 9000.0):
+    for delay_s in (0.0, 100.4, 9000.0):
         part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=delay_s)
         path = tmp_path / f"d{delay_s:.0f}.json"
         write_model(CompensationModel(outputs=(Output("X_um", (part,)),)), path)
@@ -195,6 +195,8 @@ def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7
         report = json.loads(next(folder.glob("*.report.json")).read_text(encoding="ascii"))
         sizes.append(report["instance_bytes"])
         assert warned == (delay_s == 9000.0)
+        changed = ["delay of p: 100.4 s in the model, 100 s here"] if delay_s == 100.4 else []
+        assert report["changed"] == changed
     assert 100 < sizes[0] < 1000
     assert 400 <= sizes[1] - sizes[0] < 450  # 100 numbers of 4 bytes, and where they stand
     assert sizes[2] - sizes[1] == 4 * 8900

@@ -191,6 +191,19 @@ def test_a_table_beside_the_reference_position_is_led_to_it_by_zeros() -> None:
     assert read(made(below).text).table.position.tolist() == [-300.0, -250.0, -200.0]
 
 
+def test_without_comments_the_reader_is_told_where_the_reference_lies() -> None:
+    table = simple([0.0, 2.0], start=100.0, step=50.0, reference_position=100.0)
+    with refused("reference_needs_comment"):
+        made(table, "comments=0")
+    sets = ("comments=0", "reference_coordinate=100")
+    got = read(made(table, *sets).text, *sets).table
+    assert got.position.tolist() == [100.0, 150.0]
+    with refused("other_reference_position"):
+        made(table, "reference_coordinate=0")
+    with refused("no_reference_position"):
+        made(simple([0.0, 2.0], start=100.0, step=50.0, reference_position=None))
+
+
 def test_a_modulo_axis_closes_its_turn() -> None:
     table = simple([0.0, 18.0, 36.0], start=0.0, step=90.0, kind=ROTARY, axis="B")
     text = made(table, "modulo=1", "largest_value=127").text

@@ -212,6 +212,19 @@ def test_a_line_may_be_as_long_as_the_control_reads_in_one_piece(length: int) ->
                     read(text)
 
 
+def test_a_carriage_return_ends_no_line_and_what_is_passed_over_is_told() -> None:
+    for text, positions, line, code in (
+        ("0 0 0\r1 1 1\r2 2 2\r", [0.0], 1, "passed_over_by_return"),
+        ("0 0 0\r\n1 1 1\r2 2 2\r\n3 3 3", [0.0, 1.0, 3.0], 2, "passed_over_by_return"),
+        ("0 0 0\n1 1 1 7\n", [0.0, 1.0], 2, "passed_over"),
+    ):
+        table = read(text)
+        assert table.table.position.tolist() == positions
+        assert (found(table), table.findings[0].place.line) == ([code], line)
+    with refused("line_ended_by_return"):
+        read("0 0 0\r" * 60)
+
+
 def test_a_table_that_is_read_as_the_other_type_is_refused() -> None:
     table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
     for type_, other in (("0", "1"), ("1", "0")):

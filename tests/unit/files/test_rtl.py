@@ -258,7 +258,10 @@ def test_the_refractive_index_agrees_with_a_shop_floor_formula():
         assert 0.632990577 / 2 / factor == pytest.approx(index, abs=1.5e-7)
 
 
-def test_no_reduction_is_claimed_where_the_factor_does_not_show_it(tmp_path: Path):
+def test_the_factor_alone_shows_that_readings_are_reduced_to_20_c(tmp_path: Path):
+    test = read(tmp_path, rtl())
+    assert test.header["normalised_to_20_c"] == "yes, with 8 ppm/K (environment factor)"
+    assert "already reduced to 20 °C, with 8 ppm/K, and must not" in remark(test, "reduced")
     for old, new in (
         ("20.203292", "20.303292"),  # does not fit at the start
         ("20.321342", "20.421342"),  # does not fit at the end
