@@ -1,5 +1,6 @@
 """Every rule of the tree is checked, and what breaks it is said in words."""
 
+import math
 from dataclasses import replace
 from random import Random
 from typing import Any
@@ -11,6 +12,7 @@ from tests.unit.plc.small_programs import LENGTH, count, let, number, small, tru
 from thermaxis.errors import ThermaxisError
 from thermaxis.plc import Block, Program, ProgramError, check_program, print_c, print_scl, print_st
 from thermaxis.plc.tree import (
+    LONGEST_ARRAY,
     LONGEST_NAME,
     Assign,
     Call,
@@ -24,6 +26,7 @@ from thermaxis.plc.tree import (
     Name,
     Not,
     Operation,
+    OutputOf,
     Remark,
     Truth,
     Two,
@@ -188,6 +191,53 @@ def test_only_a_constant_that_is_not_zero_divides() -> None:
     for divisor in ["zero", "u", "x", Minus(Name("a"))]:
         broken("divisor_not_constant", let("x", two("u", "/", divisor)))
         taken(let("x", two("u", "/", "a")))
+
+
+def test_every_other_refusal_is_reached_by_its_mistake() -> None:
+    """Each guards a program that goes into a machine against a mistake of what makes it."""
+    u, go, array = ("u", Name("u")), ("go", Name("go")), number("other", length=3)
+    for code, body, parts in [
+        ("stated_twice", (), {"temporaries": (number("u"),)}),
+        ("stated_twice", (), {"instances": (Instance("one", "tx_inner"),) * 2}),
+        ("wrong_start", (), {"temporaries": (Variable("v", Kind.BOOL, "v", 1),)}),
+        ("wrong_start", (), {"temporaries": (Variable("v", Kind.INT, "v", 32768),)}),
+        ("wrong_start", (), {"temporaries": (Variable("v", Kind.NUMBER, "v", math.nan),)}),
+        ("array_no_state", (), {"inputs": (array,)}),
+        ("array_with_start", (), {"states": (number("other", 1.0, length=3),)}),
+        ("outside_count", (), {"states": (number("other", length=LONGEST_ARRAY + 1),)}),
+        ("block_without_output", (), {"outputs": (), "body": ()}),
+        ("instance_of_later_block", (), {"instances": (Instance("one", "tx_main"),)}),
+        ("unknown_instance", (Call("two", (u, go)),), {}),
+        ("call_inputs_differ", (Call("one", (u,)),), {}),
+        ("call_inputs_differ", (Call("one", (go, u)),), {}),
+        ("wrong_kind", (Call("one", (("u", Name("go")), go)),), {}),
+        ("call_input_computed", (Call("one", (u, ("go", Not(Name("go"))))),), {}),
+        ("unknown_instance", (let("x", OutputOf("two", "y")),), {}),
+        ("unknown_output", (let("x", OutputOf("one", "u")),), {}),
+        ("computed_number_compared", (let("was", two(Minus(Name("u")), "=", "x")),), {}),
+        ("written_though_constant", (let("u", "x"),), {}),
+        ("written_though_constant", (let("a", "x"),), {}),
+        ("array_without_index", (let("x", "ring"),), {}),
+        ("array_without_index", (let("ring", "x"),), {}),
+        ("index_without_array", (let("x", Element("u", "i")),), {}),
+        ("wrong_kind", (let("x", Element("ring", "u")),), {}),
+        ("if_without_branch", (If(()),), {}),
+        ("branch_empty", (when("go", Remark("later")),), {}),
+    ]:
+        broken(code, *body, **parts)
+    whole, main = program(CALL), program().blocks[1]
+    taken(CALL, let("was", two(two("u", "<", Minus(Name("a"))), "OR", Not(two("x", "=", "u")))))
+    for code, wrong in [
+        ("stated_twice", replace(whole, blocks=(inner(), *whole.blocks))),
+        ("instance_of_later_block", replace(whole, blocks=whole.blocks[::-1])),
+        ("last_block_not_main", replace(whole, name="tx_inner")),
+        ("last_block_not_main", replace(whole, blocks=())),
+        ("block_name_illegal", replace(whole, blocks=(replace(main, name="main", instances=()),))),
+    ]:
+        with refused(code):
+            check_program(wrong)
+    error = broken("undeclared", let("t", "u"), when("go", let("x", "u"), let("t", "lost")))
+    assert error.place.key == "block tx_main, statement 2, branch 1, statement 2"
 
 
 # ---- written before read ------------------------------------------------------------------------

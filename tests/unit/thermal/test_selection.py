@@ -396,6 +396,14 @@ def test_temperatures_that_explain_nothing_are_said_to() -> None:
     assert small or own.baseline_mae_um["hold"] < own.validation_mae_um
 
 
+def test_a_short_record_says_that_slow_things_were_not_judged() -> None:
+    own = experiment(34, 0.1, 0.01)
+    short = Experiment(STEP_S, own.u[:240], own.y[:240])
+    result = select([short], candidate_names=NAMES)
+    assert Message("warning-parts_short", {"duration_min": 24.0}) in result.warnings
+    assert 0 < max(result.time_constants_s) <= short.duration_s / 8
+
+
 def wrong_calls() -> Sequence[tuple[str, Callable[[], object]]]:
     own = experiment(35, 0.1, 0.01)
     none_left = SelectionOptions(faulty=NAMES)
