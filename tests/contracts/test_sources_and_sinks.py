@@ -1,6 +1,7 @@
 """Every source and every sink of the project on its stand: the contract holds for all of them."""
 
 import asyncio
+import math
 from collections.abc import Iterator, Mapping
 from typing import final
 
@@ -291,3 +292,55 @@ def test_every_sink_keeps_its_contract(stand) -> None:
         await check_sink(stand())
 
     run_in_virtual_time(check())
+
+
+def altered(part, call: str, *, asked=lambda told: told, said=lambda result: result) -> None:
+    """Give a call of a source or a sink a fault in what it takes or in what it says."""
+    right = getattr(part, call)
+
+    async def wrong(first, *rest):
+        return said(await right(asked(first), *rest))
+
+    setattr(part, call, wrong)
+
+
+def every(**changes):
+    return lambda samples: {name: one._replace(**changes) for name, one in samples.items()}
+
+
+@pytest.mark.parametrize(
+    ("said", "sentence"),
+    [
+        (every(value=20.0), "had a value before its machine was there"),
+        (every(good=False), "did not find its machine"),
+        (every(value=math.nan), "is nan"),
+        (every(age_s=-1.0), "the age of .* is -1.0"),
+        (every(status=""), "has no status"),
+        (lambda _: {}, "read left out"),
+    ],
+)
+def test_a_source_with_a_fault_is_found(said, sentence) -> None:
+    stand = LinuxCncSourceStand()
+    altered(stand.source, "read", said=said)
+    with pytest.raises(AssertionError, match=sentence):
+        run_in_virtual_time(check_source(stand))
+
+
+@pytest.mark.parametrize(
+    ("call", "fault", "sentence"),
+    [
+        ("write", {"said": lambda _: True}, "a write succeeded before its machine was there"),
+        ("write", {"said": lambda _: False}, "a write failed"),
+        ("write", {"asked": lambda um: {n: -v for n, v in um.items()}}, "the machine has .* was"),
+        ("write", {"asked": lambda um: {n: max(-9.0, min(v, 9.0)) for n, v in um.items()}},
+         "nan was accepted|inf was accepted"),
+        ("found", {"said": lambda news: news or {}}, "there was news of the machine before"),
+        ("found", {"said": lambda news: news and dict.fromkeys(news, 55.0)}, "found says 55.0 um"),
+        ("read_back", {"said": lambda _: {}}, "read_back left out"),
+    ],
+)  # fmt: skip
+def test_a_sink_with_a_fault_is_found(call, fault, sentence) -> None:
+    stand = LinuxCncStand()
+    altered(stand.sink, call, **fault)
+    with pytest.raises(AssertionError, match=sentence):
+        run_in_virtual_time(check_sink(stand))

@@ -49,6 +49,12 @@ def test_every_link_leads_to_a_file_and_a_heading(pages):
     assert broken_links(pages) == []
 
 
+def test_a_broken_link_is_noticed(root):
+    text = "# One `x`, two\n[a](#one-x-two) [b](#three) [c](none.md) `[d](none.md)`\n"
+    found = broken_links({root / "README.md": text})
+    assert [link.split()[1] for link in found] == ["#three", "none.md"]
+
+
 def test_every_page_of_the_documentation_can_be_reached_from_the_readme(root, pages):
     reached, waiting = set(), [root / "README.md"]
     while waiting:

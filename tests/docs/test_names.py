@@ -74,6 +74,12 @@ def test_no_public_name_says_nothing(root):
     assert wrong == []
 
 
+def test_a_name_that_says_nothing_is_noticed():
+    source = "class RunManager:\n    file_info: str\n\ndef process_run(helper): pass\n"
+    found = forbidden_names(ast.parse(source + "def handed_over(processing_time_s): pass"))
+    assert sorted(found) == ["RunManager", "file_info", "helper", "process_run"]
+
+
 def test_no_tracked_file_names_a_registry_or_a_machine(tracked_files):
     found: list[str] = []
     for path in tracked_files:
@@ -84,6 +90,8 @@ def test_no_tracked_file_names_a_registry_or_a_machine(tracked_files):
         for pattern in (HOSTS, MACHINE_PATHS):
             found += [f"{path.name}: {match[0]}" for match in pattern.finditer(text)]
     assert found == []
+    for text in ("https://py" + "pi.org/", "/wo" + "rk/main/src", "C:\\Us" + "ers\\anna"):
+        assert HOSTS.search(text) or MACHINE_PATHS.search(text), text
 
 
 def test_every_public_name_is_in_the_nomenclature(root):

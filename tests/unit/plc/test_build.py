@@ -60,11 +60,9 @@ from thermaxis.plc.blocks import (
     NEVER_OUTCOMES,
     NEVER_QUALITIES,
     number_of,
-    statements,
 )
 from thermaxis.plc.tree import (
     Assign,
-    Expression,
     If,
     Minus,
     Name,
@@ -788,29 +786,6 @@ def test_reset_takes_no_offset_over_in_any_other_state_than_off() -> None:
         if row.get("reset")
     }
     assert seen == dict.fromkeys(set(SupervisorState) - {SupervisorState.OFF}, True)
-
-
-def value(text: str) -> Expression:
-    """Return what a text computes, in the words of `statements`."""
-    (given,) = statements(f"given = {text}")
-    assert isinstance(given, Assign)
-    return given.value
-
-
-RULE = "waiting and connected and was_read"
-WRONG_RULES = {
-    "at the first call alone": "first and connected and was_read",
-    "without a connection": "waiting and was_read",
-    "though it was not read": "waiting and connected",
-    "whenever it is read": "connected and was_read",
-    "always in Off": f"{RULE} or state_now == State.OFF",
-    "not in Off": f"{RULE} and not (state_now == State.OFF and not first)",
-    "by reset too": f"{RULE} or reset and connected and was_read",
-} | {
-    f"in {state} too": f"{RULE} or state_now == State.{state.name} and connected and was_read"
-    for state in SupervisorState
-    if state is not SupervisorState.OFF
-}
 
 
 # ---- the first call ------------------------------------------------------------------------------
