@@ -171,7 +171,7 @@ class SqlHistorian(Historian):
                 if not self.attempt():
                     if self._closing.wait(self._settings.retry_s):
                         time.sleep(min(_LAST_RETRY_S, self._settings.retry_s))
-                elif self._backlog.arrived.wait(_IDLE_S):
+                elif not self._closing.is_set() and self._backlog.arrived.wait(_IDLE_S):
                     self._closing.wait(self._settings.batch_s)
         finally:
             self.disconnect()
