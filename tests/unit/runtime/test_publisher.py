@@ -2,7 +2,9 @@
 
 import asyncio
 import json
+import os
 import pickle
+import signal
 import socket
 import time
 from collections.abc import Callable
@@ -19,7 +21,9 @@ from tests.unit.runtime.machine_files import machine_file
 from thermaxis.codes import Message
 from thermaxis.compensation import AnswerCode, Request, RequestKind
 from thermaxis.runtime import EventRecord, RequestOutcome, SystemClock, read_machine
-from thermaxis.runtime.publish import Publisher
+from thermaxis.runtime.config import MetricsSettings
+from thermaxis.runtime.history import HistoryReader
+from thermaxis.runtime.publish import Publisher, serve
 
 READY = b'{"url": "opc.tcp://here", "metrics_port": 0, "unrecorded": null}\n'
 ASKED = Request(RequestKind.TRIM, "Eve", output="Z_um", value=1.0, duration_s=60.0)
@@ -139,3 +143,29 @@ async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_tol
     assert sum(one.values["events"] for one in stated) == lost
     assert len(told) - len(stated) == 4000 - lost
     assert told[-2].values == {"n": 3999} or told[-1].values == {"n": 3999}
+
+
+async def test_history_is_kept_while_a_server_that_was_begun_anew_cannot_open(
+    tmp_path: Path,
+) -> None:
+    configuration = read_machine(machine_file(tmp_path))
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    metrics = MetricsSettings(address="127.0.0.1", port=port)
+    one = Publisher(replace(configuration, metrics=metrics), SystemClock(), serve)
+    assert (await one.begin()).metrics_port == port
+    child = Path("/proc/thread-self/children").read_text("ascii").split()[-1]
+    os.kill(int(child), signal.SIGKILL)
+    while one.status.storing:
+        await asyncio.sleep(0.01)
+    with socket.create_server(("127.0.0.1", port)):
+        while not one.status.storing:
+            await asyncio.sleep(0.01)
+        one.event(event(7))
+        await one.close(5.0)
+    with HistoryReader(configuration.historian.url) as reader:
+        told = {event.code: event.values for event in reader.events()}
+    assert told["event-users_readable"] == {"n": 7}
+    reason = told["event-server_unopened"]["reason"]
+    assert isinstance(reason, Message)
+    assert (reason.code, reason.values["port"]) == ("error-cannot_listen", port)

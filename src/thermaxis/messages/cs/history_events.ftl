@@ -44,6 +44,7 @@ event-state_unsaved = stav nelze uložit do { $file }: { $detail }
 event-users_unreadable = nikdo není znám: { $problem }
 event-users_readable = soubor uživatelů se opět čte
 event-publisher_ended = program se stavovým serverem, metrikami a historií skončil: spouští se znovu
+event-server_unopened = server programu vedle smyčky je zavřený a zkouší se znovu každou minutu: { $reason }
 event-subscribers_untold = stavový server nemůže informovat své odběratele ({ $detail }): začíná znovu
 event-status_server_ended = stavový server nemůže informovat své odběratele ({ $detail }): je ukončen, a s ním každé spojení
 event-certificate_not_yet_valid = certifikát { $file } platí až od { $date }: zkontrolujte hodiny

@@ -44,6 +44,7 @@ event-state_unsaved = der Zustand kann in { $file } nicht gespeichert werden: { 
 event-users_unreadable = niemand ist bekannt: { $problem }
 event-users_readable = die Benutzerdatei wird wieder gelesen
 event-publisher_ended = das Programm mit Statusserver, Messwerten und Verlauf ist beendet: es wird neu gestartet
+event-server_unopened = ein Server des Programms neben der Regelung ist geschlossen und wird jede Minute wieder versucht: { $reason }
 event-subscribers_untold = der Statusserver kann seinen Abonnenten nichts mitteilen ({ $detail }): er beginnt von neuem
 event-status_server_ended = der Statusserver kann seinen Abonnenten nichts mitteilen ({ $detail }): er wird beendet, und mit ihm jede Verbindung
 event-certificate_not_yet_valid = das Zertifikat { $file } gilt erst ab { $date }: Uhren prüfen

@@ -50,6 +50,7 @@ event-state_unsaved = the state cannot be saved in { $file }: { $detail }
 event-users_unreadable = nobody is known: { $problem }
 event-users_readable = the file of users is read again
 event-publisher_ended = the program beside the loop, with status server, metrics and history, has ended: it is begun anew
+event-server_unopened = a server of the program beside the loop is closed, and tried again every minute: { $reason }
 event-subscribers_untold = the status server cannot tell its subscribers ({ $detail }): it begins anew
 event-status_server_ended = the status server cannot tell its subscribers ({ $detail }): it is ended, and every connection with it
 event-certificate_not_yet_valid = the certificate { $file } is valid from { $date } on only: check the clocks

@@ -76,6 +76,8 @@ class Servers(NamedTuple):
     """Port of the metrics; 0 where none is configured. [1]"""
     unrecorded: Message | None = None
     """Why nothing is recorded; None where nothing is wrong."""
+    refused: Message | None = None
+    """Why a server is not open; None where every one is that is configured."""
 
 
 class _Frame(NamedTuple):
@@ -177,6 +179,9 @@ class Publisher(Historian):
             If a server cannot be opened as it is configured.
         """
         connected, servers = await self._begun()
+        if servers.refused is not None:
+            await self._end(connected[1])
+            raise ConfigurationError.of(servers.refused)
         self._task = asyncio.create_task(self._watch(*connected), name="publisher")
         return servers
 
@@ -192,11 +197,11 @@ class Publisher(Historian):
                 said = json.loads(await reader.readline())
         if "url" not in said:
             await self._end(writer)
-            refused = _message(said.get("error")) or Message("error-publisher_unbegun")
-            raise ConfigurationError.of(refused)
+            raise ConfigurationError("publisher_unbegun")
         self._heard_s = time.monotonic()
-        why = _message(said["unrecorded"])
-        return (reader, writer), Servers(str(said["url"]), int(said["metrics_port"]), why)
+        url, port = str(said["url"]), int(said["metrics_port"])
+        why, refused = _message(said["unrecorded"]), _message(said.get("refused"))
+        return (reader, writer), Servers(url, port, why, refused)
 
     async def close(self, deadline_s: float) -> None:
         """Hand over what waits, and let the other process store it and end."""

@@ -4,11 +4,12 @@ import asyncio
 import json
 import pickle
 import socket
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict
+from functools import partial
 from itertools import count
-from typing import Final, final
+from typing import Final, TypeAlias, final
 
 from thermaxis.codes import Message, value_as_json
 from thermaxis.compensation import Request
@@ -21,9 +22,12 @@ from thermaxis.runtime.status import MetricsServer, RuntimeStatus, StatusServer
 
 TOLD_EVERY_S: Final = 0.5
 """How the history fares is told so often. [s]"""
+_SERVERS_EVERY: Final = round(60.0 / TOLD_EVERY_S)
 _CERTIFICATES_EVERY: Final = round(3600.0 / TOLD_EVERY_S)
 STORE_S: Final = 5.0
 """Time in which what is left must be stored at the end. [s]"""
+
+_Server: TypeAlias = StatusServer | MetricsServer
 
 
 @final
@@ -68,32 +72,33 @@ async def _serve(
     reader, writer = await asyncio.open_connection(sock=connected)
     loop, clock = _Loop(writer), SystemClock()
     history = SqlHistorian(configuration.historian, records)
-    status = metrics = None
+    unopened: list[Callable[[], _Server]] = []
     if configuration.server is not None:
-        status = StatusServer(configuration.server, loop, clock, audit=history.event)
+        audit = history.event
+        unopened.append(partial(StatusServer, configuration.server, loop, clock, audit=audit))
     if configuration.metrics is not None:
-        metrics = MetricsServer(configuration.metrics, clock)
-    servers = [server for server in (status, metrics) if server is not None]
-    try:
-        for server in servers:
-            await server.open()
-    except ConfigurationError as error:
-        loop.say({"error": value_as_json(error.message)})
-        await writer.drain()
-        return
-    unrecorded = await asyncio.to_thread(_unrecorded, configuration)
-    await history.open([output.name for output in configuration.compensation.model.outputs])
+        unopened.append(partial(MetricsServer, configuration.metrics, clock))
+    servers: list[_Server] = []
+    opening = partial(_open, unopened, servers)
+    refused = await opening()
+    unrecorded = None if refused else await asyncio.to_thread(_unrecorded, configuration)
     loop.say(
         {
-            "url": status.url if status else "",
-            "metrics_port": metrics.port if metrics else 0,
+            "url": next((one.url for one in servers if isinstance(one, StatusServer)), ""),
+            "metrics_port": sum(one.port for one in servers if isinstance(one, MetricsServer)),
             "unrecorded": value_as_json(unrecorded),
+            "refused": value_as_json(refused),
         }
     )
-    telling = asyncio.create_task(_tell(loop, history, configuration))
+    if refused is not None:
+        message = Message("event-server_unopened", {"reason": refused})
+        history.event(EventRecord.of(records.utc(), "alarm", "", message))
+    outputs = [output.name for output in configuration.compensation.model.outputs]
+    telling = asyncio.create_task(_tell(loop, history, configuration, opening))
     with suppress(OSError, asyncio.IncompleteReadError):
         while True:
             size = int.from_bytes(await reader.readexactly(HEADER))
+            await history.open(outputs)  # who is refused at first is fed nothing
             for item in pickle.loads(await reader.readexactly(size)):  # noqa: S301 - from the acting process
                 if isinstance(item, CycleRecord):
                     history.record(item)
@@ -108,12 +113,34 @@ async def _serve(
     await asyncio.gather(*(server.close() for server in servers), history.close(STORE_S))
 
 
-async def _tell(loop: _Loop, history: SqlHistorian, configuration: MachineConfiguration) -> None:
-    """Say how the history fares, and until when certificates are valid."""
+async def _open(unopened: list[Callable[[], _Server]], servers: list[_Server]) -> Message | None:
+    """Open those that are not, and return why one does not open."""
+    refused = None
+    for make in tuple(unopened):
+        server = make()
+        try:
+            await server.open()
+        except ConfigurationError as error:
+            refused = error.message
+        else:
+            servers.append(server)
+            unopened.remove(make)
+    return refused
+
+
+async def _tell(
+    loop: _Loop,
+    history: SqlHistorian,
+    configuration: MachineConfiguration,
+    opening: Callable[[], Awaitable[object]],
+) -> None:
+    """Say how the history fares, and until when certificates are valid; try servers again."""
     for number in count():
         if number % _CERTIFICATES_EVERY == 0:
             ends = await asyncio.to_thread(certificate_ends, configuration)
             loop.say({"certificates": {key: end.isoformat() for key, end in ends.items()}})
+        elif number % _SERVERS_EVERY == 0:
+            await opening()
         storing, waiting, lost, failure = history.status
         loop.say({"historian": (storing, waiting, lost, value_as_json(failure))})
         await asyncio.sleep(TOLD_EVERY_S)
