@@ -222,7 +222,9 @@ def build_sink(
         session = sessions[settings.connection]
         token = None
         if settings.token_node:
-            token = sinks.Token(settings.token_node, configuration.compensation.cycle_s)
+            rules = configuration.compensation
+            seconds = rules.cycle_s, rules.supervisor.read_back_s
+            token = sinks.Token(settings.token_node, *seconds)
         return sinks.OpcUaSink(session, outputs, settings.heartbeat_node or None, token)
     if settings.linuxcnc is not None:
         return sinks.LinuxCncSink(settings.linuxcnc, clock)

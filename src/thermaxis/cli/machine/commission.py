@@ -130,7 +130,7 @@ async def _prove(
     await ports.source.open()
     await ports.sink.open()
     try:
-        await _wait_for_machine(parts, configuration)
+        await wait_for_machine(parts, configuration)
         looked = await runtime.self_test(
             configuration, parts.sessions, parts.sink, parts.probes, parts.pins
         )
@@ -149,16 +149,18 @@ async def _prove(
         await ports.historian.close(5.0)
 
 
-async def _wait_for_machine(
+async def wait_for_machine(
     parts: MachineParts, configuration: runtime.MachineConfiguration
 ) -> None:
+    """Wait some seconds until the machine can be written to; else say why it cannot."""
     for _ in range(100):
         await parts.ports.source.read(0.2)
         await parts.sink.read_back(0.2)  # a token that stands there must be seen to be old
         if parts.sink.connected:
             return
         await asyncio.sleep(0.1)
-    causes = tuple(s.failure for s in parts.sessions.values() if s.failure is not None)
+    failures = (one.failure for one in (*parts.sessions.values(), parts.sink))
+    causes = tuple(failure for failure in failures if failure is not None)
     raise DataError(
         "machine_not_reached",
         place=Place(file=str(configuration.path)),

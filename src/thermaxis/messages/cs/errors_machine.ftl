@@ -51,6 +51,9 @@ error-machine_silent = Stroj neodpověděl.
 ## Offsets that are not written
 
 error-offsets_not_read_yet = Nic se nezapisuje, dokud nejsou přečteny offsety stroje.
+error-token_not_old_yet = Nic se nezapisuje, dokud token ve stroji nezůstane chvíli beze změny: mohl by ho obnovovat jiný program.
+error-token_unread = Token, který ukazuje jiné programy, nelze přečíst, proto se nic nezapisuje.
+    .remedy = Zkontrolujte token_node a práva uživatele.
 error-no_finite_correction = Pro { $names } není konečná korekce: nic nebylo zapsáno.
 error-offset_of_unreadable = Offset { $names } nelze přečíst, proto se nic nezapisuje.
     .remedy = Zkontrolujte uzly a práva uživatele.

@@ -51,6 +51,9 @@ error-machine_silent = Die Maschine hat nicht geantwortet.
 ## Offsets that are not written
 
 error-offsets_not_read_yet = Es wird nichts geschrieben, bevor die Offsets der Maschine gelesen sind.
+error-token_not_old_yet = Es wird nichts geschrieben, bevor das Token in der Maschine eine Weile unverändert ist: Ein anderes Programm könnte es erneuern.
+error-token_unread = Das Token, das andere Programme zeigt, kann nicht gelesen werden, daher wird nichts geschrieben.
+    .remedy = token_node und die Rechte des Benutzers prüfen.
 error-no_finite_correction = Für { $names } gibt es keine endliche Korrektur: Es wurde nichts geschrieben.
 error-offset_of_unreadable = Der Offset von { $names } kann nicht gelesen werden, daher wird nichts geschrieben.
     .remedy = Knoten und Rechte des Benutzers prüfen.

@@ -51,6 +51,9 @@ error-machine_silent = The machine has not answered.
 ## Offsets that are not written
 
 error-offsets_not_read_yet = Nothing is written before the offsets in the machine were read.
+error-token_not_old_yet = Nothing is written before the token in the machine was seen to stand still: another program may renew it.
+error-token_unread = The token that tells of other programs cannot be read, so that nothing is written.
+    .remedy = Look at token_node and the rights of the user.
 error-no_finite_correction = There is no finite correction for { $names }: nothing was written.
 error-offset_of_unreadable = The offset of { $names } cannot be read, so that nothing is written.
     .remedy = Look at the nodes and the rights of the user.

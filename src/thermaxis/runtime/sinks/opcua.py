@@ -24,6 +24,8 @@ _LARGEST_TOKEN = 2**24  # whole in a Float, too
 _NOT_FOUND: Final = Message("error-offsets_not_read_yet")
 _NOT_ANSWERED: Final = Message("error-machine_silent")
 _ANOTHERS: Final = Message("error-another_program_writes")
+_NOT_OLD_YET: Final = Message("error-token_not_old_yet")
+_UNREAD: Final = Message("error-token_unread")
 
 
 @final
@@ -59,21 +61,29 @@ class Token:
     Not protected: of two programs that begin within one cycle both may write once.
     """
 
-    def __init__(self, node: str, cycle_s: float) -> None:
+    def __init__(self, node: str, cycle_s: float, read_back_s: float) -> None:
         parse_node(node)
         self.node, self._renewed_s = node, max(TOKEN_S, 3.0 * cycle_s)
-        self.free = False
-        """Whether no other program's token is renewed there."""
-        self._own: deque[int] = deque(maxlen=10)
+        self.hindrance: Message | None = _NOT_OLD_YET
+        """Why nothing may be written; None if no other program's token is renewed there."""
+        self._own: deque[int] = deque(maxlen=10 + math.ceil(read_back_s / cycle_s))
         self._seen: float | None = None
-        self._seen_s = math.inf
+        self._seen_s = self._read_s = -math.inf
 
     def look(self, number: float | None) -> None:
-        """Take what stands there now."""
+        """Take what stands there now; None, unread, changes nothing for a while."""
         now_s = asyncio.get_running_loop().time()
-        if number is None or number != self._seen:
+        if number is None:
+            if now_s - self._read_s > self._renewed_s:
+                self.hindrance = _UNREAD
+            return
+        self._read_s = now_s
+        if number != self._seen:
+            another = self._seen is not None and number != 0.0  # zero is a machine's that started
+            self.hindrance = _ANOTHERS if another else _NOT_OLD_YET
             self._seen, self._seen_s = number, now_s
-        self.free = number in self._own or now_s - self._seen_s > self._renewed_s
+        if number in self._own or now_s - self._seen_s > self._renewed_s:
+            self.hindrance = None
 
     def renewed(self) -> int:
         """Return the next number of this program."""
@@ -126,7 +136,7 @@ class OpcUaSink(Sink):
     @property
     def connected(self) -> bool:
         """Whether the server can be written to, and no other program does so."""
-        return self.session.connected and (self._token is None or self._token.free)
+        return self.session.connected and not (self._token and self._token.hindrance)
 
     async def found(self, deadline_s: float) -> Mapping[str, float | None] | None:
         """Return the offsets that stand in the machine, once per connection.
@@ -244,14 +254,14 @@ class OpcUaSink(Sink):
         result: dict[str, Applied] = {}
         for name, output in self._outputs.items():
             factor = self._factors[name]
-            accepted_um = _offset_um(next(values), factor)
-            effective_um = _offset_um(next(values), factor) if output.effective_node else None
+            accepted_um = _good(next(values), factor)
+            effective_um = _good(next(values), factor) if output.effective_node else None
             result[name] = Applied(self._requested.get(name), accepted_um, effective_um)
         if self._token is not None:
-            self._token.look(plain_number(next(values)))
-            if not self._token.free:
+            self._token.look(_good(next(values)))
+            if self._token.hindrance is not None:
                 self._found_in = 0
-                self.failure = self._hindrance = _ANOTHERS
+                self.failure = self._hindrance = self._token.hindrance
         return result
 
 
@@ -262,18 +272,18 @@ def _asked(outputs: Mapping[str, OpcUaOutput]) -> Iterator[str]:
             yield output.effective_node
 
 
-def _offset_um(value: ua.DataValue, factor: float) -> float | None:
-    """Return an offset of the machine as a correction; None where its status is not good. [µm]"""
+def _good(value: ua.DataValue, factor: float = 1.0) -> float | None:
+    """Return a number of the machine over a factor; None where its status is not good."""
     if value.StatusCode is not None and not value.StatusCode.is_good():
         return None
     raw = plain_number(value)
     if raw is None or isinstance(raw, bool):
         return None
     try:
-        offset_um = float(raw) / factor
+        number = float(raw) / factor
     except OverflowError:
         return None
-    return offset_um if math.isfinite(offset_um) else None
+    return number if math.isfinite(number) else None
 
 
 _REFUSALS: Final = {
