@@ -43,21 +43,31 @@ TESTS = (
 """Tests that write configurations."""
 MEANINGS = "a key's meaning is that of the page docs/machine-toml.md"
 WHOLE = "a table is what the file says of it: keys that stood elsewhere alone"
+BOUNDS = "bounds of [historian] are those of its keys' types, told as every key's"
+NO_URL = "what has no scheme is no address of a database"
+LATER = "keys that are younger: their defaults change nothing"
 EXPECTED: dict[tuple[str, str], str] = {
     ("*", ".refused*.values.meaning"): MEANINGS,
     ("*", "*.read_back_node"): "an output without a node to read back states none",
     ("*", "*.read_back_stated"): "an output without a node to read back states none",
     ("record*", "*_bytes"): "sizes of a recording are stated in MB",
     ("tests*", "*_bytes"): "sizes of a recording are stated in MB",
+    ("*-historian[._]*", ".refused*.values.known*"): "[historian] has a key for the folder",
+    ("*", ".values.historian.folder"): "a history in PostgreSQL has a folder of its own",
+    ("*", ".values.historian.check_s"): "the time between two looks at a database is no setting",
+    **{("*-historian.[rl]*", f".refused*.{what}*"): BOUNDS for what in ("code", "values")},
+    **{("*-historian.url*", f".refused*.{what}*"): NO_URL for what in ("code", "values")},
+    **{("*", f"*.{key}"): LATER for key in ("bit", "on_change", "latch_offset_mismatch")},
 }
 """Causes of differences that are meant, by patterns: configuration, place in its record."""
 MOVED: dict[str, str] = {
     ".values.model_folder": ".values.machine.model_folder",
     ".values.state_file": ".values.machine.state_file",
     ".values.name": ".values.machine.name",
+    ".values.historian_url": ".values.historian.url",
     **{
         f".values.{key}": f".values.supervisor.{key}"
-        for key in ("resume_enabled", "resume_within_s", "at_stop", "stop_within_s")
+        for key in ("ask_enables", "resume_enabled", "resume_within_s", "at_stop", "stop_within_s")
     },
 }
 """Values by what was their place in the frozen configuration."""
@@ -225,6 +235,7 @@ def mutate(folder: Path) -> None:
     (full / "secret").write_text("0123456789abcdef\n")
     (full / "secret").chmod(0o600)
     (full / "users.toml").write_text("")
+    (full / "users.toml").chmod(0o600)
     (full / "log.csv").write_text("time_s\n")
     whole = TEXT
     for table, keys in STATED.items():
