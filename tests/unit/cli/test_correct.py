@@ -389,6 +389,22 @@ def test_points_of_an_older_table_are_kept_unless_its_step_would_fill_the_contro
     assert asked == "too_many_points"
 
 
+def test_merging_reads_the_older_table_of_several_and_tells_what_points_lose(run, tmp_path, capsys):
+    first, second, new = (tmp_path / name for name in ("a.ini", "b.ini", "new.ini"))
+    assert correct(run, first, "--spacing", "50", control="sinumerik") == 0
+    assert correct(run, second, "--spacing", "50", "--reference", "200", control="sinumerik") == 0
+    first.write_bytes(first.read_bytes() + second.read_bytes())
+    more = ("--merge", str(first), "--set", "table=2", "--reference", "200")
+    assert correct(run, new, *more, control="sinumerik") == 0
+    old, values = sinumerik_values(second), sinumerik_values(new)
+    assert values == pytest.approx({i: 2 * value for i, value in old.items()}, abs=2e-6)
+    first.write_text("0 0 0\n120 120.007 120.007\n130 130 130\n600 600 600\n")
+    capsys.readouterr()
+    said = result(capsys, run, tmp_path / "x", "--merge", str(first), "--points", "4")
+    lost = warned(said)["older_table_lost"]
+    assert (lost["lost_at_point"], lost["position"]) == (pytest.approx(7.0), 120.0)
+
+
 def test_points_outside_the_targets_are_named_with_their_values(run, tmp_path, capsys):
     output = tmp_path / "x.comp"
     said = warned(result(capsys, run, output, "--spacing", "45"))["points_outside_targets"]

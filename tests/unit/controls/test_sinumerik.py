@@ -264,6 +264,12 @@ def changed(old: str, new: str) -> str:
 FIRST = GOOD.split("\r\n").index("$AA_ENC_COMP[0,0,X1]=0.000000") + 1
 
 
+def test_spaces_block_numbers_lower_case_and_comments_do_no_harm() -> None:
+    text = changed("$AA_ENC_COMP[0,1,X1]=0.011000", "N10 $aa_enc_comp [ 0 , 1 , x1 ] = +.011 ; a")
+    for same in (text, changed("=0.011000", "=1.1EX-2"), GOOD.replace("\r\n", "\n")):
+        assert read(same).mean == pytest.approx([0.0, 11.0, -32.0])
+
+
 def test_what_the_control_would_refuse_is_refused_with_its_line() -> None:
     for text, line, code in (
         (changed("=0.011000", "=0,011"), FIRST + 1, "table_decimal_comma"),

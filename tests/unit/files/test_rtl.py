@@ -214,6 +214,13 @@ def test_unusable_start_and_end_leave_the_order_only(tmp_path: Path):
         assert remark(test, "only their order is known")
 
 
+def test_an_equipment_section_does_not_touch_the_machine(tmp_path: Path):
+    text = rtl().replace("ENVIRONMENT::", "EQUIPMENT::\nLaser:XL-80\nSerial No:9\n\nENVIRONMENT::")
+    header = read(tmp_path, text).header
+    found = [header[key] for key in ("serial_number", "equipment_laser", "equipment_serial_number")]
+    assert found == ["12-345", "XL-80", "9"]
+
+
 def test_the_environment_is_read_and_absent_sensors_are_no_temperatures(tmp_path: Path):
     test = read(tmp_path, rtl())
     assert dict(test.environment) == {

@@ -196,6 +196,21 @@ def test_what_a_call_may_move_is_in_guide_and_head_and_a_large_step_is_warned_of
         assert f"from call to call a step of at most {step_um} um" in said
 
 
+def test_a_model_without_a_gain_is_said_never_to_correct_and_no_hours_of_zero_are_named() -> None:
+    settings = exported()
+    model = settings.compensation.model
+    parts = model.outputs[0].parts
+    none = (replace(parts[0], direct_gain_um_per_k=0.0, sections=(Section(0.0, 900.0),)),)
+    direct = (replace(parts[0], sections=()),)
+    for changed, warned, hours in ((none, True, False), (direct, False, False), (parts, False, 1)):
+        outputs = (replace(model.outputs[0], parts=changed),)
+        compensation = replace(settings.compensation, model=replace(model, outputs=outputs))
+        text = guide(replace(settings, compensation=compensation), Target("c"))
+        assert ("never corrects: all its gains are zero" in text) == warned
+        assert ("wrong for about three of its slowest time constants" in text) == hours
+        assert " 0 h" not in text
+
+
 def test_a_range_that_an_open_input_lies_in_is_warned_of() -> None:
     for lowest_c, warned in [(-10.0, True), (0.0, True), (0.5, False)]:
         settings = exported()

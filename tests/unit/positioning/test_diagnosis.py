@@ -264,6 +264,9 @@ def test_a_constant_changes_nothing_and_signs_and_approaches_change_as_the_readi
             assert after.finding == before.finding
             sign = sign_of.get(before.finding, 1.0)
             assert after.value == pytest.approx(sign * before.value, rel=1e-6)
+            if after.finding == "backlash":
+                cause = "lost_motion" if sign > 0.0 else "too_much_compensation"
+                assert after.message.values["cause"].code == f"diagnosis-{cause}"
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)

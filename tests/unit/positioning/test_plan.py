@@ -15,6 +15,7 @@ from thermaxis.positioning import (
     Cycle,
     RunAssumptions,
     TestPlan,
+    TimeSource,
     check_against_plan,
     check_plan,
     choose_targets,
@@ -225,6 +226,16 @@ def differences(plan: TestPlan | None = None, **changes: object) -> tuple[Messag
     """Return what is said of a run that follows the plan but for some changes."""
     plan = plan or plan_of()
     return check_against_plan(replace(planned_test(plan_of()), **changes), plan)
+
+
+def test_what_a_file_does_not_tell_is_said_not_guessed() -> None:
+    for code, changes in (
+        ("order_not_known", {"time_source": TimeSource.NONE, "time_s": None, "order": None}),
+        ("order_deduced", {"order_deduced": True}),
+        ("times_not_stated", {"time_source": TimeSource.ORDER, "time_s": None}),
+        ("times_not_stated", {"time_source": TimeSource.INTERPOLATED}),
+    ):
+        assert codes_of(differences(**changes)) == [code]
 
 
 def test_missing_readings_are_named_and_the_rest_is_compared_all_the_same() -> None:

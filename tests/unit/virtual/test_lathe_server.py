@@ -15,6 +15,7 @@ from asyncua.crypto.cert_gen import setup_self_signed_certificate
 from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 from cryptography.x509.oid import ExtendedKeyUsageOID
 
+from tests.refusals import refused
 from thermaxis.runtime import Secret, VirtualClock, run_in_virtual_time
 from thermaxis.virtual import (
     FAULTY,
@@ -251,3 +252,16 @@ def test_the_number_of_a_unit_is_its_code_read_as_bytes() -> None:
     assert units is not None
     assert units.UnitId == 4408652
     assert unit_of("bool") is None
+
+
+def test_without_encryption_no_password_goes_out_and_nobody_elsewhere_is_served() -> None:
+    for wrong, code in (
+        ({"speed": math.inf}, "not_positive_up_to"),
+        ({"address": "0.0.0.0"}, "other_computer"),  # noqa: S104 - refused
+        ({"address": "lathe.plant.example"}, "other_computer"),
+        ({"certificate": Path("a")}, "certificate_without_key"),
+        ({"user": "anna"}, "user_without_password"),
+        ({"user": "anna", "password": Secret("x")}, "password_unencrypted"),
+    ):
+        with refused(code):
+            LatheServerSettings(**wrong)
