@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from tests.unit.runtime.simulated import SimulatedMachine, SimulatedSink
+from tests.unit.runtime.simulated import SimulatedMachine, SimulatedSink, now_s
 from thermaxis.codes import Message
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError, DataError
@@ -19,7 +19,7 @@ from thermaxis.runtime import (
     prove_step,
     run_in_virtual_time,
 )
-from thermaxis.runtime.checks._commissioning import BACK_WITHIN_S, judge_step
+from thermaxis.runtime.checks._commissioning import BACK_WITHIN_S, SETTLE_S, judge_step
 
 PLAN = CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0))
 
@@ -194,18 +194,25 @@ def test_a_step_of_which_the_machine_reports_no_part_is_not_made() -> None:
     assert {write["Z_um"] for write in machine.written} == {0.0}
 
 
-@pytest.mark.parametrize("late_s", [0.05, 0.3, 0.7, 1.0, 1.5, 3.0])
-def test_a_control_that_takes_offsets_over_late_is_waited_for(late_s: float) -> None:
+@pytest.mark.parametrize(
+    ("late_s", "digits"),
+    [*((late_s, 3) for late_s in (0.05, 0.3, 0.7, 1.0, 1.5, 3.0)), (1.5, 0)],
+)
+def test_a_control_that_takes_offsets_over_late_is_waited_for(late_s: float, digits: int) -> None:
     machine = SimulatedMachine({}, ("Z_um",))
+    stood_s: list[float] = []
 
     class Late(SimulatedSink):
         async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
             loop = asyncio.get_running_loop()
             self._requested = dict(correction_um)
-            loop.call_later(late_s, machine.take, dict(correction_um))
+            kept = {name: round(um, digits) for name, um in correction_um.items()}
+            loop.call_later(late_s, machine.take, kept)
             return True
 
     async def measure(_: Message) -> float:
+        moves_s = [write.at_s for write in machine.writes if write.after_um != write.before_um]
+        stood_s.append(now_s() - max(moves_s, default=0.0))
         await asyncio.sleep(1.0)
         return machine.z_um
 
@@ -218,8 +225,10 @@ def test_a_control_that_takes_offsets_over_late_is_waited_for(late_s: float) -> 
     if late_s < PLAN.cycle_s:  # ten seconds at the rate, five readings of one second, some more
         assert ended_s - START_S < 15.0 + 5.0
     assert proof.accepted_um == proof.effective_um == pytest.approx(10.0)
+    if digits == 0:  # what a take-over lasts is learned from a step above the tolerance, too
+        assert min(stood_s) > SETTLE_S
     steps = [abs(write.after_um - write.before_um) for write in machine.writes]
-    assert max(steps) <= 2.0 * PLAN.cycle_s + 1e-9
+    assert max(steps) <= max(2.0 * PLAN.cycle_s, 10.0**-digits) + 1e-9
 
 
 @pytest.mark.parametrize("others_um", [-20.0, 7.0, 45.0])

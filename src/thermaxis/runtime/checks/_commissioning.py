@@ -266,8 +266,11 @@ class _Mover:
 
     async def told_of(self, found_um: float, by_um: float) -> bool:
         """Go by so much; wait as long as the machine may take, and say whether it reports it."""
-        await self.go_to(found_um + by_um)
-        begin_s = now_s = self.clock.monotonic_s()
+        goal_um = found_um + by_um
+        way_s = abs(goal_um - self.now_um) / self.plan.limits.largest_rate_um_per_s
+        begin_s = self.clock.monotonic_s() + max(way_s, self.plan.cycle_s)
+        await self.go_to(goal_um)  # which waits for a step above the tolerance
+        now_s = self.clock.monotonic_s()
         while now_s - begin_s < self.plan.read_back_s:
             await self._cycle(self.now_um)
             _, accepted_um, effective_um = self.applied
