@@ -25,6 +25,9 @@ from thermaxis.plc.tree import (
     Truth,
     Two,
     Variable,
+    names_read,
+    reachable,
+    walk,
 )
 
 ALPHA = 1.0 / 7.0
@@ -166,6 +169,19 @@ def small(*, double: bool = True) -> Program:
         head=("A program for tests: lengths in um, cycle 1 s.",),
         blocks=(lag(double=double), main),
     )
+
+
+def unused(program: Program) -> tuple[str, ...]:
+    """Return what is declared and never used: not wrong, but nothing that it should have."""
+    found: list[str] = []
+    for block in program.blocks:
+        read = names_read(block)
+        called = {s.instance for s, _ in walk(block.body, "") if isinstance(s, Call)}
+        declared = (*block.states, *block.temporaries, *block.constants)
+        found += [f"{block.name}.{v.name}" for v in declared if v.name not in read]
+        found += [f"{block.name}.{i.name}" for i in block.instances if i.name not in called]
+    needed = reachable(program)
+    return (*found, *(b.name for b in program.blocks if b.name not in needed))
 
 
 class Asked(NamedTuple):

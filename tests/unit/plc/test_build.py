@@ -23,6 +23,7 @@ from tests.unit.plc.plc_scenarios import (
     random_settings,
     tell,
 )
+from tests.unit.plc.small_programs import unused
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -69,7 +70,6 @@ from thermaxis.plc.tree import (
     Statement,
     Two,
     executable,
-    unused,
 )
 from thermaxis.plc.vectors import by_variable, variable_names
 

@@ -8,7 +8,17 @@ from typing import Any
 import pytest
 
 from tests.refusals import refused
-from tests.unit.plc.small_programs import LENGTH, count, let, number, small, truth, two, when
+from tests.unit.plc.small_programs import (
+    LENGTH,
+    count,
+    let,
+    number,
+    small,
+    truth,
+    two,
+    unused,
+    when,
+)
 from thermaxis.errors import ThermaxisError
 from thermaxis.plc import Block, Program, ProgramError, check_program, print_c, print_scl, print_st
 from thermaxis.plc.tree import (
@@ -31,7 +41,6 @@ from thermaxis.plc.tree import (
     Truth,
     Two,
     Variable,
-    unused,
 )
 
 
@@ -447,6 +456,13 @@ def test_what_is_taken_never_overflows_and_never_leaves_an_array() -> None:
 
 
 # ---- what is never used -------------------------------------------------------------------------
+
+
+def test_what_is_never_used_is_listed() -> None:
+    whole = program(let("was", True), let("t", "a"))
+    whole = replace(whole, blocks=(replace(inner(), name="tx_spare"), *whole.blocks))
+    names = ("x", "was", "i", "ring", "t", "b", "j", "zero", "last", "one")
+    assert set(unused(whole)) == {"tx_spare", *(f"tx_main.{name}" for name in names)}
 
 
 def test_a_condition_that_nests_deeply_is_checked_in_a_moment() -> None:

@@ -9,7 +9,6 @@ from ._head import (
 )
 from ._library import (
     number_of as number_of,
-    statements as statements,
 )
 from ._tempcomp import (
     LARGEST_READ as LARGEST_READ,

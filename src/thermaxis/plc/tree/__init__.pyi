@@ -2,7 +2,6 @@ from ._check import (
     BLOCK_PREFIX as BLOCK_PREFIX,
     LONGEST_ARRAY as LONGEST_ARRAY,
     check_program as check_program,
-    unused as unused,
 )
 from ._execute import (
     Executed as Executed,

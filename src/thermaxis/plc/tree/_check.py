@@ -35,7 +35,7 @@ from thermaxis.plc.tree._tree import (
     Two,
     Variable,
 )
-from thermaxis.plc.tree._walk import ProgramError, Scope, branches_of, names_read, reachable, walk
+from thermaxis.plc.tree._walk import ProgramError, Scope, branches_of, walk
 
 LONGEST_ARRAY = 10_000
 """Longest array. Origin: 80 000 bytes of LREAL, what small controls still give to one block. [1]"""
@@ -80,19 +80,6 @@ def check_program(program: Program) -> None:
     if not program.blocks or program.blocks[-1].name != program.name:
         raise ProgramError("last_block_not_main", place=Place(key=program.name))
     check_ranges(tuple(scopes))
-
-
-def unused(program: Program) -> tuple[str, ...]:
-    """Return what is declared and never used: not wrong, but nothing that it should have."""
-    found: list[str] = []
-    for block in program.blocks:
-        read = names_read(block)
-        called = {s.instance for s, _ in walk(block.body, "") if isinstance(s, Call)}
-        declared = (*block.states, *block.temporaries, *block.constants)
-        found += [f"{block.name}.{v.name}" for v in declared if v.name not in read]
-        found += [f"{block.name}.{i.name}" for i in block.instances if i.name not in called]
-    needed = reachable(program)
-    return (*found, *(b.name for b in program.blocks if b.name not in needed))
 
 
 # ---- declarations -------------------------------------------------------------------------------
