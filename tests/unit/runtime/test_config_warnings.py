@@ -1,6 +1,7 @@
 """What somebody should know of a configuration before it runs."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -111,6 +112,12 @@ def test_state_and_history_are_no_other_file_of_the_configuration(tmp_path: Path
     ):
         path = machine_file(tmp_path, ("cycle_s = 1.0", f"cycle_s = 1.0\n{change}"))
         with refused("file_overwritten", other=other):
+            read_machine(path)
+    path = machine_file(tmp_path, ("cycle_s = 1.0", 'cycle_s = 1.0\nstate_file = "day1.csv"'))
+    state = f'{"0" * 64}\n{{"format":"thermaxis-loop-state"}}\n'
+    for text, is_state in (("", True), (state, True), ("\0" * 99, True), ("t_s,T\n0,20\n", False)):
+        (tmp_path / "day1.csv").write_text(text)
+        with nullcontext() if is_state else refused("no_state_file"):
             read_machine(path)
 
 

@@ -17,6 +17,7 @@ wrong sign. The self-test looks at the machine; the sign is proven at commission
 """
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
 from pathlib import Path
@@ -242,7 +243,7 @@ def _with_secret(table: str, entry: _T, key: str = "password") -> _T:
 
 
 def _overwritten(file: MachineFile, path: Path, state: Path, url: str) -> Iterator[Message]:
-    """Yield where state or history would be written over another file of the configuration."""
+    """Yield where state or history would be written over another file."""
     taken = {path.resolve(): path.name}
     for table, entry in tables_of(file):
         for one in fields(entry):
@@ -254,6 +255,18 @@ def _overwritten(file: MachineFile, path: Path, state: Path, url: str) -> Iterat
             first = taken.setdefault(written.resolve(), key)
             if first != key:
                 yield problem("file_overwritten", key, other=first)
+            elif written is state and not _is_state(state):
+                yield problem("no_state_file", key)
+
+
+def _is_state(path: Path) -> bool:
+    """Whether a file may become the loop's state: it is none yet, empty, or begins as one does."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(67)
+    except OSError:  # another check says so
+        return True
+    return not start.strip(b"\0") or re.fullmatch(rb'[0-9a-f]{64}\n\{"', start) is not None
 
 
 def _acting(file: MachineFile) -> MachineFile:
