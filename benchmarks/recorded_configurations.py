@@ -52,7 +52,7 @@ EXPECTED: dict[tuple[str, str], str] = {
     ("*", "*.read_back_stated"): "an output without a node to read back states none",
     ("record*", "*_bytes"): "sizes of a recording are stated in MB",
     ("tests*", "*_bytes"): "sizes of a recording are stated in MB",
-    ("*-historian[._]*", ".refused*.values.known*"): "[historian] has a key for the folder",
+    ("*", ".refused*.values.known*"): "younger keys and kinds are among those that are known",
     ("*", ".values.historian.folder"): "a history in PostgreSQL has a folder of its own",
     ("*", ".values.historian.check_s"): "the time between two looks at a database is no setting",
     **{("*-historian.[rl]*", f".refused*.{what}*"): BOUNDS for what in ("code", "values")},
