@@ -35,6 +35,8 @@ _OTHER: Final = re.compile(r"{ *([a-z]\w*-[\w-]+)[ .}]")
 _LONGEST_VALUE: Final = 1000
 _LARGEST_COUNT: Final = 10**15
 """From here on a number counts nothing: what formats counts raises far beyond it. [1]"""
+_MOST_BITS: Final = 1000
+"""A longer number is none that a program has counted, nor one of floating point. [1]"""
 
 
 _Argument = str | FluentType
@@ -222,7 +224,7 @@ def _named(name: str, value: Value, language: str) -> _Argument:
 
 def _argument(value: Value, language: str) -> _Argument:
     """Return a value as a catalogue's functions and selections take it."""
-    if value is None:
+    if value is None or (isinstance(value, int) and value.bit_length() > _MOST_BITS):
         return ABSENT
     if isinstance(value, Message):
         said, place = (

@@ -18,15 +18,22 @@ from typing import Any
 import pytest
 
 from tests.unit.runtime.machine_files import machine_file
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Place, value_as_json
 from thermaxis.compensation import AnswerCode, Request, RequestKind
 from thermaxis.runtime import EventRecord, RequestOutcome, SystemClock, read_machine
 from thermaxis.runtime.config import MetricsSettings
 from thermaxis.runtime.history import HistoryReader
-from thermaxis.runtime.publish import Publisher, serve
+from thermaxis.runtime.publish import Publisher, _publisher, serve
 
 READY = b'{"url": "opc.tcp://here", "metrics_port": 0, "unrecorded": null}\n'
 ASKED = Request(RequestKind.TRIM, "Eve", output="Z_um", value=1.0, duration_s=60.0)
+
+
+@pytest.fixture(autouse=True)
+def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_publisher, "_PAUSE_S", 0.01)
+    configured = [("server.certificate", Path("server.pem"))]
+    monkeypatch.setattr(_publisher, "certificates_of", lambda _: configured)
 
 
 def frames(connected: socket.socket) -> list[Any]:
@@ -89,11 +96,25 @@ async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(tmp_path: Pa
     assert told.values == {"n": 0}
 
 
+def failure(values: bytes, code: bytes = b"failure-history_unwritable") -> bytes:
+    return b'{"historian": [false, 1, 0, {"code": "%s", "values": %s}]}\n' % (code, values)
+
+
 @pytest.mark.parametrize(
     "line",
     [
         b'{"request": {"kind": "trim", "value": "much"}, "number": 1}\n',
         b'{"certificates": {"server.certificate": "soon"}}\n',
+        b'{"certificates": {"nobody.certificate": "2030-01-01T00:00:00+00:00"}}\n',
+        b'{"historian": [false, 1%s, 0, null]}\n' % (b"0" * 400),
+        b'{"historian": [false, Infinity, 0, null]}\n',
+        b'{"historian": [true, 1, -1, null]}\n',
+        failure(b'{"lasts_s": 1%s}' % (b"0" * 400)),
+        failure(b'{"detail": %s1%s}' % (b'{"a":' * 300, b"}" * 300)),
+        failure(b'{"detail": "%s"}' % (b"a" * 5000)),
+        failure(b"{}", b"event-enabled"),
+        b"[]\n",
+        b"[" * 50_000 + b"\n",
         b"[" * 200_000,
     ],
 )
@@ -116,6 +137,62 @@ async def test_what_is_no_request_ends_the_process_that_said_it(
         while not one.status.storing:
             await asyncio.sleep(0.01)
     assert asked == []
+
+
+async def test_why_nothing_is_stored_comes_as_it_was_said(tmp_path: Path) -> None:
+    why = Message(
+        "failure-history_unwritable",
+        {"n": 3, "lasts_s": 1.5, "detail": "no", "why": Message("error-x", {"n": 1})},
+        Place(key="historian.url"),
+    )
+
+    def serve(connected: socket.socket) -> None:
+        line = json.dumps({"historian": (False, 2, 1, value_as_json(why))})
+        connected.sendall(f"{line}\n".encode())
+        frames(connected)
+
+    async with beside(tmp_path, serve) as (one, _):
+        while one.status.storing:
+            await asyncio.sleep(0.01)
+        assert one.status == (False, 2, 1, why)
+        assert type(one.status.failure.values["n"]) is int
+
+
+async def test_a_process_that_cannot_begin_is_begun_later_and_signals_stay_heard(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fork, refused = os.fork, [11]
+    heard = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+    def forked() -> int:
+        if refused:
+            raise BlockingIOError(refused.pop())
+        return fork()
+
+    began = tmp_path / "began"
+
+    def serve(connected: socket.socket) -> None:
+        if began.exists():
+            frames(connected)
+        began.touch()
+
+    async with beside(tmp_path, serve) as (one, _):
+        monkeypatch.setattr(os, "fork", forked)
+        while one.status.failure != Message("error-publisher_unbegun"):
+            await asyncio.sleep(0.001)
+        assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == heard
+        while not one.status.storing:
+            await asyncio.sleep(0.01)
+
+
+async def test_it_is_closed_between_two_processes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_publisher, "_PAUSE_S", 60.0)
+    async with beside(tmp_path, lambda _: None) as (one, _):
+        while one.status.storing:
+            await asyncio.sleep(0.01)
+        await one.close(1.0)
 
 
 async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_told(

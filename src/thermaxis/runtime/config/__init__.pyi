@@ -1,5 +1,6 @@
 from ._certificates import (
     certificate_ends as certificate_ends,
+    certificates_of as certificates_of,
 )
 from ._configuration import (
     MachineConfiguration as MachineConfiguration,

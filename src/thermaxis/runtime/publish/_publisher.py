@@ -3,7 +3,6 @@
 import asyncio
 import copyreg
 import gc
-import json
 import os
 import pickle
 import signal
@@ -13,13 +12,24 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, TypeAlias, final
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Final,
+    Literal,
+    NamedTuple,
+    NoReturn,
+    TypeAlias,
+    final,
+)
 
-from pydantic import AwareDatetime, TypeAdapter
+from pydantic import AwareDatetime, Field, TypeAdapter
 
 from thermaxis.codes import Message, value_of_json
 from thermaxis.compensation import Request
@@ -31,7 +41,7 @@ from thermaxis.runtime._ports import (
     Historian,
     HistorianStatus,
 )
-from thermaxis.runtime.config import MachineConfiguration
+from thermaxis.runtime.config import MachineConfiguration, certificates_of
 from thermaxis.runtime.status import RuntimeStatus
 
 if TYPE_CHECKING:
@@ -52,8 +62,6 @@ _LONGEST_LINE = 100_000
 _MOST_ASKED = 50
 _ENDING_S = 2.0
 _TERMINAL = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
-_REQUEST = TypeAdapter(Request)
-_ENDS = TypeAdapter(dict[str, AwareDatetime])
 
 
 def _as_dict(shown: MappingProxyType[Any, Any]) -> tuple[Any, tuple[dict[Any, Any]]]:
@@ -78,6 +86,46 @@ class Servers(NamedTuple):
     """Why nothing is recorded; None where nothing is wrong."""
     refused: Message | None = None
     """Why a server is not open; None where every one is that is configured."""
+
+
+# ---- what the other process may say, a line of JSON each: all that is believed of it -------------
+
+_Count: TypeAlias = Annotated[int, Field(strict=True, ge=0, lt=2**53)]
+_Text: TypeAlias = Annotated[str, Field(max_length=4000)]
+_Whole: TypeAlias = Annotated[int, Field(gt=-(2**53), lt=2**53)]
+_Plain: TypeAlias = _Whole | Annotated[float, Field(allow_inf_nan=False)] | _Text | None
+_Part: TypeAlias = Literal["code", "values", "place"]
+_Cause: TypeAlias = dict[_Part, _Text | dict[_Text, _Plain]]
+_Why: TypeAlias = dict[_Part, _Text | dict[_Text, _Plain | _Cause]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Ready:
+    url: _Text
+    metrics_port: _Count
+    unrecorded: _Why | None
+    refused: _Why | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    request: Request
+    number: _Count
+
+
+@dataclass(frozen=True, slots=True)
+class _Certificates:
+    certificates: dict[str, AwareDatetime]
+
+
+@dataclass(frozen=True, slots=True)
+class _History:
+    historian: tuple[bool, _Count, _Count, _Why | None]
+
+
+_SAID: TypeAdapter[_Ready | _Asked | _Certificates | _History] = TypeAdapter(
+    _Ready | _Asked | _Certificates | _History
+)
 
 
 class _Frame(NamedTuple):
@@ -114,7 +162,7 @@ class Publisher(Historian):
         self._pid = 0
         self._asked: set[asyncio.Task[None]] = set()
         self._task: asyncio.Task[None] | None = None
-        self._closing = False
+        self._closing = asyncio.Event()
 
     # ---- what the loop tells --------------------------------------------------------------------
 
@@ -186,35 +234,44 @@ class Publisher(Historian):
         return servers
 
     async def _begun(self) -> tuple[tuple[asyncio.StreamReader, asyncio.StreamWriter], Servers]:
-        here, there = socket.socketpair()
-        self._pid = _forked(partial(self._serve, self._configuration, self._clock, there), there)
-        there.close()
-        reader, writer = await asyncio.open_connection(sock=here, limit=_LONGEST_LINE)
+        here: socket.socket | None = None
+        try:
+            here, there = socket.socketpair()
+            with there:
+                serve = partial(self._serve, self._configuration, self._clock, there)
+                self._pid = _forked(serve, there)
+            reader, writer = await asyncio.open_connection(sock=here, limit=_LONGEST_LINE)
+        except OSError:
+            if here is not None:
+                here.close()
+            raise ConfigurationError("publisher_unbegun") from None
         writer.transport.set_write_buffer_limits(0)
-        said: Any = {}
+        servers = None
         with suppress(OSError, TimeoutError, ValueError):
             async with asyncio.timeout(BEGIN_S):
-                said = json.loads(await reader.readline())
-        if "url" not in said:
+                said = _SAID.validate_json(await reader.readline())
+            if isinstance(said, _Ready):
+                unrecorded, refused = _message(said.unrecorded), _message(said.refused)
+                servers = Servers(said.url, said.metrics_port, unrecorded, refused)
+        if servers is None:
             await self._end(writer)
             raise ConfigurationError("publisher_unbegun")
         self._heard_s = time.monotonic()
-        url, port = str(said["url"]), int(said["metrics_port"])
-        why, refused = _message(said["unrecorded"]), _message(said.get("refused"))
-        return (reader, writer), Servers(url, port, why, refused)
+        return (reader, writer), servers
 
     async def close(self, deadline_s: float) -> None:
         """Hand over what waits, and let the other process store it and end."""
         if self._task is None:
             return
-        self._closing = True
+        self._closing.set()
         if self._items:
             self._pack()
         self._arrived.set()
         _, late = await asyncio.wait((self._task,), timeout=deadline_s + _ENDING_S)
         self._task = None
         for task in late:
-            os.kill(self._pid, signal.SIGKILL)
+            if self._pid:
+                os.kill(self._pid, signal.SIGKILL)
             task.cancel()
 
     async def _watch(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -223,13 +280,13 @@ class Publisher(Historian):
         while True:
             began_s = time.monotonic()
             feeding = asyncio.create_task(self._feed(writer), name="to the publisher")
-            with suppress(OSError, TimeoutError, ValueError, LookupError, TypeError):
+            with suppress(OSError, TimeoutError, ValueError):
                 await self._hear(reader)
             for task in (feeding, *self._asked):
                 task.cancel()
             await asyncio.gather(feeding, *self._asked, return_exceptions=True)
             await self._end(writer)
-            if self._closing and not self._frames:
+            if self._closing.is_set() and not self._frames:
                 return
             self._lost += self._told.lost
             self._failure, self._told = Message("failure-publisher_ended"), HistorianStatus()
@@ -237,12 +294,15 @@ class Publisher(Historian):
             if time.monotonic() - began_s > _LONGEST_PAUSE_S:
                 pause_s = _PAUSE_S
             while self._failure is not None:
-                await asyncio.sleep(pause_s)
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._closing.wait(), pause_s)
                 pause_s = min(2.0 * pause_s, _LONGEST_PAUSE_S)
                 try:
                     (reader, writer), _ = await self._begun()
                 except ConfigurationError as error:
                     self._failure = error.message
+                    if self._closing.is_set():
+                        return
                 else:
                     self._failure = None
 
@@ -256,7 +316,7 @@ class Publisher(Historian):
                 await writer.drain()
                 self._state_loss()
             self._arrived.clear()
-            if self._closing and not self._items:
+            if self._closing.is_set() and not self._items:
                 writer.write_eof()
                 return
 
@@ -280,22 +340,22 @@ class Publisher(Historian):
             if not line:
                 return
             self._heard_s = time.monotonic()
-            said = json.loads(line)
-            if "request" in said:
-                request = _REQUEST.validate_python(said["request"])
-                if len(self._asked) >= _MOST_ASKED:
+            match _SAID.validate_json(line):
+                case _Asked(request, number):
+                    if len(self._asked) >= _MOST_ASKED:
+                        await asyncio.wait(self._asked, return_when=asyncio.FIRST_COMPLETED)
+                    task = asyncio.create_task(self._answer(number, request))
+                    self._asked.add(task)
+                    task.add_done_callback(self._asked.discard)
+                case _Certificates(ends):
+                    if not ends.keys() <= dict(certificates_of(self._configuration)).keys():
+                        raise ValueError
+                    if self.loop is not None:
+                        self.loop.certificates = ends
+                case _History((storing, waiting, lost, why)):
+                    self._told = HistorianStatus(storing, waiting, lost, _message(why))
+                case _:
                     raise ValueError
-                task = asyncio.create_task(self._answer(int(said["number"]), request))
-                self._asked.add(task)
-                task.add_done_callback(self._asked.discard)
-            elif "certificates" in said:
-                ends = _ENDS.validate_python(said["certificates"])
-                if self.loop is not None:
-                    self.loop.certificates = ends
-            else:
-                storing, waiting, lost, failure = said["historian"]
-                told = HistorianStatus(bool(storing), int(waiting), int(lost), _message(failure))
-                self._told = told
 
     async def _answer(self, number: int, request: Request) -> None:
         if self.loop is not None:
@@ -304,13 +364,18 @@ class Publisher(Historian):
     async def _end(self, writer: asyncio.StreamWriter) -> None:
         """End the other process, whatever it does."""
         writer.close()
-        os.kill(self._pid, signal.SIGKILL)
-        await asyncio.to_thread(os.waitpid, self._pid, 0)
+        pid, self._pid = self._pid, 0
+        os.kill(pid, signal.SIGKILL)
+        await asyncio.to_thread(os.waitpid, pid, 0)
 
 
-def _message(found: object) -> Message | None:
-    said = value_of_json(found)
-    return said if isinstance(said, Message) else None
+def _message(why: _Why | None) -> Message | None:
+    if why is None:
+        return None
+    said = value_of_json(why)
+    if not (isinstance(said, Message) and said.code.startswith(("error-", "failure-"))):
+        raise ValueError
+    return said
 
 
 def _forked(serve: Callable[[], None], there: socket.socket) -> int:
@@ -320,10 +385,12 @@ def _forked(serve: Callable[[], None], there: socket.socket) -> int:
     """
     gc.freeze()  # what is shared stays shared
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)
-    pid = os.fork()
-    if pid == 0:
-        _serve(serve, there)
-    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    try:
+        pid = os.fork()
+        if pid == 0:
+            _serve(serve, there)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return pid
 
 
