@@ -479,6 +479,14 @@ def test_one_table_has_the_measured_and_the_drift_free_figures_with_their_u(
     assert "counts as scatter" in alone
 
 
+def test_a_u_larger_than_its_figure_is_remarked_upon(report: PositioningReport) -> None:
+    figures = report.uncertainty.measured
+    large = {**figures.expanded_uncertainty, "R": 1e3, "B_mean": 1e3}
+    found = replace(report.uncertainty, measured=replace(figures, expanded_uncertainty=large))
+    assert "U of R is larger than the figure" in notes_of(replace(report, uncertainty=found))
+    assert "is larger than the figure" not in notes_of(report)
+
+
 def test_where_a_swing_or_a_jump_makes_u_doubtful_no_coverage_is_claimed(
     report: PositioningReport,
 ) -> None:
