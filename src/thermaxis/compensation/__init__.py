@@ -14,7 +14,12 @@ from thermaxis.compensation._cycle import (
     shifted,
     with_compensation,
 )
-from thermaxis.compensation._limits import Limits, limit_step
+from thermaxis.compensation._limits import (
+    FASTEST_LIMIT_UM_PER_S,
+    LARGEST_LIMIT_UM,
+    Limits,
+    limit_step,
+)
 from thermaxis.compensation._model import (
     START,
     STATED,
@@ -62,7 +67,9 @@ from thermaxis.compensation._supervisor import (
 )
 
 __all__ = [
+    "FASTEST_LIMIT_UM_PER_S",
     "LARGEST_DIAMETER_MM",
+    "LARGEST_LIMIT_UM",
     "LARGEST_RULE",
     "LONGEST_CYCLE_S",
     "SHORTEST_CYCLE_S",

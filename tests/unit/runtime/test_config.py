@@ -200,6 +200,25 @@ def test_several_mistakes_are_told_at_once(tmp_path: Path) -> None:
         assert key in str(caught.value)
 
 
+def test_all_that_is_left_to_decide_of_an_output_is_told_at_once(tmp_path: Path) -> None:
+    path = machine_file(
+        tmp_path,
+        (f'sign = "{SIGN}"', 'sign = ""'),
+        ('unit = "mm"\nsign', 'unit = ""\nsign'),
+        ("largest_um = 100.0", "largest_um = 0"),
+        ("largest_rate_um_per_s = 0.5", "largest_rate_um_per_s = 0"),
+        ('node = "ns=2;s=T_spindle"\n', ""),
+    )
+    told = {one.place.key + "." + str(one.values.get("name", "")) for one in problems_of(path)}
+    assert told == {
+        "output.Z_um.largest_um.",
+        "output.Z_um.largest_rate_um_per_s.",
+        "output.Z_um.unit",
+        "output.Z_um.sign",
+        "input.T_spindle_C.node",
+    }
+
+
 COLUMN, SIGN = 'node = "ns=2;s=T_column"', "positive moves the tool away from the workpiece"
 SPINDLE, SINK = "input.T_spindle_C.lowest_c", 'connection = "control"\n\n[sink]'
 HAL = 'kind = "opcua"\nconnection = "control"\nheart', 'kind = "linuxcnc"\nheart'

@@ -2,9 +2,10 @@
 
 import ipaddress
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import fields
-from typing import Final, get_args, get_type_hints
+from typing import Any, Final, get_args, get_type_hints
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import CompensationModel
@@ -70,14 +71,29 @@ def contradictions(file: MachineFile) -> Iterator[Message]:
 
 def _of_kind(table: str, entry: _Marked, kind: str) -> Iterator[Message]:
     """Yield keys of another kind of source or sink, and what this kind needs."""
+    stated = {one.name for one in fields(entry) if getattr(entry, one.name) != one.default}
     hints = get_type_hints(type(entry), include_extras=True)
-    for one in fields(entry):
-        marks = getattr(hints[one.name], "__metadata__", ())
-        stated, name = getattr(entry, one.name) != one.default, one.name
-        if stated and any(isinstance(mark, Only) and mark.kind != kind for mark in marks):
+    for name in (one.name for one in fields(entry) if one.name in stated):
+        marks = getattr(hints[name], "__metadata__", ())
+        if any(isinstance(mark, Only) and mark.kind != kind for mark in marks):
             yield problem("key_of_other_kind", f"{table}.{name}", name=name, kind=kind)
-        if not stated and Needed(kind) in marks:
+    yield from _lacking(table, type(entry), stated, kind)
+
+
+def _lacking(table: str, of: type, stated: Collection[str], kind: str) -> Iterator[Message]:
+    for name, hint in get_type_hints(of, include_extras=True).items():
+        if name not in stated and Needed(kind) in getattr(hint, "__metadata__", ()):
             yield problem("key_needed_here", table, name=name)
+
+
+def undecided(tables: Any) -> Iterator[Message]:
+    """Yield what the kinds of source and sink need, of a file in which other things are wrong."""
+    for many, one, of in (("input", "source", InputSettings), ("output", "sink", OutputSettings)):
+        with suppress(AttributeError, LookupError, TypeError):  # what is no table is told already
+            kind = tables[one]["kind"]
+            for name, entry in tables[many].items():
+                stated = {key for key, value in entry.items() if value != ""}
+                yield from _lacking(f"{many}.{name}", of, stated, kind)
 
 
 def _about_connection(table: str, name: str, file: MachineFile) -> Iterator[Message]:

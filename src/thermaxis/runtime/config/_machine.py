@@ -38,9 +38,14 @@ from thermaxis.runtime.config._configuration import (
     MachineRules,
     read_model_file,
 )
-from thermaxis.runtime.config._contradictions import about_model, about_screen, contradictions
+from thermaxis.runtime.config._contradictions import (
+    about_model,
+    about_screen,
+    contradictions,
+    undecided,
+)
 from thermaxis.runtime.config._problems import placed, problem, refuse
-from thermaxis.runtime.config._reading import read_tables, read_tree
+from thermaxis.runtime.config._reading import read_tables, tree_of
 from thermaxis.runtime.config._tables import (
     MachineFile,
     SinkSettings,
@@ -77,9 +82,12 @@ def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, .
         If the file cannot be read or is no TOML; then the line is named.
     """
     file = Path(path).absolute()
-    found = read_tree(MachineFile, file)
+    tables = read_tables(file)
+    found = tree_of(MachineFile, tables, file.parent)
     if isinstance(found, MachineFile):
         found = _Reading(found, file).configuration()
+    else:
+        found += undecided(tables)
     if isinstance(found, MachineConfiguration):
         return found
     from thermaxis.runtime.config._mistakes import with_lines  # noqa: PLC0415 - if there are some

@@ -17,7 +17,13 @@ from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from thermaxis.codes import Place
-from thermaxis.compensation import Limits, SensorRules, SupervisorRules
+from thermaxis.compensation import (
+    FASTEST_LIMIT_UM_PER_S,
+    LARGEST_LIMIT_UM,
+    Limits,
+    SensorRules,
+    SupervisorRules,
+)
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import Language
 from thermaxis.runtime._connection import ConnectionSettings, Secret
@@ -259,6 +265,10 @@ class ProbeSettings:
 class OutputSettings(Limits):
     """``[output.NAME]``: one correction; the name is the model's output."""
 
+    largest_um: Annotated[float, Field(gt=0.0, le=LARGEST_LIMIT_UM)] = field(kw_only=False)
+    largest_rate_um_per_s: Annotated[float, Field(gt=0.0, le=FASTEST_LIMIT_UM_PER_S)] = field(
+        kw_only=False
+    )
     node: Annotated[Node, Only("opcua"), Needed("opcua")] = ""
     """Node that the correction is written to; required for an opcua sink."""
     read_back_node: Annotated[Node, Only("opcua")] = ""
