@@ -7,10 +7,11 @@ import pytest
 
 from tests.opcua_server import KINDS, NAMESPACE, start_machine
 from thermaxis.cli import main
-from thermaxis.cli.machine.machine_file import _connection
+from thermaxis.cli.machine.machine_file import _connection, _lines
 from thermaxis.compensation import CompensationModel, Output, Part, Section
 from thermaxis.files import write_model
 from thermaxis.runtime import AWAY, MachineConfiguration, examine_machine, read_machine
+from thermaxis.runtime.opcua import FoundNode
 
 
 async def written(folder: Path, *words: str) -> tuple[Path, int]:
@@ -60,6 +61,32 @@ def test_a_machine_is_found_but_for_sign_limit_and_rate_which_check_refuses(
     assert output.effective_node == f"nsu={NAMESPACE};s=Effective"
     assert found.sink.heartbeat_node == f"nsu={NAMESPACE};s=Beat"
     assert {name: flag.value for name, flag in found.interlocks.items()} == {"Referenced": True}
+
+
+@pytest.mark.parametrize("form", ["Offset{}_{}", "{}_Offset_{}"])
+def test_nodes_of_an_axis_are_found_where_its_letter_and_the_words_are_glued_together(
+    tmp_path: Path, form: str
+) -> None:
+    names = [form.format(axis, what) for axis in "ZX" for what in ("set", "act", "eff")]
+    names += ["Temp_Spindle_act", "Coefficient_set"]
+    nodes = [FoundNode(f"ns=2;s={n}", f"PLC.{n}", "Double", True, 22.0, "") for n in names]
+    model = tmp_path / "model.json"
+    part = Part("spindle", "T_Spindle_C", sections=(Section(1.0, 60.0),))
+    outputs = (Output("Z_um", (part,)), Output("X_um", (part,)))
+    write_model(CompensationModel(outputs=outputs), model)
+    for of in (None, model):
+        text = "\n".join(_lines(nodes, {"security": "none"}, of, tmp_path))
+        for axis in "ZX":
+            table = text.partition(f'[output."{axis}_um"]')[2].partition("\n\n")[0]
+            for key, what in (
+                ("node", "set"),
+                ("read_back_node", "act"),
+                ("effective_node", "eff"),
+            ):
+                assert f'\n{key} = "ns=2;s={form.format(axis, what)}"' in table
+        assert 'node = "ns=2;s=Temp_Spindle_act"' in text.partition("[output")[0]
+    bare = "\n".join(_lines(nodes[:1], {"security": "none"}, None, tmp_path))
+    assert 'read_back_node = ""  # not found\neffective_node = ""  # not found' in bare
 
 
 def test_files_are_named_as_they_count_from_the_folder_of_the_output(tmp_path: Path) -> None:

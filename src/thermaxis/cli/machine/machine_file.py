@@ -25,14 +25,16 @@ from thermaxis.runtime.opcua import FoundNode, browse_server
 
 _NAME = "control"
 _OFFSET = re.compile("offset|shift|correct|korrek|komp")
-_ACCEPTED, _EFFECTIVE = re.compile("accept|read.?back"), re.compile("effect|acting")
+_ACCEPTED = re.compile(rf"accept|read.?back|({_OFFSET.pattern}).*(act(ual)?|ist)$")
+_EFFECTIVE = re.compile(rf"effect|acting|({_OFFSET.pattern}).*eff$")
 _BEAT = re.compile("heart|beat|alive|life")
 _TEMPERATURE = re.compile(r"temp|teplot|(^|_)t\d*(_|$)|_c$|sensor")
 _DIAMETER = re.compile("diam|durchm|prumer")
 _CELSIUS = {"°C": "degC", "degC": "degC", "C": "degC", "K": "K", "°F": "degF"}
 _MET, _UNMET = re.compile("referenc|homed|machine_?on|ready"), re.compile("emerg|e_?stop|homing")
 _KINDS = re.compile(
-    "offset|shift|correction|accept(ed)?|effect(ive)?|acting|read.?back|_|(?<=.)um$|mm$"
+    "offset|shift|correction|korrektur|accept(ed)?|eff(ect(ive)?)?|acting|read.?back|_|(?<=.)um$|mm$"
+    "|(?<=.)(act(ual)?|ist|set(point)?|soll)$"
 )
 _LENGTHS = {"mm": "mm", "µm": "um", "μm": "um", "um": "um"}
 
@@ -163,10 +165,8 @@ def _output(
     yield f"\n[output.{_quoted(name)}]"
     yield from _node("node", offset)
     short = "" if offset is None else _short(offset)
-    if accepted:
-        yield from _node("read_back_node", _nearest(short, accepted))
-    if effective:
-        yield from _node("effective_node", _nearest(short, effective))
+    yield from _node("read_back_node", _nearest(short, accepted))
+    yield from _node("effective_node", _nearest(short, effective))
     unit = "" if offset is None else _LENGTHS.get(offset.unit, "")
     yield f'unit = "{unit}"  # {"as the server says" if unit else "decide"}'
     yield f'sign = ""  # decide: "{AWAY}", or "{TOWARDS}"'
