@@ -5,7 +5,7 @@ import errno
 import os
 import resource
 from collections.abc import Sequence
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -232,18 +232,18 @@ def test_a_folder_that_cannot_be_made_is_said_in_words(tmp_path: Path) -> None:
 
 
 def test_old_files_are_deleted_and_those_of_others_stay(tmp_path: Path) -> None:
-    files = recording(tmp_path)
-    files.store([row(86400.0 * k) for k in range(5)])
+    files = recording(tmp_path, keep_days=2)
+    files.store([row(86400.0 * k) for k in (0, 1, 2, 3, 3650)])  # the clock jumps by ten years
     (tmp_path / "lathe-notes.csv").write_text("mine")
     (tmp_path / "lathe-2026-11-20.txt").write_text("mine")
-    files.delete_before(date(2026, 11, 24))
     files.close()
-    assert len(list((tmp_path / "sources").iterdir())) == 2
+    assert len(list((tmp_path / "sources").iterdir())) == 3
     left = sorted(p.name for p in tmp_path.iterdir() if p.is_file())
     assert left == [
         "lathe-2026-11-20.txt",
+        "lathe-2026-11-23.csv",
         "lathe-2026-11-24.csv",
-        "lathe-2026-11-25.csv",
+        "lathe-2036-11-18.csv",
         "lathe-notes.csv",
     ]
 

@@ -1,5 +1,6 @@
 """Complete logs as Parquet: the same numbers, when they are complete."""
 
+import asyncio
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -61,3 +62,18 @@ def test_a_parquet_file_that_cannot_be_written_is_told_and_ends_nothing(
     assert recording.run(5.0).rows == 5
     values = {"file": NAME, "cause": "No space left on device"}
     assert recording.told[-1] == Message("recording-parquet_unwritten", values)
+
+
+def test_a_cell_that_cannot_be_read_ends_nothing(tmp_path: Path) -> None:
+    async def spoil(recording: Recording) -> None:
+        await asyncio.sleep(3.5)
+        path = tmp_path / NAME
+        before, middle, after = path.read_bytes().partition(b"Z,")
+        path.write_bytes(before + middle + b"x" + after[1:])
+
+    start = datetime(2026, 11, 21, 23, 59, 50, tzinfo=UTC)
+    recording = Recording(settings(channel("T_a_C"), parquet=True), tmp_path, start)
+    assert recording.run(20.0, spoil).rows == 20
+    (told,) = (one for one in recording.told if one.code == "recording-parquet_unwritten")
+    assert told.values["file"] == NAME
+    assert "conversion" in str(told.values["cause"])

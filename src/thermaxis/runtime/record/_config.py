@@ -95,8 +95,8 @@ class RecordSettings:
     """Rows that wait in memory while the disk is full. Default: 20 channels for a day at 1 s.
     [MB]"""
     keep_days: Annotated[int, Field(ge=2, le=36_600)] | None = None
-    """Files whose last day lies more than so many days back are deleted. Without it: nothing is
-    deleted. [d]"""
+    """Once a file is complete, the files before it are deleted but for the newest so many recorded
+    days. Without it: nothing is deleted. [d]"""
     parquet: bool = False
     """Whether each file that is complete is written as Parquet as well."""
     repeat_unchanged_s: _Repeat = 0.0

@@ -17,7 +17,7 @@ import re
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta
+from datetime import date, datetime
 from pathlib import Path
 from typing import Final, NamedTuple, TypeGuard, final
 
@@ -230,8 +230,7 @@ class RecordingFiles:
             values = {"file": path.name, "cause": error.strerror or str(error)}
             self._tell(Message("recording-parquet_unwritten", values))
         if self._settings.keep_days is not None:
-            today = moment_of(self._synced_ms if self._last_row_ms is None else self._last_row_ms)
-            self.delete_before(today.date() - timedelta(days=self._settings.keep_days))
+            self._retire(pair.first_day, self._settings.keep_days)
 
     # Which file ------------------------------------------------------------------------------
 
@@ -335,13 +334,17 @@ class RecordingFiles:
                     found.append((date.fromisoformat(match[1]), int(match[2] or 1), path))
         return found
 
-    def delete_before(self, day: date) -> None:
-        """Delete files whose last day lies before another day."""
-        kept = None if self._pair is None else self._pair.log.path.name
-        for first, _, path in self._names(every=True):
-            if first + timedelta(days=self._settings.days_per_file - 1) < day and path.name != kept:
-                with suppress(OSError):
-                    path.unlink()
+    def _retire(self, day: date, keep_days: int) -> None:
+        """Of the files before a day keep the newest, so many as have the days to be kept.
+
+        Days without files do not count: a clock that jumps forward takes nothing away.
+        """
+        files = [found for found in self._names(every=True) if found[0] < day]
+        days = sorted({first for first, _, _ in files})
+        old = days[: max(0, len(days) - -(-keep_days // self._settings.days_per_file))]
+        for path in (path for first, _, path in files if first in old):
+            with suppress(OSError):
+                path.unlink()
 
     # Gaps ------------------------------------------------------------------------------------
 
