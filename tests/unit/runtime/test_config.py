@@ -262,6 +262,18 @@ WRONG = (
         "node_twice",
         "diameter.node",
     ),
+    (
+        'node = "ns=2;s=Z_referenced"',
+        'node = "ns=2;s=Z_offset"\nbit = 3',
+        "node_twice",
+        "interlock.referenced.node",
+    ),
+    (
+        'heartbeat_node = "ns=2;s=Heartbeat"',
+        'heartbeat_node = "ns=2;s=Life"\ntoken_node = "ns=2;s=Life"',
+        "node_twice",
+        "sink.token_node",
+    ),
     ("models/lathe.json", "models/lath.json", "", ""),
     ('model_folder = "models"', 'model_folder = "modls"', "folder_not_found", ""),
     ("margin_k = 4.0", "margin_k = 0.0", "", "validity.margin_k"),

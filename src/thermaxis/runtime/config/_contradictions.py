@@ -128,19 +128,26 @@ def _about_names(file: MachineFile) -> Iterator[Message]:
 
 def _about_nodes(file: MachineFile) -> Iterator[Message]:
     """Refuse a node that is named for two purposes; an offset may be read where it is written."""
-    seen: dict[tuple[str, str, int | None], str] = {}
+    writes: dict[tuple[str, str], str] = {}
+    reads: dict[tuple[str, str, int | None], str] = {}
     for written, connection in ((True, file.sink.connection), (False, file.source.connection)):
         for table, entry in tables_of(file):
             if table.startswith(("sink", "output.")) is not written:
                 continue
             for name in (one.name for one in fields(entry) if one.name.endswith("node")):
                 node, key = getattr(entry, name), f"{table}.{name}"
-                place = (connection, node, getattr(entry, "bit", None))
+                if not node:
+                    continue
+                place, bit = (connection, node), getattr(entry, "bit", None)
                 pin = file.source.kind == "linuxcnc" and not written
-                if node and file.source.kind != "replay" and node.startswith(HAL) is not pin:
+                if file.source.kind != "replay" and node.startswith(HAL) is not pin:
                     yield problem("no_hal_pin" if pin else "hal_pin", key, text=node)
-                first = seen.setdefault(place, key) if node else key
-                if first != key and not (written and first.rpartition(".")[0] == table):
+                if written:
+                    first = writes.setdefault(place, key)
+                else:  # two bits of a word may be read, but none of one that is written
+                    first = writes.get(place) or reads.setdefault((*place, bit), key)
+                of_offset = table.startswith("output.") and first.rpartition(".")[0] == table
+                if first != key and not of_offset:
                     yield problem("node_twice", key, first=first)
 
 
