@@ -420,6 +420,21 @@ def test_a_folder_that_is_away_is_not_begun_anew(tmp_path: Path) -> None:
     assert "is not there" in texts_in(path, "alarm")[0]
 
 
+def test_a_loss_that_was_told_is_not_told_again_when_the_connection_is_lost_later(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.one.record(None)
+    recorder.attempt()
+    recorder.disconnect()  # as where it is lost while house is kept
+    recorder.record(range(3))
+    recorder.attempt()
+    recorder.disconnect()
+    with HistoryReader(url_of(path)) as reader:
+        assert [event.details["cycles"] for event in reader.events(kinds=["loss"])] == [1]
+
+
 def test_what_is_being_closed_ends_with_its_database_also_where_that_was_exchanged(
     tmp_path: Path,
 ) -> None:
@@ -480,6 +495,7 @@ def test_the_program_beside_says_what_it_has_done_and_is_ended_if_it_hangs(
     recorder.attempt()
     order = recorder.one._store.finished()
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONWARNINGS", "none")  # which the interpreter remarks on first
     (tmp_path / "json.py").write_text("raise SystemExit('a file of the working folder')")
     (tmp_path / "h" / "machine=machine" / "day=2026-11-02").mkdir(parents=True)
     for name in ("000000000001-000000000002", "000000000003-000000000004"):
@@ -487,8 +503,9 @@ def test_the_program_beside_says_what_it_has_done_and_is_ended_if_it_hangs(
         torn.write_bytes(b"PAR1 torn PAR1")
     closing = _closing.Closing(order)
     wait_for(closing)
-    written, why = closing.result()
+    remark, written, why = closing.result()
     assert (written, why[:12]) == ("written", "2026-11-02: ")
+    assert recorder.one._closed(recorder.one._store, order, [remark, written])
     monkeypatch.setattr(_closing, "_LONGEST_S", 1)
     closing = _closing.Closing(order)
     closing._child.send_signal(signal.SIGALRM)

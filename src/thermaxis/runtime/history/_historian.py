@@ -44,6 +44,7 @@ _RETIRE_EVERY_S: Final = 3600.0
 _CLOSE_AGAIN_S: Final = 60.0
 _SILENT_S: Final = 10.0
 _LONGEST_DETAILS: Final = 20_000
+_NO_FLIGHT: Final = (0, 0), Loss()  # ids after what is being written, and the loss that it tells
 _FAILURES = (SQLAlchemyError, sqlite3.Error, OSError, ThermaxisError)
 _REFUSALS = (DataError, IntegrityError, ValueError, TypeError, OverflowError)
 
@@ -104,7 +105,7 @@ class SqlHistorian(Historian):
         # ---- of the thread
         self._store: Store | None = None
         self._damage: str | None = None  # None: the file was not looked through yet
-        self._flight = (0, 0), Loss()  # ids after what is being written, and the loss that it tells
+        self._flight = _NO_FLIGHT
         self._most = _MOST_AT_ONCE
         self._closer: Closing | None = None
         self._close_s = self._retire_s = self._failed_since_s = 0.0
@@ -207,7 +208,7 @@ class SqlHistorian(Historian):
         self._busy = None
         after, stated = self._flight
         if self._store.following == after:  # it was stored, and only the answer was lost
-            self._backlog.stored(stated)
+            self._stored(stated)
         self._backlog.put_back()
 
     def _look_through(self, path: Path) -> None:
@@ -249,9 +250,14 @@ class SqlHistorian(Historian):
                 self._drop_store(error)
                 return
             self._recovered()  # before, so that what it says is not overtaken by "all is stored"
-            self._backlog.stored(loss)
+            self._stored(loss)
             if loss.number:
                 self._unusable = ""
+
+    def _stored(self, loss: Loss) -> None:
+        """Forget what was stored, so that no later connection does so again."""
+        self._backlog.stored(loss)
+        self._flight = _NO_FLIGHT
 
     def _told(self, loss: Loss) -> list[PackedEvent]:
         """Return the event that tells of a loss, if there is one."""
@@ -343,10 +349,10 @@ class SqlHistorian(Historian):
             return [printable_cause(error)]
 
     def _closed(self, store: Store, order: Order, said: list[str]) -> bool:
-        if said[0] != WRITTEN:
+        if WRITTEN not in said:  # perhaps after what the interpreter or a library has warned of
             self._leave_unclosed(said[-1])
             return False
-        self._unclosed, unjoined = None, said[1:]
+        self._unclosed, unjoined = None, said[said.index(WRITTEN) + 1 :]
         if unjoined not in ([], self._unjoined):
             detail = "; ".join(unjoined)[:300]
             self._state("alarm", Message("event-day_unjoined", {"detail": detail}))
