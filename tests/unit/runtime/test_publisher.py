@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from asyncua import ua
 
 from tests.unit.runtime.machine_files import machine_file
 from thermaxis.codes import Message, Place, value_as_json
@@ -24,6 +25,9 @@ from thermaxis.runtime import EventRecord, RequestOutcome, SystemClock, read_mac
 from thermaxis.runtime.config import MetricsSettings
 from thermaxis.runtime.history import HistoryReader
 from thermaxis.runtime.publish import Publisher, _publisher, serve
+from thermaxis.runtime.status._fields import Kind
+from thermaxis.runtime.status._requests import Argument
+from thermaxis.runtime.status._tree import values_of
 
 READY = b'{"url": "opc.tcp://here", "metrics_port": 0, "unrecorded": null}\n'
 ASKED = Request(RequestKind.TRIM, "Eve", output="Z_um", value=1.0, duration_s=60.0)
@@ -94,6 +98,28 @@ async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(tmp_path: Pa
     answer, told = pickle.loads((tmp_path / "said").read_bytes())  # noqa: S301
     assert answer == (7, RequestOutcome(accepted=True, code=AnswerCode.ENABLED))
     assert told.values == {"n": 0}
+
+
+async def test_many_requests_at_once_are_all_answered(tmp_path: Path) -> None:
+    def serve(connected: socket.socket) -> None:
+        lines = (json.dumps({"request": asdict(ASKED), "number": n}) for n in range(120))
+        connected.sendall("".join(f"{line}\n" for line in lines).encode())
+        frames(connected)
+
+    async with beside(tmp_path, serve) as (one, asked):
+        while len(asked) < 120:
+            await asyncio.sleep(0.01)
+        assert one.status.storing
+
+
+def test_a_text_of_a_call_fits_the_line_that_it_comes_in() -> None:
+    texts = [ua.Variant("\N{GRINNING FACE}" * 20_000, ua.VariantType.String)] * 2
+    values, wrong = values_of(
+        [Argument("one", Kind.TEXT, ""), Argument("two", Kind.TEXT, "")], texts
+    )
+    assert not wrong
+    assert 200 < len(values[0])
+    assert len(json.dumps(values)) < 50_000
 
 
 def failure(values: bytes, code: bytes = b"failure-history_unwritable") -> bytes:
@@ -183,6 +209,43 @@ async def test_a_process_that_cannot_begin_is_begun_later_and_signals_stay_heard
         assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == heard
         while not one.status.storing:
             await asyncio.sleep(0.01)
+
+
+async def test_what_a_killed_process_had_not_stored_is_counted_and_told(tmp_path: Path) -> None:
+    first = tmp_path / "first"
+
+    def serve(connected: socket.socket) -> None:
+        if not first.exists():
+            first.write_text(f"{os.nice(0)} {Path('/proc/self/oom_score_adj').read_text('ascii')}")
+            with connected.makefile("rb") as stream:
+                while 9 not in [
+                    one.values["n"]
+                    for one in pickle.loads(stream.read(int.from_bytes(stream.read(4))))  # noqa: S301
+                ]:
+                    pass
+            connected.sendall(b'{"historian": [true, 3, 2, null], "stored": 6}\n')
+            time.sleep(60.0)
+        (tmp_path / "said").write_bytes(pickle.dumps(frames(connected)))
+
+    async with beside(tmp_path, serve) as (one, _):
+        for number in range(10):
+            one.event(event(number))
+            await asyncio.sleep(0.0)
+            await asyncio.sleep(0.0)
+        while one.status.lost != 2 or one.status.waiting != 3:
+            await asyncio.sleep(0.01)
+        os.kill(int(Path("/proc/thread-self/children").read_text("ascii").split()[-1]), 9)
+        while one.status.storing:
+            await asyncio.sleep(0.001)
+        lost = one.status.lost
+        while not one.status.storing:
+            await asyncio.sleep(0.01)
+        one.event(event(11))
+    told = pickle.loads((tmp_path / "said").read_bytes())  # noqa: S301
+    (stated,) = (record.values for record in told if record.kind == "loss")
+    assert (lost, stated["events"]) == (2 + 4, 4)
+    nice, score = map(int, first.read_text().split())
+    assert (nice, score) == (min(19, os.nice(0) + 10), 500)
 
 
 async def test_it_is_closed_between_two_processes(

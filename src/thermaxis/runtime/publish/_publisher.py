@@ -121,6 +121,7 @@ class _Certificates:
 @dataclass(frozen=True, slots=True)
 class _History:
     historian: tuple[bool, _Count, _Count, _Why | None]
+    stored: _Count = 0
 
 
 _SAID: TypeAdapter[_Ready | _Asked | _Certificates | _History] = TypeAdapter(
@@ -144,8 +145,9 @@ class Publisher(Historian):
     waits up to `HistorianSettings.largest_waiting_bytes`; then the oldest is lost, counted and
     told. When this process ends or is killed, the other one stores what it was given, and ends.
 
-    Not protected: what the other process had taken and not yet stored, half a second, is lost
-    when it is killed. Whoever takes it over can ask for what an engineer may ask for.
+    Not protected: what the other process had been given and not yet stored is lost when it is
+    killed: half a second, or what waits for a database. It is counted and told, with what was
+    stored since it last said so. Whoever takes it over can ask for what an engineer may ask for.
     """
 
     def __init__(self, configuration: MachineConfiguration, clock: Clock, serve: Serve) -> None:
@@ -155,6 +157,8 @@ class Publisher(Historian):
         self._frames: deque[_Frame] = deque()
         self._bytes = self._lost = 0
         self._unstated: list[_Frame] = []
+        self._given = 0
+        self._unstored: deque[tuple[int, _Frame]] = deque()  # with how many were given until then
         self._arrived = asyncio.Event()
         self._told = HistorianStatus()
         self._failure: Message | None = None
@@ -288,7 +292,11 @@ class Publisher(Historian):
             await self._end(writer)
             if self._closing.is_set() and not self._frames:
                 return
-            self._lost += self._told.lost
+            missing = [frame for _, frame in self._unstored]
+            self._lost += self._told.lost + sum(one.cycles + one.events for one in missing)
+            self._unstated += missing
+            self._unstored.clear()
+            self._given = 0
             self._failure, self._told = Message("failure-publisher_ended"), HistorianStatus()
             self.event(EventRecord.of(self._clock.utc(), "alarm", "", Message(_ENDED)))
             if time.monotonic() - began_s > _LONGEST_PAUSE_S:
@@ -312,6 +320,8 @@ class Publisher(Historian):
             while self._frames:
                 frame = self._frames.popleft()
                 self._bytes -= len(frame.data)
+                self._given += frame.cycles + frame.events
+                self._unstored.append((self._given, frame._replace(data=b"")))
                 writer.write(len(frame.data).to_bytes(HEADER) + frame.data)
                 await writer.drain()
                 self._state_loss()
@@ -325,7 +335,10 @@ class Publisher(Historian):
         lost, self._unstated = self._unstated, []
         if lost:
             values = {"cycles": sum(f.cycles for f in lost), "events": sum(f.events for f in lost)}
-            details = {"first": lost[0].utc.isoformat(), "last": lost[-1].utc.isoformat()}
+            times = [frame.utc for frame in lost if frame.cycles + frame.events]
+            if not times:
+                return
+            details = {"first": min(times).isoformat(), "last": max(times).isoformat()}
             message = Message("event-records_lost", values)
             utc = self._clock.utc()
             self.event(EventRecord.of(utc, "loss", "", message, {**values, **details}))
@@ -352,7 +365,9 @@ class Publisher(Historian):
                         raise ValueError
                     if self.loop is not None:
                         self.loop.certificates = ends
-                case _History((storing, waiting, lost, why)):
+                case _History((storing, waiting, lost, why), stored):
+                    while self._unstored and self._unstored[0][0] <= stored:
+                        self._unstored.popleft()
                     self._told = HistorianStatus(storing, waiting, lost, _message(why))
                 case _:
                     raise ValueError
@@ -398,6 +413,9 @@ def _serve(serve: Callable[[], None], there: socket.socket) -> NoReturn:
     """Serve as a process that ends with the acting one, whatever a terminal says."""
     code = 1
     try:
+        with suppress(OSError):  # it gives way to the loop
+            os.nice(10)
+            Path("/proc/self/oom_score_adj").write_text("500", "ascii")
         signal.set_wakeup_fd(-1)
         for number in _TERMINAL:
             signal.signal(number, signal.SIG_IGN)

@@ -36,6 +36,7 @@ class _Loop:
 
     def __init__(self, writer: asyncio.StreamWriter) -> None:
         self._writer = writer
+        self.taken = 0
         self._numbers = count()
         self._waiting: dict[int, asyncio.Future[RequestOutcome]] = {}
 
@@ -100,6 +101,7 @@ async def _serve(
             size = int.from_bytes(await reader.readexactly(HEADER))
             await history.open(outputs)  # who is refused at first is fed nothing
             for item in pickle.loads(await reader.readexactly(size)):  # noqa: S301 - from the acting process
+                loop.taken += isinstance(item, CycleRecord | EventRecord)
                 if isinstance(item, CycleRecord):
                     history.record(item)
                 elif isinstance(item, EventRecord):
@@ -142,7 +144,8 @@ async def _tell(
         elif number % _SERVERS_EVERY == 0:
             await opening()
         storing, waiting, lost, failure = history.status
-        loop.say({"historian": (storing, waiting, lost, value_as_json(failure))})
+        fares = storing, waiting, lost, value_as_json(failure)
+        loop.say({"historian": fares, "stored": max(0, loop.taken - waiting)})
         await asyncio.sleep(TOLD_EVERY_S)
 
 

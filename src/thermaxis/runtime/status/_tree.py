@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 from contextlib import suppress
 from datetime import datetime
-from typing import TYPE_CHECKING, Any, cast, final
+from typing import TYPE_CHECKING, Any, Final, cast, final
 
 from asyncua import ua
 from asyncua.common.node import Node
@@ -74,6 +74,9 @@ def variant_of(value: str | bool) -> ua.Variant:  # noqa: FBT001 - what a method
     )
 
 
+_LONGEST_TEXT: Final = 1000  # five times what the loop takes: it refuses what is cut here
+
+
 def values_of(
     wanted: Sequence[Argument], given: Sequence[ua.Variant]
 ) -> tuple[list[float | str], str]:
@@ -89,7 +92,7 @@ def values_of(
         if argument.kind is Kind.NUMBER and number:
             values.append(float(value))
         elif argument.kind is Kind.TEXT and variant.VariantType is ua.VariantType.String:
-            values.append(str(value or ""))
+            values.append(str(value or "")[:_LONGEST_TEXT])
         else:
             return [], "BadInvalidArgument"
     return values, ""
