@@ -323,6 +323,13 @@ def test_a_heartbeat_must_be_writable() -> None:
     assert judge_heartbeat("", node(0, data_type="String")).level is Level.ERROR
 
 
+def test_a_token_must_have_place_in_its_node() -> None:
+    for kind in ("Int32", "UInt32", "Float", "Double"):
+        assert judge_heartbeat("", node(0, data_type=kind), token=True).level is Level.OK
+    for kind in ("Boolean", "Byte", "Int16", "UInt16"):
+        assert judge_heartbeat("", node(0, data_type=kind), token=True).level is Level.ERROR
+
+
 # ---- the whole test -----------------------------------------------------------------------------
 
 

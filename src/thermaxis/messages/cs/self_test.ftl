@@ -33,6 +33,7 @@ self_test-node_no_flag = Uzel { $node } je typu { $type }, potřebná je logick�
 self_test-node_no_bit = Uzel { $node } je typu { $type }, který takový bit nemá; potřebné je celé číslo s dostatkem bitů.
     .remedy = Vyhledejte uzel v prohlížeči serveru a opravte konfiguraci.
 self_test-node_no_beat = Uzel { $node } je typu { $type }, potřebné je číslo nebo logická hodnota.
+self_test-node_no_token = Uzel { $node } je typu { $type }, potřebné je číslo o 32 bitech nebo více.
     .remedy = Vyhledejte uzel v prohlížeči serveru a opravte konfiguraci.
 
 ## Inputs

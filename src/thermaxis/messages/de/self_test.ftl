@@ -33,6 +33,7 @@ self_test-node_no_flag = Der Knoten { $node } ist vom Typ { $type }; nötig ist 
 self_test-node_no_bit = Der Knoten { $node } ist vom Typ { $type }, der kein solches Bit hat; nötig ist eine ganze Zahl mit genügend Bits.
     .remedy = Den Knoten im Browser des Servers suchen und die Konfiguration berichtigen.
 self_test-node_no_beat = Der Knoten { $node } ist vom Typ { $type }; nötig ist eine Zahl oder ein Wahrheitswert.
+self_test-node_no_token = Der Knoten { $node } ist vom Typ { $type }; nötig ist eine Zahl mit 32 Bit oder mehr.
     .remedy = Den Knoten im Browser des Servers suchen und die Konfiguration berichtigen.
 
 ## Inputs

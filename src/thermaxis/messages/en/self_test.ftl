@@ -33,6 +33,7 @@ self_test-node_no_flag = The node { $node } is of the type { $type }, and a Bool
 self_test-node_no_bit = The node { $node } is of the type { $type }, which has no such bit: a whole number with enough bits is needed.
     .remedy = Look for the node with the server's own browser and correct the configuration.
 self_test-node_no_beat = The node { $node } is of the type { $type }, and a number or a Boolean is needed.
+self_test-node_no_token = The node { $node } is of the type { $type }, and a number of 32 bits or more is needed.
     .remedy = Look for the node with the server's own browser and correct the configuration.
 
 ## Inputs

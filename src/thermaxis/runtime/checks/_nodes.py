@@ -28,6 +28,7 @@ LARGEST_DIAMETER_MM: Final = 30_000.0
 [trade]. [mm]"""
 _NUMBERS: Final = frozenset({"Double", "Float", *WHOLE_RANGES})
 _FLAGS: Final = frozenset({"Boolean", *WHOLE_RANGES})
+_WIDE: Final = _NUMBERS - {"SByte", "Byte", "Int16", "UInt16"}  # hold a token, up to 2^24
 _TEMPERATURES: Final = ("degC", "K", "degF")
 _SCALES: Final = (1.0, 0.1, 0.01, 0.001)
 
@@ -318,9 +319,10 @@ def judge_read_back(
     return ok("read_back", key, reported_um=reported_um)
 
 
-def judge_heartbeat(key: str, node: "NodeDescription") -> Finding:
-    """Judge the node of the heartbeat."""
-    lacking = _lacking(key, node, "node_no_beat", _FLAGS | _NUMBERS)
+def judge_heartbeat(key: str, node: "NodeDescription", *, token: bool = False) -> Finding:
+    """Judge the node of the heartbeat, or of the token, which needs a wider number."""
+    code, types = ("node_no_token", _WIDE) if token else ("node_no_beat", _FLAGS | _NUMBERS)
+    lacking = _lacking(key, node, code, types)
     if lacking is not None:
         return lacking
     if not node.writable:

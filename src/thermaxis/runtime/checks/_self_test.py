@@ -141,7 +141,7 @@ def _offsets(configuration: MachineConfiguration) -> Iterator[_Look]:
     """Yield what is written, and what the machine reports of it."""
     for key in ("heartbeat_node", "token_node"):
         if node := getattr(configuration.sink, key):
-            yield (node,), partial(judge_heartbeat, f"sink.{key}")
+            yield (node,), partial(judge_heartbeat, f"sink.{key}", token=key == "token_node")
     for name, entry in configuration.outputs.items():
         keys = [one for one in _REPORTED if getattr(entry, one) not in {"", entry.node}]
         nodes = (entry.node, *(getattr(entry, one) for one in keys))
