@@ -14,6 +14,7 @@ from shutil import copytree
 import pytest
 
 from tests.unit.runtime.machine_files import machine_file
+from thermaxis import runtime
 from thermaxis.cli.machine import check
 from thermaxis.cli.machine._machine_parts import (
     PacedClock,
@@ -272,15 +273,23 @@ def test_a_machine_that_is_not_there_is_told_after_the_wait(example, capsys):
 # ---- the parts ----------------------------------------------------------------------------------
 
 
-def test_a_port_that_is_taken_is_told(machine, capsys):
+def test_a_port_that_is_taken_is_an_error_unless_it_is_that_of_the_running_loop(machine, tmp_path):
+    found, file = tmp_path / "found.json", machine.with_name("taken.toml")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        for table, said in ((f"[metrics]\nport = {port}", True), ("[metrics]\nport = 0", False)):
-            file = machine.with_name("taken.toml")
-            file.write_text(f"{machine.read_text()}\n{table}\n")
-            checked(file, "--wait", "0.01")
-            told = words_of(capsys.readouterr().out)
-            assert ("metrics.port: Nobody can listen there now: Address" in told) is said
+
+        def told(port: int) -> list[tuple[str, str]]:
+            file.write_text(f"{machine.read_text()}\n[metrics]\nport = {port}\n")
+            checked(file, "--wait", "0.01", "--json", str(found))
+            said = json.loads(found.read_text())["self_test"]
+            return [(one["level"], one["code"]) for one in said if "port" in one["place"]["key"]]
+
+        assert told(port) == [("error", "error-cannot_listen")]
+        assert told(0) == []
+        configuration = read_machine(file)
+        with runtime.sole_runner(configuration.state_file, configuration.name):
+            assert told(port) == []
+        assert told(port) == [("error", "error-cannot_listen")]  # the lock's file is left
 
 
 def test_every_channel_flag_and_second_sensor_is_read_by_its_name(machine):

@@ -170,9 +170,26 @@ def _about_ports(configuration: runtime.MachineConfiguration) -> Iterator[runtim
         try:
             socket.create_server((settings.address, settings.port), family=family).close()
         except OSError as error:
-            values, place = {"cause": error.strerror or str(error)}, Place(key=f"{table}.port")
-            message = Message("self_test-port_unusable", values, place)
-            yield runtime.Finding(runtime.Level.WARNING, message)
+            code, level = "error-cannot_listen", runtime.Level.ERROR
+            if table == "screen":  # which may run meanwhile, and which the loop does without
+                code, level = "self_test-port_unusable", runtime.Level.WARNING
+            elif _loop_runs(configuration):  # the port is its own
+                continue
+            values = {"cause": error.strerror or str(error), "port": settings.port}
+            message = Message(code, values, Place(key=f"{table}.port"))
+            yield runtime.Finding(level, message)
+
+
+def _loop_runs(configuration: runtime.MachineConfiguration) -> bool:
+    """Whether the machine's loop holds its lock; none is made."""
+    state = configuration.state_file
+    try:
+        if state.with_name(f"{state.name}.lock").exists():
+            with runtime.sole_runner(state, configuration.name):
+                pass
+    except ConfigurationError as error:
+        return error.code == "machine_in_use"
+    return False
 
 
 async def _tested(
