@@ -134,6 +134,7 @@ WRONG = (
     ((OPEN, "[metrics]\nport = 8450", "[screen]", LOOK), "port", "port_twice"),
     ((OPEN, "[screen]", LOOK, 'address = "localhost"\nport = 4850'), "port", "port_twice"),
     ((OPEN, "[screen]", LOOK, EVERYWHERE), "port", "port_twice"),
+    ((OPEN, "[metrics]\nport = 4850"), "metrics.port", "port_twice"),
     ((OPEN, "[screen]", LOOK, 'address = "::"'), "hosts", "screen_without_name"),
     ((OPEN, "[screen]", LOOK, 'hosts = ["https://lathe-3.shop"]'), "hosts", "no_host_name"),
     ((OPEN, "[screen]", LOOK, 'language = "fr"'), "language", "value_unknown"),

@@ -5,6 +5,7 @@ import re
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import fields
+from itertools import combinations
 from typing import Any, Final, get_args, get_type_hints
 
 from thermaxis.codes import Message, Value
@@ -173,15 +174,15 @@ def about_model(file: MachineFile, model: CompensationModel) -> Iterator[Message
 
 
 def about_screen(file: MachineFile) -> Iterator[Message]:
-    """Yield what of one table makes the pages useless that another one serves.
+    """Yield ports that two tables share, and what of one makes the pages of another useless.
 
     The pages show what the status server says, and each log-in is a connection of its own to it.
     """
-    screen, server = file.screen, file.server
-    if screen is None:
-        return
-    rows = [*_about_pages(screen), *_about_ports(screen, file)]
-    rows += [] if server is None else _about_server(screen, server)
+    screen, server, rows = file.screen, file.server, [*_about_ports(file)]
+    if screen is not None:
+        rows += _about_pages(screen)
+        rows.append((server is None, "screen_without_server", "screen", {}))
+        rows += [] if server is None else _about_server(screen, server)
     for wrong, code, key, values in rows:
         if wrong:
             yield problem(code, key, **values)
@@ -200,12 +201,12 @@ def _about_pages(screen: ScreenSettings) -> Iterator[_Row]:
     yield bool(screen.user) and not secret, "user_needs_password", "screen.user", {}
 
 
-def _about_ports(screen: ScreenSettings, file: MachineFile) -> Iterator[_Row]:
-    for table, other in (("server", file.server), ("metrics", file.metrics)):
-        if other is not None and other.port == screen.port != 0:
-            met = _meet(other.address, screen.address)
-            yield met, "port_twice", "screen.port", {"table": table}
-    yield file.server is None, "screen_without_server", "screen", {}
+def _about_ports(file: MachineFile) -> Iterator[_Row]:
+    tables = (("server", file.server), ("metrics", file.metrics), ("screen", file.screen))
+    for (table, first), (other, second) in combinations(tables, 2):
+        if first is not None and second is not None and first.port == second.port != 0:
+            met = _meet(first.address, second.address)
+            yield met, "port_twice", f"{other}.port", {"table": table}
 
 
 def _about_server(screen: ScreenSettings, server: ServerSettings) -> Iterator[_Row]:
