@@ -205,6 +205,7 @@ class SimulatedHistorian(Historian):
         self.records: list[CycleRecord] = []
         self.events: list[EventRecord] = []
         self.closed = False
+        self.told = HistorianStatus()
 
     async def open(self, outputs: object) -> None: ...
 
@@ -216,7 +217,7 @@ class SimulatedHistorian(Historian):
 
     @property
     def status(self) -> HistorianStatus:
-        return HistorianStatus()
+        return self.told
 
     async def close(self, deadline_s: float) -> None:
         self.closed = True

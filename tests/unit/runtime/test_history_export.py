@@ -21,9 +21,11 @@ from tests.unit.runtime.history_records import (
     write_history,
 )
 from thermaxis.cli import main
+from thermaxis.codes import Message
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError
 from thermaxis.files import read_thermal_log
+from thermaxis.runtime import EventRecord
 from thermaxis.runtime.history import HistoryReader, check_history, copy_history, export_history
 from thermaxis.runtime.history._backlog import Loss
 
@@ -33,7 +35,10 @@ FORMATS = pytest.mark.parametrize("name", ["log.parquet", "log.csv"])
 @pytest.fixture
 def history(tmp_path: Path) -> Path:
     path = tmp_path / "h.db"
-    events = (event_record("started", kind="start"), event_record("enabled", kind="request"))
+    events = (
+        EventRecord.of(BEGIN, "start", "", Message("event-loop_started", {"machine": "lathe"})),
+        event_record("enabled", kind="request"),
+    )
     write_history(path, [cycle_record(k, good=k % 50 != 49) for k in range(600)], events)
     return path
 
@@ -216,7 +221,7 @@ def test_the_command_exports_a_span(
         *("export", history, "-o", target, "--column", "T_*"),
         *("--from", "2026-11-03T06:01:00Z", "--to", "2026-11-03T06:02:00Z"),
     )
-    assert (code, out) == (0, f"written: {target} (60 cycles, 2 columns)\n")
+    assert (code, out) == (0, f"written: {target} (60 cycles, 3 columns)\n")
     assert read_thermal_log(target).start == BEGIN + timedelta(minutes=1)
     code, out, _ = command(capsys, "export", history, "-o", target, "--last", "30s")
     assert "(31 cycles," in out  # both ends of the time
@@ -268,7 +273,7 @@ def test_the_command_checks_a_history_and_tells_of_losses(
 ) -> None:
     writer = threadless(history)
     writer._backlog.add_loss(Loss(12, 3, 0, 10**6))
-    writer.event(event_record("x"))
+    writer.event(event_record("the state was taken up", kind="start"))
     writer.attempt()
     code, out, _ = command(capsys, "check", history)  # while the writer has it open
     writer.disconnect()

@@ -2,6 +2,7 @@
 
 import argparse
 import asyncio
+import re
 import signal
 import sqlite3
 import threading
@@ -11,14 +12,14 @@ from typing import Any
 import pytest
 
 from tests.unit.runtime.machine_files import machine_file
-from tests.unit.runtime.simulated import Rig, state_of
+from tests.unit.runtime.simulated import Rig, enabled_for, state_of
 from thermaxis.cli import main
 from thermaxis.cli.machine import run
 from thermaxis.cli.machine._signals import at_signals
 from thermaxis.cli.machine.commission import _until_a_signal
 from thermaxis.cli.machine.run import _ask_first
-from thermaxis.compensation import SupervisorState
-from thermaxis.runtime import OTHER_COMPENSATION, read_machine
+from thermaxis.compensation import Request, RequestKind, SupervisorState
+from thermaxis.runtime import OTHER_COMPENSATION, HistorianStatus, read_machine
 
 VIRTUAL_TIME = True
 
@@ -53,7 +54,7 @@ def test_a_terminal_that_is_closed_asks_for_the_end_as_a_service_does() -> None:
 
 
 def test_a_history_that_cannot_be_written_keeps_no_machine_from_running(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = machine_file(tmp_path)
     file = Path(read_machine(path).historian.url.removeprefix("sqlite:///"))
@@ -62,7 +63,36 @@ def test_a_history_that_cannot_be_written_keeps_no_machine_from_running(
         other.execute("CREATE TABLE thermaxis_version (name TEXT, value INTEGER)")
     other.close()
     assert main(["run", str(path), "--cycles", "1"]) == 0
-    assert "nothing is recorded: " in capsys.readouterr().err
+    said = capfd.readouterr()
+    assert "nothing is recorded: " in said.err
+    assert re.search(r"[1-9] records of the history were lost", said.err)
+    assert said.out.endswith("ended\n")
+
+
+async def test_an_alarm_that_comes_or_goes_is_a_line_and_the_end_says_why_it_fades(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(run, "_say", lambda text, **_: said.append(text.split("Z ", 1)[1]))
+    bench, stop = Rig(), asyncio.Event()
+    async with bench.running() as loop:
+        loop.listeners.append(run._Teller(stop).tell)
+        await enabled_for(loop, 30.0)
+        said.clear()
+        for _ in range(10):  # it comes and goes every two seconds
+            bench.historian.told = HistorianStatus(storing=False, waiting=7)
+            await asyncio.sleep(2.0)
+            bench.historian.told = HistorianStatus()
+            await asyncio.sleep(2.0)
+        assert set(said) == {
+            "alarm, medium: The history cannot be stored.",
+            "no more: The history cannot be stored.",
+        }
+        assert 3 <= len(said) <= 5
+        stop.set()
+        await loop.submit(Request(RequestKind.DISABLE, "Eve"))
+        await asyncio.sleep(2.0)
+        assert said[-1].startswith("Fading (the program is being ended); "), said
 
 
 def test_a_reader_that_stands_still_stops_no_cycle(monkeypatch: pytest.MonkeyPatch) -> None:

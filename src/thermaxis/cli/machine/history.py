@@ -163,7 +163,7 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
         )
     sys.stdout.write(
         f"written: {printable(str(output))} ({written.rows} cycles,"
-        f" {len(written.columns)} columns)\n"
+        f" {1 + len(written.columns)} columns)\n"
     )
 
 

@@ -17,7 +17,9 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AsyncExitStack, suppress
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Final
 
 from thermaxis import runtime
 from thermaxis.cli._arguments import adder
@@ -29,15 +31,20 @@ from thermaxis.cli.machine._machine_parts import (
 )
 from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import AnswerCode, Request, RequestKind
+from thermaxis.compensation import AnswerCode, Reason, Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import OTHER_COMPENSATION, publish
 from thermaxis.runtime.host import RequestSocket
 from thermaxis.runtime.publish import Publisher
+from thermaxis.runtime.status import is_mismatch
 
 LAST_LINES_S = 1.0
 """Time that the last lines are given to be printed. [s]"""
+ALARMS_AFTER: Final = timedelta(seconds=5.0)
+"""What stands so long after the start is told: a connection takes a moment."""
+ALARM_EVERY: Final = timedelta(seconds=10.0)
+"""An alarm is told so often at most, its going too."""
 _LINES: queue.Queue[str] = queue.Queue(maxsize=100)
 
 
@@ -60,10 +67,13 @@ def run(arguments: argparse.Namespace) -> int:
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = runtime.read_machine(arguments.configuration)
     with sole_runner(configuration):
-        standing = asyncio.run(_run(configuration, arguments))
+        standing, lost = asyncio.run(_run(configuration, arguments))
+    _say("ended", quiet=arguments.quiet)
     until_s = time.monotonic() + LAST_LINES_S
     while _LINES.unfinished_tasks and time.monotonic() < until_s:
         time.sleep(0.01)
+    if lost:
+        sys.stderr.write(f"thermaxis: {sentence('alarm-history_lost', {'lost': lost})}\n")
     for name, value in standing.items():
         sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")
     return 1 if standing and configuration.supervisor.at_stop == "fade" else 0
@@ -71,8 +81,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 async def _run(
     configuration: runtime.MachineConfiguration, arguments: argparse.Namespace
-) -> dict[str, float]:
-    """Run the loop; return the offsets other than zero that it leaves in the machine. [um]"""
+) -> tuple[dict[str, float], int]:
+    """Run the loop; return the offsets other than zero that it leaves, and how much is lost.
+
+    In the machine, by output [um]; of the history [1].
+    """
     clock = runtime.SystemClock()
     publisher = Publisher(configuration, clock, _serve)
     parts = build_parts(configuration, clock, publisher)
@@ -86,9 +99,9 @@ async def _run(
         self_test=None if replays else _self_test(configuration, parts),
     )
     loop.listeners.append(runtime.SignOfLife().tell)
-    if not arguments.quiet:
-        loop.listeners.append(_Teller().tell)
     ending = _Ending()
+    if not arguments.quiet:
+        loop.listeners.append(_Teller(ending.stop).tell)
     async with AsyncExitStack() as servers:
         servers.enter_context(
             at_signals(ending.asked, ending.hung_up)
@@ -116,7 +129,10 @@ async def _run(
             sys.stderr.write(f"thermaxis: thermaxis ask does not work here: {why}\n")
         servers.push_async_callback(requests.close)
         standing = await _until_the_end(loop, arguments, ending)
-    return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
+    lost = publisher.status.lost + publisher.status.waiting
+    if configuration.sink.kind == "dry":
+        return {}, lost
+    return {name: um for name, um in standing.items() if um}, lost
 
 
 def _serve(
@@ -135,9 +151,10 @@ class _Ending:
 
     def asked(self) -> None:
         if not self.stop.is_set():
-            _say("it is being ended: the correction fades first", quiet=False)
+            _say("it is being ended: the correction fades, then the history is stored", quiet=False)
             self.stop.set()
         elif self.running is not None:
+            _say("it is ended at once", quiet=False)
             self.running.cancel()
 
     def hung_up(self) -> None:
@@ -155,7 +172,6 @@ async def _until_the_end(
     try:
         return await ending.running
     except asyncio.CancelledError:
-        _say("ended at once", quiet=False)
         last = loop.status
         if last is None:
             return {}
@@ -228,13 +244,16 @@ def _print_lines() -> None:
 
 
 class _Teller:
-    """Prints a line when the state or its reasons change."""
+    """Prints a line when the state or its reasons change, and when an alarm comes or goes."""
 
-    def __init__(self) -> None:
+    def __init__(self, stop: asyncio.Event) -> None:
+        self.stop = stop
         self.last: tuple[object, ...] = ()
+        self.alarms: dict[str, tuple[datetime, str, str]] = {}
 
     def tell(self, status: runtime.RuntimeStatus) -> None:
         output = status.output
+        at = f"{status.utc:%Y-%m-%dT%H:%M:%SZ}"
         now = (output.state, output.reasons)
         if now != self.last:
             self.last = now
@@ -242,7 +261,29 @@ class _Teller:
                 f"{name} {value:+.1f}"
                 for name, value in zip(status.outputs, output.correction_um, strict=True)
             )
-            reasons = [sentence(f"reason-{reason}") for reason in output.reasons]
+            reasons = [
+                "the program is being ended"
+                if reason is Reason.DISABLED and self.stop.is_set()
+                else sentence(f"reason-{reason}")
+                for reason in output.reasons
+            ]
             why = f" ({'; '.join(reasons)})" if reasons else ""
-            at = f"{status.utc:%Y-%m-%dT%H:%M:%SZ}"
             _say(f"{at} {output.state}{why}; correction: {corrections}", quiet=False)
+        if status.utc - status.started >= ALARMS_AFTER:
+            self._tell_alarms(status, at)
+
+    def _tell_alarms(self, status: runtime.RuntimeStatus, at: str) -> None:
+        """Tell what is not told yet; one that comes and goes is told every ten seconds."""
+        of = {m.key.rpartition(" ")[0] if is_mismatch(m) else m.key: m for m in status.alarms}
+        for name in self.alarms.keys() | of:
+            since, key, text = self.alarms.get(name, (datetime.min.replace(tzinfo=UTC), "", ""))
+            alarm = of.get(name)
+            if key == (alarm.key if alarm else "") or status.utc - since < ALARM_EVERY:
+                continue
+            if alarm:
+                key, text = alarm.key, alarm.text
+                _say(f"{at} alarm, {alarm.priority}: {text}", quiet=False)
+            else:
+                key = ""
+                _say(f"{at} no more: {text}", quiet=False)
+            self.alarms[name] = status.utc, key, text

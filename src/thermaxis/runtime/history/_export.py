@@ -190,7 +190,7 @@ def check_history(
         return Condition(
             *span,
             cycles=int(cycles),
-            starts=sum(event.kind == "start" for event in events),
+            starts=sum(event.code == "event-loop_started" for event in events),
             events=len(events),
             lost_cycles=sum(int(details.get("cycles") or 0) for details in losses),
             lost_events=sum(int(details.get("events") or 0) for details in losses),

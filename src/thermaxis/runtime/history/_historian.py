@@ -39,6 +39,7 @@ from thermaxis.runtime.history._url import check_url
 
 _IDLE_S: Final = 5.0
 _LAST_RETRY_S: Final = 0.1
+_WAITED_FOR_S: Final = 5.0  # what failed for longer is tried once more at the end, not longer
 _MOST_AT_ONCE: Final = 1000
 _RETIRE_EVERY_S: Final = 3600.0
 _CLOSE_AGAIN_S: Final = 60.0
@@ -170,6 +171,9 @@ class SqlHistorian(Historian):
         try:
             while not (self._closing.is_set() and (not self._backlog.waiting or self._expired())):
                 if not self.attempt():
+                    ends = self._closing.is_set()
+                    if ends and time.monotonic() - self._failed_since_s > _WAITED_FOR_S:
+                        break
                     if self._closing.wait(self._settings.retry_s):
                         time.sleep(min(_LAST_RETRY_S, self._settings.retry_s))
                 elif not self._closing.is_set() and self._backlog.arrived.wait(_IDLE_S):

@@ -113,6 +113,8 @@ async def _serve(
                     loop.answer(*item)
     telling.cancel()
     await asyncio.gather(*(server.close() for server in servers), history.close(STORE_S))
+    _tell_history(loop, history)  # what is lost at the end
+    await writer.drain()
 
 
 async def _open(unopened: list[Callable[[], _Server]], servers: list[_Server]) -> Message | None:
@@ -143,10 +145,14 @@ async def _tell(
             loop.say({"certificates": {key: end.isoformat() for key, end in ends.items()}})
         elif number % _SERVERS_EVERY == 0:
             await opening()
-        storing, waiting, lost, failure = history.status
-        fares = storing, waiting, lost, value_as_json(failure)
-        loop.say({"historian": fares, "stored": max(0, loop.taken - waiting)})
+        _tell_history(loop, history)
         await asyncio.sleep(TOLD_EVERY_S)
+
+
+def _tell_history(loop: _Loop, history: SqlHistorian) -> None:
+    storing, waiting, lost, failure = history.status
+    fares = storing, waiting, lost, value_as_json(failure)
+    loop.say({"historian": fares, "stored": max(0, loop.taken - waiting)})
 
 
 def _unrecorded(configuration: MachineConfiguration) -> Message | None:
