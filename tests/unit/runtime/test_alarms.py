@@ -282,6 +282,9 @@ def test_a_bad_sensor_that_was_read_is_told_with_what_was_read() -> None:
     assert (one.values["hold"], one.values["hold_unit"]) == (5.0, "min")
     (unread,) = found(replace(told, samples={})).values()
     assert (unread.code, "read_c" in unread.values) == ("sensor_unread", False)
+    broken = {"T_spindle_C": SourceSample(None, good=False, status="BadSensorFailure")}
+    (failed,) = found(replace(told, samples=broken)).values()
+    assert failed.values["status"] == "BadSensorFailure"
 
 
 def test_short_times_are_told_in_seconds_and_long_ones_in_minutes() -> None:

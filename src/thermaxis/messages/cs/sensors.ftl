@@ -9,7 +9,7 @@ quality-too_fast = hodnota skočila
 quality-frozen = hodnota se vůbec nemění
 quality-disagrees = oba snímače si odporují
 
-sensor_cause-missing = Zdroj pro něj nemá hodnotu.
+sensor_cause-missing = Zdroj pro něj nedává číslo.
 sensor_cause-status_bad = Přerušený vodič, vadný modul nebo vypnutý kanál.
 sensor_cause-old = Zdroj jej přestal obnovovat.
 sensor_cause-no_time_stamp = Zdroj neuvádí, jak je hodnota stará.

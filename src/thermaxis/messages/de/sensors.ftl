@@ -9,7 +9,7 @@ quality-too_fast = der Wert ist gesprungen
 quality-frozen = der Wert ändert sich gar nicht
 quality-disagrees = die beiden Sensoren widersprechen sich
 
-sensor_cause-missing = Die Quelle hat keinen Wert dafür.
+sensor_cause-missing = Die Quelle gibt keine Zahl dafür.
 sensor_cause-status_bad = Leitungsbruch, ausgefallene Baugruppe oder abgeschalteter Kanal.
 sensor_cause-old = Die Quelle erneuert ihn nicht mehr.
 sensor_cause-no_time_stamp = Die Quelle sagt nicht, wie alt der Wert ist.

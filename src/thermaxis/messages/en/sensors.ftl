@@ -13,7 +13,7 @@ quality-disagrees = the two sensors disagree
 
 ## What may be behind a value that is not accepted
 
-sensor_cause-missing = The source has no value for it.
+sensor_cause-missing = The source gives no number for it.
 sensor_cause-status_bad = A broken wire, a failed module, or a channel that is switched off.
 sensor_cause-old = The source has stopped refreshing it.
 sensor_cause-no_time_stamp = The source does not say how old the value is.

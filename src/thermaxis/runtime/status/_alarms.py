@@ -208,11 +208,11 @@ def _of_sensors(status: RuntimeStatus, compensation: Compensation) -> _Found:
             continue
         values |= {"quality": quality.value, "sensor_cause": quality.value, **hold}
         sample = status.samples.get(name, NOT_READ)
+        values["status"] = printable(sample.status, _LONGEST_STATUS)
         if sample.value is None:
             yield "sensor_unread", name, values
         else:
-            read = {"read_c": sample.value, "status": printable(sample.status, _LONGEST_STATUS)}
-            yield "sensor_bad", name, values | read
+            yield "sensor_bad", name, {**values, "read_c": sample.value}
 
 
 def _of_outputs(status: RuntimeStatus, compensation: Compensation) -> _Found:
