@@ -78,6 +78,8 @@ def test_what_hides_a_loss_or_a_wrong_unit_is_said(tmp_path: Path) -> None:
         ("hold_input_s = 120.0", "read_back_tolerance_um = 100.0", "tolerance_wide"),
         ("hold_input_s = 120.0", "input_timeout_s = 86400.0", "time_long"),
         ("hold_input_s = 120.0", "read_back_s = 86400.0", "time_long"),
+        ("hold_input_s = 120.0", "hold_input_s = 86400.0", "time_long"),
+        ("hold_input_s = 120.0", "hold_connection_s = 86400.0", "time_long"),
         ("highest_c = 60.0", "highest_c = 60.0\nfrozen_s = 0.0", "frozen_unseen"),
     ):
         assert said not in before

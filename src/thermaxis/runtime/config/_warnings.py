@@ -27,6 +27,8 @@ VISIBLE_STEP_UM: Final = 1.0
 LONG_BRIDGE_S: Final = 60.0
 """A loss or a difference that is believed for longer protects little: heat moves a tool by some
 micrometres in a minute. [s]"""
+LONG_HOLD_S: Final = 3600.0
+"""A correction that is held for longer is that of another thermal state. [s]"""
 WIDE_TOLERANCE_UM: Final = 2.0
 """A read-back that may differ by more hides a wrong unit, or another writer. [µm]"""
 BYTES_PER_CYCLE: Final = 30.0
@@ -105,9 +107,11 @@ def _about_input(
 
 def _about_protection(configuration: MachineConfiguration) -> Iterator[_Row]:
     rules, sink = configuration.rules.supervisor, configuration.sink
-    for name in ("input_timeout_s", "read_back_s"):
+    short, long = ("input_timeout_s", "read_back_s"), ("hold_input_s", "hold_connection_s")
+    for name in (*short, *long):
         value_s: float = getattr(rules, name)
-        yield value_s > LONG_BRIDGE_S, "time_long", f"supervisor.{name}", {"value_s": value_s}
+        most_s = LONG_BRIDGE_S if name in short else LONG_HOLD_S
+        yield value_s > most_s, "time_long", f"supervisor.{name}", {"value_s": value_s}
     wide_um = rules.read_back_tolerance_um
     wide, key = wide_um > WIDE_TOLERANCE_UM, "supervisor.read_back_tolerance_um"
     yield wide, "tolerance_wide", key, {"tolerance_um": wide_um}
