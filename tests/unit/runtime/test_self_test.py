@@ -290,7 +290,7 @@ def test_what_forbids_to_write_an_offset_is_an_error() -> None:
 def test_a_node_with_whole_numbers_must_be_fine_and_wide_enough() -> None:
     for kind, unit, level, said in (
         ("Int16", "0.1 um", Level.OK, "output"),
-        ("Int32", "um", Level.OK, "output"),
+        ("Int16", "um", Level.WARNING, "output_coarse"),
         ("Int16", "mm", Level.ERROR, "output_always_zero"),
         ("SByte", "0.1 um", Level.ERROR, "output_too_narrow"),
         ("UInt16", "um", Level.ERROR, "output_too_narrow"),

@@ -278,7 +278,7 @@ def _judge_counts(
         yield error("output_always_zero", key, unit=unit, total_um=total_um)
     elif largest > highest or -largest < lowest:
         yield error("output_too_narrow", key, unit=unit, total_um=total_um, type=node.data_type)
-    elif per_um < 1.0:
+    elif per_um <= 1.0:
         yield warning("output_coarse", key, unit=unit, step_um=1.0 / per_um)
 
 
