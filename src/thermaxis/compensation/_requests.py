@@ -102,7 +102,7 @@ class AnswerCode(StrEnum):
     DIAMETER_SET = "diameter_set"
     """The gain follows at the allowed rate."""
     NO_FAULT = "no_fault"
-    """There is no fault; the present values of the sensors are accepted."""
+    """There is no fault; alarms of offsets are seen, and the values of the sensors are accepted."""
     ACKNOWLEDGED = "acknowledged"
     """The fault is acknowledged; it is off until it is enabled."""
     DOUBLE_COMPENSATION_STILL = "double_compensation_still"
