@@ -176,6 +176,31 @@ def test_a_unit_that_is_wrong_by_a_thousand_is_noticed_on_a_machine_that_is_late
     assert moved_um == [0.0, pytest.approx(10.0)]
 
 
+@pytest.mark.parametrize(
+    ("unit_um", "step_um", "tried_um"),
+    [(0.1, 5.0, [0.1, 0.5]), (0.1, -4.0, [-0.1, -0.4]), (1.0, 5.0, [1.0])],
+)
+def test_the_smallest_step_that_a_coarse_machine_can_tell_is_tried_and_none_twice(
+    unit_um: float, step_um: float, tried_um: list[float]
+) -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+    asked_um: list[float] = []
+
+    class Counts(SimulatedSink):
+        async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
+            counted = {n: unit_um * round(um / unit_um) for n, um in correction_um.items()}
+            return await super().write(counted, deadline_s)
+
+    async def measure(stands: Message) -> float:
+        asked_um.append(float(str(stands.values.get("by_um", 0.0))))
+        return machine.z_um
+
+    plan = CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0), step_um=step_um)
+    proof = run_in_virtual_time(prove_step(Counts(machine), VirtualClock(), plan, measure))
+    assert proof.passed
+    assert asked_um == pytest.approx([0.0, *tried_um, step_um, 0.0])
+
+
 def test_a_step_of_which_the_machine_reports_no_part_is_not_made() -> None:
     machine = SimulatedMachine({}, ("Z_um",))
 

@@ -122,13 +122,17 @@ async def _try_a_little(
     mover: "_Mover", plan: CommissioningPlan, measure: Measure, before_um: float
 ) -> None:
     """Move by little first, and go no further where the tool point moved by far more."""
-    found_um = mover.now_um
+    found_um, tried_um = mover.now_um, 0.0
     for share in TRIED_SHARES:
         little_um = share * plan.step_um
+        if abs(little_um) <= tried_um:
+            continue
         while not await mover.told_of(found_um, little_um):
-            little_um *= 10.0
+            digits = math.floor(math.log10(abs(little_um)) + 1e-9)  # units are powers of ten
+            little_um = math.copysign(10.0 ** (digits + 1), plan.step_um)
             if abs(little_um) >= abs(plan.step_um):
                 raise DataError("step_untold", place=Place(channel=plan.output))
+        tried_um = abs(little_um)
         moved_um = await mover.measured(measure, "further", by_um=little_um)
         if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
             raise DataError(
