@@ -6,13 +6,12 @@ import signal
 import socket
 import sqlite3
 import time
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
 from asyncua import Client, ua
 
-from tests.in_time import in_time
 from tests.system.loop_stand import Watcher, excess, lathe, read_runs, write_site
 from tests.system.programs import compensating, gaps
 from thermaxis.compensation import SupervisorState
@@ -38,7 +37,7 @@ def read(url: str) -> tuple[int, str]:
     """Return the number of the cycle and the state, as any client reads them."""
 
     async def ask() -> tuple[int, str]:
-        async with Client(url, timeout=10.0) as client:
+        async with Client(url, timeout=30.0) as client:
             space = await client.get_namespace_index("urn:thermaxis:runtime")
             nodes = [
                 client.get_node(ua.NodeId(f"Status/{name}", space))
@@ -49,15 +48,16 @@ def read(url: str) -> tuple[int, str]:
     return asyncio.run(ask())
 
 
-def again(url: str) -> int:
-    """Return the number of the cycle as soon as it can be read."""
+def active(url: str, after: int = -1) -> int:
+    """Return the number of a later cycle as soon as it can be read that it is active."""
     until_s = time.monotonic() + 30.0
-    while True:
-        try:
-            return read(url)[0]
-        except OSError:
-            assert time.monotonic() < until_s
-            time.sleep(0.2)
+    while time.monotonic() < until_s:
+        with suppress(OSError):
+            number, state = read(url)
+            if number > after and state == "Active":
+                return number
+        time.sleep(0.2)
+    raise AssertionError(f"no cycle after {after} that is active")
 
 
 def test_servers_and_history_that_are_killed_come_back_and_the_loop_does_not_notice(
@@ -69,16 +69,15 @@ def test_servers_and_history_that_are_killed_come_back_and_the_loop_does_not_not
         with compensating(configuration, "--enable") as loop:
             address = loop.wait_for("status server: ", 30.0).text.partition(": ")[2]
             loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
-            before, state = read(address)
-            assert state == "Active"
+            before = active(address)
             served = child_of(loop.popen.pid)
             os.kill(served, signal.SIGKILL)
-            assert again(address) > before
+            before = active(address, before)
             assert child_of(loop.popen.pid) != served
             for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):  # as a terminal does
                 os.kill(child_of(loop.popen.pid), number)
             time.sleep(0.5)
-            assert read(address)[0] > before
+            active(address, active(address, before))
             assert loop.stop(60.0) == 0
     cycles = [cycle for run in read_runs(tmp_path) for cycle in run]
     assert len(gaps(cycles)) <= 10  # a second
@@ -95,14 +94,14 @@ def test_a_loop_that_is_killed_leaves_no_process_and_no_port_behind(tmp_path: Pa
         with compensating(configuration, "--enable") as loop:
             loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
             served = Path(f"/proc/{child_of(loop.popen.pid)}")
-            killed_s = loop.kill()
+            until_s = loop.kill() + 30.0
             while served.exists():
+                assert time.monotonic() < until_s
                 time.sleep(0.01)
-            assert in_time(time.monotonic() - killed_s, 2.0)
         with compensating(configuration, "--enable") as loop:
             loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
             os.kill(child_of(loop.popen.pid), signal.SIGSTOP)
-            time.sleep(12.0)
+            time.sleep(15.0)  # it is told after ten
             os.kill(child_of(loop.popen.pid), signal.SIGCONT)
             time.sleep(1.0)
             assert loop.stop(60.0) == 0
