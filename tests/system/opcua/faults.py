@@ -3,7 +3,8 @@
 The server writes down every write of an offset by its own clock, with where the offset stood just
 before, and looks every 10 ms. Each write is held against the cycle of the history that it came
 from: what was under way while somebody else wrote, or while the watchdog took the offset back, no
-loop could know. Nothing is judged by how fast the computer is.
+loop could know. Nothing is judged by how fast the computer is: what must be told lasts until it is,
+and the next fault comes when the loop has written a few times since.
 """
 
 import json
@@ -32,6 +33,7 @@ from thermaxis.compensation import RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import EventRecord
 from thermaxis.runtime.config import state_file_of
+from thermaxis.runtime.history import HistoryReader
 from thermaxis.runtime.host import ask_loop
 
 AXES = tuple(axis for axis, _, _ in OUTPUTS.values())
@@ -55,6 +57,10 @@ ROUNDED_UM: Final = 0.11
 """Tenths of a micrometre, rounded twice. [µm]"""
 MACHINE_RATE_UM_PER_S: Final = 1e4
 """The machine goes where it is told at once. [µm/s]"""
+TOLD_WITHIN_S: Final = 60.0
+"""What must be told lasts no longer. [s]"""
+WRITES_BETWEEN: Final = 9
+"""Writes between two faults, three of each offset: a cycle lies wholly between them. [1]"""
 UNDER_WAY_S: Final = 15.0
 """A write is no longer under way than a network held it. [s]"""
 PLC_S: Final = 0.01
@@ -84,18 +90,35 @@ class Trial:
         self.settle()
 
     def settle(self, limit_s: float = 120.0) -> None:
-        """Wait until it compensates; a fault is acknowledged as soon as that is taken."""
-        until_s = time.monotonic() + limit_s
+        """Wait until it compensates, as the machine saw; a fault is acknowledged once it may be."""
+        until_s, enough = time.monotonic() + limit_s, self.writes() + WRITES_BETWEEN
         while time.monotonic() < until_s:
             time.sleep(0.5)
             state = self.loop.state()
-            if state == "Active":
+            if state == "Active" and self.writes() >= enough:
                 return
             if state in {"Fault", "Off", "Fading"}:
                 kind = RequestKind.ACKNOWLEDGE if state == "Fault" else RequestKind.ENABLE
                 with suppress(ConfigurationError):  # it is not there yet
                     ask_loop(state_file_of(self.configuration), kind)
         raise RuntimeError(f"not active again: {self.loop.tail()}")
+
+    def writes(self) -> int:
+        """Return how many offsets the machine was told."""
+        path = self.machine.record_path
+        return path.read_bytes().count(b'"write"') if path.is_file() else 0
+
+    def told(self) -> bool:
+        """Whether the history says what the last fault was."""
+        last = self.happened[-1]
+        with HistoryReader(f"sqlite:///{self.configuration.parent / 'history.db'}") as reader:
+            return not EXPECTED[last.name].isdisjoint(_told(reader.events(), last.began_s))
+
+    def last_until_told(self) -> None:
+        """Wait until the history says what the fault is; the judge finds it if that never comes."""
+        until_s = time.monotonic() + TOLD_WITHIN_S
+        while not self.told() and time.monotonic() < until_s:
+            time.sleep(0.3)
 
     def suffer(self, name: str) -> None:
         """Wait until the loop compensates, and let one thing go wrong."""
@@ -116,7 +139,8 @@ class Trial:
 
     def others(self) -> None:
         """Another program writes all the time."""
-        for _ in range(12):
+        until_s = time.monotonic() + TOLD_WITHIN_S
+        while not self.told() and time.monotonic() < until_s:
             axes = dict.fromkeys(AXES, self.chance.uniform(-20.0, 20.0))
             self.machine.tell(others_um=axes)
             time.sleep(0.3)
@@ -158,13 +182,15 @@ class Trial:
     def interlock(self) -> None:
         """The emergency stop is pressed."""
         self.machine.tell(flags={"EmergencyStop": True})
-        time.sleep(1.5)
+        self.last_until_told()
         self.machine.tell(flags={"EmergencyStop": False})
 
     def has(self, fault: str, *seconds: float) -> None:
         """Let the machine have a fault of its own."""
         self.machine.tell(fault=fault, channel="Temp1")
         time.sleep(self.chance.choice(seconds))
+        if self.happened[-1].name in {"sensor", "refused"}:
+            self.last_until_told()
 
 
 _MADE_HERE = "other others late delayed hole frozen_server frozen_loop killed_loop interlock"
@@ -209,9 +235,9 @@ def drawn(count: int, seed: int) -> list[str]:
 def campaign(folder: Path, count: int, seed: int, machines: int) -> "list[Judged]":
     """Deal faults to machines side by side, each with a loop of its own; judge each of them.
 
-    What takes a minute to acknowledge comes last.
+    Each kind comes once at least, and what takes a minute to acknowledge last.
     """
-    names = sorted(drawn(count, seed))
+    names = sorted([*FAULTS, *drawn(count - len(FAULTS), seed)])
 
     def one(k: int) -> Judged:
         dealt = names[k::machines]
@@ -229,6 +255,8 @@ def suffered(folder: Path, seed: int, names: Callable[[Trial], Iterable[str]]) -
     with trial(folder, seed) as tried:
         for name in names(tried):
             tried.suffer(name)
+        if tried.happened[-1].name != "others":  # a fault, for a minute
+            tried.settle()
         code = tried.loop.stop(180.0)
     lines = (folder / "machine" / "offsets.jsonl").read_text(encoding="utf-8").splitlines()
     events = read_history(folder).events
@@ -422,26 +450,34 @@ def untold(
 ) -> list[str]:
     """Return the faults of which the history does not say what they were, or something else."""
     wrong = [f"no words for {e.code}" for e in events if not e.text or e.code in e.text]
-    shift_s = time.time() - time.monotonic()
     for one, (_, end_s) in pairwise([*happened, Happened("", math.inf)]):
-        codes: set[str] = set()
-        standing: set[str] = set()
-        for event in events:
-            at_s = event.utc.timestamp() - shift_s
-            gone = event.code == "event-alarm_gone"
-            if at_s < one.began_s:
-                standing = standing - _codes(event) if gone else standing | _codes(event)
-            elif at_s < end_s and not gone:
-                codes |= _codes(event)
-        standing = {code for code in standing if code.startswith("alarm-")}
+        codes = _told(events, one.began_s, end_s, standing=False)
         own = [cycle for cycle in cycles if one.began_s <= cycle.monotonic_s < end_s]
         moved = [m for m in moves if one.began_s <= m.at_s < end_s]
         wanted = EXPECTED.get(one.name, set())
-        if wanted and not (codes | standing) & wanted and _felt(one.name, own, moved, writes):
+        told = _told(events, one.began_s, end_s)
+        if wanted and not told & wanted and _felt(one.name, own, moved, writes):
             wrong.append(f"{one.name}: {sorted(codes)}")
         if one.name not in {"other", "others"} and codes & OTHERS_CODES:
             wrong.append(f"{one.name}: {sorted(codes & OTHERS_CODES)}")
     return wrong
+
+
+def _told(
+    events: Iterable[EventRecord], began_s: float, end_s: float = math.inf, *, standing: bool = True
+) -> set[str]:
+    """Return what the history says between two times, and which alarms stood before."""
+    shift_s = time.time() - time.monotonic()
+    codes: set[str] = set()
+    stood: set[str] = set()
+    for event in events:
+        at_s = event.utc.timestamp() - shift_s
+        gone = event.code == "event-alarm_gone"
+        if at_s < began_s:
+            stood = stood - _codes(event) if gone else stood | _codes(event)
+        elif at_s < end_s and not gone:
+            codes |= _codes(event)
+    return codes | {code for code in stood if standing and code.startswith("alarm-")}
 
 
 def _felt(
@@ -449,7 +485,7 @@ def _felt(
 ) -> bool:
     """Whether the loop could notice: a connection is made again between two cycles at times."""
     if name == "frozen_loop":
-        return max(b.monotonic_s - a.monotonic_s for a, b in pairwise(own)) > 1.2
+        return any(b.monotonic_s - a.monotonic_s > 1.2 for a, b in pairwise(own))
     if name in {"delayed", "hole", "reset", "frozen_server"}:
         return not all(cycle.written for cycle in own)
     if name in {"deaf", "other"}:  # nobody looks at what is written over before a look
