@@ -44,6 +44,7 @@ from thermaxis.runtime.history._backlog import Item
 pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
 
 PASSWORD = "not a secret: of a server that lives for a test"  # noqa: S105 - see its text
+KEPT = {"cycles", "events", "history"}
 QUICK = HistorianSettings(batch_s=0.01, retry_s=0.1, password=Secret(PASSWORD))
 
 
@@ -343,6 +344,37 @@ def test_another_model_and_old_days_are_dealt_with_as_in_sqlite(server: Server) 
     assert records_in(server) == kept  # two days in files, and the newest as rows
     names = server.execute("SELECT tablename FROM pg_tables WHERE schemaname = 'public'")
     assert sorted(str(name) for (name,) in names) == ["cycles", "events", "history"]
+
+
+def test_a_table_that_somebody_reads_is_dropped_later_and_nothing_is_disconnected(
+    server: Server,
+) -> None:
+    def before() -> list[str]:
+        names = server.execute("SELECT tablename FROM pg_tables WHERE schemaname = 'public'")
+        return sorted(str(name) for (name,) in names if str(name) not in KEPT)
+
+    one = threadless(server.folder, settings(server))
+    one._close_s = float("inf")
+    for k in range(2):
+        one.record(replace(cycle_record(k), parts=(("spindle", f"part{k}"), ("spindle",))))
+        assert one.attempt()
+    (name,) = before()
+    one._close_s = 0.0
+    with psycopg.connect(
+        host="127.0.0.1",
+        port=server.port,
+        user="thermaxis",
+        password=PASSWORD,
+        dbname="thermaxis",
+    ) as reader:
+        reader.execute(f"TABLE {name}")
+        assert one.attempt()
+        assert one.status.failure is None
+        assert before() == [name]
+    one.record(replace(cycle_record(4000), parts=(("spindle", "part1"), ("spindle",))))
+    assert one.attempt()
+    assert before() == []
+    one.disconnect()
 
 
 def test_a_database_that_stores_no_text_is_refused_with_a_sentence(

@@ -435,6 +435,23 @@ def test_a_loss_that_was_told_is_not_told_again_when_the_connection_is_lost_late
         assert [event.details["cycles"] for event in reader.events(kinds=["loss"])] == [1]
 
 
+def test_old_days_that_cannot_be_deleted_are_told_and_keep_no_hour_from_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def kept(_store: Store, _days: int) -> None:
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(Store, "retire", kept)
+    recorder = Recorder(tmp_path / "h.db")
+    recorder.record(range(90), 60.0)
+    assert recorder.attempt()
+    assert recorder.attempt()
+    assert recorder.trouble is None
+    recorder.disconnect()
+    (said,) = texts_in(tmp_path / "h.db", "alarm")
+    assert "cannot be deleted" in said
+
+
 def test_what_is_being_closed_ends_with_its_database_also_where_that_was_exchanged(
     tmp_path: Path,
 ) -> None:

@@ -34,6 +34,7 @@ event-log_in_refused = { $name }: stavový server přihlášení odmítl
 event-not_stored = Historii nebylo možné zapisovat po dobu { DURATION($lasted_s) }: { $why }
 event-history_damaged = Historie { $file } je poškozena ({ $detail }): byla odložena jako { $aside } a začala nová
 event-part_unwritten = hotové hodiny zůstávají řádky databáze, protože jejich soubor nelze zapsat ({ $detail })
+event-old_days_kept = dny nad dobu uchování zůstávají, protože jejich soubory nelze smazat ({ $detail })
 event-day_unjoined = soubory hotových dnů zůstávají oddělené, protože je nelze spojit ({ $detail })
 event-self_test = vlastní test: { $finding }
 event-alarm_gone = pominulo: { $alarm }

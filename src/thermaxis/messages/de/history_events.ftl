@@ -34,6 +34,7 @@ event-log_in_refused = { $name } wurde vom Statusserver abgewiesen
 event-not_stored = Der Verlauf konnte { DURATION($lasted_s) } lang nicht geschrieben werden: { $why }
 event-history_damaged = Der Verlauf { $file } ist beschädigt ({ $detail }): er wurde als { $aside } beiseitegelegt und ein neuer begonnen
 event-part_unwritten = fertige Stunden bleiben Zeilen der Datenbank, denn ihre Datei kann nicht geschrieben werden ({ $detail })
+event-old_days_kept = Tage jenseits der Aufbewahrung bleiben, denn ihre Dateien können nicht gelöscht werden ({ $detail })
 event-day_unjoined = die Dateien fertiger Tage bleiben einzeln, denn sie können nicht zusammengefügt werden ({ $detail })
 event-self_test = Selbsttest: { $finding }
 event-alarm_gone = gegangen: { $alarm }

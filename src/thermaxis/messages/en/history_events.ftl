@@ -40,6 +40,7 @@ event-log_in_refused = { $name } was refused by the status server
 event-not_stored = The history could not be written for { DURATION($lasted_s) }: { $why }
 event-history_damaged = The history { $file } is damaged ({ $detail }): it was put aside as { $aside } and a new one begun
 event-part_unwritten = finished hours stay rows of the database, for their file cannot be written ({ $detail })
+event-old_days_kept = days beyond those to be kept stay, for their files cannot be deleted ({ $detail })
 event-day_unjoined = the files of finished days stay apart, for they cannot be joined ({ $detail })
 event-self_test = self-test: { $finding }
 event-alarm_gone = gone: { $alarm }

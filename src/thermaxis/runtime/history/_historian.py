@@ -325,12 +325,19 @@ class SqlHistorian(Historian):
                 pass
             if time.monotonic() >= self._retire_s:
                 self._retire_s = time.monotonic() + _RETIRE_EVERY_S
-                store.retire(self._settings.retention_days)
+                self._retire(store)
         except SQLAlchemyError as error:
             self._drop_store(error)
         except OSError as error:
             self._leave_unclosed(printable_cause(error))
         self._busy = None
+
+    def _retire(self, store: Store) -> None:
+        try:
+            store.retire(self._settings.retention_days)
+        except OSError as error:  # finished hours are closed nevertheless
+            detail = printable_cause(error)
+            self._state("alarm", Message("event-old_days_kept", {"detail": detail}))
 
     def _close_a_part(self, store: Store) -> bool:
         """Go on with closing; return whether a part is closed, so that there may be another."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final, final
 
 import sqlalchemy as sa
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
@@ -26,6 +26,8 @@ from thermaxis.runtime.history._url import history_folder, sqlite_path
 _LOCK_KEY = 0x7468_6572_6D61_7869  # "thermaxi"
 _DELETED_AT_ONCE: Final = 2000
 _HOUR_US = 3_600_000_000
+_LOCK_NOT_AVAILABLE: Final = "55P03"
+"""What PostgreSQL says after its lock_timeout."""
 
 
 @final
@@ -202,9 +204,18 @@ class Store:
                     self._connection.execute(sa.delete(table).where(table.c[ID] <= last))
                     return True
                 if first is None and name != t.CYCLES:
-                    self._connection.execute(sa.DDL(f"DROP TABLE {name}"))
+                    self._drop(name)
         self._leftover = False
         return False
+
+    def _drop(self, name: str) -> None:
+        """Drop an empty table; one that somebody reads goes when the next part is closed."""
+        try:
+            with self._connection.begin_nested():
+                self._connection.execute(sa.DDL(f"DROP TABLE {name}"))
+        except DBAPIError as error:
+            if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
+                raise
 
     def retire(self, days: int) -> None:
         """Remove the days that were recorded first, beyond those kept, with their events."""
