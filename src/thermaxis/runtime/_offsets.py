@@ -13,6 +13,10 @@ without a write nothing kept the offset, so that it is found anew as well. What 
 before may still arrive for `read_back_s`; until something newer is seen the control may yet take
 that over, and it is waited for. Zero is a watchdog's doing, and so are values that come nearer to
 it look by look; any other A is another writer's.
+
+While own writes may still be under way, by the largest time that one took so far, A outside of the
+path says nothing of what will stand: nothing is written until A is back on the path, or has stood
+still for as long; then the correction goes on from the newest own write, or from A.
 """
 
 import math
@@ -39,6 +43,8 @@ OTHERS_APART_S: Final = 1.0
 ROUNDING: Final = 0.1
 """Share of the tolerance that a machine's rounding takes: half of a tenth, and a whole one for an
 acting offset that comes nearer. [1]"""
+REST_SHARE: Final = 1.5
+"""An own write may be under way for so many times the largest time that one took. [1]"""
 _UNKNOWN = Applied(None, None)
 
 
@@ -91,6 +97,10 @@ class OutputOffset(NamedTuple):
     """Where it acted when it was last seen to follow; None where the machine is silent."""
     moved: OffsetMismatch | None = None
     """Where it had gone by itself at the last look; None where it had not."""
+    resting: Mark | None = None
+    """Since when nothing is written as it is off its path, and where it was seen last."""
+    aside: Mark | None = None
+    """Where it was accepted off its path; what acts may still go there."""
 
 
 class OffsetsState(NamedTuple):
@@ -109,6 +119,10 @@ class OffsetsState(NamedTuple):
     """When another writer was seen. [s]"""
     mismatches: tuple[OffsetMismatch, ...] = ()
     """What nobody has acknowledged yet, the last of every output."""
+    written_s: float = -math.inf
+    """When the newest offsets were written. [s]"""
+    late_s: float | None = None
+    """Largest time for which a write was not seen yet; None where none was seen. [s]"""
 
 
 class Look(NamedTuple):
@@ -137,6 +151,8 @@ class Found(NamedTuple):
     """Whether what was found can be no offset, and has just been so."""
     other_writer: bool = False
     """Whether another writer was seen too often."""
+    rests: bool = False
+    """Whether nothing may be written, as own writes may be under way."""
 
 
 def offset_rules(compensation: Compensation) -> OffsetRules:
@@ -170,7 +186,11 @@ def look_step(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offs
     tells of it no more, and only the history has it.
     """
     recent = tuple(s for s in state.others_s if look.time_s - s <= OTHERS_WITHIN_S)
-    state, found = _looked(rules, state._replace(others_s=recent), look)
+    state = state._replace(others_s=recent)
+    if look.connected:
+        state, found = _looked(rules, state, look)
+    else:
+        state, found = state._replace(known=False, doubtful=False), Found()
     for one in found.told:
         others = tuple(m for m in state.mismatches if m.output != one.output)
         state = state._replace(mismatches=(*others, one))
@@ -188,7 +208,7 @@ def write_step(
         one._replace(path=_led(rules, one.path, um, at[0]))
         for one, um in zip(state.outputs, written_um, strict=True)
     )
-    return state._replace(outputs=outputs, touched_s=at[0], touched=at[1])
+    return state._replace(outputs=outputs, touched_s=at[0], touched=at[1], written_s=at[0])
 
 
 def rest_step(state: OffsetsState, *, off: bool) -> OffsetsState:
@@ -206,8 +226,6 @@ def acknowledged(state: OffsetsState, shown: Collection[str]) -> OffsetsState:
 
 
 def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[OffsetsState, Found]:
-    if not look.connected:
-        return state._replace(known=False, doubtful=False), Found()
     said = [look.applied.get(name, _UNKNOWN) for name in rules.names]
     stale = is_stale(rules, state, look.time_s, look.utc)
     anew = stale or not state.known or look.news_um is not None
@@ -216,37 +234,73 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
         row = [look.news_um.get(name) for name in rules.names]
     elif not (state.known or stale):  # the sink has not told yet what it found
         return state, Found()
+    rested = any(one.resting is not None for one in state.outputs)
     if not anew and None in row:
-        return state._replace(doubtful=True), Found()
+        return state._replace(doubtful=True), Found(rests=rested)
     if anew:
         known = all(um is not None and abs(um) <= LARGEST_FOUND_UM for um in row)
         state = state._replace(known=known, doubtful=not known)
         if not known:
             return state, Found(_snapped(rules, row), unusable=not stale)
+    state, gone, told = _compared(rules, state, look, said, row if anew else None)
+    if anew:
+        return state, Found(_snapped(rules, row), told=told)
+    rests = any(one.resting is not None for one in state.outputs)
+    if rests or rested:
+        newest_um = _snapped(rules, (one.path[-1].um for one in state.outputs))
+        return state, Found(newest_um, told=told, rests=rests)
+    pairs = zip(state.outputs, said, strict=True)
+    read_back = tuple(_believed(rules, *pair, look.time_s) for pair in pairs)
+    found_um = _snapped(rules, gone) if any(um is not None for um in gone) else None
+    return state, Found(found_um, read_back, told)
+
+
+def _compared(
+    rules: OffsetRules,
+    state: OffsetsState,
+    look: Look,
+    said: Sequence[Applied],
+    anew_um: Sequence[float | None] | None,
+) -> tuple[OffsetsState, list[float | None], tuple[OffsetMismatch, ...]]:
+    """Compare every output; return also where each has gone by itself, and what is to be told."""
     apart = not state.others_s or look.time_s - state.others_s[-1] >= OTHERS_APART_S
     outputs: list[OutputOffset] = []
     gone: list[float | None] = []
     told: list[OffsetMismatch] = []
+    late_s, until_s = state.late_s, state.written_s + _rest_s(rules, state.late_s)
     for k, one in enumerate(state.outputs):
-        um, mismatch = _judged(rules, k, one, said[k], look, row[k] if anew else None)
-        gone.append(um)
-        outputs.append(_going_on(rules, one, said[k], look.time_s, um, mismatch))
+        um, mismatch = _judged(
+            rules, k, one, said[k], look, None if anew_um is None else anew_um[k]
+        )
+        goes_on = one.resting is not None and anew_um is None  # it is told already
+        if goes_on and um is not None and one.moved is not None:
+            um = _rested_um(rules, one, said[k], look.time_s, um)
+            mismatch = one.moved._replace(found_um=um)
+        if anew_um is None and _rests(rules, one, said[k], look.time_s, until_s):
+            outputs.append(_resting(rules, one, said[k], look.time_s, mismatch))
+            gone.append(None)
+        else:
+            outputs.append(_going_on(rules, one, said[k], look.time_s, um, mismatch))
+            gone.append(um)
+            if um is None and len(one.path) > 1 and not one.late:  # else it may be another's
+                times_s = look.time_s, state.written_s
+                late_s = max(late_s or 0.0, _late_s(rules, one, said[k][1], times_s))
         begins = one.moved is None or look.news_um is not None
-        if mismatch is not None and (apart if mismatch.another else begins):
-            told.append(mismatch)
+        if mismatch is not None and not (goes_on and um is not None):
+            told += [mismatch] if (apart if mismatch.another else begins) else []
     others_s = state.others_s
     if any(one.another for one in told):
         others_s = (*others_s, look.time_s)[-MOST_OTHERS:]
     if len(state.others_s) >= MOST_OTHERS:  # the fault says it
-        told = [one for one in told if anew]
+        told = [one for one in told if anew_um is not None]
     state = state._replace(
-        outputs=tuple(outputs), touched_s=look.time_s, touched=look.utc, others_s=others_s
+        outputs=tuple(outputs),
+        touched_s=look.time_s,
+        touched=look.utc,
+        others_s=others_s,
+        late_s=late_s,
     )
-    if anew:
-        return state, Found(_snapped(rules, row), told=tuple(told))
-    read_back = (_believed(rules, *pair, look.time_s) for pair in zip(outputs, said, strict=True))
-    found_um = _snapped(rules, gone) if any(um is not None for um in gone) else None
-    return state, Found(found_um, tuple(read_back), tuple(told))
+    return state, gone, tuple(told)
 
 
 def _snapped(rules: OffsetRules, row: Iterable[float | None]) -> tuple[float | None, ...]:
@@ -285,7 +339,7 @@ def _gone(
     rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float
 ) -> tuple[float | None, bool | None]:
     """Return where an offset has gone by itself, or None, and whether another moved it."""
-    _, um, effective_um = said
+    um = said.accepted_um
     if um is None:
         return None, False
     path_um, tolerance_um = [mark.um for mark in one.path], rules.tolerance_um
@@ -295,8 +349,9 @@ def _gone(
         if nearer_um > rules.rounding_um and _beyond_um((0.0, moved.found_um), um) <= tolerance_um:
             return um, False  # a watchdog's way
     if beyond_um > tolerance_um:
-        late_um = (0.0, *(mark.um for mark in one.late))
-        if _beyond_um(late_um, um) <= tolerance_um:
+        pairs = zip(one.late[::2], one.late[1::2], strict=True)
+        own = any(_beyond_um((low.um, high.um), um) <= tolerance_um for low, high in pairs)
+        if own or abs(um) <= tolerance_um:
             newer = one.path[0].since_s > max((mark.since_s for mark in one.late), default=0.0)
             return um if newer or abs(um) <= tolerance_um else None, False
         nearer = _beyond_um((0.0, *path_um), um) <= tolerance_um
@@ -304,12 +359,7 @@ def _gone(
     if moved is not None and moved.another is None:  # it went there at once, and stays or follows
         follows = abs(um - moved.found_um) > rules.rounding_um >= beyond_um
         return None, follows or time_s - one.path[0].since_s > rules.read_back_s
-    acts = (
-        effective_um is not None
-        and one.followed is not None
-        and _beyond_um((one.followed.um, path_um[0], um), effective_um) > tolerance_um
-    )
-    return effective_um if acts else None, False
+    return _astray_um(rules, one, said), False
 
 
 def _going_on(
@@ -327,15 +377,105 @@ def _going_on(
     if um is None:
         path = one.path if accepted_um is None else _reached(rules, one.path, accepted_um, time_s)
         undecided = mismatch is None and one.moved is not None and one.moved.another is None
-        return OutputOffset(path, late, followed, one.moved if undecided else None)
+        kept = one.aside is not None and time_s - one.aside.since_s <= rules.read_back_s
+        return OutputOffset(
+            path,
+            late,
+            followed,
+            one.moved if undecided else None,
+            aside=one.aside if kept else None,
+        )
     begin = Mark(time_s, um if accepted_um is None else accepted_um)
-    if mismatch is not None and mismatch.another is not False:  # it is no proof any more
+    others = mismatch is not None and mismatch.another is not False
+    if others and one.resting is None:  # own writes had all arrived
         late = ()
     elif one.path:
-        ends = min(one.path, key=lambda mark: mark.um), max(one.path, key=lambda mark: mark.um)
-        late += tuple(mark._replace(since_s=time_s) for mark in ends)
+        own_um = [mark.um for mark in one.path[1:] or one.path]
+        if not others:  # on its way from zero, too
+            own_um.append(0.0)
+        late += (Mark(time_s, min(own_um)), Mark(time_s, max(own_um)))
     followed = None if effective_um is None else Mark(time_s, effective_um)
     return OutputOffset(_led(rules, (begin,), um, time_s), late, followed, mismatch)
+
+
+def _rest_s(rules: OffsetRules, late_s: float | None) -> float:
+    """Return for how long an own write may be under way. [s]"""
+    if late_s is None:
+        return rules.read_back_s
+    longest_s = REST_SHARE * (late_s + rules.silence_s) if late_s > 0.0 else 0.0
+    return min(longest_s, rules.read_back_s)
+
+
+def _late_s(
+    rules: OffsetRules, one: OutputOffset, um: float | None, times_s: tuple[float, float]
+) -> float:
+    """Return for how long a write was not seen: until now, or until the newest one. [s]"""
+    time_s, newest_s = times_s
+    if um is None:
+        return 0.0
+    if abs(um - one.path[0].um) <= rules.rounding_um:  # it has not gone on
+        far = (m for m in one.path[1:] if abs(m.um - um) > 2.0 * rules.rounding_um)
+        return time_s - next(far, Mark(time_s, um)).since_s
+    seen = min(one.path[1:], key=lambda mark: abs(mark.um - um))
+    near = abs(seen.um - um) <= rules.rounding_um
+    return newest_s - seen.since_s if near else 0.0
+
+
+def _astray_um(rules: OffsetRules, one: OutputOffset, said: Applied) -> float | None:
+    """Return what is accepted, or acts, where it lies outside of what was led."""
+    _, um, effective_um = said
+    path_um = [mark.um for mark in one.path]
+    if um is None or not path_um or _beyond_um(path_um, um) > rules.tolerance_um:
+        return um if path_um else None
+    if effective_um is None or one.followed is None:
+        return None
+    way_um = [one.followed.um, path_um[0], um]
+    if one.aside is not None:
+        way_um.append(one.aside.um)
+    return effective_um if _beyond_um(way_um, effective_um) > rules.tolerance_um else None
+
+
+def _rests(
+    rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float, until_s: float
+) -> bool:
+    """Whether an offset is astray while own writes may be under way."""
+    um = _astray_um(rules, one, said)
+    if um is None:
+        return False
+    if one.resting is None:
+        return time_s < until_s
+    moves = abs(um - one.resting.um) > rules.rounding_um
+    return (moves or time_s < until_s) and time_s - one.resting.since_s <= rules.read_back_s
+
+
+def _resting(
+    rules: OffsetRules,
+    one: OutputOffset,
+    said: Applied,
+    time_s: float,
+    mismatch: OffsetMismatch | None,
+) -> OutputOffset:
+    """Return an offset that is astray and may come back to its path."""
+    um = _astray_um(rules, one, said)
+    if um is None:
+        return one
+    first = one.resting is None
+    return one._replace(
+        followed=_followed(rules, one, said, time_s),
+        moved=mismatch if first else one.moved,
+        resting=Mark(time_s if one.resting is None else one.resting.since_s, um),
+        aside=one.aside if um != said.accepted_um else Mark(time_s, um),
+    )
+
+
+def _rested_um(
+    rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float, um: float
+) -> float:
+    """Return what acts where a watchdog took it back while nothing was written."""
+    if said.effective_um is None or one.followed is None:
+        return um
+    stood = time_s - one.followed.since_s > rules.silence_s
+    return said.effective_um if stood or abs(said.effective_um) <= rules.tolerance_um else um
 
 
 def _followed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float) -> Mark | None:

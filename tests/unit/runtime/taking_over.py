@@ -96,23 +96,36 @@ class Shift(NamedTuple):
     """Largest correction. [µm]"""
     stale: int
     """Cycles in which the correction waited for the control. [1]"""
+    changed: list[float]
+    """Where the correction went on from somewhere else than its newest write: the steps. [µm]"""
 
 
 def compensate(
-    compensation: Compensation, control: LateControl, hours: float, freeze_s: float = 0.0
+    compensation: Compensation,
+    control: LateControl,
+    hours: float,
+    freeze_s: float = 0.0,
+    other: tuple[float, float] = (math.inf, 0.0),
 ) -> Shift:
-    """Compensate a machine whose spindle warms up and cools; the loop stands still at 40 s."""
+    """Compensate a machine whose spindle warms up and cools; the loop stands still at 40 s.
+
+    Another writer sets a value once, just after a time.
+    """
     rules, cycle_s = offset_rules(compensation), compensation.cycle_s
     state: CycleState = cycle_state(compensation)
     offsets = OffsetsState((OutputOffset(),))
     told: list[OffsetMismatch] = []
     states: set[SupervisorState] = set()
     furthest_um, stale = 0.0, 0
+    changed: list[float] = []
+    written_um, written_s = 0.0, 0.0
     news: dict[str, float | None] | None = {"Z_um": 0.0}
     requests: tuple[Request, ...] = (Request(RequestKind.ENABLE, "Jana"),)
     for number in range(1, round(3600.0 * hours / cycle_s)):
         now_s = number * cycle_s
         at = now_s, NOON + timedelta(seconds=now_s)
+        if now_s - cycle_s <= other[0] < now_s:
+            control.write(other[1], other[0])
         control.advance(now_s, cycle_s)
         if 40.0 < now_s < 40.0 + freeze_s:
             continue
@@ -139,6 +152,13 @@ def compensate(
         if output.state is SupervisorState.OFF:
             offsets = rest_step(offsets, off=True)
             continue
-        control.write(output.correction_um[0], now_s)
+        if found.rests:
+            continue
+        (um,) = output.correction_um
+        allowed_um = compensation.bounds[0].largest_rate_um_per_s * (now_s - written_s)
+        if abs(um - written_um) > allowed_um + rules.tolerance_um:
+            changed.append(um - written_um)
+        written_um, written_s = um, now_s
+        control.write(um, now_s)
         offsets = write_step(rules, offsets, output.correction_um, at)
-    return Shift(told, states, furthest_um, stale)
+    return Shift(told, states, furthest_um, stale, changed)

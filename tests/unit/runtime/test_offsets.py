@@ -387,7 +387,7 @@ class Steps:
 
     def __init__(self, rules: OffsetRules = RULES) -> None:
         self.rules, self.now_s, self.number = rules, 100.0, 0
-        self.state = OffsetsState((OutputOffset(),) * len(rules.names))
+        self.state = OffsetsState((OutputOffset(),) * len(rules.names), late_s=0.0)
 
     def look(
         self,
@@ -466,6 +466,52 @@ def test_a_control_that_takes_offsets_over_late_is_never_taken_for_another_write
     assert freeze_s > 0.0 or shift.told == []
     assert shift.states == {SupervisorState.WARMING, SupervisorState.ACTIVE}
     assert shift.furthest_um > 10.0
+
+
+@settings(max_examples=40)
+@given(
+    late_s=st.floats(0.05, 2.0),
+    sampled=st.booleans(),
+    ramp=st.sampled_from((5.0, math.inf)),
+    tenths=st.booleans(),
+    other=st.tuples(st.floats(25.0, 60.0), st.floats(-50.0, 50.0)),
+    cycle_s=st.sampled_from((0.1, 0.2, 1.0)),
+)
+def test_one_foreign_write_between_late_own_ones_never_makes_the_loop_go_back_and_forth(
+    late_s: float,
+    sampled: bool,
+    ramp: float,
+    tenths: bool,
+    other: tuple[float, float],
+    cycle_s: float,
+) -> None:
+    plant = compensation(cycle_s=cycle_s, limits=Limits(60.0, 1.0))
+    control = LateControl(late_s, sampled, ramp, tenths=tenths)
+    shift = compensate(plant, control, hours=0.03, other=other)
+    assert len(shift.changed) <= 1, "it goes on from there, or from its newest own write"
+    assert len({one.key for one in shift.told}) <= 1
+    assert all(abs(one.found_um - one.left_um) > TOLERANCE_UM for one in shift.told)
+    assert SupervisorState.FAULT not in shift.states
+
+
+def test_nothing_is_written_while_an_own_write_may_still_be_under_way() -> None:
+    """Accepted after 1.2 s, a cycle of one second, and one foreign write."""
+    for comes_back in (True, False):
+        steps = Steps(RULES._replace(silence_s=1.5)).begin(0.0)
+        for k in range(1, 8):
+            assert not steps.look(-1.0 * max(k - 2, 0), after_s=1.0).rests
+            steps.write(-1.0 * k)
+        found = steps.look(25.0, after_s=1.0)
+        assert (found.rests, found.found_um) == (True, (-7.0,)), "no step from 25 um"
+        assert [one.another for one in found.told] == [True]
+        found = steps.look(-7.0 if comes_back else 25.0, after_s=1.0)
+        assert (found.rests, found.told) == (not comes_back, ())
+        for _ in range(3):
+            found = steps.look(-7.0 if comes_back else 25.0, after_s=1.0)
+            assert found.told == ()
+        assert not found.rests
+        assert steps.state.outputs[0].path[-1].um == (-7.0 if comes_back else 25.0)
+        assert len(steps.state.others_s) == 1
 
 
 def test_a_write_before_a_silence_may_have_arrived_or_not() -> None:

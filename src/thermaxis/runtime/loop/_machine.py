@@ -33,6 +33,7 @@ class Machine:
         self.offsets = OffsetsState((OutputOffset(),) * len(self.rules.names))
         self.applied: Mapping[str, Applied] = {}
         self._applied_s = 0.0
+        self._rests = False
         self._commanded: dict[str, tuple[float, float]] = {}  # [µm] and when [s]
 
     def left_at(self, correction_um: tuple[float, ...]) -> None:
@@ -49,6 +50,7 @@ class Machine:
             await self._read_back(wait_s)
         look = Look(number, time_s, utc, self._sink.connected, news, self.applied)
         self.offsets, found = look_step(self.rules, self.offsets, look)
+        self._rests = found.rests
         if found.unusable:
             self._journal.event("alarm", "event-offset_unusable")
         for alarm in alarms_of_found(found.told, utc):
@@ -61,6 +63,8 @@ class Machine:
         off = output.state is SupervisorState.OFF
         if off or not ready or is_stale(self.rules, self.offsets, *at):
             self.offsets = rest_step(self.offsets, off=off)
+            return
+        if self._rests:
             return
         correction_um = dict(zip(self.rules.names, output.correction_um, strict=True))
         self._commanded = {name: (um, at[0]) for name, um in correction_um.items()}
