@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
+from tests.unit.plc.small_programs import unused
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -44,7 +45,7 @@ from thermaxis.plc import (
     vectors_of,
 )
 from thermaxis.plc.blocks import at_position, bound_texts
-from thermaxis.plc.tree import executable, stored, unused
+from thermaxis.plc.tree import executable, stored
 from thermaxis.plc.vectors import LINE_LIMITED, by_variable
 
 TOTAL_UM = 40.0

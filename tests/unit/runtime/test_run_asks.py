@@ -6,6 +6,7 @@ import re
 import signal
 import sqlite3
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,14 @@ from thermaxis.runtime import OTHER_COMPENSATION, HistorianStatus, read_machine
 VIRTUAL_TIME = True
 
 
+@pytest.fixture
+def in_a_terminal() -> Iterator[None]:
+    """What outlives its terminal, as after nohup, would heed none that closes."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 async def test_enabling_is_asked_again_after_a_missed_read_until_there_is_a_reason() -> None:
     for read, state in ((0.0, SupervisorState.ACTIVE), (1.0, SupervisorState.OFF)):
         bench = Rig()
@@ -39,6 +48,7 @@ async def test_enabling_is_asked_again_after_a_missed_read_until_there_is_a_reas
             assert state_of(loop) is state
 
 
+@pytest.mark.usefixtures("in_a_terminal")
 def test_a_terminal_that_is_closed_asks_for_the_end_as_a_service_does() -> None:
     asked: list[None] = []
 
@@ -112,6 +122,7 @@ def test_a_reader_that_stands_still_stops_no_cycle(monkeypatch: pytest.MonkeyPat
     assert printed[:100] == [f"{k}\n".encode() for k in range(100)]
 
 
+@pytest.mark.usefixtures("in_a_terminal")
 def test_a_step_is_brought_back_when_its_terminal_is_closed_however_often_that_tells() -> None:
     stands: list[str] = []
 
