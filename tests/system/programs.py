@@ -107,8 +107,8 @@ class Program:
             try:
                 said = self._lines.get(timeout=still_s)
             except queue.Empty:
-                states = [line.text for line in self.said if "Z " in line.text]
-                if states and f"Z {state}" in states[-1]:
+                told = [line.text for line in self.said if "correction:" in line.text]
+                if told and f"Z {state}" in told[-1]:
                     return
                 continue
             if said is None:
