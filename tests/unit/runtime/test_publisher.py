@@ -13,7 +13,7 @@ from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, BinaryIO
 
 import pytest
 from asyncua import ua
@@ -40,12 +40,23 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_publisher, "certificates_of", lambda _: configured)
 
 
+def unpickled(data: bytes) -> Any:
+    """Return what this test itself, or its copy, has pickled."""
+    return pickle.loads(data)  # noqa: S301 - our own
+
+
+def frame(stream: BinaryIO) -> list[Any]:
+    """Return one list that the acting process says; an empty one at the end."""
+    header = stream.read(4)
+    return unpickled(stream.read(int.from_bytes(header))) if header else []
+
+
 def frames(connected: socket.socket) -> list[Any]:
     """Return everything that the acting process says until it says no more."""
+    found: list[Any] = []
     with connected.makefile("rb") as stream:
-        found: list[Any] = []
-        while header := stream.read(4):
-            found += pickle.loads(stream.read(int.from_bytes(header)))  # noqa: S301
+        while said := frame(stream):
+            found += said
     return found
 
 
@@ -95,7 +106,7 @@ async def test_a_request_comes_to_the_loop_and_its_answer_goes_back(tmp_path: Pa
         one.event(event(0))
         assert one.loop.certificates == {"server.certificate": datetime(2030, 1, 1, tzinfo=UTC)}
     assert asked == [ASKED]
-    answer, told = pickle.loads((tmp_path / "said").read_bytes())  # noqa: S301
+    answer, told = unpickled((tmp_path / "said").read_bytes())
     assert answer == (7, RequestOutcome(accepted=True, code=AnswerCode.ENABLED))
     assert told.values == {"n": 0}
 
@@ -218,10 +229,7 @@ async def test_what_a_killed_process_had_not_stored_is_counted_and_told(tmp_path
         if not first.exists():
             first.write_text(f"{os.nice(0)} {Path('/proc/self/oom_score_adj').read_text('ascii')}")
             with connected.makefile("rb") as stream:
-                while 9 not in [
-                    one.values["n"]
-                    for one in pickle.loads(stream.read(int.from_bytes(stream.read(4))))  # noqa: S301
-                ]:
+                while 9 not in [one.values["n"] for one in frame(stream)]:
                     pass
             connected.sendall(b'{"historian": [true, 3, 2, null], "stored": 6}\n')
             time.sleep(60.0)
@@ -241,7 +249,7 @@ async def test_what_a_killed_process_had_not_stored_is_counted_and_told(tmp_path
         while not one.status.storing:
             await asyncio.sleep(0.01)
         one.event(event(11))
-    told = pickle.loads((tmp_path / "said").read_bytes())  # noqa: S301
+    told = unpickled((tmp_path / "said").read_bytes())
     (stated,) = (record.values for record in told if record.kind == "loss")
     assert (lost, stated["events"]) == (2 + 4, 4)
     nice, score = map(int, first.read_text().split())
@@ -278,7 +286,7 @@ async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_tol
         goes_on.touch()
         while one.status.waiting:
             await asyncio.sleep(0.01)
-    told = pickle.loads((tmp_path / "said").read_bytes())  # noqa: S301
+    told = unpickled((tmp_path / "said").read_bytes())
     stated = [one for one in told if one.kind == "loss"]
     assert sum(one.values["events"] for one in stated) == lost
     assert len(told) - len(stated) == 4000 - lost
