@@ -39,7 +39,7 @@ from thermaxis.runtime.history import (
     check_history,
     export_history,
 )
-from thermaxis.runtime.history._backlog import Item
+from thermaxis.runtime.history._columns import Item
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
 

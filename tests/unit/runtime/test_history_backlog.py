@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from hypothesis import given, settings, strategies as st
 
-from thermaxis.runtime.history._backlog import Backlog, Item, Loss, PackedEvent
-from thermaxis.runtime.history._columns import Column, Layout, Row
+from thermaxis.runtime._backlog import Backlog, Loss
+from thermaxis.runtime.history._columns import Column, Item, Layout, PackedEvent, Row
 
 LAYOUT = Layout((), (Column("answers", "text"),))
 
@@ -23,7 +23,7 @@ def times(items: Sequence[Item]) -> list[int]:
 
 
 def test_items_are_taken_in_the_order_in_which_they_came() -> None:
-    backlog = Backlog(10**6)
+    backlog = Backlog[Item](10**6)
     for k in range(6):
         backlog.add(event(k) if k % 3 == 1 else cycle(k))
     assert times(backlog.take(4)) == times(backlog.take(4)) == [0, 1, 2, 3]  # until it is stored
@@ -35,7 +35,7 @@ def test_items_are_taken_in_the_order_in_which_they_came() -> None:
 
 
 def test_the_oldest_cycles_go_first_and_events_stay() -> None:
-    backlog = Backlog(100_000)
+    backlog = Backlog[Item](100_000)
     backlog.add(event(-1))
     for k in range(1000):
         backlog.add(cycle(k, 700))  # counts as its row and 300 bytes
@@ -44,11 +44,11 @@ def test_the_oldest_cycles_go_first_and_events_stay() -> None:
     assert kept == list(range(1000 - len(kept), 1000))
     assert 94 <= len(kept) <= 99
     assert backlog.unstated == Loss(1000 - len(kept), 0, 0, kept[0] - 1)
-    assert backlog.lost == 1000 - len(kept)
+    assert backlog.lost.number == 1000 - len(kept)
 
 
 def test_a_flood_of_events_takes_no_more_than_a_quarter_from_the_cycles() -> None:
-    backlog = Backlog(400_000)
+    backlog = Backlog[Item](400_000)
     for k in range(5000):
         backlog.add(event(k) if k % 5 else cycle(k, 700))
     taken = backlog.take(10_000)
@@ -59,24 +59,24 @@ def test_a_flood_of_events_takes_no_more_than_a_quarter_from_the_cycles() -> Non
 
 
 def test_a_loss_is_told_once_and_what_is_lost_meanwhile_is_told_again() -> None:
-    backlog = Backlog(400_000)
+    backlog = Backlog[Item](400_000)
     backlog.add_loss(Loss(7, 2, 10, 20))
     told = backlog.unstated
     backlog.add_loss(Loss(1, 0, 5, 5))
     backlog.stored(told)
     assert backlog.unstated[:2] == (1, 0)
-    assert backlog.lost == 10
+    assert backlog.lost.number == 10
 
 
 def test_what_is_added_after_the_end_counts_as_lost() -> None:
-    backlog = Backlog(400_000)
+    backlog = Backlog[Item](400_000)
     backlog.add(cycle())
     backlog.take(1)
     backlog.add(cycle())
     backlog.give_up()
     backlog.add(cycle())
     backlog.add(event())
-    assert (backlog.waiting, backlog.lost) == (0, 4)
+    assert (backlog.waiting, backlog.lost.number) == (0, 4)
 
 
 def test_losses_add_up() -> None:
@@ -99,7 +99,7 @@ steps = st.lists(
 @given(steps)
 def test_every_item_is_stored_once_or_lost_or_waits(moves: list[tuple[str, int]]) -> None:
     """Against a plain list that keeps everything."""
-    backlog = Backlog(100_000)
+    backlog = Backlog[Item](100_000)
     added, stored = 0, list[int]()
     for move, count in moves:
         if move in {"cycles", "events"}:
@@ -118,7 +118,7 @@ def test_every_item_is_stored_once_or_lost_or_waits(moves: list[tuple[str, int]]
     assert stored == sorted(set(stored))
     assert waiting == sorted(set(waiting))
     assert not set(stored) & set(waiting)
-    assert len(stored) + len(waiting) + backlog.lost == added
+    assert len(stored) + len(waiting) + backlog.lost.number == added
     gone = set(range(1, added + 1)) - set(stored) - set(waiting)
     assert backlog.unstated.number == len(gone)
     if gone:

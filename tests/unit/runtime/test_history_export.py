@@ -26,8 +26,8 @@ from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError
 from thermaxis.files import read_thermal_log
 from thermaxis.runtime import EventRecord
+from thermaxis.runtime._backlog import Loss
 from thermaxis.runtime.history import HistoryReader, check_history, copy_history, export_history
-from thermaxis.runtime.history._backlog import Loss
 
 FORMATS = pytest.mark.parametrize("name", ["log.parquet", "log.csv"])
 

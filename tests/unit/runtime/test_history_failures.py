@@ -41,8 +41,8 @@ from thermaxis.runtime.history import (
     _store,
     check_url,
 )
-from thermaxis.runtime.history._backlog import Item
 from thermaxis.runtime.history._closing import Order
+from thermaxis.runtime.history._columns import Item
 from thermaxis.runtime.history._integrity import put_aside, writer_lock
 from thermaxis.runtime.history._store import Store
 

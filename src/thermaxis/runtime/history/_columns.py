@@ -6,15 +6,13 @@ are gathered by the loop's thread; what a database is given of them is made by t
 
 from array import array
 from collections.abc import Iterator
-from datetime import UTC, datetime, timedelta
 from itertools import chain
 from typing import Final, Literal, NamedTuple, final
 
 from thermaxis.compensation import SupervisorState
+from thermaxis.runtime._backlog import from_us, to_us
 from thermaxis.runtime._ports import Applied, CycleRecord
 
-EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
-"""Times are counted from here where they wait to be stored."""
 ID: Final = "id"
 """Number of a cycle in the order of recording, whatever a clock did."""
 TIME: Final = "time_utc"
@@ -32,23 +30,12 @@ Kind = Literal["number", "whole", "flag", "text"]
 _LARGEST = 1e15
 _NOTHING = float("nan")
 _UNKNOWN = Applied(None, None)
-_MICROSECOND = timedelta(microseconds=1)
 _UNIT_ENDS = ("_um", "_mm", "_C", "_K")
 _CODES = (
     *("answers", "state", "quality", "reasons", "outcomes"),
     *("source_reason", "sink_reason"),
 )
 _NM_UM, _US_S, _MS_S = 3, 6, 3  # digits: a nanometre, a microsecond, a millisecond
-
-
-def to_us(moment: datetime) -> int:
-    """Return an aware time as microseconds since 1970."""
-    return (moment - EPOCH) // _MICROSECOND
-
-
-def from_us(time_us: int) -> datetime:
-    """Return microseconds since 1970 as an aware time in UTC."""
-    return EPOCH + timedelta(microseconds=time_us)
 
 
 def storable(text: str, limit: int) -> str:
@@ -97,6 +84,7 @@ class Row(NamedTuple):
     """Numbers as float64; NaN where there is none."""
     texts: tuple[str | None, ...]
     """Texts."""
+    is_row = True
 
     @property
     def size(self) -> int:
@@ -118,6 +106,33 @@ class Row(NamedTuple):
         for (name, *_), text in zip(self.layout.texts, self.texts, strict=True):
             stored[name] = None if text is None else storable(text, LONGEST_TEXT)
         return stored
+
+
+class PackedEvent(NamedTuple):
+    """An event as it is stored."""
+
+    utc_us: int
+    """Time of day. [µs]"""
+    kind: str
+    """Its kind."""
+    who: str
+    """Who caused it."""
+    code: str
+    """Key of its sentence; empty where it has none."""
+    text: str
+    """What happened."""
+    details: str
+    """JSON."""
+    is_row = False
+
+    @property
+    def size(self) -> int:
+        """Memory that its texts take. [byte]"""
+        return sum(map(len, self[1:]))
+
+
+Item = Row | PackedEvent
+"""What waits to be stored."""
 
 
 def output_column(output: str, quantity: str) -> str:
@@ -191,7 +206,7 @@ class Columns:
         if (len(numbers), len(texts)) != (len(layout.numbers), len(layout.texts)):
             raise ValueError("a record that does not fit the names of outputs and channels")
         packed = array("d", [_NOTHING if value is None else value for value in numbers])
-        return Row(layout, (record.utc - EPOCH) // _MICROSECOND, packed.tobytes(), texts)
+        return Row(layout, to_us(record.utc), packed.tobytes(), texts)
 
     def _layout(self, record: CycleRecord) -> Layout:
         taken: dict[str, str] = {ID: "", TIME: ""}

@@ -20,16 +20,16 @@ from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyErro
 
 from thermaxis.codes import NOWHERE, Message, values_as_json
 from thermaxis.errors import ThermaxisError
+from thermaxis.runtime._backlog import Backlog, Loss, from_us, to_us
 from thermaxis.runtime._ports import Clock, CycleRecord, EventRecord, Historian, HistorianStatus
-from thermaxis.runtime.history._backlog import Backlog, Loss, PackedEvent
 from thermaxis.runtime.history._closing import WRITTEN, Closing, Order, done
 from thermaxis.runtime.history._columns import (
     LONGEST_TEXT,
     UNPACKABLE,
     Columns,
-    from_us,
+    Item,
+    PackedEvent,
     storable,
-    to_us,
 )
 from thermaxis.runtime.history._database import printable_cause
 from thermaxis.runtime.history._integrity import check_file, is_damage, put_aside
@@ -99,7 +99,7 @@ class SqlHistorian(Historian):
         self._clock = clock
         self._beside = beside
         self._columns = Columns()
-        self._backlog = Backlog(settings.largest_waiting_bytes)
+        self._backlog = Backlog[Item](settings.largest_waiting_bytes)
         self._thread: threading.Thread | None = None
         self._end_s: float | None = None
         self._closing = threading.Event()
@@ -131,7 +131,7 @@ class SqlHistorian(Historian):
         try:
             self._backlog.add(self._columns.row_of(record))
         except UNPACKABLE as error:
-            self._refuse(error, Loss(cycles=1))
+            self._refuse(error, Loss(rows=1))
 
     def event(self, event: EventRecord) -> None:
         """Take an event."""
@@ -154,7 +154,9 @@ class SqlHistorian(Historian):
         failure = failure or self._unclosed
         if thread is not None and not thread.is_alive() and not self._closing.is_set():
             failure = Message("failure-historian_ended")
-        return HistorianStatus(failure is None, self._backlog.waiting, self._backlog.lost, failure)
+        return HistorianStatus(
+            failure is None, self._backlog.waiting, self._backlog.lost.number, failure
+        )
 
     async def close(self, deadline_s: float) -> None:
         """Store what is left, as far as a time allows, and end; the rest counts as lost."""
@@ -267,7 +269,7 @@ class SqlHistorian(Historian):
         """Return the event that tells of a loss, if there is one."""
         if not loss.number:
             return []
-        counts = {"cycles": loss.cycles, "events": loss.events}
+        counts = {"cycles": loss.rows, "events": loss.events}
         details = {
             **counts,
             "first": from_us(loss.first_us).isoformat(),

@@ -21,9 +21,10 @@ from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
 from thermaxis.codes import Place, values_of_json
 from thermaxis.errors import DataError
+from thermaxis.runtime._backlog import from_us, to_us
 from thermaxis.runtime._ports import EventRecord
 from thermaxis.runtime.history import _tables as t
-from thermaxis.runtime.history._columns import ID, TIME, from_us, to_us
+from thermaxis.runtime.history._columns import ID, TIME
 from thermaxis.runtime.history._database import file_identity, printable_cause, reading_engine
 from thermaxis.runtime.history._parts import (
     MINUTE,

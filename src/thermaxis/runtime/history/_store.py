@@ -13,10 +13,10 @@ from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._backlog import from_us
 from thermaxis.runtime.history import _tables as t
-from thermaxis.runtime.history._backlog import Item, PackedEvent
 from thermaxis.runtime.history._closing import Order
-from thermaxis.runtime.history._columns import ID, TIME, Layout, Row, from_us
+from thermaxis.runtime.history._columns import ID, TIME, Item, Layout, PackedEvent, Row
 from thermaxis.runtime.history._database import file_identity, writing_engine
 from thermaxis.runtime.history._integrity import writer_lock
 from thermaxis.runtime.history._parts import days_of, last_id, machine_folder, parts_of

@@ -3,76 +3,91 @@
 import threading
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple, final
+from datetime import UTC, datetime, timedelta
+from typing import Final, Generic, NamedTuple, Protocol, TypeVar, final
 
-from thermaxis.runtime.history._columns import Row
-
-
-class PackedEvent(NamedTuple):
-    """An event as it is stored."""
-
-    utc_us: int
-    """Time of day. [µs]"""
-    kind: str
-    """Its kind."""
-    who: str
-    """Who caused it."""
-    code: str
-    """Key of its sentence; empty where it has none."""
-    text: str
-    """What happened."""
-    details: str
-    """JSON."""
-
-
-Item = Row | PackedEvent
-"""What waits."""
 _OBJECT_BYTES = 300  # an item with its tuples and numbers, measured with sys.getsizeof
 _ROOM = 0.95  # of the bound is left after room was made, so that events are seldom passed by
+
+
+_EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
+_MICROSECOND = timedelta(microseconds=1)
+
+
+def to_us(moment: datetime) -> int:
+    """Return an aware time as microseconds since 1970."""
+    return (moment - _EPOCH) // _MICROSECOND
+
+
+def from_us(time_us: int) -> datetime:
+    """Return microseconds since 1970 as an aware time in UTC."""
+    return _EPOCH + timedelta(microseconds=time_us)
+
+
+class Entry(Protocol):
+    """A row, or an event between rows."""
+
+    @property
+    def utc_us(self) -> int:
+        """Time. [µs since 1970]"""
+        ...
+
+    @property
+    def size(self) -> int:
+        """Memory that its content takes. [byte]"""
+        ...
+
+    @property
+    def is_row(self) -> bool:
+        """Whether it is a row."""
+        ...
+
+
+_Entry = TypeVar("_Entry", bound=Entry)
 
 
 class Loss(NamedTuple):
     """What was lost."""
 
-    cycles: int = 0
-    """Cycles. [1]"""
+    rows: int = 0
+    """Rows. [1]"""
     events: int = 0
     """Events. [1]"""
     first_us: int = 0
-    """Earliest time of day among them. [µs]"""
+    """Earliest time among them. [µs]"""
     last_us: int = 0
-    """Latest time of day among them. [µs]"""
+    """Latest time among them. [µs]"""
 
     def __or__(self, other: "Loss") -> "Loss":
         """Return both together."""
         if not (self.number and other.number):
             return self if self.number else other
         first_us, last_us = min(self.first_us, other.first_us), max(self.last_us, other.last_us)
-        return Loss(self.cycles + other.cycles, self.events + other.events, first_us, last_us)
+        return Loss(self.rows + other.rows, self.events + other.events, first_us, last_us)
 
     @property
     def number(self) -> int:
-        """Cycles and events together. [1]"""
-        return self.cycles + self.events
+        """Rows and events together. [1]"""
+        return self.rows + self.events
 
 
 @final
-class Backlog:
-    """Cycles and events that wait, for one thread that adds and one that stores.
+class Backlog(Generic[_Entry]):
+    """Rows and events that wait, for one thread that adds and one that stores.
 
-    Too much is never kept: the oldest cycles go first, events only where they alone take a quarter
+    Too much is never kept: the oldest rows go first, events only where they alone take a quarter
     of the memory. What is being stored at the moment is never dropped.
     """
 
     def __init__(self, largest_bytes: int) -> None:
         self._largest = largest_bytes
         self._lock = threading.Lock()
-        self._items: deque[Item] = deque()
-        self._flying: list[Item] = []
-        self._bytes = {Row: 0, PackedEvent: 0}
+        self._items: deque[_Entry] = deque()
+        self._flying: list[_Entry] = []
+        self._bytes = {True: 0, False: 0}
         self._closed = False
-        self.lost = 0
-        """What was lost since the start. [1]"""
+        self.lost = Loss()
+        """What was lost since the start."""
         self.unstated = Loss()
         """The loss that no event tells of yet."""
         self.arrived = threading.Event()
@@ -83,8 +98,8 @@ class Backlog:
         """What waits or is being stored. [1]"""
         return len(self._items) + len(self._flying)
 
-    def add(self, item: Item) -> None:
-        """Take a cycle or an event."""
+    def add(self, item: _Entry) -> None:
+        """Take a row or an event."""
         with self._lock:
             self._weigh(item, 1)
             self._items.append(item)
@@ -99,7 +114,7 @@ class Backlog:
             self._count(loss)
         self.arrived.set()
 
-    def take(self, most: int) -> Sequence[Item]:
+    def take(self, most: int) -> Sequence[_Entry]:
         """Return the oldest items; they stay here until `stored`, `put_back` or `drop_taken`."""
         with self._lock:
             while self._items and len(self._flying) < most:
@@ -112,8 +127,8 @@ class Backlog:
             for item in self._flying:
                 self._weigh(item, -1)
             self._flying = []
-            cycles, events = (a - b for a, b in zip(self.unstated[:2], stated[:2], strict=True))
-            self.unstated = self.unstated._replace(cycles=cycles, events=events)
+            rows, events = (a - b for a, b in zip(self.unstated[:2], stated[:2], strict=True))
+            self.unstated = self.unstated._replace(rows=rows, events=events)
 
     def put_back(self) -> None:
         """Let what was taken wait again."""
@@ -139,27 +154,24 @@ class Backlog:
 
     # ---- with the lock held ---------------------------------------------------------------------
 
-    def _weigh(self, item: Item, sign: int) -> None:
-        size = item.size if isinstance(item, Row) else sum(map(len, item[1:]))
-        self._bytes[type(item)] += sign * (_OBJECT_BYTES + size)
+    def _weigh(self, item: _Entry, sign: int) -> None:
+        self._bytes[item.is_row] += sign * (_OBJECT_BYTES + item.size)
 
     def _count(self, loss: Loss) -> None:
-        self.lost += loss.number
+        self.lost |= loss
         self.unstated |= loss
 
-    def _lose(self, item: Item) -> None:
+    def _lose(self, item: _Entry) -> None:
         self._weigh(item, -1)
-        cycles = int(isinstance(item, Row))
-        self._count(Loss(cycles, 1 - cycles, item.utc_us, item.utc_us))
+        self._count(Loss(int(item.is_row), int(not item.is_row), item.utc_us, item.utc_us))
 
     def _make_room(self) -> None:
         if sum(self._bytes.values()) <= self._largest:
             return
-        kept: list[Item] = []
+        kept: list[_Entry] = []
         while self._items and sum(self._bytes.values()) > _ROOM * self._largest:
             item = self._items.popleft()
-            many_events = self._bytes[PackedEvent] > self._largest // 4
-            if isinstance(item, PackedEvent) == many_events:
+            if item.is_row == (self._bytes[False] <= self._largest // 4):
                 self._lose(item)
             else:
                 kept.append(item)
