@@ -224,7 +224,8 @@ def test_a_clock_that_is_set_back_changes_no_time_of_the_log_and_is_marked(tmp_p
     recording.run(20.0, setting(9.5, by_s))
     assert column(tmp_path / NAME, 0) == [at(k) for k in range(20)]
     (back,) = (one for one in recording.told if "clock" in one.code)
-    assert back == Message("recording-clock_set_back", {"by_s": -by_s, "ahead_s": -by_s})
+    values = {"by_s": -by_s, "ahead_s": -by_s, "log_by_s": 0.0}
+    assert back == Message("recording-clock_set_back", values)
     assert sentence_of(back) in marks_of(tmp_path / NAME)
     assert len(list(tmp_path.glob("*.csv"))) == 1
 
@@ -236,7 +237,7 @@ def test_a_clock_that_is_set_forward_makes_a_gap_that_a_reader_sees(tmp_path: Pa
     assert found[:11] == [at(k) for k in range(11)]  # the eleventh is the marker without a value
     assert found[11:] == [at(7200 + k) for k in range(10, 20)]
     assert rows_of(tmp_path / NAME)[10] == [at(10), ""]
-    jumped = Message("recording-clock_jumped", {"by_s": 7200.0})
+    jumped = Message("recording-clock_jumped", {"by_s": 7200.0})  # the words name no more
     assert sentence_of(jumped) in marks_of(tmp_path / NAME)
     log = read_thermal_log(tmp_path / NAME)
     assert max(log.time_s[1:] - log.time_s[:-1]) == pytest.approx(7200.0)

@@ -5,7 +5,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from hypothesis import given, strategies as st
 
-from thermaxis.runtime.record._clock import SMALLEST_JUMP_S, LogClock, as_text, moment_of
+from thermaxis.runtime._backlog import from_us, to_us
+from thermaxis.runtime.record._clock import SMALLEST_JUMP_S, LogClock, as_text
 
 START = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 
@@ -45,23 +46,23 @@ def test_the_log_follows_the_time_of_day_forward_and_uses_up_its_lead_first(
     clock = HandClock()
     log = LogClock(clock)
     clock.passed_s = 10.0
-    log_ms, change = log.read()
+    log_us, change = log.read()
     for by_s in set_by_s:
         clock.start += timedelta(seconds=by_s)
-        log_ms, change = log.read()
-    assert moment_of(log_ms) == START + timedelta(seconds=log_s)
+        log_us, change = log.read()
+    assert from_us(log_us) == START + timedelta(seconds=log_s)
     assert (change is None) == (said is None)
     if change is not None and said is not None:
         assert change.code == f"recording-{said[0]}"
         assert dict(change.values) | said[1] == dict(change.values)
-    assert log.read() == (log_ms, None)
+    assert log.read() == (log_us, None)
 
 
 def test_the_monotonic_time_of_a_log_time_is_when_it_comes() -> None:
     clock = HandClock()
     log = LogClock(clock)
-    now_ms, _ = log.read()
-    assert log.monotonic_of(now_ms + 2500.0) == pytest.approx(5002.5)
+    now_us, _ = log.read()
+    assert log.monotonic_of(now_us + 2_500_000) == pytest.approx(5002.5)
 
 
 @given(
@@ -79,21 +80,19 @@ def test_whatever_is_done_to_the_clock_the_log_time_never_goes_back_and_is_never
 ) -> None:
     clock = HandClock()
     log = LogClock(clock)
-    last_ms, _ = log.read()
+    last_us, _ = log.read()
     for passed_s, set_by_s in steps:
         clock.passed_s += passed_s
         clock.start += timedelta(seconds=set_by_s)
-        now_ms, change = log.read()
-        assert now_ms >= last_ms
-        assert now_ms / 1e3 >= clock.utc().timestamp() - 1e-3
+        now_us, change = log.read()
+        assert now_us >= last_us
+        assert now_us / 1e6 >= clock.utc().timestamp() - 1e-3
         # It passes as quickly as time does, unless the time of day jumps.
         if change is None or set_by_s < 0.0:
-            assert now_ms - last_ms <= (passed_s + SMALLEST_JUMP_S) * 1e3 + 1.0
-        last_ms = now_ms
+            assert now_us - last_us <= (passed_s + SMALLEST_JUMP_S) * 1e6 + 1000
+        last_us = now_us
 
 
 def test_times_are_written_with_three_decimals_in_utc() -> None:
-    start_ms = START.timestamp() * 1000.0
-    assert as_text(start_ms) == "2026-11-21T12:00:00.000Z"
-    assert as_text(start_ms + 1.4) == "2026-11-21T12:00:00.001Z"
-    assert as_text(start_ms + 999.7) == "2026-11-21T12:00:01.000Z"
+    assert as_text(to_us(START)) == "2026-11-21T12:00:00.000Z"
+    assert as_text(to_us(START) + 1_400) == "2026-11-21T12:00:00.001Z"

@@ -1,10 +1,8 @@
 """Files of a recording: whole lines, no overwritten file, on full disks and after a kill."""
 
-import asyncio
 import errno
 import os
 import resource
-from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -15,26 +13,33 @@ from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of,
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import RecordSettings
+from thermaxis.runtime._backlog import to_us
 from thermaxis.runtime.record import RecordingFiles, sole_writer
 from thermaxis.runtime.record._clock import as_text
-from thermaxis.runtime.record._files import Entry, Stored, mark
-from thermaxis.runtime.record._recorder import _Waiting
+from thermaxis.runtime.record._files import Entry, mark
 
 NAME = "lathe-2026-11-21.csv"
 BEGAN = Message("recording-began", {"version": "1"})
 
 
-def ms(seconds: float, start: datetime = START) -> float:
-    return (start + timedelta(seconds=seconds)).timestamp() * 1000.0
+def us(seconds: float, start: datetime = START) -> int:
+    return to_us(start + timedelta(seconds=seconds))
 
 
 def row(seconds: float, value: float = 1.0, start: datetime = START) -> Entry:
-    time_text = as_text(ms(seconds, start))
-    return Entry(
-        ms(seconds, start),
-        f"{time_text},{value:g}\n".encode(),
-        f"{time_text},Good,{time_text},\n".encode(),
-    )
+    time = as_text(us(seconds, start))
+    log, sources = f"{time},{value:g}\n", f"{time},Good,{time},\n"
+    return Entry(us(seconds, start), log.encode(), sources.encode())
+
+
+def store(files: RecordingFiles, *entries: Entry) -> tuple[int, str]:
+    """Store entries as long as the disk takes them; return how many, and what it said then."""
+    for done, entry in enumerate(entries):
+        try:
+            files.store(entry)
+        except OSError as error:
+            return done, error.strerror
+    return len(entries), ""
 
 
 def recording(folder: Path, **more: object) -> RecordingFiles:
@@ -52,7 +57,7 @@ def times(path: Path) -> list[str]:
 def test_rows_of_a_day_are_in_one_file_and_those_of_the_next_in_another(tmp_path: Path) -> None:
     files = recording(tmp_path)
     start = datetime(2026, 11, 21, 23, 59, 58, tzinfo=UTC)
-    stored = files.store([row(k, start=start) for k in range(5)])
+    stored = store(files, *(row(k, start=start) for k in range(5)))
     files.close()
     assert stored == (5, "")
     assert times(tmp_path / NAME) == [at(k, start) for k in range(2)]
@@ -66,10 +71,10 @@ def test_rows_of_a_day_are_in_one_file_and_those_of_the_next_in_another(tmp_path
 
 def test_several_days_share_a_file_where_that_is_wanted(tmp_path: Path) -> None:
     files = recording(tmp_path, days_per_file=2)
-    files.store([row(k * 3600.0) for k in range(49)])
+    store(files, *(row(k * 3600.0) for k in range(49)))
     files.close()
     again = recording(tmp_path, days_per_file=2)  # on the second day of the second file
-    again.store([row(49 * 3600.0)])
+    store(again, row(49 * 3600.0))
     again.close()
     assert [p.name for p in files.written] == [NAME, "lathe-2026-11-23.csv"]
     assert again.written == files.written[1:]
@@ -77,7 +82,7 @@ def test_several_days_share_a_file_where_that_is_wanted(tmp_path: Path) -> None:
 
 def test_a_file_that_is_large_enough_is_followed_by_another(tmp_path: Path) -> None:
     files = recording(tmp_path, largest_mb=0.003)
-    files.store([row(k) for k in range(200)])
+    store(files, *(row(k) for k in range(200)))
     files.close()
     paths = files.written
     assert [p.name for p in paths[:3]] == [NAME, "lathe-2026-11-21-2.csv", "lathe-2026-11-21-3.csv"]
@@ -88,10 +93,10 @@ def test_a_file_that_is_large_enough_is_followed_by_another(tmp_path: Path) -> N
 
 def test_a_recording_goes_on_in_the_file_of_the_day_and_marks_the_gap(tmp_path: Path) -> None:
     first = recording(tmp_path)
-    first.store([row(k) for k in range(3)])
+    store(first, *(row(k) for k in range(3)))
     first.close()
     second = recording(tmp_path)
-    second.store([mark(ms(100), BEGAN), row(100), row(101)])
+    store(second, mark(us(100), BEGAN), row(100), row(101))
     second.close()
     assert second.written == [tmp_path / NAME]
     assert rows_of(tmp_path / NAME) == [
@@ -106,24 +111,24 @@ def test_a_recording_goes_on_in_the_file_of_the_day_and_marks_the_gap(tmp_path: 
 
 def test_a_pause_within_the_usual_step_is_no_gap(tmp_path: Path) -> None:
     files = recording(tmp_path)
-    files.store([row(0), row(2.5), row(5.0)])
+    store(files, row(0), row(2.5), row(5.0))
     files.close()
     assert len(rows_of(tmp_path / NAME)) == 3
     assert marks_of(tmp_path / NAME) == []
 
 
 def test_another_set_of_channels_begins_another_file(tmp_path: Path) -> None:
-    recording(tmp_path).store([row(0)])
+    store(recording(tmp_path), row(0))
     other = RecordingFiles(settings(channel("T_b_C")), tmp_path)
-    other.store([row(10)])
+    store(other, row(10))
     assert other.written == [tmp_path / "lathe-2026-11-21-2.csv"]
     assert times(tmp_path / NAME) == [at(0)]
 
 
 def test_a_recording_that_would_go_back_in_time_begins_another_file(tmp_path: Path) -> None:
-    recording(tmp_path).store([row(3600)])
+    store(recording(tmp_path), row(3600))
     later = recording(tmp_path)
-    later.store([row(0), row(1)])
+    store(later, row(0), row(1))
     assert times(tmp_path / NAME) == [at(3600)]
     assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(0), at(1)]
 
@@ -134,7 +139,7 @@ def test_a_file_of_somebody_else_is_never_touched(tmp_path: Path, where: str) ->
     foreign = tmp_path / where / NAME
     foreign.write_text("mine\n")
     files = recording(tmp_path)
-    files.store([row(0)])
+    store(files, row(0))
     files.close()
     assert foreign.read_text() == "mine\n"
     assert files.written == [tmp_path / "lathe-2026-11-21-2.csv"]
@@ -146,7 +151,7 @@ def test_a_file_that_appears_at_the_last_moment_is_not_written_to(
     foreign = tmp_path / NAME
     foreign.write_text("mine\n")
     monkeypatch.setattr(RecordingFiles, "_names", lambda *_some, **_more: [])
-    assert recording(tmp_path).store([row(0)]) == (0, "File exists")
+    assert store(recording(tmp_path), row(0)) == (0, "File exists")
     assert foreign.read_text() == "mine\n"
     assert list((tmp_path / "sources").iterdir()) == []
 
@@ -154,29 +159,29 @@ def test_a_file_that_appears_at_the_last_moment_is_not_written_to(
 def test_the_number_of_a_file_that_only_its_parquet_has_is_not_used_again(tmp_path: Path) -> None:
     (tmp_path / "lathe-2026-11-21-4.parquet").write_bytes(b"")
     files = recording(tmp_path)
-    files.store([row(0)])
+    store(files, row(0))
     assert files.written == [tmp_path / "lathe-2026-11-21-5.csv"]
 
 
 def test_a_file_that_was_moved_away_while_it_is_written_is_begun_anew(tmp_path: Path) -> None:
     files = recording(tmp_path)
-    files.store([row(0)])
+    store(files, row(0))
     (tmp_path / NAME).rename(tmp_path / "taken.csv")
-    assert files.store([row(1)]) == (1, "")
+    assert store(files, row(1)) == (1, "")
     files.close()
     assert times(tmp_path / "taken.csv") == [at(0)]
     assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(1)]
 
 
-@pytest.mark.parametrize("torn", [b"2026-11-21T12:00:03.000Z,1", b"\x00" * 4096, b"1,2,3\n"])
+@pytest.mark.parametrize("torn", [b"2026-11-21T12:00:03.000Z,1", b"\x00" * 4096])
 def test_a_torn_end_is_cut_off_and_said(tmp_path: Path, torn: bytes) -> None:
-    recording(tmp_path).store([row(k) for k in range(3)])
+    store(recording(tmp_path), *(row(k) for k in range(3)))
     with (tmp_path / NAME).open("ab") as stream:
         stream.write(torn)
     with (tmp_path / "sources" / NAME).open("ab") as stream:
         stream.write(b"2026-11-21T12:00:03.000Z,Go")
     files = recording(tmp_path)
-    files.store([row(3)])
+    store(files, row(3))
     files.close()
     assert times(tmp_path / NAME) == [at(k) for k in range(4)]
     assert marks_of(tmp_path / NAME) == [
@@ -185,17 +190,31 @@ def test_a_torn_end_is_cut_off_and_said(tmp_path: Path, torn: bytes) -> None:
     assert rows_of(tmp_path / "sources" / NAME)[-1] == [at(3), "Good", at(3), ""]
 
 
+@pytest.mark.parametrize("line", [b"1,2,3\n", b"\x00\n", b"2026-11-21T12:00:03.000,1\n"])
+def test_a_log_that_ends_in_a_line_of_somebody_else_is_left_alone(
+    tmp_path: Path, line: bytes
+) -> None:
+    store(recording(tmp_path), *(row(k) for k in range(3)))
+    with (tmp_path / NAME).open("ab") as stream:
+        stream.write(line)
+    before = (tmp_path / NAME).read_bytes()
+    files = recording(tmp_path)
+    store(files, row(3))
+    assert (tmp_path / NAME).read_bytes() == before
+    assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(3)]
+
+
 @settings_of(max_examples=20)
 @given(keep=st.integers(0, 400))
 def test_wherever_a_log_is_torn_rows_that_were_whole_stay_and_all_lines_are_whole(
     tmp_path_factory: pytest.TempPathFactory, keep: int
 ) -> None:
     folder = tmp_path_factory.mktemp("torn")
-    recording(folder).store([row(k) for k in range(8)])
+    store(recording(folder), *(row(k) for k in range(8)))
     whole = (folder / NAME).read_bytes()
     (folder / NAME).write_bytes(whole[:keep])
     files = recording(folder)
-    files.store([row(20)])
+    store(files, row(20))
     files.close()
     found = [time for path in files.written for time in times(path)]
     head = whole.index(b"time,T_a_C\n") + len(b"time,T_a_C\n")
@@ -233,7 +252,7 @@ def test_a_folder_that_cannot_be_made_is_said_in_words(tmp_path: Path) -> None:
 
 def test_old_files_are_deleted_and_those_of_others_stay(tmp_path: Path) -> None:
     files = recording(tmp_path, keep_days=2)
-    files.store([row(86400.0 * k) for k in (0, 1, 2, 3, 3650)])  # the clock jumps by ten years
+    store(files, *(row(86400.0 * k) for k in (0, 1, 2, 3, 3650)))  # the clock jumps by ten years
     (tmp_path / "lathe-notes.csv").write_text("mine")
     (tmp_path / "lathe-2026-11-20.txt").write_text("mine")
     files.close()
@@ -286,9 +305,9 @@ def test_whatever_room_a_disk_has_every_line_is_whole_and_every_row_is_there_onc
         for k, bytes_left in enumerate([*room, 10**9]):
             disk.left = bytes_left
             waiting += [row(2 * k), row(2 * k + 1)]
-            stored = files.store(waiting)
-            waiting = waiting[stored.entries :]
-            assert bool(stored.error) == bool(waiting)
+            done, error = store(files, *waiting)
+            waiting = waiting[done:]
+            assert bool(error) == bool(waiting)
             for path in [p for p in folder.rglob("*.csv") if p.stat().st_size]:
                 assert path.read_bytes().endswith(b"\n")
         files.close()
@@ -303,13 +322,13 @@ def test_rows_that_fit_are_written_before_a_disk_is_full(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     files = recording(tmp_path)
-    files.store([row(0)])
+    store(files, row(0))
     disk = Disk(monkeypatch)
     disk.left = 50_000
-    stored = files.store([row(k) for k in range(1, 1000)])
-    assert stored.error == os.strerror(errno.ENOSPC)
-    assert len(times(tmp_path / NAME)) == stored.entries + 1
-    assert stored.entries * row(1).size > 44_000
+    done, error = store(files, *(row(k) for k in range(1, 1000)))
+    assert error == os.strerror(errno.ENOSPC)
+    assert len(times(tmp_path / NAME)) == done + 1
+    assert disk.left < row(1).size
 
 
 def test_a_limit_that_no_file_may_pass_leaves_no_empty_files(tmp_path: Path) -> None:
@@ -318,69 +337,17 @@ def test_a_limit_that_no_file_may_pass_leaves_no_empty_files(tmp_path: Path) -> 
     try:
         resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
         for _ in range(5):
-            assert files.store([row(0)]).error == os.strerror(errno.EFBIG)
+            assert store(files, row(0))[1] == os.strerror(errno.EFBIG)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert list(tmp_path.rglob("*.csv")) == []
-    assert files.store([row(0)]) == (1, "")
+    assert store(files, row(0)) == (1, "")
     assert files.written == [tmp_path / NAME]
-
-
-# What waits --------------------------------------------------------------------------------------
-
-
-def handed_over(waiting: _Waiting, stored: int, *meanwhile: Entry) -> list[Entry]:
-    """What waits is to be stored, and so many entries are; others come while it is."""
-    found: list[Entry] = []
-
-    async def store(entries: Sequence[Entry]) -> Stored:
-        found.extend(entries)
-        for entry in meanwhile:
-            waiting.add(entry)
-        return Stored(min(stored, len(entries)))
-
-    asyncio.run(waiting.give(store))
-    return found
-
-
-def waiting_of(rows: int, *entries: Entry) -> _Waiting:
-    waiting = _Waiting(rows * row(0).size)
-    for entry in entries:
-        waiting.add(entry)
-    return waiting
-
-
-def test_a_loss_is_stated_once_however_often_it_could_not_be_written() -> None:
-    waiting = waiting_of(10, *(row(k) for k in range(13)))
-    for stored in (0, 0, 99):
-        found = handed_over(waiting, stored)
-        assert b"lost: 3 rows from 2026-11-21T12:00:00.000Z to" in found[0].log
-        assert found[1:] == [row(k) for k in range(3, 13)]
-    waiting.add(row(13))
-    assert handed_over(waiting, 99) == [row(13)]
-    assert (waiting.lost_rows, waiting.written_rows) == (3, 11)
-
-
-def test_what_is_lost_while_the_disk_tries_is_stated_with_what_was_lost_before() -> None:
-    waiting = waiting_of(10, *(row(k) for k in range(12)))
-    handed_over(waiting, 0, *(row(k) for k in range(12, 15)))  # 12 and 13 give way, and then 2
-    found = handed_over(waiting, 99)
-    assert b"lost: 5 rows from 2026-11-21T12:00:00.000Z to 2026-11-21T12:00:13.000Z" in found[0].log
-    assert found[1:] == [row(k) for k in (*range(2, 12), 14)][1:]
-    assert waiting.lost_rows == 5
-
-
-def test_what_happened_waits_like_rows_and_is_not_counted() -> None:
-    waiting = waiting_of(3, mark(ms(0), BEGAN), *(row(k) for k in range(5)))
-    found = handed_over(waiting, 2)
-    assert b"lost: 2 rows" in found[0].log
-    assert all(entry.is_row for entry in found[1:])
-    assert handed_over(waiting, 99) == found[2:]
 
 
 def test_a_line_about_what_happened_is_one_line_of_plain_letters() -> None:
     hostile = {"name": "gone \n evil\r\x1b[2J 23°C", "why": "x"}
-    entry = mark(ms(0), Message("recording-connection_lost", hostile))
+    entry = mark(us(0), Message("recording-connection_lost", hostile))
     assert entry.log.startswith(b"# 2026-11-21T12:00:00.000Z connection gone ")
     assert entry.log.isascii()
     assert [c for c in entry.log if c < 32] == [10]
@@ -389,7 +356,7 @@ def test_a_line_about_what_happened_is_one_line_of_plain_letters() -> None:
 
 def test_lines_of_a_log_begin_with_what_is_recorded(tmp_path: Path) -> None:
     files = recording(tmp_path)
-    files.store([row(0)])
+    store(files, row(0))
     assert lines_of(tmp_path / NAME)[:4] == [
         "# thermaxis record 1: lathe",
         "# connection control: opc.tcp://127.0.0.1:4840, security none",

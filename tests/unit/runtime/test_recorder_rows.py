@@ -16,7 +16,7 @@ STAMP = "2026-11-21T12:00:00.123Z"
 
 
 def read(answer: ua.DataValue, **more: float) -> Cells:
-    return ChannelReader(channel("T_a_C", **more)).read(answer, 0.0)
+    return ChannelReader(channel("T_a_C", **more)).read(answer, 0)
 
 
 def test_what_is_a_good_number_is_recorded_and_everything_else_left_out_with_its_reason() -> None:
@@ -69,25 +69,25 @@ def test_tenths_become_degrees_without_digits_that_nobody_measured() -> None:
 
 def test_the_same_source_time_again_is_no_new_measurement() -> None:
     reader = ChannelReader(channel("T_a_C"))
-    assert reader.read(good(22.5, NOON), 0.0).value == "22.5"
+    assert reader.read(good(22.5, NOON), 0).value == "22.5"
     for k in range(1, 4):
-        again = reader.read(good(22.5, NOON), 1000.0 * k)
+        again = reader.read(good(22.5, NOON), 1_000_000 * k)
         assert again == Cells("", "Good", STAMP, "unchanged")
-    assert reader.read(good(22.5, NOON + timedelta(seconds=9)), 4000.0).value == "22.5"
+    assert reader.read(good(22.5, NOON + timedelta(seconds=9)), 4_000_000).value == "22.5"
     assert (reader.asked, reader.recorded, reader.unchanged) == (5, 2, 3)
 
 
 def test_an_unchanged_value_may_count_again_for_as_long_as_it_is_allowed() -> None:
     reader = ChannelReader(channel("T_a_C", repeat_unchanged_s=2.0))
-    found = [reader.read(good(22.5, NOON), 1000.0 * k) for k in range(5)]
+    found = [reader.read(good(22.5, NOON), 1_000_000 * k) for k in range(5)]
     assert [cells.value for cells in found] == ["22.5", "22.5", "22.5", "", ""]
     assert [cells.remark for cells in found] == ["", *["unchanged"] * 4]
 
 
 def test_a_value_that_moves_under_one_source_time_was_measured_anew() -> None:
     reader = ChannelReader(channel("T_a_C"))
-    reader.read(good(22.5, NOON), 0.0)
-    moved = reader.read(good(22.6, NOON), 1000.0)
+    reader.read(good(22.5, NOON), 0)
+    moved = reader.read(good(22.6, NOON), 1_000_000)
     assert moved == Cells("22.6", "Good", STAMP, "source time unchanged")
 
 
@@ -95,13 +95,13 @@ def test_without_a_source_time_every_good_value_is_recorded() -> None:
     reader = ChannelReader(channel("T_a_C"))
     unset = datetime(1601, 1, 1), datetime(1970, 1, 1)  # noqa: DTZ001 - as servers send it
     for k, stamp in enumerate((None, None, *unset)):
-        assert reader.read(good(22.5, stamp), 1000.0 * k) == Cells("22.5", "Good", "", "")
+        assert reader.read(good(22.5, stamp), 1_000_000 * k) == Cells("22.5", "Good", "", "")
     assert reader.unstamped == 4
 
 
 def test_no_answer_is_an_empty_cell_with_its_reason() -> None:
     reader = ChannelReader(channel("T_a_C"))
-    assert reader.no_answer() == Cells("", "BadNoCommunication", "", "")
+    assert reader.read(None, 0) == Cells("", "BadNoCommunication", "", "")
     assert reader.not_good == {"BadNoCommunication": 1}
 
 

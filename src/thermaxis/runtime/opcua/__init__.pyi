@@ -43,6 +43,8 @@ from ._session import (
 )
 from ._values import (
     WRONG_TYPE as WRONG_TYPE,
+    content_of as content_of,
+    is_good as is_good,
     next_beat as next_beat,
     plain_number as plain_number,
     status_name as status_name,

@@ -6,8 +6,6 @@ from ._config import (
 from ._files import (
     RecordingFiles as RecordingFiles,
     sole_writer as sole_writer,
-)
-from ._parquet import (
     write_parquet as write_parquet,
 )
 from ._recorder import (

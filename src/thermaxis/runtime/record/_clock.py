@@ -12,17 +12,15 @@ did not:
 Not protected: a time of day that is wrong from the start.
 """
 
-from datetime import UTC, datetime, timedelta
 from typing import Final, final
 
 from thermaxis.codes import Message
+from thermaxis.runtime._backlog import from_us, to_us
 from thermaxis.runtime._ports import Clock
 
 SMALLEST_JUMP_S: Final = 0.5
 """Smaller differences between the clocks are followed. Default: more than time servers let a clock
 drift before they step it (128 ms), and less than anybody sets by hand. [s]"""
-_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-_NONE = timedelta(0)
 
 
 @final
@@ -31,50 +29,30 @@ class LogClock:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._monotonic_s = clock.monotonic_s()
-        self._log = clock.utc()
-        self._ahead = _NONE
+        self._monotonic_s, self._log_us = clock.monotonic_s(), to_us(clock.utc())
+        self._ahead_us = 0
 
-    def read(self) -> tuple[float, Message | None]:
-        """Return the log's time [ms since 1970], and a jump of the time of day since last time."""
-        monotonic_s = self._clock.monotonic_s()
-        expected = self._log + timedelta(seconds=monotonic_s - self._monotonic_s)
-        self._monotonic_s = monotonic_s
-        by = self._clock.utc() + self._ahead - expected
-        jumped = abs(by.total_seconds()) > SMALLEST_JUMP_S
-        used = (by if by < _NONE else min(by, self._ahead)) if jumped else _NONE
-        self._ahead -= used
-        self._log = max(self._log, expected + by - used)
-        return self._log_ms, self._message(by, used) if jumped else None
+    def read(self) -> tuple[int, Message | None]:
+        """Return the log's time [µs since 1970], and a jump of the time of day since last time."""
+        monotonic_s, utc_us = self._clock.monotonic_s(), to_us(self._clock.utc())
+        passed_us = round(1e6 * (monotonic_s - self._monotonic_s))
+        by_us = utc_us + self._ahead_us - self._log_us - passed_us
+        jumped = abs(by_us) > 1e6 * SMALLEST_JUMP_S
+        used_us = min(by_us, self._ahead_us) if jumped else 0  # back: all; forward: the lead first
+        self._ahead_us -= used_us
+        self._monotonic_s, self._log_us = monotonic_s, max(self._log_us, utc_us + self._ahead_us)
+        if not jumped:
+            return self._log_us, None
+        word = "set_back" if by_us < 0 else "jumped_partly" if used_us else "jumped"
+        values = {"by_s": abs(by_us), "ahead_s": self._ahead_us, "log_by_s": by_us - used_us}
+        message = Message(f"recording-clock_{word}", {k: v / 1e6 for k, v in values.items()})
+        return self._log_us, message
 
-    def _message(self, by: timedelta, used: timedelta) -> Message:
-        values = {"by_s": abs(by.total_seconds()), "ahead_s": self._ahead.total_seconds()}
-        if by < _NONE:
-            return Message("recording-clock_set_back", values)
-        if used == _NONE:
-            return Message("recording-clock_jumped", {"by_s": by.total_seconds()})
-        log_by_s = (by - used).total_seconds()
-        return Message("recording-clock_jumped_partly", {**values, "log_by_s": log_by_s})
-
-    @property
-    def _log_ms(self) -> float:
-        return (self._log - _EPOCH) / timedelta(milliseconds=1)
-
-    def monotonic_of(self, log_ms: float) -> float:
+    def monotonic_of(self, log_us: int) -> float:
         """Return the monotonic time at which the log's time will be another one. [s]"""
-        return self._monotonic_s + (log_ms - self._log_ms) / 1e3
+        return self._monotonic_s + (log_us - self._log_us) / 1e6
 
 
-def moment_of(log_ms: float) -> datetime:
-    """Return the date and time of a log's time. [ms since 1970]"""
-    return _EPOCH + timedelta(milliseconds=log_ms)
-
-
-def as_text(log_ms: float) -> str:
-    """Return a log's time [ms since 1970] as ISO 8601 in UTC with three decimals."""
-    return iso_of(moment_of(round(log_ms)))
-
-
-def iso_of(moment: datetime) -> str:
-    """Return a moment as ISO 8601 in UTC with three decimals."""
-    return moment.astimezone(UTC).replace(tzinfo=None).isoformat(timespec="milliseconds") + "Z"
+def as_text(log_us: int) -> str:
+    """Return a time [µs since 1970] as ISO 8601 in UTC with three decimals."""
+    return from_us(log_us).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -11,22 +11,21 @@ second are lost when the program is killed, those of the last ten seconds when t
 import asyncio
 import math
 from collections import deque
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 from thermaxis import __version__
-from thermaxis.codes import Message
+from thermaxis.codes import Message, Value
+from thermaxis.runtime._backlog import Backlog
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.record._clock import LogClock, as_text
 from thermaxis.runtime.record._config import ChannelSettings, RecordSettings
-from thermaxis.runtime.record._files import Entry, RecordingFiles, Stored, mark
-from thermaxis.runtime.record._rows import NO_ANSWER, NOT_ASKED, Cells, ChannelReader
+from thermaxis.runtime.record._files import Entry, RecordingFiles, mark
+from thermaxis.runtime.record._rows import NO_ANSWER, Cells, ChannelReader
 
 if TYPE_CHECKING:
-    from asyncua import ua
-
     from thermaxis.runtime.opcua import OpcUaSession
 
 WRITE_EVERY_S: Final = 1.0
@@ -43,7 +42,7 @@ _UNKNOWN: Final = Message("error-machine_silent")
 _LONGEST_SLEEP_S = 60.0
 _POLL_S = 0.05
 _LAST_ANSWERS_S = 1.0
-_EARLY_MS = 0.5
+_EARLY_US = 500
 _FEWEST_UNCHANGED = 5
 
 
@@ -53,12 +52,16 @@ class _Group:
     """Channels of one connection and one rate: one read request."""
 
     connection: str
-    period_ms: int
+    period_us: int
     columns: tuple[int, ...]
     nodes: tuple[str, ...]
     deadline_s: float
-    due_ms: int = 0
+    due_us: int = 0
     busy: bool = False
+
+    def last_due(self, now_us: int) -> int:
+        """Return when it was due last. [µs since 1970]"""
+        return (now_us + _EARLY_US) // self.period_us * self.period_us
 
 
 @final
@@ -66,10 +69,18 @@ class _Group:
 class _Row:
     """A row that waits for its answers."""
 
-    log_ms: float
+    log_us: int
     cells: list[Cells]
     open: int
     """Requests without an answer yet. [1]"""
+
+    @property
+    def entry(self) -> Entry:
+        """The row as lines."""
+        time = as_text(self.log_us)
+        log = ",".join([time, *(cells.value for cells in self.cells)])
+        sources = ",".join([time, *(text for cells in self.cells for text in cells[1:])])
+        return Entry(self.log_us, f"{log}\n".encode("ascii"), f"{sources}\n".encode("ascii"))
 
 
 @final
@@ -117,17 +128,16 @@ async def try_once(
     settings: RecordSettings, sessions: "Mapping[str, OpcUaSession]", clock: Clock
 ) -> tuple[TriedChannel, ...]:
     """Read every node twice, to see what it says and whether its source time stamp moves."""
-    channels = tuple(ChannelReader(channel) for channel in settings.channels)
-    cells, values = [NOT_ASKED] * len(channels), [""] * len(channels)
+    nodes = _Nodes(settings, sessions)
+    cells, values = nodes.no_cells(), [""] * len(nodes.channels)
     await _connections(sessions, clock)
     for wait_s in (0.0, TRY_AGAIN_S):
         await clock.sleep_until(clock.monotonic_s() + wait_s)
-        for group in _groups_of(settings):
-            answers = await sessions[group.connection].read(group.nodes, group.deadline_s)
-            _fill(cells, group, channels, answers, clock.monotonic_s() * 1000.0)
+        for group in nodes.groups:
+            await nodes.read(group, round(1e6 * clock.monotonic_s()), cells)
         values = [one.value or before for one, before in zip(cells, values, strict=True)]
     tried: list[TriedChannel] = []
-    for channel, value, last in zip(channels, values, cells, strict=True):
+    for channel, value, last in zip(nodes.channels, values, cells, strict=True):
         remark = Message("remark-beside_value", {"said": last.remark}) if last.remark else None
         if channel.unchanged:
             remark = Message("remark-stamp_stood_still", {"lasts_s": TRY_AGAIN_S})
@@ -140,31 +150,40 @@ async def try_once(
 async def _connections(sessions: "Mapping[str, OpcUaSession]", clock: Clock) -> None:
     """Wait for the connections, so that the first reading has values."""
     end_s = clock.monotonic_s() + CONNECT_WITHIN_S
-    while not all(session.connected for session in sessions.values()):
-        now_s = clock.monotonic_s()
-        if now_s >= end_s:
-            return
-        await clock.sleep_until(now_s + _POLL_S)
+    while clock.monotonic_s() < end_s and not all(s.connected for s in sessions.values()):
+        await clock.sleep_until(clock.monotonic_s() + _POLL_S)
 
 
-def _fill(
-    cells: list[Cells],
-    group: "_Group",
-    channels: Sequence[ChannelReader],
-    answers: "Sequence[ua.DataValue] | None",
-    log_ms: float,
-) -> None:
-    """Put the answers to one request into their columns."""
-    for place, column in enumerate(group.columns):
-        channel = channels[column]
-        if answers is None or len(answers) != len(group.nodes):
-            cells[column] = channel.no_answer()
-        else:
-            cells[column] = channel.read(answers[place], log_ms)
+@final
+class _Nodes:
+    """Channels by connection and rate."""
 
+    def __init__(self, settings: RecordSettings, sessions: "Mapping[str, OpcUaSession]") -> None:
+        self._sessions = sessions
+        self.channels = tuple(ChannelReader(channel) for channel in settings.channels)
+        found: dict[tuple[str, int], list[int]] = {}
+        for column, channel in enumerate(settings.channels):
+            found.setdefault((channel.connection, 1000 * channel.period_ms), []).append(column)
+        self.groups = tuple(
+            _Group(
+                *connection_and_period,
+                columns=tuple(columns),
+                nodes=tuple(settings.channels[column].node for column in columns),
+                deadline_s=settings.connections[connection_and_period[0]].timeout_s,
+            )
+            for connection_and_period, columns in found.items()
+        )
 
-def _ignore(_: Message) -> None:
-    pass
+    def no_cells(self) -> list[Cells]:
+        """Return cells of which none was asked for."""
+        return [Cells()] * len(self.channels)
+
+    async def read(self, group: _Group, log_us: int, cells: list[Cells]) -> None:
+        """Put the answers to one request into their columns."""
+        answers = await self._sessions[group.connection].read(group.nodes, group.deadline_s)
+        for place, column in enumerate(group.columns):
+            answer = None if answers is None else answers[place]
+            cells[column] = self.channels[column].read(answer, log_us)
 
 
 @final
@@ -192,24 +211,24 @@ class Recorder:
         clock: Clock,
         files: RecordingFiles,
         *,
-        tell: Callable[[Message], None] = _ignore,
+        tell: Callable[[Message], None] = lambda _: None,
     ) -> None:
-        self._settings = settings
+        self._fastest_us = 1000 * settings.fastest_ms
         self._sessions = sessions
         self._clock = clock
         self._files = files
         self._tell = tell
         self._time = LogClock(clock)
-        self._channels = tuple(ChannelReader(channel) for channel in settings.channels)
-        self._groups = _groups_of(settings)
+        self._nodes = _Nodes(settings, sessions)
         self._rows: deque[_Row] = deque()
-        self._waiting = _Waiting(1e6 * settings.memory_mb)
-        self._writing = asyncio.Lock()
+        self._backlog = Backlog[Entry](round(1e6 * settings.memory_mb))
+        self._arrived, self._writing = asyncio.Event(), asyncio.Lock()
         self._connected: dict[str, int | None] = dict.fromkeys(sessions)
         self._asking: set[asyncio.Task[None]] = set()
         self._warned: set[tuple[str | float, ...]] = set()
         self._error = ""
-        self._last_ms = -math.inf
+        self._written_rows = 0
+        self._last_us = 0
 
     async def run(self, duration_s: float | None, stop: asyncio.Event) -> RecordSummary:
         """Record.
@@ -241,60 +260,63 @@ class Recorder:
                     writing.cancel()
         finally:
             ending.cancel()
-        return await self._end()
+        for row in self._rows:
+            if any(cells.status for cells in row.cells):
+                self._add(row.entry)
+        now_us, _ = self._time.read()
+        self._add(mark(max(now_us, self._last_us), Message("recording-ended")))
+        await self._write()
+        await asyncio.to_thread(self._files.close)
+        self._backlog.give_up()
+        return RecordSummary(
+            rows=self._written_rows,
+            lost=self._backlog.lost.rows,
+            channels=self._nodes.channels,
+            files=tuple(self._files.written),
+            error=self._error,
+        )
 
     # Reading ---------------------------------------------------------------------------------
 
     async def _read_regularly(self, duration_s: float | None, tasks: asyncio.TaskGroup) -> None:
         await _connections(self._sessions, self._clock)
-        tick_ms = self._begin()
-        end_s = math.inf if duration_s is None else self._time.monotonic_of(tick_ms) + duration_s
-        while self._time.monotonic_of(tick_ms) < end_s - 1e-3:
-            now_ms = await self._until(tick_ms)
-            self._look_at_connections(now_ms)
-            due = [group for group in self._groups if group.due_ms <= now_ms + _EARLY_MS]
-            row_ms = self._row_time(due, now_ms)
+        # All channels are due at the next full period of the fastest one.
+        tick_us = -(-self._time.read()[0] // self._fastest_us) * self._fastest_us
+        for group in self._nodes.groups:
+            group.due_us = tick_us
+        self._add(mark(tick_us, Message("recording-began", {"version": __version__})))
+        end_s = math.inf if duration_s is None else self._time.monotonic_of(tick_us) + duration_s
+        while self._time.monotonic_of(tick_us) < end_s - 1e-3:
+            now_us = await self._until(tick_us)
+            self._look_at_connections(now_us)
+            due = [group for group in self._nodes.groups if group.due_us <= now_us + _EARLY_US]
+            row_us = max(group.last_due(now_us) for group in due)
+            if now_us - row_us > LATE_SHARE * self._fastest_us:
+                row_us = round(now_us, -3)
             for group in due:
-                group.due_ms = _last_due(group, now_ms) + group.period_ms
-            self._ask([group for group in due if not group.busy], row_ms, tasks)
-            tick_ms = min(group.due_ms for group in self._groups)
+                group.due_us = group.last_due(now_us) + group.period_us
+            self._ask([group for group in due if not group.busy], row_us, tasks)
+            tick_us = min(group.due_us for group in self._nodes.groups)
         if math.isfinite(end_s):  # so that 8 h of recording last 8 h
             await self._clock.sleep_until(end_s)
 
-    def _begin(self) -> int:
-        """Let all channels be due at the next full period of the fastest one. [ms since 1970]"""
-        now_ms, _ = self._time.read()
-        fastest_ms = self._settings.fastest_ms
-        tick_ms = math.ceil(now_ms / fastest_ms) * fastest_ms
-        for group in self._groups:
-            group.due_ms = tick_ms
-        began = Message("recording-began", {"version": __version__})
-        self._waiting.add(mark(tick_ms, began))
-        return tick_ms
-
-    async def _until(self, log_ms: float) -> float:
+    async def _until(self, log_us: int) -> int:
         """Wait for a time of the log; return the log's time then, which may be later."""
         while True:
-            now_ms, change = self._time.read()
+            now_us, change = self._time.read()
             if change is not None:
-                self._note(now_ms, change)
-            if now_ms >= log_ms - _EARLY_MS:
-                return now_ms
+                self._note(now_us, change)
+            if now_us >= log_us - _EARLY_US:
+                return now_us
             longest_s = self._clock.monotonic_s() + _LONGEST_SLEEP_S
-            await self._clock.sleep_until(min(self._time.monotonic_of(log_ms), longest_s))
+            await self._clock.sleep_until(min(self._time.monotonic_of(log_us), longest_s))
 
-    def _row_time(self, due: Sequence["_Group"], now_ms: float) -> float:
-        """Return the time of a row: the one that was meant, unless it is late. [ms since 1970]"""
-        meant_ms = max(_last_due(group, now_ms) for group in due)
-        late_ms = now_ms - meant_ms
-        return meant_ms if late_ms <= LATE_SHARE * self._settings.fastest_ms else round(now_ms)
-
-    def _ask(self, groups: Sequence["_Group"], row_ms: float, tasks: asyncio.TaskGroup) -> None:
+    def _ask(self, groups: Sequence[_Group], row_us: int, tasks: asyncio.TaskGroup) -> None:
         """Send one request for each group; what none is asked for makes no row."""
-        if not groups or row_ms <= self._last_ms:
+        if not groups or row_us <= self._last_us:
             return
-        self._last_ms = row_ms
-        row = _Row(row_ms, [NOT_ASKED] * len(self._channels), len(groups))
+        self._last_us = row_us
+        row = _Row(row_us, self._nodes.no_cells(), len(groups))
         self._rows.append(row)
         for group in groups:
             group.busy = True
@@ -302,46 +324,41 @@ class Recorder:
             self._asking.add(task)
             task.add_done_callback(self._asking.discard)
 
-    async def _answer(self, group: "_Group", row: _Row) -> None:
-        answers = await self._sessions[group.connection].read(group.nodes, group.deadline_s)
-        _fill(row.cells, group, self._channels, answers, row.log_ms)
+    async def _answer(self, group: _Group, row: _Row) -> None:
+        await self._nodes.read(group, row.log_us, row.cells)
         for column in group.columns:
-            self._warn_of(self._channels[column])
+            self._warn_of(self._nodes.channels[column])
         group.busy = False
         row.open -= 1
         while self._rows and self._rows[0].open == 0:
-            self._waiting.add(_entry_of(self._rows.popleft()))
+            self._add(self._rows.popleft().entry)
 
     # What is told ----------------------------------------------------------------------------
 
-    def _note(self, log_ms: float, message: Message) -> None:
+    def _note(self, log_us: int, message: Message) -> None:
         """Tell what happened, and let a line of the log say it."""
-        self._waiting.add(mark(log_ms, message))
+        self._add(mark(log_us, message))
         self._tell(message)
 
-    def _look_at_connections(self, now_ms: float) -> None:
+    def _look_at_connections(self, now_us: int) -> None:
         for name, session in self._sessions.items():
             state = session.generation if session.connected else -1
             if state == self._connected[name]:
                 continue
             self._connected[name] = state
+            code, values = "connected", dict[str, Value](name=name)
             ahead_s = session.clock_difference_s
             if state < 0:
-                values = {"name": name, "why": session.failure or _UNKNOWN}
-                message = Message("recording-connection_lost", values)
-            elif ahead_s is None:
-                message = Message("recording-connected", {"name": name})
-            else:
-                side = "ahead" if ahead_s >= 0.0 else "behind"
-                values = {"name": name, "by_s": abs(ahead_s)}
-                message = Message(f"recording-connected_{side}", values)
-            self._note(now_ms, message)
+                code, values["why"] = "connection_lost", session.failure or _UNKNOWN
+            elif ahead_s is not None:
+                code = "connected_ahead" if ahead_s >= 0.0 else "connected_behind"
+                values["by_s"] = abs(ahead_s)
+            self._note(now_us, Message(f"recording-{code}", values))
 
     def _warn_of(self, channel: ChannelReader) -> None:
         name = channel.settings.name
-        for status in channel.not_good:
-            if status != NO_ANSWER:
-                self._warn("not_good", name=name, status=status)
+        for status in channel.not_good.keys() - {NO_ANSWER}:
+            self._warn("not_good", name=name, status=status)
         if channel.unstamped:
             self._warn("unstamped", name=name)
         stands_still = (
@@ -360,10 +377,14 @@ class Recorder:
 
     # Writing ---------------------------------------------------------------------------------
 
+    def _add(self, entry: Entry) -> None:
+        self._backlog.add(entry)
+        self._arrived.set()
+
     async def _write_regularly(self) -> None:
         written_s = -math.inf
         while True:
-            await self._waiting.arrived.wait()
+            await self._arrived.wait()
             await self._clock.sleep_until(written_s + WRITE_EVERY_S)
             written_s = self._clock.monotonic_s()
             async with self._writing:
@@ -371,131 +392,31 @@ class Recorder:
 
     async def _write(self) -> None:
         """Store what waits, in a thread: a slow disk delays no reading."""
-        stored = await self._waiting.give(
-            lambda entries: asyncio.to_thread(self._files.store, entries)
-        )
-        if stored.error and not self._error:
-            self._tell(Message("recording-rows_unwritten", {"cause": stored.error}))
-        elif self._error and not stored.error:
-            self._tell(Message("recording-rows_written_again"))
-        self._error = stored.error
+        self._arrived.clear()
+        error = await asyncio.to_thread(self._store)
+        if error:
+            self._arrived.set()
+        if bool(error) != bool(self._error):
+            self._tell(
+                Message("recording-rows_unwritten", {"cause": error})
+                if error
+                else Message("recording-rows_written_again")
+            )
+        self._error = error
 
-    async def _end(self) -> RecordSummary:
-        for row in self._rows:
-            if any(cells is not NOT_ASKED for cells in row.cells):
-                self._waiting.add(_entry_of(row))
-        now_ms, _ = self._time.read()
-        self._waiting.add(mark(max(now_ms, self._last_ms), Message("recording-ended")))
-        await self._write()
-        await asyncio.to_thread(self._files.close)
-        return RecordSummary(
-            rows=self._waiting.written_rows,
-            lost=self._waiting.lost_rows,
-            channels=self._channels,
-            files=tuple(self._files.written),
-            error=self._error,
-        )
-
-
-class _Loss(NamedTuple):
-    """Rows that were given up while they could not be written."""
-
-    rows: int = 0
-    first_ms: float = math.inf
-    last_ms: float = -math.inf
-
-    def and_(self, rows: int, first_ms: float, last_ms: float) -> "_Loss":
-        """Return this and another loss as one."""
-        first, last = min(self.first_ms, first_ms), max(self.last_ms, last_ms)
-        return _Loss(self.rows + rows, first, last)
-
-    def marks(self) -> list[Entry]:
-        """Return the line that says it, if there is anything to say."""
-        if not self.rows:
-            return []
-        values = {"first": as_text(self.first_ms), "last": as_text(self.last_ms)}
-        return [mark(self.last_ms, Message("recording-lost", {"rows": self.rows, **values}))]
-
-
-@final
-class _Waiting:
-    """Entries that wait to be written, up to a size; the oldest ones give way."""
-
-    def __init__(self, largest_bytes: float) -> None:
-        self._entries: deque[Entry] = deque()
-        self._size = 0
-        self._largest_bytes = largest_bytes
-        self._given = 0
-        self._untold = _Loss()
-        self._lost_rows = 0
-        self.written_rows = 0
-        """Rows that were stored. [1]"""
-        self.arrived = asyncio.Event()
-        """Whether something waits."""
-
-    @property
-    def lost_rows(self) -> int:
-        """Rows that gave way, and rows that still wait. [1]"""
-        return self._lost_rows + sum(entry.is_row for entry in self._entries)
-
-    def add(self, entry: Entry) -> None:
-        self._entries.append(entry)
-        self._size += entry.size
-        self.arrived.set()
-        self._give_way()
-
-    async def give(self, store: Callable[[Sequence[Entry]], Awaitable[Stored]]) -> Stored:
-        """Let everything be stored, after a line on what was lost; keep what was not."""
-        self.arrived.clear()
-        loss, self._untold = self._untold, _Loss()
-        marks = loss.marks()
-        self._given = len(self._entries)
-        stored = await store([*marks, *self._entries])
-        self._given = 0
-        if not stored.entries:
-            self._untold = loss.and_(*self._untold)
-        for _ in range(stored.entries - len(marks)):
-            entry = self._entries.popleft()
-            self._size -= entry.size
-            self.written_rows += entry.is_row
-        if self._entries:
-            self.arrived.set()
-        self._give_way()
-        return stored
-
-    def _give_way(self) -> None:
-        """Give up the oldest ones that are not being stored."""
-        while self._size > self._largest_bytes and len(self._entries) > self._given + 1:
-            oldest = self._entries[self._given]
-            del self._entries[self._given]
-            self._size -= oldest.size
-            if oldest.is_row:
-                self._lost_rows += 1
-                self._untold = self._untold.and_(1, oldest.log_ms, oldest.log_ms)
-
-
-def _groups_of(settings: RecordSettings) -> tuple[_Group, ...]:
-    found: dict[tuple[str, int], list[int]] = {}
-    for column, channel in enumerate(settings.channels):
-        found.setdefault((channel.connection, channel.period_ms), []).append(column)
-    return tuple(
-        _Group(
-            connection=connection,
-            period_ms=period_ms,
-            columns=tuple(columns),
-            nodes=tuple(settings.channels[column].node for column in columns),
-            deadline_s=settings.connections[connection].timeout_s,
-        )
-        for (connection, period_ms), columns in found.items()
-    )
-
-
-def _last_due(group: _Group, now_ms: float) -> int:
-    return math.floor((now_ms + _EARLY_MS) / group.period_ms) * group.period_ms
-
-
-def _entry_of(row: _Row) -> Entry:
-    time = as_text(row.log_ms)
-    log = ",".join([time, *(cells.value for cells in row.cells)])
-    sources = ",".join([time, *(cells.of_source for cells in row.cells)])
-    return Entry(row.log_ms, f"{log}\n".encode("ascii"), f"{sources}\n".encode("ascii"))
+    def _store(self) -> str:
+        """Store what waits, after a line on what was lost; return why not all, in words."""
+        while entries := self._backlog.take(1):
+            (entry,), loss = entries, self._backlog.unstated
+            if loss.rows:
+                span = {"first": as_text(loss.first_us), "last": as_text(loss.last_us)}
+                lost = Message("recording-lost", {"rows": loss.rows, **span})
+                entry = entry._replace(log=mark(loss.last_us, lost).log + entry.log)
+            try:
+                self._files.store(entry)
+            except OSError as error:
+                self._backlog.put_back()
+                return error.strerror or type(error).__name__
+            self._backlog.stored(loss)
+            self._written_rows += entry.is_row
+        return ""

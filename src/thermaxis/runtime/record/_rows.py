@@ -13,11 +13,13 @@ stamps a steady value once: for such channels a value may count again for a stat
 
 import math
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Final, NamedTuple, cast, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 
-from thermaxis.runtime.record._clock import iso_of
+from thermaxis.runtime._backlog import to_us
+from thermaxis.runtime.opcua import content_of, is_good, status_name
+from thermaxis.runtime.record._clock import as_text
 from thermaxis.runtime.record._config import ChannelSettings
 
 if TYPE_CHECKING:
@@ -33,23 +35,14 @@ _LONGEST_TEXT = 40
 class Cells(NamedTuple):
     """One reading of one channel."""
 
-    value: str
+    value: str = ""
     """For the log; empty where there is no new measurement."""
-    status: str
-    """Name of the status that the server gave."""
-    source_time: str
+    status: str = ""
+    """Name of the status that the server gave; empty where the channel was not due."""
+    source_time: str = ""
     """Time stamp of the source, ISO 8601 in UTC; empty where there is none."""
-    remark: str
+    remark: str = ""
     """Why the value was left out, and what was sent; else empty."""
-
-    @property
-    def of_source(self) -> str:
-        """The cells of the file of sources."""
-        return f"{self.status},{self.source_time},{self.remark}"
-
-
-NOT_ASKED: Final = Cells("", "", "", "")
-"""A channel that is not due in a row."""
 
 
 @final
@@ -72,49 +65,43 @@ class ChannelReader:
         """Time over which they were read. [s]"""
         self.not_good: dict[str, int] = {}
         """Readings by the name of their status, where it was not good. [1]"""
-        self._stamp: datetime | None = None
-        self._stamp_seen_ms = -math.inf
-        self._sent = ""
+        self._last: tuple[datetime | None, str] = None, ""
+        self._last_us = 0
 
-    def no_answer(self) -> Cells:
-        """Return the cells of a reading that the server did not answer."""
+    def read(self, answer: "ua.DataValue | None", log_us: int) -> Cells:
+        """Return the cells of an answer; None where the server gave none."""
         self.asked += 1
-        return self._not_good(NO_ANSWER, "", "")
-
-    def read(self, answer: "ua.DataValue", log_ms: float) -> Cells:
-        """Return the cells of an answer."""
-        self.asked += 1
-        status = "Good" if answer.StatusCode is None else answer.StatusCode.name
-        good = answer.StatusCode is None or answer.StatusCode.is_good()
-        stamp = _aware(answer.SourceTimestamp)
-        stamp_text = "" if stamp is None else iso_of(stamp)
+        if answer is None:
+            return self._left_out(NO_ANSWER, Cells("", NO_ANSWER))
+        stamp = _stamp_of(answer)
         sent, number = _number_of(answer)
-        same_stamp = stamp is not None and stamp == self._stamp
-        unchanged = same_stamp and sent == self._sent
+        cells = Cells("", status_name(answer), "" if stamp is None else as_text(to_us(stamp)))
+        same_stamp = stamp is not None and stamp == self._last[0]
+        unchanged = same_stamp and sent == self._last[1]
         if not unchanged:
-            self._stamp, self._stamp_seen_ms, self._sent = stamp, log_ms, sent
-        if not good:
-            return self._not_good(status, stamp_text, sent)
+            self._last, self._last_us = (stamp, sent), log_us
+        if not is_good(answer):
+            remark = f"sent {sent}" if sent else ""
+            return self._left_out(cells.status, cells._replace(remark=remark))
         if number is None:
-            self.not_good["no number"] = self.not_good.get("no number", 0) + 1
-            return Cells("", status, stamp_text, f"no number; sent {sent}" if sent else "no value")
+            remark = f"no number; sent {sent}" if sent else "no value"
+            return self._left_out("no number", cells._replace(remark=remark))
         self.unstamped += stamp is None
+        self.unchanged += unchanged
         self.unchanged_in_a_row = self.unchanged_in_a_row + 1 if unchanged else 0
+        self.unchanged_for_s = (log_us - self._last_us) / 1e6
         # A value that moves under one time stamp was measured anew all the same.
-        remark = "source time unchanged" if same_stamp else ""
-        if unchanged:
-            self.unchanged += 1
-            remark = "unchanged"
-            self.unchanged_for_s = (log_ms - self._stamp_seen_ms) / 1000.0
-            if self.unchanged_for_s > (self.settings.repeat_unchanged_s or 0.0):
-                return Cells("", status, stamp_text, remark)
+        remark = "unchanged" if unchanged else "source time unchanged" if same_stamp else ""
+        cells = cells._replace(remark=remark)
+        if unchanged and self.unchanged_for_s > (self.settings.repeat_unchanged_s or 0.0):
+            return cells
         self.recorded += 1
-        return Cells(self._scaled(number), status, stamp_text, remark)
+        return cells._replace(value=self._scaled(number))
 
-    def _not_good(self, status: str, stamp: str, sent: str) -> Cells:
-        self.not_good[status] = self.not_good.get(status, 0) + 1
+    def _left_out(self, why: str, cells: Cells) -> Cells:
+        self.not_good[why] = self.not_good.get(why, 0) + 1
         self.unchanged_in_a_row = 0
-        return Cells("", status, stamp, f"sent {sent}" if sent else "")
+        return cells
 
     def _scaled(self, number: float) -> str:
         factor, offset = self.settings.factor, self.settings.offset
@@ -130,20 +117,20 @@ def _shortest(number: float) -> str:
 
 def _number_of(answer: "ua.DataValue") -> tuple[str, float | None]:
     """Return what was sent, as a text without separators, and its number if it is a finite one."""
-    variant = answer.Value
-    value = None if variant is None else cast("object", variant.Value)
-    if variant is None or value is None:
+    value = content_of(answer)
+    if value is None or answer.Value is None:
         return "", None
     if not isinstance(value, int | float):
         text = str(value)[:_LONGEST_TEXT]
         return "".join(c if c.isascii() and c.isalnum() else "_" for c in text), None
     number = float(value)
-    if variant.VariantType.name == "Float":  # 22.3 of 32 bits, and not 22.299999237
+    if answer.Value.VariantType.name == "Float":  # 22.3 of 32 bits, and not 22.299999237
         number = float(str(np.float32(number)))
     return _shortest(number), number if math.isfinite(number) else None
 
 
-def _aware(stamp: datetime | None) -> datetime | None:
+def _stamp_of(answer: "ua.DataValue") -> datetime | None:
+    stamp = answer.SourceTimestamp
     if stamp is None or stamp.year < _FIRST_YEAR:
         return None
-    return stamp.replace(tzinfo=UTC) if stamp.tzinfo is None else stamp.astimezone(UTC)
+    return stamp.replace(tzinfo=UTC) if stamp.tzinfo is None else stamp
