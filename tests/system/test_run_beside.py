@@ -5,6 +5,8 @@ import os
 import signal
 import socket
 import sqlite3
+import subprocess
+import sys
 import time
 from contextlib import closing, suppress
 from pathlib import Path
@@ -13,7 +15,7 @@ import pytest
 from asyncua import Client, ua
 
 from tests.system.loop_stand import Watcher, excess, lathe, read_runs, write_site
-from tests.system.programs import compensating, gaps
+from tests.system.programs import KILLED_WITH_US, compensating, gaps
 from thermaxis.compensation import SupervisorState
 from thermaxis.runtime.history import HistoryReader
 
@@ -113,6 +115,22 @@ def test_a_loop_that_is_killed_leaves_no_process_and_no_port_behind(tmp_path: Pa
         ).fetchone()
     history.close()
     assert silent
+
+
+def test_a_pipe_that_nobody_reads_holds_up_neither_start_nor_end(tmp_path: Path) -> None:
+    url = f"opc.tcp://127.0.0.1:{free_port()}/lathe"
+    words = write_site(tmp_path, url), "--diameter", "-1", "--cycles", "3"  # a refusal is printed
+    reader, full = os.pipe()
+    os.set_blocking(full, False)
+    with suppress(BlockingIOError):
+        while True:
+            os.write(full, b"." * 4096)
+    os.set_blocking(full, True)
+    command = [*KILLED_WITH_US, sys.executable, "-m", "thermaxis", "run", *words]
+    subprocess.run(command, check=True, stdout=full, stderr=full, timeout=200.0)
+    os.close(reader)
+    os.close(full)
+    assert len(read_runs(tmp_path)[0]) == 3
 
 
 def test_a_port_that_is_taken_ends_it_before_the_loop_acts(tmp_path: Path) -> None:

@@ -5,8 +5,10 @@ import asyncio
 import re
 import signal
 import sqlite3
+import sys
 import threading
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -106,20 +108,23 @@ async def test_an_alarm_that_comes_or_goes_is_a_line_and_the_end_says_why_it_fad
 
 
 def test_a_reader_that_stands_still_stops_no_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
-    reads, printed = threading.Event(), list[bytes]()
+    reads, printed = threading.Event(), list[tuple[int, bytes]]()
 
-    def write(_: int, line: bytes) -> None:
+    def write(descriptor: int, line: bytes) -> None:
         reads.wait()
-        printed.append(line)
+        printed.append((descriptor, line))
 
     monkeypatch.setattr(run.os, "write", write)
     threading.Thread(target=run._print_lines, daemon=True).start()
-    for k in range(300):
-        run._say(f"{k}", quiet=False)
+    with redirect_stdout(run._Beside(1)), redirect_stderr(run._Beside(2)):
+        for k in range(300):
+            sys.stderr.write(f"{k}\n")
+            run._say(f"{k}", quiet=False)
     reads.set()
     run._LINES.join()
     assert 100 <= len(printed) <= 101, "lines for which no room is left are left out"
-    assert printed[:100] == [f"{k}\n".encode() for k in range(100)]
+    both = ((2 - i % 2, f"{i // 2}\n".encode()) for i in range(100))
+    assert printed[:100] == list(both)
 
 
 @pytest.mark.usefixtures("in_a_terminal")

@@ -8,6 +8,7 @@ it at once.
 
 import argparse
 import asyncio
+import io
 import logging
 import os
 import queue
@@ -16,7 +17,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from contextlib import AsyncExitStack, suppress
+from contextlib import AsyncExitStack, redirect_stderr, redirect_stdout, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Final
@@ -45,7 +46,7 @@ ALARMS_AFTER: Final = timedelta(seconds=5.0)
 """What stands so long after the start is told: a connection takes a moment."""
 ALARM_EVERY: Final = timedelta(seconds=10.0)
 """An alarm is told so often at most, its going too."""
-_LINES: queue.Queue[str] = queue.Queue(maxsize=100)
+_LINES: queue.Queue[tuple[int, str]] = queue.Queue(maxsize=100)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,16 +67,18 @@ def run(arguments: argparse.Namespace) -> int:
         )
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = runtime.read_machine(arguments.configuration)
-    with sole_runner(configuration):
-        standing, lost = asyncio.run(_run(configuration, arguments))
-    _say("ended", quiet=arguments.quiet)
+    with redirect_stdout(_Beside(1)), redirect_stderr(_Beside(2)):
+        with sole_runner(configuration):
+            standing, lost = asyncio.run(_run(configuration, arguments))
+        _say("ended", quiet=arguments.quiet)
+        if lost:
+            sys.stderr.write(f"thermaxis: {sentence('alarm-history_lost', {'lost': lost})}\n")
+        for name, value in standing.items():
+            told = f"{name}: an offset of {value:+.2f} um stands in the machine"
+            sys.stderr.write(f"thermaxis: {told}\n")
     until_s = time.monotonic() + LAST_LINES_S
     while _LINES.unfinished_tasks and time.monotonic() < until_s:
         time.sleep(0.01)
-    if lost:
-        sys.stderr.write(f"thermaxis: {sentence('alarm-history_lost', {'lost': lost})}\n")
-    for name, value in standing.items():
-        sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")
     return 1 if standing and configuration.supervisor.at_stop == "fade" else 0
 
 
@@ -139,6 +142,7 @@ def _serve(
     configuration: runtime.MachineConfiguration, clock: runtime.Clock, connected: socket.socket
 ) -> None:
     """Serve in the copy of this process, which alone loads what that takes."""
+    sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # no thread prints there
     publish.serve(configuration, clock, connected)
 
 
@@ -228,18 +232,28 @@ async def _machine_there(loop: runtime.CompensationLoop) -> None:
 
 
 def _say(text: str, *, quiet: bool) -> None:
-    """Print a line beside the cycles; one for which no room is left is left out."""
     if not quiet:
+        sys.stdout.write(f"{text}\n")
+
+
+class _Beside(io.TextIOBase):
+    """Hands what anybody prints to a thread; that for which no room is left is left out."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+
+    def write(self, text: str) -> int:
         with suppress(queue.Full):
-            _LINES.put_nowait(f"{text}\n")
+            _LINES.put_nowait((self._descriptor, text))
+        return len(text)
 
 
 def _print_lines() -> None:
-    """Print what waits; a terminal that is stopped (Ctrl+S) stops nothing else, nor the end."""
+    """Print what waits; a reader that stands still (Ctrl+S, a full pipe) stops nothing else."""
     while True:
-        line = _LINES.get()
+        descriptor, text = _LINES.get()
         with suppress(OSError):  # nobody reads any more
-            os.write(1, line.encode())  # the buffer of sys.stdout would be waited for at the end
+            os.write(descriptor, text.encode(errors="replace"))  # a buffer would be waited for
         _LINES.task_done()
 
 
