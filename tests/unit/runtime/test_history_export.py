@@ -280,8 +280,8 @@ def test_the_command_checks_a_history_and_tells_of_losses(
     assert code == 0
     assert "sound" in out
     assert "600 cycles from 2026-11-03T06:00:00+00:00 to 2026-11-03T06:09:59+00:00" in out
-    assert "4 events, 1 starts" in out
-    assert "12 cycles and 3 events were lost" in out
+    assert "4 events, 1 start of the loop" in out
+    assert "what was lost, 12 cycles and 3 events" in out
 
 
 def test_a_copy_is_whole_while_the_writer_goes_on(

@@ -162,7 +162,7 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
             everything=arguments.all,
         )
     sys.stdout.write(
-        f"written: {printable(str(output))} ({written.rows} cycles,"
+        f"written: {printable(str(output))} ({_number(written.rows, 'cycle')},"
         f" {1 + len(written.columns)} columns)\n"
     )
 
@@ -203,6 +203,10 @@ def _check(_: argparse.Namespace, url: str, password: str) -> None:
     sys.stdout.write(_condition_text(found))
 
 
+def _number(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def _condition_text(found: history.Condition) -> str:
     lines = ["The history is sound: everything in it could be read."]
     if found.first is not None and found.last is not None:
@@ -210,14 +214,14 @@ def _condition_text(found: history.Condition) -> str:
             found.first.isoformat(timespec="seconds"),
             found.last.isoformat(timespec="seconds"),
         )
-        lines.append(f"{found.cycles} cycles from {times[0]} to {times[1]}")
+        lines.append(f"{_number(found.cycles, 'cycle')} from {times[0]} to {times[1]}")
     else:
         lines.append("no cycles")
-    lines.append(f"{found.events} events, {found.starts} starts of the loop")
+    lines.append(f"{_number(found.events, 'event')}, {_number(found.starts, 'start')} of the loop")
     if found.lost_cycles or found.lost_events:
         lines.append(
-            f"It says itself that {found.lost_cycles} cycles and {found.lost_events} events were"
-            " lost: thermaxis history events --kind loss"
+            f"It says itself what was lost, {_number(found.lost_cycles, 'cycle')} and"
+            f" {_number(found.lost_events, 'event')}: thermaxis history events --kind loss"
         )
     lines.append(f"{found.size_bytes / 1e6:.1f} MB")
     return "\n".join(lines) + "\n"
