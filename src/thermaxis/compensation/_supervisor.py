@@ -28,7 +28,7 @@ class SupervisorState(StrEnum):
     """State of the compensation."""
 
     OFF = "Off"
-    """Nobody has enabled the compensation; the offset is left as it is."""
+    """The compensation is not enabled; the offset is left as it is."""
     WARMING = "Warming"
     """Enabled; something that it needs is not there yet."""
     ACTIVE = "Active"

@@ -5,7 +5,7 @@ state-Holding = Podržení
 state-Fading = Dobíhá
 state-Fault = Porucha
 
-reason-disabled = nikdo ji nezapnul
+reason-disabled = není zapnuta
 reason-settling = model ještě neběží dost dlouho
 reason-recovering = vše je opět k dispozici; musí to chvíli vydržet
 reason-input_bad = vstup nemá použitelnou hodnotu

@@ -5,7 +5,7 @@ state-Holding = Halten
 state-Fading = Läuft aus
 state-Fault = Störung
 
-reason-disabled = niemand hat sie eingeschaltet
+reason-disabled = sie ist nicht eingeschaltet
 reason-settling = das Modell läuft noch nicht lange genug
 reason-recovering = alles ist wieder da; es muss einen Moment so bleiben
 reason-input_bad = ein Eingang hat keinen brauchbaren Wert

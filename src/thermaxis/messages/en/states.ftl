@@ -9,7 +9,7 @@ state-Fault = Fault
 
 ## Why the compensation is not active
 
-reason-disabled = nobody has enabled it
+reason-disabled = it is not enabled
 reason-settling = the model has not run for long enough
 reason-recovering = everything is there again; it must stay so for a moment
 reason-input_bad = an input has no usable value

@@ -38,7 +38,7 @@ class AlarmKind(NamedTuple):
     priority: str
     """How grave it is."""
     when_off: str = ""
-    """How grave it is while nobody has enabled the compensation; empty: the same."""
+    """How grave it is while the compensation is not enabled; empty: the same."""
 
 
 ALARMS: Final[Mapping[str, AlarmKind]] = {
