@@ -46,6 +46,7 @@ from thermaxis.runtime import (
     Applied,
     AtStop,
     CompensationLoop,
+    HistorianStatus,
     LoopAnswer,
     SourceSample,
     VirtualClock,
@@ -448,6 +449,38 @@ async def test_a_machine_that_does_not_obey_is_a_fault_until_it_is_acknowledged_
     bench.assert_law(tolerance_um=TOLERANCE_UM)
     asked = [e.details["accepted"] for e in bench.said("request") if e.who == "Jana"]
     assert asked == [True, False, True, True]
+
+
+async def test_an_acknowledge_is_answered_with_the_alarms_that_it_took_as_seen_and_no_other() -> (
+    None
+):
+    bench = Rig()
+
+    async def seen() -> list[str]:
+        await asyncio.sleep(10.0)
+        outcome = await loop.submit(Request(RequestKind.ACKNOWLEDGE, "Jana"))
+        assert outcome.accepted
+        said = outcome.values["alarms"] or ()
+        assert isinstance(said, tuple)
+        return [one.code.removeprefix("alarm-") for one in said if isinstance(one, Message)]
+
+    async with bench.running() as loop:
+        await enabled_for(loop, 40.0)
+        bench.historian.told = HistorianStatus(storing=False, waiting=7)
+        assert await seen() == []
+        bench.machine.values["s"] = 60.0
+        assert await seen() == ["sensor_bad"]
+        bench.machine.values["s"] = 1000.0  # is right for nobody
+        assert await seen() == []
+        bench.machine.values["s"] = 60.0
+        bench.machine.come_back(0.0)
+        assert await seen() == ["offset_mismatch"]
+        bench.machine.obeys = False
+        await asyncio.sleep(30.0)
+        bench.machine.obeys = True
+        assert await seen() == ["fault_read_back_differs"]
+    told = bench.said("request")[-2].text  # before the end of the loop
+    assert told.endswith("taken as seen: The machine does not report the offset that was written.")
 
 
 async def test_a_short_refusal_beside_a_watchdog_costs_no_step() -> None:

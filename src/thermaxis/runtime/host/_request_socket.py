@@ -23,7 +23,7 @@ ASKED_HERE: Final = tuple(
 _STARTS: Final = {RequestKind.RESUME, RequestKind.ENABLE}
 LONGEST_ANSWER_S: Final = 70.0
 """An answer comes within a cycle, a minute at most. [s]"""
-_LONGEST_BYTES = 10_000
+_LONGEST_BYTES = 100_000
 _ASKED_WITHIN_S = 5.0
 _CREDENTIALS = "3i"
 

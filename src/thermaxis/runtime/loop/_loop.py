@@ -342,7 +342,7 @@ class CompensationLoop:
             if answer.accepted and answer.request.kind in _DECIDES:
                 self._other_state = None
             if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
-                seen = shown.get(answer.request.identity, frozenset())
+                seen = shown.get(answer.request.identity, ())
                 self._machine.offsets = acknowledged(self._machine.offsets, seen)
 
     # ---- record ---------------------------------------------------------------------------------

@@ -2,20 +2,21 @@
 
 import asyncio
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import final
 
-from thermaxis.codes import printable
+from thermaxis.codes import Message, Value, printable
 from thermaxis.compensation import Answer, Compensation, Request, RequestKind
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
 from thermaxis.runtime.loop._settings import Models
-from thermaxis.runtime.status import Alarm
+from thermaxis.runtime.status import Alarm, is_mismatch, message_of
 
 LONGEST_TEXT = 200
 """Longest text in a request. [1]"""
 _ENDING = RequestOutcome(accepted=False, code=LoopAnswer.ENDING)
+_DECIDED = ("fault_", "state_version")
 _UNSEEN = RequestOutcome(accepted=False, code=LoopAnswer.SENSOR_ALARM_MEANWHILE)
 
 
@@ -34,9 +35,10 @@ def _refusal_of(request: Request) -> RequestOutcome | None:
 class Waiting:
     """A request whose answer somebody waits for."""
 
-    def __init__(self, request: Request, shown: frozenset[str]) -> None:
+    def __init__(self, request: Request, shown: Mapping[str, Alarm]) -> None:
         self.request = request
-        self.shown = shown  # keys of the alarms that whoever asks can have seen
+        self.shown = shown  # the alarms that whoever asks can have seen
+        self.doubted: frozenset[str] = frozenset()  # keys of those whose sensors are accepted
         self.change: tuple[Compensation, str] | None = None
         self.answer: asyncio.Future[RequestOutcome] = asyncio.get_running_loop().create_future()
 
@@ -44,6 +46,16 @@ class Waiting:
         """Answer, unless nobody waits any more."""
         if not self.answer.done():
             self.answer.set_result(outcome)
+
+
+def _seen(waiting: Waiting) -> tuple[Message, ...] | None:
+    """Return the alarms that an Acknowledge takes as seen; None where there are none."""
+    seen = (
+        message_of(alarm)
+        for key, alarm in waiting.shown.items()
+        if key in waiting.doubted or is_mismatch(alarm) or alarm.code.startswith(_DECIDED)
+    )
+    return tuple(seen) or None
 
 
 @final
@@ -72,7 +84,7 @@ class Requests:
             shorn = replace(request, output=output, text=text, value=None, duration_s=None)
             self._tell(shorn, refused)
             return refused
-        shown = frozenset(alarm.key for alarm in alarms)
+        shown = {alarm.key: alarm for alarm in alarms}
         waiting = Waiting(replace(request, identity=self._identity), shown)
         if request.kind is RequestKind.MODEL:
             refused = await self._load(waiting, names)
@@ -114,18 +126,23 @@ class Requests:
         """
         left: list[Waiting] = []
         for one in waiting:
-            if one.request.kind is RequestKind.ACKNOWLEDGE and not doubted <= one.shown:
+            if one.request.kind is RequestKind.ACKNOWLEDGE and not doubted <= one.shown.keys():
                 self._tell(one.request, _UNSEEN)
                 one.tell(_UNSEEN)
             else:
+                one.doubted = frozenset(doubted)
                 left.append(one)
         return left
 
     def answer(self, waiting: Sequence[Waiting], answers: Sequence[Answer]) -> None:
         """Give the cycle's answers to those who wait; the history has each of them."""
         by_identity: dict[int, RequestOutcome] = {}
+        seen = {one.request.identity: _seen(one) for one in waiting}
         for answer in answers:
-            outcome = RequestOutcome(answer.accepted, answer.code, answer.values)
+            values: dict[str, Value] = {**answer.values}
+            if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
+                values["alarms"] = seen.get(answer.request.identity)
+            outcome = RequestOutcome(answer.accepted, answer.code, values)
             by_identity[answer.request.identity] = outcome
             self._tell(answer.request, outcome)
         for one in waiting:
