@@ -92,7 +92,7 @@ class RecordSettings:
     """Size at which a new file begins, of the log and of its sources, each. Default: what is
     read in seconds; the reader's limit is 1000. [MB]"""
     memory_mb: Annotated[float, Field(ge=0.01, le=10_000.0)] = 64.0
-    """Rows that wait in memory while the disk is full. Default: 20 channels for a day at 1 s.
+    """Rows that wait in memory while the disk is full. Default: 20 channels for 16 h at 1 s.
     [MB]"""
     keep_days: Annotated[int, Field(ge=2, le=36_600)] | None = None
     """Once a file is complete, the files before it are deleted but for the newest so many recorded
@@ -133,11 +133,11 @@ def read_record(path: Path | str) -> RecordSettings:
     file = read_tree(RecordFile, Path(path))
     if isinstance(file, list):
         raise refuse(file, path)
-    found = [_channel(name, entry, file) for name, entry in file.channels.items()]
-    problems = [*_check_file(file), *(c for c in found if isinstance(c, Message))]
+    wrong = [next(_wrong(name, entry, file), None) for name, entry in file.channels.items()]
+    problems = [*_wrong_file(file), *filter(None, wrong)]
     if problems:
         raise refuse(problems, path)
-    channels = tuple(one for one in found if isinstance(one, ChannelSettings))
+    channels = tuple(_complete(name, entry, file) for name, entry in file.channels.items())
     used = {channel.connection for channel in channels}
     try:
         connections = {
@@ -150,7 +150,28 @@ def read_record(path: Path | str) -> RecordSettings:
     return replace(file.record, channels=channels, connections=connections)
 
 
-def _check_file(file: RecordFile) -> Iterator[Message]:
+def _complete(name: str, entry: ChannelSettings, file: RecordFile) -> ChannelSettings:
+    """Return a channel with what it takes from elsewhere."""
+    every_s, repeat_s = entry.every_s, entry.repeat_unchanged_s
+    unit, heading = _unit_and_heading(name, entry.unit)
+    return replace(
+        entry,
+        name=name,
+        heading=heading,
+        period_ms=round(1000.0 * (file.record.every_s if every_s is None else every_s)),
+        unit=unit or "",
+        connection=entry.connection or next(iter(file.connections)),
+        repeat_unchanged_s=file.record.repeat_unchanged_s if repeat_s is None else repeat_s,
+    )
+
+
+def _unit_and_heading(name: str, word: str) -> tuple[str | None, str]:
+    """Return the unit (None if it is not known) and a heading that states name and unit."""
+    unit = "" if word in NO_UNIT else unit_named(word)
+    return unit, name if unit == unit_of_name(name) else f"{name} [{unit or ''}]"
+
+
+def _wrong_file(file: RecordFile) -> Iterator[Message]:
     """Yield what is wrong with the file as a whole."""
     if _FILE_NAME.fullmatch(file.record.name) is None:
         yield problem("no_file_name", "record.name")
@@ -165,61 +186,29 @@ def _check_file(file: RecordFile) -> Iterator[Message]:
             yield problem("same_but_case", f"channel.{name}", other=other)
 
 
-def _channel(name: str, section: ChannelSettings, file: RecordFile) -> ChannelSettings | Message:
-    """Return the settings of a channel, or the first thing that is wrong with it."""
-    table = f"channel.{name}"
-    unit, heading = _unit_and_heading(name, section.unit)
-    connection = section.connection or next(iter(file.connections), "")
-    wrong = _wrong_name(table, name, section.unit, unit, heading)
-    wrong = wrong or _wrong_connection(table, section.connection, file)
-    if wrong is not None:
-        return wrong
-    try:
-        parse_node(section.node)
-    except ConfigurationError as error:
-        return error.at(Place(key=f"{table}.node")).message
-    every_s = file.record.every_s if section.every_s is None else section.every_s
-    period_ms = round(every_s * 1000.0)
-    if abs(period_ms - every_s * 1000.0) > 1e-6:
-        return problem("no_whole_milliseconds", f"{table}.every_s")
-    repeat_s = section.repeat_unchanged_s
-    return replace(
-        section,
-        name=name,
-        heading=heading,
-        period_ms=period_ms,
-        unit=unit or "",
-        connection=connection,
-        repeat_unchanged_s=file.record.repeat_unchanged_s if repeat_s is None else repeat_s,
-    )
-
-
-def _wrong_connection(table: str, stated: str, file: RecordFile) -> Message | None:
-    known = tuple(file.connections)
-    if not stated and len(known) > 1:
-        return problem("connection_unstated", f"{table}.connection", known=known)
-    if stated and stated not in known:
-        return problem("unknown_name", f"{table}.connection", name=stated, known=known)
-    return None
-
-
-def _unit_and_heading(name: str, word: str) -> tuple[str | None, str]:
-    """Return the unit (None if it is not known) and a heading that states name and unit."""
-    unit = "" if word in NO_UNIT else unit_named(word)
-    return unit, name if unit == unit_of_name(name) else f"{name} [{unit or ''}]"
-
-
-def _wrong_name(table: str, name: str, word: str, unit: str | None, heading: str) -> Message | None:
+def _wrong(name: str, entry: ChannelSettings, file: RecordFile) -> Iterator[Message]:
+    """Yield what is wrong with a channel."""
+    table, known = f"channel.{name}", tuple(file.connections)
+    unit, heading = _unit_and_heading(name, entry.unit)
+    in_name, read = unit_of_name(name), parse_log_heading(heading)
     if _CHANNEL_NAME.fullmatch(name) is None:
-        return problem("no_channel_name", table)
+        yield problem("no_channel_name", table)
     if unit is None:
-        return problem("unknown_unit", f"{table}.unit", unit=word)
-    stated = unit_of_name(name)
-    if stated and stated != unit:
-        return problem("unit_differs", f"{table}.unit", in_name=stated, unit=unit or word)
-    found = parse_log_heading(heading)
-    if found.time_rank is not None or name.casefold() in _RESERVED:
-        return problem("name_of_times", table)
-    if (found.name, found.unit) != (name, unit):
-        return problem("name_read_otherwise", table)
-    return None
+        yield problem("unknown_unit", f"{table}.unit", unit=entry.unit)
+    if in_name and in_name != unit:
+        yield problem("unit_differs", f"{table}.unit", in_name=in_name, unit=unit or entry.unit)
+    if read.time_rank is not None or name.casefold() in _RESERVED:
+        yield problem("name_of_times", table)
+    if (read.name, read.unit) != (name, unit):
+        yield problem("name_read_otherwise", table)
+    if entry.connection and entry.connection not in known:
+        yield problem("unknown_name", f"{table}.connection", name=entry.connection, known=known)
+    if not entry.connection and len(known) > 1:
+        yield problem("connection_unstated", f"{table}.connection", known=known)
+    try:
+        parse_node(entry.node)
+    except ConfigurationError as error:
+        yield error.at(Place(key=f"{table}.node")).message
+    every_ms = 1000.0 * (entry.every_s or file.record.every_s)
+    if abs(round(every_ms) - every_ms) > 1e-6:
+        yield problem("no_whole_milliseconds", f"{table}.every_s")

@@ -14,8 +14,8 @@ Not protected: a disk that reports a write as done and loses it; a folder on a n
 
 import os
 import re
-from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass
 from datetime import date, datetime
 from pathlib import Path
@@ -37,7 +37,6 @@ as well. [1]"""
 SYNC_EVERY_US: Final = 10_000_000
 """What was written reaches the disk itself so often, as far as the log's time tells. [µs]"""
 _TAIL_BYTES = 4_000_000
-_APPEND = os.O_WRONLY | os.O_APPEND | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _TIME_FORMAT = "%Y-%m-%dT%H:%M:%S%.3fZ"
 
 
@@ -92,63 +91,45 @@ def heads_of(settings: RecordSettings) -> tuple[bytes, bytes]:
 
 @final
 @dataclass(slots=True)
-class _File:
-    """A file that grows by whole lines."""
-
-    path: Path
-    size: int
-
-    def append(self, content: bytes, *, sync: bool) -> None:
-        """Write all of it, or nothing."""
-        descriptor = os.open(self.path, _APPEND)
-        try:
-            left = memoryview(content)
-            while left:
-                left = left[os.write(descriptor, left) :]
-            if sync:
-                os.fsync(descriptor)
-        except OSError:
-            os.ftruncate(descriptor, self.size)
-            raise
-        finally:
-            os.close(descriptor)
-        self.size += len(content)
-
-    def cut(self, size: int) -> None:
-        """Make it as long as it was."""
-        os.truncate(self.path, size)
-        self.size = size
-
-    def is_as_left(self) -> bool:
-        """Return whether it has its name still, and nobody else has written to it."""
-        try:
-            return self.path.stat().st_size == self.size
-        except FileNotFoundError:
-            return False
-
-
-@final
-@dataclass(slots=True)
 class _Pair:
     """The log and the file of sources that are written now."""
 
     first_day: date
-    log: _File
-    sources: _File
+    paths: Sequence[Path]
+    sizes: Sequence[int]
     has_rows: bool = False
     note: bytes = b""
     """Lines that stand before the next entry in the log."""
 
-    def append(self, log: bytes, sources: bytes, *, sync: bool) -> None:
-        """Write both, or nothing."""
-        before = self.sources.size
-        self.sources.append(sources, sync=sync)
+    def append(self, *lines: bytes, sync: bool) -> None:
+        """Write to both, or nothing."""
+        lines = self.note + lines[0], lines[1]
+        with ExitStack() as opened:
+            files = [opened.enter_context(path.open("r+b", buffering=0)) for path in self.paths]
+            try:
+                for file, content in zip(files, lines, strict=True):
+                    file.seek(0, os.SEEK_END)
+                    left = memoryview(content)
+                    while left:
+                        left = left[os.write(file.fileno(), left) :]
+                    if sync:
+                        os.fsync(file.fileno())
+            except OSError:
+                for file, size in zip(files, self.sizes, strict=True):
+                    os.ftruncate(file.fileno(), size)
+                raise
+        self.note, self.sizes = b"", self.sizes_with(lines)
+
+    def sizes_with(self, lines: Sequence[bytes]) -> Sequence[int]:
+        """Return the sizes after lines were written. [byte]"""
+        return [size + len(more) for size, more in zip(self.sizes, lines, strict=True)]
+
+    def is_as_left(self) -> bool:
+        """Return whether both have their names still, and nobody else has written to them."""
         try:
-            self.log.append(self.note + log, sync=sync)
-        except OSError:
-            self.sources.cut(before)
-            raise
-        self.note = b""
+            return [path.stat().st_size for path in self.paths] == self.sizes
+        except FileNotFoundError:
+            return False
 
 
 @final
@@ -167,7 +148,7 @@ class RecordingFiles:
         self._heads = heads_of(settings)
         self._step_us = 1000 * settings.fastest_ms
         self._pair: _Pair | None = None
-        self._last_us: int | None = None
+        self._last_us = 0
         self._synced_us = 0
         self.written: list[Path] = []
         """Logs that were begun or went on, in order."""
@@ -182,8 +163,8 @@ class RecordingFiles:
         """
         pair = self._pair_for(entry)
         _, log, sources = entry
-        last_us = self._last_us if entry.is_row else None
-        if last_us is not None and entry.utc_us - last_us > GAP_STEPS * self._step_us:
+        last_us = self._last_us
+        if entry.is_row and 0 < last_us < entry.utc_us - GAP_STEPS * self._step_us:
             lasted_s = (entry.utc_us - last_us) / 1e6
             gap = Message("recording-gap", {"since": as_text(last_us), "lasted_s": lasted_s})
             empty = b"", b""
@@ -208,9 +189,9 @@ class RecordingFiles:
             pair.append(b"", b"", sync=True)
         if self._settings.parquet:
             try:
-                write_parquet(pair.log.path, pair.sources.path)
+                write_parquet(*pair.paths)
             except OSError as error:
-                values = {"file": pair.log.path.name, "cause": error.strerror or str(error)}
+                values = {"file": pair.paths[0].name, "cause": error.strerror or str(error)}
                 self._tell(Message("recording-parquet_unwritten", values))
         if self._settings.keep_days is not None:
             self._retire(pair.first_day, self._settings.keep_days)
@@ -219,7 +200,7 @@ class RecordingFiles:
 
     def _pair_for(self, entry: Entry) -> _Pair:
         pair = self._pair
-        if pair is not None and not (pair.log.is_as_left() and pair.sources.is_as_left()):
+        if pair is not None and not pair.is_as_left():
             pair = None
         elif pair is not None and entry.is_row and self._is_full(pair, entry):
             self.close()
@@ -227,13 +208,13 @@ class RecordingFiles:
         if pair is None:
             day = from_us(entry.utc_us).date()
             pair = self._resume(day, entry.utc_us) or self._begin(day)
-            self.written.append(pair.log.path)
+            self.written.append(pair.paths[0])
         self._pair = pair
         return pair
 
     def _is_full(self, pair: _Pair, entry: Entry) -> bool:
         """Return whether a row belongs into other files; what happened never begins one."""
-        size = max(pair.log.size + len(entry.log), pair.sources.size + len(entry.sources))
+        size = max(pair.sizes_with((entry.log, entry.sources)))
         too_large = pair.has_rows and size > 1e6 * self._settings.largest_mb
         return too_large or not self._covers(pair.first_day, from_us(entry.utc_us).date())
 
@@ -245,39 +226,39 @@ class RecordingFiles:
         self._folders[1].mkdir(parents=True, exist_ok=True)
         number = 1 + max((n for first, n, _ in self._names() if first == day), default=0)
         name = f"{self._settings.name}-{day.isoformat()}{'' if number == 1 else f'-{number}'}.csv"
-        made: list[_File] = []
+        paths, made = [folder / name for folder in self._folders], list[Path]()
         try:
-            for folder, head in zip(self._folders, self._heads, strict=True):
-                with (folder / name).open("xb") as stream:
-                    made.append(_File(folder / name, len(head)))
+            for path, head in zip(paths, self._heads, strict=True):
+                with path.open("xb") as stream:
+                    made.append(path)
                     stream.write(head)
         except OSError:
-            for file in made:
-                file.path.unlink(missing_ok=True)
+            for path in made:
+                path.unlink(missing_ok=True)
             raise
-        log, beside = made
-        return _Pair(day, log, beside)
+        return _Pair(day, paths, list(map(len, self._heads)))
 
     def _resume(self, day: date, log_us: int) -> _Pair | None:
         """Return the last files of an earlier recording if the row can follow theirs."""
-        folder, _ = self._folders
+        folder, beside = self._folders
         known = [one for one in self._names() if self._covers(one[0], day)]
         logs = [one for one in known if one[2].parent == folder and one[2].suffix == ".csv"]
         if self.written or not logs:
             return None
         first, _, path = max(logs)
-        log, sources = map(_end_of, (path, self._folders[1] / path.name), self._heads)
-        if log is None or sources is None or (log[1] or 0) >= log_us:
+        paths = path, beside / path.name
+        log, sources = map(_end_of, paths, self._heads)
+        if log is None or sources is None or log[1] >= log_us:
             return None
-        files, last_us = (log[0], sources[0]), log[1]
-        if max(file.size for file in files) >= 1e6 * self._settings.largest_mb:
+        sizes, last_us = [log[0], sources[0]], log[1]
+        if max(sizes) >= 1e6 * self._settings.largest_mb:
             return None
-        torn = path.stat().st_size - files[0].size
-        for file in files:
-            file.cut(file.size)
+        torn = path.stat().st_size - sizes[0]
+        for one, size in zip(paths, sizes, strict=True):
+            os.truncate(one, size)
         self._last_us = last_us
         repaired = mark(log_us, Message("recording-repaired", {"bytes": torn})).log
-        return _Pair(first, *files, last_us is not None, repaired if torn else b"")
+        return _Pair(first, paths, sizes, last_us > 0, repaired if torn else b"")
 
     def _names(self) -> list[tuple[date, int, Path]]:
         """Return first day, number and path of every file of ours, those of Parquet included."""
@@ -303,8 +284,8 @@ class RecordingFiles:
                 path.unlink()
 
 
-def _end_of(path: Path, head: bytes) -> tuple[_File, int | None] | None:
-    """Return a file of ours as far as its lines are whole, and the time of its last row.
+def _end_of(path: Path, head: bytes) -> tuple[int, int] | None:
+    """Return where a file's whole lines end [byte], and the time of its last row, 0 without one.
 
     None if it is another's, or damaged otherwise than by a torn last line.
     """
@@ -315,11 +296,11 @@ def _end_of(path: Path, head: bytes) -> tuple[_File, int | None] | None:
             size = stream.seek(0, os.SEEK_END)
             begin = stream.seek(max(len(head), size - _TAIL_BYTES))
             lines = stream.read().split(b"\n")
-        file = _File(path, size - len(lines.pop()))
-        row = next((line for line in reversed(lines) if not line.startswith(b"#")), None)
-        if row is None:
-            return (file, None) if begin == len(head) else None
-        return file, to_us(datetime.fromisoformat(row.partition(b",")[0].decode("ascii")))
+        size -= len(lines.pop())
+        row = next((line for line in reversed(lines) if not line.startswith(b"#")), b"")
+        if not row and begin == len(head):
+            return size, 0
+        return size, to_us(datetime.fromisoformat(row.partition(b",")[0].decode("ascii")))
     except (FileNotFoundError, ValueError, TypeError):  # TypeError: a time without a zone
         return None
 

@@ -10,7 +10,6 @@ second are lost when the program is killed, those of the last ten seconds when t
 
 import asyncio
 import math
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +40,6 @@ TRY_AGAIN_S: Final = 2.0
 _UNKNOWN: Final = Message("error-machine_silent")
 _LONGEST_SLEEP_S = 60.0
 _POLL_S = 0.05
-_LAST_ANSWERS_S = 1.0
 _EARLY_US = 500
 _FEWEST_UNCHANGED = 5
 
@@ -51,11 +49,11 @@ _FEWEST_UNCHANGED = 5
 class _Group:
     """Channels of one connection and one rate: one read request."""
 
-    connection: str
-    period_us: int
-    columns: tuple[int, ...]
-    nodes: tuple[str, ...]
+    session: "OpcUaSession"
     deadline_s: float
+    period_us: int
+    readers: dict[int, ChannelReader]
+    """Channels by their column."""
     due_us: int = 0
     busy: bool = False
 
@@ -63,24 +61,34 @@ class _Group:
         """Return when it was due last. [µs since 1970]"""
         return (now_us + _EARLY_US) // self.period_us * self.period_us
 
+    async def read(self, log_us: int, cells: list[Cells]) -> None:
+        """Put the answers to the request into their columns."""
+        nodes = tuple(reader.settings.node for reader in self.readers.values())
+        found = await self.session.read(nodes, self.deadline_s)
+        answers = found or [None] * len(nodes)
+        for (column, reader), answer in zip(self.readers.items(), answers, strict=True):
+            cells[column] = reader.read(answer, log_us)
 
-@final
-@dataclass(slots=True, eq=False)
-class _Row:
-    """A row that waits for its answers."""
 
-    log_us: int
-    cells: list[Cells]
-    open: int
-    """Requests without an answer yet. [1]"""
+def _groups_of(
+    settings: RecordSettings,
+    sessions: "Mapping[str, OpcUaSession]",
+    readers: Sequence[ChannelReader],
+) -> tuple[_Group, ...]:
+    found: dict[tuple[str, int], _Group] = {}
+    for column, reader in enumerate(readers):
+        name, period_ms = key = reader.settings.connection, reader.settings.period_ms
+        deadline_s = settings.connections[name].timeout_s
+        group = _Group(sessions[name], deadline_s, 1000 * period_ms, {})
+        found.setdefault(key, group).readers[column] = reader
+    return tuple(found.values())
 
-    @property
-    def entry(self) -> Entry:
-        """The row as lines."""
-        time = as_text(self.log_us)
-        log = ",".join([time, *(cells.value for cells in self.cells)])
-        sources = ",".join([time, *(text for cells in self.cells for text in cells[1:])])
-        return Entry(self.log_us, f"{log}\n".encode("ascii"), f"{sources}\n".encode("ascii"))
+
+def _entry_of(log_us: int, row: Sequence[Cells]) -> Entry:
+    time = as_text(log_us)
+    log = ",".join([time, *(cells.value for cells in row)])
+    sources = ",".join([time, *(text for cells in row for text in cells[1:])])
+    return Entry(log_us, f"{log}\n".encode("ascii"), f"{sources}\n".encode("ascii"))
 
 
 @final
@@ -107,8 +115,7 @@ def bytes_per_day(settings: RecordSettings) -> float:
     """
     rows = 86_400_000.0 / settings.fastest_ms
     readings = sum(86_400_000.0 / channel.period_ms for channel in settings.channels)
-    separators = rows * len(settings.channels) * 4.0
-    return 50.0 * rows + 34.0 * readings + separators
+    return (50.0 + 4.0 * len(settings.channels)) * rows + 34.0 * readings
 
 
 class TriedChannel(NamedTuple):
@@ -128,16 +135,16 @@ async def try_once(
     settings: RecordSettings, sessions: "Mapping[str, OpcUaSession]", clock: Clock
 ) -> tuple[TriedChannel, ...]:
     """Read every node twice, to see what it says and whether its source time stamp moves."""
-    nodes = _Nodes(settings, sessions)
-    cells, values = nodes.no_cells(), [""] * len(nodes.channels)
+    readers = [ChannelReader(channel) for channel in settings.channels]
+    cells, values = [Cells()] * len(readers), [""] * len(readers)
     await _connections(sessions, clock)
     for wait_s in (0.0, TRY_AGAIN_S):
         await clock.sleep_until(clock.monotonic_s() + wait_s)
-        for group in nodes.groups:
-            await nodes.read(group, round(1e6 * clock.monotonic_s()), cells)
+        for group in _groups_of(settings, sessions, readers):
+            await group.read(round(1e6 * clock.monotonic_s()), cells)
         values = [one.value or before for one, before in zip(cells, values, strict=True)]
     tried: list[TriedChannel] = []
-    for channel, value, last in zip(nodes.channels, values, cells, strict=True):
+    for channel, value, last in zip(readers, values, cells, strict=True):
         remark = Message("remark-beside_value", {"said": last.remark}) if last.remark else None
         if channel.unchanged:
             remark = Message("remark-stamp_stood_still", {"lasts_s": TRY_AGAIN_S})
@@ -152,38 +159,6 @@ async def _connections(sessions: "Mapping[str, OpcUaSession]", clock: Clock) -> 
     end_s = clock.monotonic_s() + CONNECT_WITHIN_S
     while clock.monotonic_s() < end_s and not all(s.connected for s in sessions.values()):
         await clock.sleep_until(clock.monotonic_s() + _POLL_S)
-
-
-@final
-class _Nodes:
-    """Channels by connection and rate."""
-
-    def __init__(self, settings: RecordSettings, sessions: "Mapping[str, OpcUaSession]") -> None:
-        self._sessions = sessions
-        self.channels = tuple(ChannelReader(channel) for channel in settings.channels)
-        found: dict[tuple[str, int], list[int]] = {}
-        for column, channel in enumerate(settings.channels):
-            found.setdefault((channel.connection, 1000 * channel.period_ms), []).append(column)
-        self.groups = tuple(
-            _Group(
-                *connection_and_period,
-                columns=tuple(columns),
-                nodes=tuple(settings.channels[column].node for column in columns),
-                deadline_s=settings.connections[connection_and_period[0]].timeout_s,
-            )
-            for connection_and_period, columns in found.items()
-        )
-
-    def no_cells(self) -> list[Cells]:
-        """Return cells of which none was asked for."""
-        return [Cells()] * len(self.channels)
-
-    async def read(self, group: _Group, log_us: int, cells: list[Cells]) -> None:
-        """Put the answers to one request into their columns."""
-        answers = await self._sessions[group.connection].read(group.nodes, group.deadline_s)
-        for place, column in enumerate(group.columns):
-            answer = None if answers is None else answers[place]
-            cells[column] = self.channels[column].read(answer, log_us)
 
 
 @final
@@ -219,50 +194,33 @@ class Recorder:
         self._files = files
         self._tell = tell
         self._time = LogClock(clock)
-        self._nodes = _Nodes(settings, sessions)
-        self._rows: deque[_Row] = deque()
+        self._channels = tuple(ChannelReader(channel) for channel in settings.channels)
+        self._groups = _groups_of(settings, sessions, self._channels)
+        self._row: asyncio.Task[None] | None = None
         self._backlog = Backlog[Entry](round(1e6 * settings.memory_mb))
         self._arrived, self._writing = asyncio.Event(), asyncio.Lock()
         self._connected: dict[str, int | None] = dict.fromkeys(sessions)
-        self._asking: set[asyncio.Task[None]] = set()
         self._warned: set[tuple[str | float, ...]] = set()
         self._error = ""
         self._written_rows = 0
         self._last_us = 0
 
     async def run(self, duration_s: float | None, stop: asyncio.Event) -> RecordSummary:
-        """Record.
+        """Record for a time from the first row on [s], or until it is told to stop.
 
-        Parameters
-        ----------
-        duration_s : float, optional
-            Time from the first row on. Default: until it is told to stop. [s]
-        stop : asyncio.Event
-            Ends the recording when it is set.
-
-        Returns
-        -------
-        RecordSummary
-            After the last row was written, or could not be.
+        Returns after the last row was written, or could not be.
         """
-        ending = asyncio.create_task(stop.wait())
-        try:
-            async with asyncio.TaskGroup() as tasks:
-                writing = tasks.create_task(self._write_regularly())
-                reading = tasks.create_task(self._read_regularly(duration_s, tasks))
-                await asyncio.wait({reading, ending}, return_when=asyncio.FIRST_COMPLETED)
-                reading.cancel()
-                if self._asking:
-                    await asyncio.wait(self._asking, timeout=_LAST_ANSWERS_S)
-                for task in self._asking:
-                    task.cancel()
-                async with self._writing:  # no thread writes now
-                    writing.cancel()
-        finally:
+        async with asyncio.TaskGroup() as tasks:
+            writing = tasks.create_task(self._write_regularly())
+            reading = tasks.create_task(self._read_regularly(duration_s, tasks))
+            ending = tasks.create_task(stop.wait())
+            await asyncio.wait({reading, ending}, return_when=asyncio.FIRST_COMPLETED)
+            reading.cancel()
             ending.cancel()
-        for row in self._rows:
-            if any(cells.status for cells in row.cells):
-                self._add(row.entry)
+            if self._row is not None:
+                await self._row  # the last answers, or their time is over
+            async with self._writing:  # no thread writes now
+                writing.cancel()
         now_us, _ = self._time.read()
         self._add(mark(max(now_us, self._last_us), Message("recording-ended")))
         await self._write()
@@ -271,7 +229,7 @@ class Recorder:
         return RecordSummary(
             rows=self._written_rows,
             lost=self._backlog.lost.rows,
-            channels=self._nodes.channels,
+            channels=self._channels,
             files=tuple(self._files.written),
             error=self._error,
         )
@@ -282,21 +240,22 @@ class Recorder:
         await _connections(self._sessions, self._clock)
         # All channels are due at the next full period of the fastest one.
         tick_us = -(-self._time.read()[0] // self._fastest_us) * self._fastest_us
-        for group in self._nodes.groups:
-            group.due_us = tick_us
         self._add(mark(tick_us, Message("recording-began", {"version": __version__})))
         end_s = math.inf if duration_s is None else self._time.monotonic_of(tick_us) + duration_s
         while self._time.monotonic_of(tick_us) < end_s - 1e-3:
             now_us = await self._until(tick_us)
             self._look_at_connections(now_us)
-            due = [group for group in self._nodes.groups if group.due_us <= now_us + _EARLY_US]
+            due = [group for group in self._groups if group.due_us <= now_us + _EARLY_US]
             row_us = max(group.last_due(now_us) for group in due)
             if now_us - row_us > LATE_SHARE * self._fastest_us:
                 row_us = round(now_us, -3)
             for group in due:
                 group.due_us = group.last_due(now_us) + group.period_us
-            self._ask([group for group in due if not group.busy], row_us, tasks)
-            tick_us = min(group.due_us for group in self._nodes.groups)
+            free = [group for group in due if not group.busy]
+            if free and row_us > self._last_us:
+                self._last_us = row_us
+                self._row = tasks.create_task(self._read_row(free, row_us, self._row))
+            tick_us = min(group.due_us for group in self._groups)
         if math.isfinite(end_s):  # so that 8 h of recording last 8 h
             await self._clock.sleep_until(end_s)
 
@@ -311,27 +270,22 @@ class Recorder:
             longest_s = self._clock.monotonic_s() + _LONGEST_SLEEP_S
             await self._clock.sleep_until(min(self._time.monotonic_of(log_us), longest_s))
 
-    def _ask(self, groups: Sequence[_Group], row_us: int, tasks: asyncio.TaskGroup) -> None:
-        """Send one request for each group; what none is asked for makes no row."""
-        if not groups or row_us <= self._last_us:
-            return
-        self._last_us = row_us
-        row = _Row(row_us, self._nodes.no_cells(), len(groups))
-        self._rows.append(row)
-        for group in groups:
-            group.busy = True
-            task = tasks.create_task(self._answer(group, row))
-            self._asking.add(task)
-            task.add_done_callback(self._asking.discard)
+    async def _read_row(
+        self, groups: Sequence[_Group], row_us: int, before: asyncio.Task[None] | None
+    ) -> None:
+        """Send one request for each group; the row follows the one before."""
+        row = [Cells()] * len(self._channels)
+        await asyncio.gather(*(self._answer(group, row_us, row) for group in groups))
+        if before is not None:
+            await before
+        self._add(_entry_of(row_us, row))
 
-    async def _answer(self, group: _Group, row: _Row) -> None:
-        await self._nodes.read(group, row.log_us, row.cells)
-        for column in group.columns:
-            self._warn_of(self._nodes.channels[column])
+    async def _answer(self, group: _Group, row_us: int, row: list[Cells]) -> None:
+        group.busy = True
+        await group.read(row_us, row)
         group.busy = False
-        row.open -= 1
-        while self._rows and self._rows[0].open == 0:
-            self._add(self._rows.popleft().entry)
+        for reader in group.readers.values():
+            self._warn_of(reader)
 
     # What is told ----------------------------------------------------------------------------
 
@@ -394,14 +348,12 @@ class Recorder:
         """Store what waits, in a thread: a slow disk delays no reading."""
         self._arrived.clear()
         error = await asyncio.to_thread(self._store)
+        if error and not self._error:
+            self._tell(Message("recording-rows_unwritten", {"cause": error}))
+        elif self._error and not error:
+            self._tell(Message("recording-rows_written_again"))
         if error:
             self._arrived.set()
-        if bool(error) != bool(self._error):
-            self._tell(
-                Message("recording-rows_unwritten", {"cause": error})
-                if error
-                else Message("recording-rows_written_again")
-            )
         self._error = error
 
     def _store(self) -> str:
