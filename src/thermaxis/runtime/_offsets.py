@@ -17,6 +17,12 @@ it look by look; any other A is another writer's.
 While own writes may still be under way, by the largest time that one took so far, A outside of the
 path says nothing of what will stand: nothing is written until A is back on the path, or has stood
 still for as long; then the correction goes on from the newest own write, or from A.
+
+Where what is accepted is told by another node than the one that is written, that one is looked at
+as well: what stands there outside of the path is another writer's, and A may go there. Nothing is
+written until it has stood for a silence; then the correction goes on from it. A gateway that is
+late shows it shorter, as an own write has followed it. Zero there may be a control's that clears
+what it has taken over, and is left to A.
 """
 
 import math
@@ -43,6 +49,8 @@ OTHERS_APART_S: Final = 1.0
 ROUNDING: Final = 0.1
 """Share of the tolerance that a machine's rounding takes: half of a tenth, and a whole one for an
 acting offset that comes nearer. [1]"""
+FOLLOWS_S: Final = 10.0
+"""What acts stands when it has come no nearer to what was accepted for so long. [s]"""
 REST_SHARE: Final = 1.5
 """An own write may be under way for so many times the largest time that one took. [1]"""
 _UNKNOWN = Applied(None, None)
@@ -101,6 +109,8 @@ class OutputOffset(NamedTuple):
     """Since when nothing is written as it is off its path, and where it was seen last."""
     aside: Mark | None = None
     """Where it was accepted off its path; what acts may still go there."""
+    foreign: Mark | None = None
+    """What another writer's value is that stands where offsets are written, and since when."""
 
 
 class OffsetsState(NamedTuple):
@@ -174,6 +184,14 @@ def is_stale(rules: OffsetRules, state: OffsetsState, time_s: float, utc: dateti
     return state.doubtful or (state.known and silent)
 
 
+def standing(rules: OffsetRules, state: OffsetsState) -> frozenset[str]:
+    """Return the offsets of which what acts does not follow what was accepted."""
+    marks = zip(rules.names, (one.followed for one in state.outputs), strict=True)
+    return frozenset(
+        name for name, mark in marks if mark and state.touched_s - mark.since_s > FOLLOWS_S
+    )
+
+
 # ---- the steps ----------------------------------------------------------------------------------
 
 
@@ -234,7 +252,7 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
         row = [look.news_um.get(name) for name in rules.names]
     elif not (state.known or stale):  # the sink has not told yet what it found
         return state, Found()
-    rested = any(one.resting is not None for one in state.outputs)
+    rested = _rest(state)
     if not anew and None in row:
         return state._replace(doubtful=True), Found(rests=rested)
     if anew:
@@ -245,7 +263,7 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
     state, gone, told = _compared(rules, state, look, said, row if anew else None)
     if anew:
         return state, Found(_snapped(rules, row), told=told)
-    rests = any(one.resting is not None for one in state.outputs)
+    rests = _rest(state)
     if rests or rested:
         newest_um = _snapped(rules, (one.path[-1].um for one in state.outputs))
         return state, Found(newest_um, told=told, rests=rests)
@@ -268,10 +286,16 @@ def _compared(
     gone: list[float | None] = []
     told: list[OffsetMismatch] = []
     late_s, until_s = state.late_s, state.written_s + _rest_s(rules, state.late_s)
-    for k, one in enumerate(state.outputs):
+    for k, before in enumerate(state.outputs):
+        one = before if anew_um is not None else _overwritten(rules, before, said[k], look.time_s)
         um, mismatch = _judged(
             rules, k, one, said[k], look, None if anew_um is None else anew_um[k]
         )
+        if one.foreign is not None and one.foreign.since_s == look.time_s:
+            left_um = before.path[-1].um
+            mismatch = OffsetMismatch(
+                rules.names[k], one.foreign.um, left_um, look.number, another=True
+            )
         goes_on = one.resting is not None and anew_um is None  # it is told already
         if goes_on and um is not None and one.moved is not None:
             um = _rested_um(rules, one, said[k], look.time_s, um)
@@ -303,6 +327,11 @@ def _compared(
     return state, gone, tuple(told)
 
 
+def _rest(state: OffsetsState) -> bool:
+    """Whether nothing may be written."""
+    return any(one.resting is not None or one.foreign is not None for one in state.outputs)
+
+
 def _snapped(rules: OffsetRules, row: Iterable[float | None]) -> tuple[float | None, ...]:
     """Return offsets of which those beyond their total by a rounding of the machine are there."""
     return tuple(
@@ -314,6 +343,23 @@ def _snapped(rules: OffsetRules, row: Iterable[float | None]) -> tuple[float | N
 
 
 # ---- one offset ---------------------------------------------------------------------------------
+
+
+def _overwritten(
+    rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float
+) -> OutputOffset:
+    """Return an offset with what stands where it is written, if that is another writer's."""
+    um, foreign = said.written_um, one.foreign
+    if um is None or abs(um) <= rules.tolerance_um or not one.path:
+        return one._replace(foreign=None)
+    if foreign is not None and abs(um - foreign.um) <= rules.rounding_um:
+        if time_s - foreign.since_s <= rules.silence_s:
+            return one
+        return one._replace(path=(*one.path, Mark(time_s, um)), foreign=None)
+    if _beyond_um([mark.um for mark in one.path], um) <= rules.tolerance_um:
+        return one._replace(foreign=None)
+    newest = one.path[-1]._replace(since_s=time_s)
+    return one._replace(path=(*one.path, Mark(time_s, um), newest), foreign=Mark(time_s, um))
 
 
 def _judged(
@@ -371,7 +417,7 @@ def _going_on(
     mismatch: OffsetMismatch | None,
 ) -> OutputOffset:
     """Return an offset that goes on as it was led, or from where it has gone."""
-    _, accepted_um, effective_um = said
+    accepted_um, effective_um = said.accepted_um, said.effective_um
     late = tuple(mark for mark in one.late if time_s - mark.since_s <= rules.read_back_s)
     followed = _followed(rules, one, said, time_s)
     if um is None:
@@ -384,6 +430,7 @@ def _going_on(
             followed,
             one.moved if undecided else None,
             aside=one.aside if kept else None,
+            foreign=one.foreign,
         )
     begin = Mark(time_s, um if accepted_um is None else accepted_um)
     others = mismatch is not None and mismatch.another is not False
@@ -423,7 +470,7 @@ def _late_s(
 
 def _astray_um(rules: OffsetRules, one: OutputOffset, said: Applied) -> float | None:
     """Return what is accepted, or acts, where it lies outside of what was led."""
-    _, um, effective_um = said
+    um, effective_um = said.accepted_um, said.effective_um
     path_um = [mark.um for mark in one.path]
     if um is None or not path_um or _beyond_um(path_um, um) > rules.tolerance_um:
         return um if path_um else None
@@ -480,7 +527,7 @@ def _rested_um(
 
 def _followed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float) -> Mark | None:
     """Return where what acts was last seen to have come nearer to what was accepted."""
-    _, accepted_um, effective_um = said
+    accepted_um, effective_um = said.accepted_um, said.effective_um
     if accepted_um is None or effective_um is None:
         return None
     seen = Mark(time_s, effective_um)
@@ -493,7 +540,7 @@ def _followed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: floa
 
 def _believed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float) -> float | None:
     """Return what counts as read back: what acts, too, where it stands and should move."""
-    _, accepted_um, effective_um = said
+    accepted_um, effective_um = said.accepted_um, said.effective_um
     if accepted_um is None or effective_um is None or one.followed is None:
         return accepted_um
     there = abs(effective_um - accepted_um) <= rules.tolerance_um

@@ -53,6 +53,8 @@ class LateControl:
     """Whether it keeps whole tenths of a micrometre, as an Int16 does."""
     watchdog_s: float = math.inf
     """After so long without a new value it goes to zero. [s]"""
+    apart: bool = False
+    """Whether it tells what it accepted by another node than the one that is written."""
     node_um: float = 0.0
     accepted_um: float = 0.0
     effective_um: float = 0.0
@@ -81,10 +83,10 @@ class LateControl:
         self.effective_um += share * (self.accepted_um - self.effective_um)
 
     def said(self) -> Applied:
-        if not self.tenths:
-            return Applied(None, self.accepted_um, self.effective_um)
-        said = (round(10.0 * um) / 10.0 for um in (self.accepted_um, self.effective_um))
-        return Applied(None, *said)
+        said = self.accepted_um, self.effective_um
+        if self.tenths:
+            said = round(10.0 * said[0]) / 10.0, round(10.0 * said[1]) / 10.0
+        return Applied(None, *said, self.node_um if self.apart else None)
 
 
 class Shift(NamedTuple):
@@ -98,6 +100,8 @@ class Shift(NamedTuple):
     """Cycles in which the correction waited for the control. [1]"""
     changed: list[float]
     """Where the correction went on from somewhere else than its newest write: the steps. [µm]"""
+    steps: list[float]
+    """Where what was written was further than allowed from what stood there: the steps. [µm]"""
 
 
 def compensate(
@@ -118,6 +122,7 @@ def compensate(
     states: set[SupervisorState] = set()
     furthest_um, stale = 0.0, 0
     changed: list[float] = []
+    steps: list[float] = []
     written_um, written_s = 0.0, 0.0
     news: dict[str, float | None] | None = {"Z_um": 0.0}
     requests: tuple[Request, ...] = (Request(RequestKind.ENABLE, "Jana"),)
@@ -158,7 +163,9 @@ def compensate(
         allowed_um = compensation.bounds[0].largest_rate_um_per_s * (now_s - written_s)
         if abs(um - written_um) > allowed_um + rules.tolerance_um:
             changed.append(um - written_um)
+        if abs(um - control.node_um) > allowed_um + rules.tolerance_um:
+            steps.append(um - control.node_um)
         written_um, written_s = um, now_s
         control.write(um, now_s)
         offsets = write_step(rules, offsets, output.correction_um, at)
-    return Shift(told, states, furthest_um, stale, changed)
+    return Shift(told, states, furthest_um, stale, changed, steps)

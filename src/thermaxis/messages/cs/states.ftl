@@ -15,7 +15,7 @@ reason-operator_hold = drží ji obsluha
 reason-hold_expired = byla podržena nejdelší povolenou dobu
 reason-read_back_differs = stroj nehlásí zpět zapsaný posun
 reason-long_at_limit = korekce byla příliš dlouho na své mezi
-reason-double_compensation = na ose je aktivní jiná kompenzace
+reason-double_compensation = je aktivní jiná kompenzace, nebo posun zapisuje něco jiného
 reason-offset_outside = posun nalezený ve stroji leží mimo meze
 
 model_quality-good = dobrý

@@ -15,7 +15,7 @@ reason-operator_hold = ein Bediener hält sie
 reason-hold_expired = sie wurde so lange gehalten wie erlaubt
 reason-read_back_differs = die Maschine meldet den geschriebenen Versatz nicht zurück
 reason-long_at_limit = die Korrektur stand zu lange an ihrer Grenze
-reason-double_compensation = eine andere Kompensation ist an der Achse aktiv
+reason-double_compensation = eine andere Kompensation ist aktiv, oder etwas anderes schreibt den Versatz
 reason-offset_outside = der in der Maschine vorgefundene Versatz liegt außerhalb der Grenzen
 
 model_quality-good = gut

@@ -19,7 +19,7 @@ reason-operator_hold = an operator holds it
 reason-hold_expired = it was held for as long as it may be
 reason-read_back_differs = the machine does not report the offset that was written
 reason-long_at_limit = the correction stood at its limit for too long
-reason-double_compensation = another compensation is active on the axis
+reason-double_compensation = another compensation is active, or something else writes the offset
 reason-offset_outside = the offset found in the machine lies outside the limits
 
 ## Whether an output of the model may be used

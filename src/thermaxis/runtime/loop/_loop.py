@@ -21,7 +21,7 @@ from thermaxis.compensation import (
     cycle_state,
     with_compensation,
 )
-from thermaxis.runtime._offsets import Found, acknowledged, offset_rules
+from thermaxis.runtime._offsets import Found, acknowledged, offset_rules, standing
 from thermaxis.runtime._ports import (
     DIAMETER,
     NOT_READ,
@@ -391,6 +391,7 @@ class CompensationLoop:
                 self.compensation,
                 self._test.forbidden or (),
                 self._machine.offsets.mismatches,
+                standing=standing(self._machine.rules, self._machine.offsets),
                 unread=now_s - self._known_s >= UNREAD_AFTER_S,
                 other_state=self._other_state,
             )

@@ -1,6 +1,6 @@
 """Alarms: what a person should know, why, and what to do. States are not alarms."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 from typing import Final, NamedTuple, TypeAlias
@@ -9,7 +9,7 @@ from thermaxis.codes import NOWHERE, Message, Value, printable
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.messages import alarm_sentences
 from thermaxis.runtime._connection import CERTIFICATE_WARNED_DAYS
-from thermaxis.runtime._offsets import OffsetMismatch
+from thermaxis.runtime._offsets import FOLLOWS_S, OffsetMismatch
 from thermaxis.runtime._ports import NOT_READ
 from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
 
@@ -23,8 +23,6 @@ TRIM_ENDS_S = 300.0
 MODEL_AGE_DAYS = 365.0
 """A model older than this should be measured again. Default: the year after which instruments are
 calibrated. [d]"""
-FOLLOWS_S: Final = 10.0
-"""What acts may be behind what was accepted by so long at the allowed rate. [s]"""
 _LONGEST_TEXT = 300
 _LONGEST_STATUS = 200
 _SILENT: Final = Message("error-machine_silent")
@@ -92,6 +90,7 @@ def alarms_of(
     forbidden: Sequence[Message] = (),
     elsewhere: Sequence[OffsetMismatch] = (),
     *,
+    standing: Collection[str] = (),
     unread: bool = False,
     other_state: Message | None = None,
 ) -> tuple[Alarm, ...]:
@@ -107,6 +106,8 @@ def alarms_of(
         Why the self-test forbids a correction.
     elsewhere : sequence of OffsetMismatch
         Offsets that were not where the loop had left them, as long as they are to be told.
+    standing : collection of str
+        Outputs of which what acts has stopped to follow.
     unread : bool
         Whether a machine that is there has not told its offsets for too long.
     other_state : Message, optional
@@ -122,7 +123,7 @@ def alarms_of(
         *_of_connections(status, compensation, unread=unread),
         *_of_self_test(forbidden),
         *_of_sensors(status, compensation),
-        *_of_outputs(status, compensation),
+        *_of_outputs(status, compensation, standing),
         *_of_the_loop(status),
         *_of_model(status, compensation),
         *_of_certificates(status),
@@ -215,7 +216,9 @@ def _of_sensors(status: RuntimeStatus, compensation: Compensation) -> _Found:
             yield "sensor_bad", name, {**values, "read_c": sample.value}
 
 
-def _of_outputs(status: RuntimeStatus, compensation: Compensation) -> _Found:
+def _of_outputs(
+    status: RuntimeStatus, compensation: Compensation, standing: Collection[str]
+) -> _Found:
     for i, (name, limits) in enumerate(zip(status.outputs, compensation.bounds, strict=True)):
         output, of = status.output, {"name": name}
         correction_um, rate_um_per_s = output.correction_um[i], limits.largest_rate_um_per_s
@@ -223,7 +226,7 @@ def _of_outputs(status: RuntimeStatus, compensation: Compensation) -> _Found:
         if output.state is SupervisorState.OFF and abs(correction_um) > tolerance_um:
             yield "standing_offset", name, {**of, "correction_um": correction_um}
         _, (accepted_um, _), (effective_um, _) = status.offsets.get(name, OutputOffsets())
-        if accepted_um is not None and effective_um is not None:
+        if name in standing and accepted_um is not None and effective_um is not None:
             acting = {**of, "accepted_um": accepted_um, "effective_um": effective_um}
             if abs(effective_um - accepted_um) > tolerance_um + FOLLOWS_S * rate_um_per_s:
                 yield "no_effect", name, acting
