@@ -63,6 +63,8 @@ class Ports:
     """Who remembers."""
     clock: Clock
     """Time."""
+    one_server: bool = False
+    """Whether source and sink ask the same server, so that one request reads and looks."""
 
 
 class Models(Protocol):
