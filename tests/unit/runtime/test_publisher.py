@@ -8,7 +8,7 @@ import signal
 import socket
 import time
 from collections.abc import Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,15 +16,17 @@ from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 import pytest
-from asyncua import ua
+from asyncua import Client, ua
 
 from tests.unit.runtime.machine_files import machine_file
+from tests.unit.runtime.status_server_parts import status, viewers
 from thermaxis.codes import Message, Place, value_as_json
 from thermaxis.compensation import AnswerCode, Request, RequestKind
 from thermaxis.runtime import EventRecord, RequestOutcome, SystemClock, read_machine
 from thermaxis.runtime.config import MetricsSettings
 from thermaxis.runtime.history import HistoryReader
-from thermaxis.runtime.publish import Publisher, _publisher, serve
+from thermaxis.runtime.publish import Publisher, _publisher, _servers, serve
+from thermaxis.runtime.status import NAMESPACE, StatusServer
 from thermaxis.runtime.status._fields import Kind
 from thermaxis.runtime.status._requests import Argument
 from thermaxis.runtime.status._tree import values_of
@@ -291,6 +293,40 @@ async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_tol
     assert sum(one.values["events"] for one in stated) == lost
     assert len(told) - len(stated) == 4000 - lost
     assert told[-2].values == {"n": 3999} or told[-1].values == {"n": 3999}
+
+
+async def test_a_status_server_that_cannot_tell_is_begun_anew_beside_the_history(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failed, tell = tmp_path / "failed", StatusServer._tell_changes
+
+    async def fail_once(server: StatusServer, tree: Any, *, everything: bool) -> None:
+        if not failed.exists():
+            failed.touch()
+            raise RuntimeError("a subscription that is broken")
+        await tell(server, tree, everything=everything)
+
+    monkeypatch.setattr(StatusServer, "_tell_changes", fail_once)
+    monkeypatch.setattr(_servers, "_SERVERS_EVERY", 1)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        settings = replace(viewers(), port=free.getsockname()[1])
+    configuration = replace(read_machine(machine_file(tmp_path)), server=settings)
+    one = Publisher(configuration, SystemClock(), serve)
+    url = (await one.begin()).url
+    while not failed.exists():
+        await asyncio.sleep(0.01)
+    shown = None
+    while shown != "Active":
+        one.publish(status())
+        with suppress(OSError, ua.UaError):
+            async with Client(url) as asking:
+                space = await asking.get_namespace_index(NAMESPACE)
+                shown = await asking.get_node(ua.NodeId("Status/State", space)).read_value()
+    assert one.status.storing, "it lives on"
+    await one.close(5.0)
+    with HistoryReader(configuration.historian.url) as reader:
+        codes = [event.code for event in reader.events()]
+    assert codes == ["event-status_server_ended"]
 
 
 async def test_history_is_kept_while_a_server_that_was_begun_anew_cannot_open(

@@ -28,6 +28,7 @@ STORE_S: Final = 5.0
 """Time in which what is left must be stored at the end. [s]"""
 
 _Server: TypeAlias = StatusServer | MetricsServer
+_Make: TypeAlias = Callable[[], _Server]
 
 
 @final
@@ -73,14 +74,14 @@ async def _serve(
     reader, writer = await asyncio.open_connection(sock=connected)
     loop, clock = _Loop(writer), SystemClock()
     history = SqlHistorian(configuration.historian, records)
-    unopened: list[Callable[[], _Server]] = []
+    makers: list[_Make] = []
     if configuration.server is not None:
         audit = history.event
-        unopened.append(partial(StatusServer, configuration.server, loop, clock, audit=audit))
+        makers.append(partial(StatusServer, configuration.server, loop, clock, audit=audit))
     if configuration.metrics is not None:
-        unopened.append(partial(MetricsServer, configuration.metrics, clock))
-    servers: list[_Server] = []
-    opening = partial(_open, unopened, servers)
+        makers.append(partial(MetricsServer, configuration.metrics, clock))
+    opened: dict[_Make, _Server] = {}
+    servers, opening = opened.values(), partial(_open, makers, opened)
     refused = await opening()
     unrecorded = None if refused else await asyncio.to_thread(_unrecorded, configuration)
     loop.say(
@@ -117,18 +118,19 @@ async def _serve(
     await writer.drain()
 
 
-async def _open(unopened: list[Callable[[], _Server]], servers: list[_Server]) -> Message | None:
-    """Open those that are not, and return why one does not open."""
+async def _open(makers: list[_Make], opened: dict[_Make, _Server]) -> Message | None:
+    """Open those that are not, or have failed, and return why one does not open."""
     refused = None
-    for make in tuple(unopened):
+    for make in makers:
+        if make in opened and opened[make].port:
+            continue
         server = make()
         try:
             await server.open()
         except ConfigurationError as error:
             refused = error.message
         else:
-            servers.append(server)
-            unopened.remove(make)
+            opened[make] = server
     return refused
 
 

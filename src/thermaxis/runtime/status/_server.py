@@ -47,10 +47,6 @@ TELL_S = 1.0
 """All other values so often; a value that is read is always that of the last cycle. [s]"""
 STALE_CYCLES = 3.0
 """After so many cycles without a status every value is called uncertain. [1]"""
-MOST_FAILURES = 3
-"""After so many failures to tell subscribers within `FAILURES_WITHIN_S` the server is ended. [1]"""
-FAILURES_WITHIN_S = 60.0
-"""Failures that lie further back do not count. [s]"""
 _SHORTEST_STALE_S = 2.0
 """... but never sooner. [s]"""
 _POLICIES = [
@@ -73,8 +69,8 @@ class StatusServer:
 
     A value is computed when somebody reads it: a status that nobody looks at costs nothing.
     Subscribers are told what has changed, states and alarms within 0.2 s, the rest every second.
-    Should that fail it begins anew, and ends with all its connections at the third failure in a
-    minute: a subscriber never keeps a good value that nobody renews.
+    Should that fail it ends with all its connections, until somebody opens another: a subscriber
+    never keeps a good value that nobody renews.
 
     Not protected: an operator who may log in may ask for everything an operator may. In `run` a
     flood of connections costs this process time, not the loop: see `Publisher`.
@@ -117,7 +113,6 @@ class StatusServer:
         self._problem: Message | None = None
         self._task: asyncio.Task[None] | None = None
         self._ending: asyncio.Task[None] | None = None
-        self._failed_s: list[float] = []
 
     # ---- life -----------------------------------------------------------------------------------
 
@@ -172,7 +167,9 @@ class StatusServer:
                 place=Place(settings.address, key="server"),
             ) from None
         self._server = server
-        self._begin_telling(tree)
+        self._told.clear()
+        self._task = asyncio.create_task(self._tell(tree), name="status server")
+        self._task.add_done_callback(self._telling_ended)
 
     async def _secure(self, server: GuardedServer, *, anonymous: bool) -> None:
         """Give the server its certificate and the ways in that the settings allow."""
@@ -261,27 +258,15 @@ class StatusServer:
 
     # ---- what is told to subscribers ------------------------------------------------------------
 
-    def _begin_telling(self, tree: Tree) -> None:
-        self._told.clear()
-        task = asyncio.create_task(self._tell(tree), name="status server")
-        self._task = task
-        task.add_done_callback(partial(self._telling_ended, tree))
-
-    def _telling_ended(self, tree: Tree, task: asyncio.Task[None]) -> None:
-        """Begin anew after a failure, or end: a good value that no longer changes deceives."""
+    def _telling_ended(self, task: asyncio.Task[None]) -> None:
+        """End after a failure: a good value that no longer changes deceives."""
         error = None if task.cancelled() else task.exception()
         if error is None or task is not self._task:
             return
         self._task = None
-        now_s = self._clock.monotonic_s()
-        self._failed_s = [s for s in self._failed_s if now_s - s < FAILURES_WITHIN_S] + [now_s]
-        again = len(self._failed_s) < MOST_FAILURES
-        code = "event-subscribers_untold" if again else "event-status_server_ended"
-        self._tell_event("alarm", "", code, {"detail": printable(repr(error), 200)})
-        if again:
-            self._begin_telling(tree)
-        else:
-            self._ending = asyncio.create_task(self._stop(), name="end of the status server")
+        values = {"detail": printable(repr(error), 200)}
+        self._tell_event("alarm", "", "event-status_server_ended", values)
+        self._ending = asyncio.create_task(self._stop(), name="end of the status server")
 
     async def _tell(self, tree: Tree) -> None:
         """Tell subscribers what has changed, and make the nodes of a new shape."""
