@@ -270,6 +270,9 @@ def test_a_machine_that_is_not_there_is_told_after_the_wait(example, capsys):
     assert "Not connected" in capsys.readouterr().out
 
 
+SCREEN = '[server]\nanonymous_role = "viewer"\n\n[screen]\nview_without_login = true'
+
+
 # ---- the parts ----------------------------------------------------------------------------------
 
 
@@ -278,14 +281,16 @@ def test_a_port_that_is_taken_is_an_error_unless_it_is_that_of_the_running_loop(
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
 
-        def told(port: int) -> list[tuple[str, str]]:
-            file.write_text(f"{machine.read_text()}\n[metrics]\nport = {port}\n")
+        def told(port: int, table: str = "[metrics]") -> list[tuple[str, str]]:
+            file.write_text(f"{machine.read_text()}\n{table}\nport = {port}\n")
             checked(file, "--wait", "0.01", "--json", str(found))
             said = json.loads(found.read_text())["self_test"]
-            return [(one["level"], one["code"]) for one in said if "port" in one["place"]["key"]]
+            keys = {"metrics.port", "screen.port"}
+            return [(one["level"], one["code"]) for one in said if one["place"]["key"] in keys]
 
         assert told(port) == [("error", "error-cannot_listen")]
         assert told(0) == []
+        assert told(port, SCREEN) == [("warning", "self_test-port_unusable")]  # may be its own
         configuration = read_machine(file)
         with runtime.sole_runner(configuration.state_file, configuration.name):
             assert told(port) == []

@@ -120,4 +120,4 @@ self_test-offset_not_written_back = Nalezený offset nelze zapsat zpět: { $stat
     .remedy = Dejte uživateli právo zápisu a zkontrolujte, zda stroj v nynějším režimu zápis dovolí.
 self_test-offset_written_back = Nalezený offset byl zapsán zpět: lze jej zapsat.
 self_test-history_unreachable = Databáze historie není nyní dostupná: { $cause }. Záznamy zatím čekají v paměti.
-self_test-port_unusable = Nyní tam nelze naslouchat: { $cause }. Pokud obrazovka tohoto stroje běží, je to její vlastní port.
+self_test-port_unusable = Na portu { $port } nyní nelze naslouchat: { $cause }. Pokud obrazovka tohoto stroje běží, drží jej sama; pokud ne, nespustí se.

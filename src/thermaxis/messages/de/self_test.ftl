@@ -120,4 +120,4 @@ self_test-offset_not_written_back = Der vorgefundene Offset kann nicht zurückge
     .remedy = Dem Benutzer das Schreibrecht geben und prüfen, ob die Maschine in der jetzigen Betriebsart schreiben lässt.
 self_test-offset_written_back = Der vorgefundene Offset wurde zurückgeschrieben: Er ist schreibbar.
 self_test-history_unreachable = Die Datenbank des Verlaufs ist jetzt nicht erreichbar: { $cause }. Aufzeichnungen warten so lange im Speicher.
-self_test-port_unusable = Dort kann jetzt nichts lauschen: { $cause }. Solange der Bildschirm dieser Maschine läuft, ist es sein eigener Port.
+self_test-port_unusable = An Port { $port } kann jetzt niemand lauschen: { $cause }. Läuft der Bildschirm dieser Maschine, so belegt er ihn selbst; läuft er nicht, so wird er nicht starten.

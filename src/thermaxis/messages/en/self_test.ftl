@@ -120,4 +120,4 @@ self_test-offset_not_written_back = The offset that was found cannot be written 
     .remedy = Give the user the right to write, and look whether the machine lets it be written in its present mode.
 self_test-offset_written_back = The offset that was found was written back: it can be written.
 self_test-history_unreachable = The database of the history cannot be reached now: { $cause }. Records wait in memory meanwhile.
-self_test-port_unusable = Nobody can listen there now: { $cause }. While this machine's screen runs, that is its own port.
+self_test-port_unusable = Port { $port } cannot be listened at now: { $cause }. If this machine's screen runs, it is the one that holds it; if not, it will not start.
