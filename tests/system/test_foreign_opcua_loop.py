@@ -29,6 +29,7 @@ from tests.system.programs import Program, compensating, gaps
 from thermaxis.cli import main
 from thermaxis.compensation import SupervisorState
 from thermaxis.runtime import AWAY
+from thermaxis.runtime.opcua import certificate_of
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(600)]
 
@@ -354,9 +355,15 @@ def test_a_user_makes_and_fetches_certificates_is_trusted_and_finds_the_machine_
 
 def test_a_machine_of_others_is_brought_up_with_the_lines_that_are_decided(tmp_path: Path) -> None:
     with ForeignServer(tmp_path / "machine", users=USERS) as machine:
-        text = make_site(tmp_path, machine, Rules()).read_text(encoding="utf-8")
-        table = text[text.index("[connection.") : text.index("[source]")]
+        make_site(tmp_path, machine, Rules())  # certificates, password and model
         connection, new = tmp_path / "connection.toml", tmp_path / "new.toml"
+        stored = tmp_path / "control.der"
+        words = ["--fingerprint", certificate_of(stored).sha256, "--replace", "-o", str(stored)]
+        fetch = ["certificate", "fetch", machine.url, *words, "--connection", str(connection)]
+        assert main(fetch) == 0
+        table = connection.read_text(encoding="utf-8")
+        assert table.count("  # decide") == 2
+        table = table.replace('user = ""', 'user = "operator"').replace('""', '"password"')
         connection.write_text(table, encoding="utf-8")
         words = ["--connection", str(connection), "--model", str(tmp_path / "model.json")]
         assert main(["machine-file", machine.url, *words, "-o", str(new)]) == 0

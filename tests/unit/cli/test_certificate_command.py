@@ -14,6 +14,8 @@ import pytest
 from tests.opcua_server import Machine, OneUser, start_machine
 from thermaxis.cli.machine import certificate as command
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import ConnectionSettings
+from thermaxis.runtime.config import read_tables, tree_of
 from thermaxis.runtime.opcua import certificate_of, private_key_of
 
 
@@ -115,6 +117,26 @@ def test_a_machines_certificate_is_stored_after_a_yes(machine, tmp_path, monkeyp
     assert text.index(certificate_of(certificate).sha256) < text.index("Does the machine itself")
     assert "policies      Basic256Sha256" in text
     assert "users         user and password" in text
+
+
+def test_the_table_of_the_connection_is_written_but_for_the_user(machine, tmp_path):
+    url, certificate = machine
+    own, key = make(tmp_path / "pki", "own", "--uri", "urn:works:ipc")
+    stored, file = tmp_path / "pki" / "machine.der", tmp_path / "connection.toml"
+    words = ("fetch", url, "-o", stored, "--fingerprint", certificate_of(certificate).sha256)
+    assert run(*words, "--connection", file) == 0
+    with pytest.raises(ConfigurationError) as kept:
+        run(*words, "--connection", file, "--replace")
+    assert kept.value.code == "file_exists"
+    text = file.read_text(encoding="utf-8")
+    assert text.count('""  # decide') == 2
+    (tmp_path / "secret").write_text("hunter2", encoding="utf-8")
+    file.write_text(text.replace('user = ""', 'user = "a"').replace('""', '"secret"'))
+    table = read_tables(file)["connection"]["control"]
+    found = tree_of(ConnectionSettings, table, tmp_path)
+    assert (found.url, found.security, found.user) == (url, "Basic256Sha256", "a")
+    assert (found.certificate, found.private_key, found.server_certificate) == (own, key, stored)
+    assert (found.password_file, found.application_uri) == (tmp_path / "secret", "urn:works:ipc")
 
 
 @pytest.mark.parametrize("text", ["", "y\n", "x" * 500 + "\nyes\n"])

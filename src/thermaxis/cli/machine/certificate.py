@@ -8,7 +8,9 @@ certificate is then accepted from it.
 
 import argparse
 import asyncio
+import json
 import logging
+import os
 import socket
 import sys
 from collections.abc import Sequence
@@ -19,7 +21,7 @@ from thermaxis.cli._arguments import adder
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
-from thermaxis.runtime import Certificate, CertificateUse, opcua
+from thermaxis.runtime import SECURITIES, Certificate, CertificateUse, opcua
 
 _ANSWER_LIMIT = 100
 
@@ -68,6 +70,12 @@ def _add_fetch(parser: argparse.ArgumentParser) -> None:
         "--fingerprint HEX",
         "fingerprint that the machine shows, SHA-256 or SHA-1; stored without a question if"
         " it is the same, not at all if it is another",
+    )
+    add(
+        "--connection FILE.toml",
+        "write the table [connection.control] for this machine there, a new file; the own"
+        " certificate and key are looked for beside the machine's, own.der and own.pem",
+        Path,
     )
     add("--timeout S", "longest time (default: 5)", float, default=5.0)
     add("--replace", "replace the stored certificate of a machine", bool)
@@ -129,6 +137,9 @@ def _as_text(certificate: Certificate, now: datetime, name: str) -> str:
 
 
 def _fetch(arguments: argparse.Namespace) -> None:
+    table: Path | None = arguments.connection
+    if table is not None and table.exists():
+        raise ConfigurationError("file_exists", place=Place(str(table), key="--connection"))
     library = logging.getLogger("asyncua")
     level = library.level
     library.setLevel(logging.CRITICAL)  # what fails is said in words
@@ -145,6 +156,35 @@ def _fetch(arguments: argparse.Namespace) -> None:
         raise ConfigurationError("fingerprint_not_confirmed", place=place)
     opcua.write_certificate(Path(arguments.output), offer.certificate, replace=arguments.replace)
     sys.stdout.write(f"stored        {arguments.output}\n")
+    if table is not None:
+        table.write_text(_table(arguments, offer), encoding="utf-8")
+        sys.stdout.write(f"written       {table}\n")
+
+
+def _table(arguments: argparse.Namespace, offer: opcua.ServerOffer) -> str:
+    """Return the connection as machine.toml has it; what a person must decide is left empty."""
+    folder, stored = arguments.connection.absolute().parent, Path(arguments.output).absolute()
+    own = stored.with_name("own.der")
+    files = {
+        "certificate": own,
+        "private_key": own.with_suffix(".pem"),
+        "server_certificate": stored,
+    }
+    values = {
+        "url": arguments.url,
+        "security": min(offer.policies, key=SECURITIES.index, default=""),
+        **{key: Path(os.path.relpath(file, folder)).as_posix() for key, file in files.items()},
+    }
+    uris = opcua.certificate_of(own).application_uris if own.exists() else ()
+    if uris:
+        values["application_uri"] = uris[0]
+    if "anonymous" not in offer.users:
+        values |= {"user": "", "password_file": ""}
+    lines = (
+        f"{key} = {json.dumps(value)}{'' if value else '  # decide'}\n"
+        for key, value in values.items()
+    )
+    return f"[connection.control]\n{''.join(lines)}"
 
 
 def _chosen(
