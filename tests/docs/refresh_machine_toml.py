@@ -9,7 +9,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from thermaxis.runtime.config import MachineFile, schema_of
+from thermaxis.files.settings import schema_of
+from thermaxis.runtime.config import MachineFile
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "machine-toml.md"
 HEAD = "| key | meaning | unit | default | origin of the default |\n|---|---|---|---|---|\n"

@@ -7,7 +7,8 @@ import sys
 import tomllib
 
 from tests.docs.refresh_machine_toml import PAGE, parts_of, refreshed, tables
-from thermaxis.runtime.config import MachineFile, schema_of
+from thermaxis.files.settings import schema_of
+from thermaxis.runtime.config import MachineFile
 
 UNITS = {
     "_um_per_s2": "µm/s²",

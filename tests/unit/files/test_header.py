@@ -35,8 +35,8 @@ def refusal(folder: Path, text: str, kind: AxisKind | None = None) -> str:
 
 def test_a_wrong_header_is_an_error_that_names_file_and_key(tmp_path: Path) -> None:
     for text, said in [
-        ("[machine]\nnmae = 'x'\n", "machine.nmae: unknown_key"),
-        ("[machin]\nname = 'x'\n", "machin: unknown_key"),
+        ("[machine]\nnmae = 'x'\n", "machine.nmae: unknown_key_near"),
+        ("[machin]\nname = 'x'\n", "machin: unknown_key_near"),
         ("machine = 'x'\n", "machine: not_a_table"),
         ("[procedure]\ndwell_s = true\n", "procedure.dwell_s: impossible_value"),
         ("[procedure]\ndwell_s = nan\n", "procedure.dwell_s: impossible_value"),

@@ -228,10 +228,10 @@ def test_a_mapping_file_says_what_the_headings_do_not(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("lines", "code"),
     [
-        ('decimal = "dot"', "unknown_choice"),
-        ('decimals = "point"', "unknown_key"),
+        ('decimal = "dot"', "value_unknown"),
+        ('decimals = "point"', "unknown_key_near"),
         ('position_unit = "furlong"', "unknown_unit"),
-        ('[columns]\nx = "targets"', "unknown_choice"),
+        ('[columns]\nx = "targets"', "value_unknown"),
         ("[columns]\nx = { cycle = 2 }", "pass_incomplete"),
         ('[columns]\nx = { role = "target", unit = "K" }', "unknown_unit"),
         ("target_tolerance = -1.0", "outside_range"),

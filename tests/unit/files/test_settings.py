@@ -222,7 +222,7 @@ def test_an_unknown_key_is_refused_with_the_nearest_known_one(path: Path) -> Non
     for key, nearest in (("dwel_s", "dwell_s"), ("feed_deg_per_min", "feed_mm_per_min")):
         with pytest.raises(ConfigurationError) as caught:
             read_plan(with_key(path, key, 2.0))
-        assert (caught.value.code, caught.value.values["known"][0]) == ("unknown_key", nearest)
+        assert (caught.value.code, caught.value.values["near"]) == ("unknown_key_near", nearest)
 
 
 def test_the_largest_plan_is_read(path: Path) -> None:
@@ -256,8 +256,8 @@ def test_a_mistake_in_a_model_is_named_with_its_place(path: Path) -> None:
         (lambda t: t.update(extra=1), "extra: unknown_key"),
         (lambda t: t.update(limits={"largest_um": 5}), "limits: limits_in_model"),
         (lambda t: t.update(sign="the other way round"), "sign: other_sign_convention"),
-        (lambda t: t.pop("outputs"), "outputs: missing_key"),
-        (lambda t: t["outputs"][0].update(offset_um="0"), "outputs[0].offset_um: not_a_number"),
+        (lambda t: t.pop("outputs"), "outputs: key_needed"),
+        (lambda t: t["outputs"][0].update(offset_um="0"), "outputs[0].offset_um: no_number"),
         (
             lambda t: t["outputs"][0]["parts"][1].update(delay=1),
             "outputs[0].parts[1].delay: unknown_key",
@@ -402,14 +402,14 @@ def test_a_mistake_in_limits_is_named(path: Path) -> None:
         ("", "no_limits"),
         ("Z_um = 5", "Z_um: not_a_table"),
         (LIMITS.replace("largest_um = 100\n", ""), "Z_um.largest_um: missing_key"),
-        (LIMITS + "largest = 5\n", "Z_um.largest: unknown_key"),
+        (LIMITS + "largest = 5\n", "line 4, Z_um.largest: unknown_key_near"),
         (LIMITS.replace("100", "0"), "Z_um.largest_um: "),
         (LIMITS.replace("100", "nan"), "Z_um.largest_um: "),
-        (LIMITS.replace("100", '"a"'), "Z_um.largest_um: not_a_number"),
-        (LIMITS.replace("100", "true"), "Z_um.largest_um: not_a_number"),
+        (LIMITS.replace("100", '"a"'), "Z_um.largest_um: no_number"),
+        (LIMITS.replace("100", "true"), "Z_um.largest_um: no_number"),
     ):
         path.write_text(text, encoding="utf-8")
-        assert refusal_of(read_correction_limits, path).startswith(said)
+        assert said in refusal_of(read_correction_limits, path)
 
 
 def mapped(path: Path, mapping: str, log: str) -> Any:
@@ -467,7 +467,7 @@ def test_what_a_mapping_cannot_say_is_an_error(path: Path) -> None:
         *((f"[columns.a]\noffset = {v}\n", "columns.a.") for v in ("nan", "1e400", "1e13")),
         ("[columns.a]\nunit = 'parsec'\n", "columns.a.unit: unknown_unit"),
         ("[columns.a]\nname = 3\n", "columns.a.name: not_a_text"),
-        ("[columns.a]\nleave_out = 1\n", "columns.a.leave_out: not_a_boolean"),
+        ("[columns.a]\nleave_out = 1\n", "columns.a.leave_out: no_boolean"),
         ("[columns]\na = 3\n", "columns.a: not_a_table"),
         ("columns = 3\n", "columns: not_a_table"),
         ("[columns]\na = 'x'\nb = 'x'\n", "columns: stated_twice"),
@@ -477,7 +477,7 @@ def test_what_a_mapping_cannot_say_is_an_error(path: Path) -> None:
         ("not toml", "not_toml"),
     ):
         path.write_text(text)
-        assert refusal_of(read_thermal_mapping, path).startswith(said)
+        assert said in refusal_of(read_thermal_mapping, path)
 
 
 def test_a_mapping_that_does_not_fit_the_log_or_is_none_is_an_error(path: Path) -> None:

@@ -40,7 +40,8 @@ def test_every_figure_can_have_a_limit(tmp_path: Path) -> None:
 def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
     limits = limits_of(tmp_path, "[limits]\nA_arcsec = 8\n", AxisKind.ROTARY)
     assert limits.limit == {"A": 8.0}
-    assert refusal(tmp_path, "[limits]\nA_um = 8\n", AxisKind.ROTARY) == "limits.A_um: unknown_key"
+    said = refusal(tmp_path, "[limits]\nA_um = 8\n", AxisKind.ROTARY)
+    assert said == "line 2, limits.A_um: unknown_key"
 
 
 def refusal(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> str:
@@ -51,30 +52,30 @@ def refusal(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> str:
 
 def test_wrong_limits_are_an_error_that_names_file_and_key(tmp_path: Path) -> None:
     for text, said in [
-        ("[limits]\nA_mm = 1\n", "limits.A_mm: unknown_key"),
+        ("[limits]\nA_mm = 1\n", "limits.A_mm: unknown_key_near"),
         *(
             (f"[limits]\nA_um = {value}\n", f"limits.A_um: {code}")
             for value, code in (
                 *(("0", "not_positive"), ("-1.0", "not_positive"), ("inf", "not_finite")),
-                *(("nan", "not_finite"), ("true", "not_a_number"), ("'12'", "not_a_number")),
+                *(("nan", "not_finite"), ("true", "no_number"), ("'12'", "no_number")),
             )
         ),
         ("[limits]\n", "limits: no_limits"),
         ("", "limits: no_limits"),
         ("[limits\n", "not_toml"),
         ("limits = 3\n", "limits: not_a_table"),
-        ("[limit]\nA_um = 1\n", "limit: unknown_key"),
+        ("[limit]\nA_um = 1\n", "limit: unknown_key_near"),
         (
             "[limits]\nA_um = 1\ndecision_rule = 'iso14253'\n",
-            "limits.decision_rule: unknown_choice",
+            "limits.decision_rule: value_unknown",
         ),
-        ("[limits]\nA_um = 1\ndecision_rule = 5\n", "limits.decision_rule: unknown_choice"),
+        ("[limits]\nA_um = 1\ndecision_rule = 5\n", "limits.decision_rule: value_unknown"),
         (
             "[limits]\nA_um = 1\n[expanded_uncertainty]\nQ = 0.1\n",
             "expanded_uncertainty.Q: unknown_key",
         ),
     ]:
-        assert refusal(tmp_path, text) == said
+        assert refusal(tmp_path, text).endswith(said)
 
 
 def test_simple_acceptance_passes_up_to_the_limit(result: Iso230_2Result) -> None:

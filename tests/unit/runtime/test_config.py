@@ -163,7 +163,7 @@ def test_a_file_that_is_no_configuration_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "machine.toml"
     for content, code in (
         *((b"\xff\xfe", "not_utf8"), (b"a = [" * 1_900, "not_toml")),
-        (b"x" * 1_000_001, "file_too_long"),
+        (b"x" * 1_000_001, "file_too_large"),
         *((b"a = " + b"9" * 900_000, "not_toml"), (b"a = " + b"9" * 9_000, "not_toml")),
         *((b"a." * 300_000 + b"b = 1", "not_toml"), (b"a." * 4_000 + b"b = 1", "not_toml")),
     ):
@@ -172,7 +172,7 @@ def test_a_file_that_is_no_configuration_is_refused(tmp_path: Path) -> None:
             read_machine(path)
         assert caught.value.place.file == str(path)
     missing = tmp_path / "missing.toml"
-    with refused("file_unreadable", Place(str(missing))):
+    with refused("file_not_found", Place(str(missing))):
         read_machine(missing)
 
 

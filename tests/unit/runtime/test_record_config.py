@@ -6,8 +6,8 @@ import pytest
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.logs import parse_log_heading
+from thermaxis.files.settings import schema_of
 from thermaxis.runtime import RecordSettings, read_record
-from thermaxis.runtime.config import schema_of
 from thermaxis.runtime.record._config import RecordFile
 
 CONNECTION = """
@@ -114,6 +114,12 @@ def test_several_mistakes_are_said_at_once(tmp_path: Path) -> None:
         + '[channel.b_C]\nnode = "nonsense"\nunit = "degC"\n',
     )
     assert said == [("unknown_unit", "channel.a_C.unit"), ("no_node_id", "channel.b_C.node")]
+
+
+def test_a_mistake_is_said_with_its_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        read(tmp_path, CONNECTION + CHANNEL.replace("degC", "Grad"))
+    assert (caught.value.code, caught.value.place.line) == ("unknown_unit", 8)
 
 
 def test_a_channel_says_its_connection_where_there_are_several(tmp_path: Path) -> None:

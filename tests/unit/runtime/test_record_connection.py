@@ -8,8 +8,8 @@ import pytest
 from tests.refusals import refused
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import read_toml
 from thermaxis.runtime import ConnectionSettings, read_record
-from thermaxis.runtime.config import read_tables
 
 OPEN = {"url": "opc.tcp://127.0.0.1:4840", "security": "none"}
 CLOSED = OPEN | {
@@ -146,15 +146,15 @@ def test_a_file_without_a_secret_is_refused_and_not_shown(pki: Path) -> None:
 
 def test_what_is_no_toml_is_said_and_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
     path = tmp_path / "x.toml"
-    with refused("file_unreadable", Place(str(path))):
-        read_tables(path)
+    with refused("file_not_found", Place(str(path))):
+        read_toml(path)
     for content, code in (
         *((b"[connection\n", "not_toml"), (b"\xff\xfe\x00", "not_utf8")),
-        (b"#" * 1_000_001, "file_too_long"),
+        (b"#" * 1_000_001, "file_too_large"),
     ):
         path.write_bytes(content)
         with refused(code, Place(str(path))):
-            read_tables(path)
+            read_toml(path)
     assert refusal(3, tmp_path).code == "not_a_table"
     path.write_bytes(b"\xef\xbb\xbfa = 1\r\n")
-    assert read_tables(path) == {"a": 1}
+    assert read_toml(path) == {"a": 1}

@@ -31,9 +31,10 @@ from thermaxis.cli.machine._machine_words import (
 )
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import schema_of
 from thermaxis.messages import text_of
 from thermaxis.report.tables import as_json, as_text
-from thermaxis.runtime.config import MachineFile, page_certificate_findings, schema_of
+from thermaxis.runtime.config import MachineFile, page_certificate_findings
 from thermaxis.runtime.history import check_database
 
 _LOOKS_AFTER_S = 0.05

@@ -18,8 +18,9 @@ from thermaxis.cli._arguments import adder
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model
+from thermaxis.files.settings import read_toml, refuse, tree_of
 from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, SystemClock
-from thermaxis.runtime.config import open_connection, read_tables, refuse, tree_of
+from thermaxis.runtime.config import open_connection
 from thermaxis.runtime.host import whole_file
 from thermaxis.runtime.opcua import FoundNode, browse_server
 
@@ -82,7 +83,7 @@ def _connection(
     """Return the table as it stands in a file of a folder, and what it says."""
     table: dict[str, object] = {"security": "none"}
     if file is not None:
-        tables = cast("dict[str, dict[str, object]]", read_tables(file).get("connection", {}))
+        tables = cast("dict[str, dict[str, object]]", read_toml(file).get("connection", {}))
         if len(tables) != 1:
             place = Place(str(file), key="connection")
             raise ConfigurationError("connection_not_alone", place=place)

@@ -1,5 +1,17 @@
+from ._mistakes import schema_of as schema_of, with_lines as with_lines
 from ._moments import day_of as day_of, duration_of as duration_of, moment_of as moment_of
-from ._reading import parse_toml as parse_toml
+from ._problems import (
+    nearest as nearest,
+    placed as placed,
+    problem as problem,
+    refuse as refuse,
+)
+from ._reading import (
+    parse_toml as parse_toml,
+    read_toml as read_toml,
+    read_tree as read_tree,
+    tree_of as tree_of,
+)
 from .budget_toml import read_budget as read_budget
 from .correction_limits_toml import read_correction_limits as read_correction_limits
 from .figure_limits_toml import (

@@ -1,19 +1,19 @@
 """Settings as TOML or JSON, written by people or by this package: one reader for all of them."""
 
-import difflib
 import json
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar, cast, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files._opened import opened
+from thermaxis.files.settings._problems import placed, problem, refuse
 
 if TYPE_CHECKING:
-    from pydantic import ValidationError
+    from pydantic import TypeAdapter
 
 LARGEST_TOML_BYTES = 1_000_000
 """Largest TOML file that is read. [byte]"""
@@ -27,23 +27,10 @@ LARGEST_NUMBER = 1e12
 """Largest magnitude of a number. [1]"""
 MOST_ENTRIES = 10_000
 """Largest number of entries of a list. [1]"""
+DEEP = "nested too deeply"
+"""Why text of hundreds of brackets is not read."""
 
 _T = TypeVar("_T")
-_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
-_MISSING = ("missing", "missing_argument")
-_CODES: Final = {
-    "bool_type": "not_a_boolean",
-    "dataclass_type": "not_a_table",
-    "dict_type": "not_a_table",
-    "enum": "unknown_choice",
-    "float_type": "not_a_number",
-    "int_type": "not_a_whole_number",
-    "literal_error": "unknown_choice",
-    "mapping_type": "not_a_table",
-    "string_type": "not_a_text",
-    "tuple_type": "not_a_list",
-}
-"""Codes of what pydantic finds wrong."""
 
 
 def read_toml(path: Path | str) -> dict[str, object]:
@@ -67,7 +54,7 @@ def parse_toml(content: bytes | str, *, file: str) -> dict[str, object]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        cause = "nested too deeply"
+        cause = DEEP
     except ValueError as error:  # also of a number of thousands of digits
         cause = str(error).rstrip(".")
     raise ConfigurationError("not_toml", cause=cause, place=Place(file))
@@ -122,19 +109,48 @@ def as_table(file: Path | str, key: str, value: object) -> Mapping[str, object]:
 
 
 def unknown_key(file: Path | str, key: str, known: Iterable[str]) -> ConfigurationError:
-    """Return the error for a key that no format knows; it names those that are like it."""
-    name = key.rpartition(".")[2]
-    return ConfigurationError(
-        "unknown_key",
-        name=printable(name, 80),
-        known=nearest(name, known),
-        place=Place(str(file), key=printable(key)),
-    )
+    """Return the error for a key that no format knows."""
+    from thermaxis.files.settings._mistakes import unknown  # noqa: PLC0415  if there are some
+
+    return refuse([unknown(key.rpartition(".")[2], key, known)], file)
 
 
-def nearest(name: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Return the names that are most like one, at most twelve."""
-    return tuple(difflib.get_close_matches(name[:100], list(known), n=12, cutoff=0.0))
+def read_tree(kind: type[_T], path: Path) -> _T | list[Message]:
+    """Read a TOML file as frozen tables, or say everything that is wrong in it.
+
+    Names of files count from its folder.
+    """
+    return tree_of(kind, read_toml(path), path.absolute().parent)
+
+
+def tree_of(kind: type[_T], content: object, folder: Path | None = None) -> _T | list[Message]:
+    """Return settings as a type says, or say everything that is wrong in them.
+
+    No number may be a text, no key unknown. No value of a documented key is told, as it may be a
+    secret. Names of files count from the folder.
+    """
+    from pydantic import ValidationError  # noqa: PLC0415  a tenth of a second
+
+    # A list becomes a tuple, a table a dataclass and a text a choice where they come from JSON
+    # only; a date of TOML is none of what may stand there.
+    try:
+        text = json.dumps([content], default=lambda date: {"date": str(date)})
+        return adapter_of(kind).validate_json(text, context=folder)[0]
+    except ValidationError as error:
+        from thermaxis.files.settings._mistakes import explained  # noqa: PLC0415  if there are some
+
+        return explained(error, kind)
+    except RecursionError:
+        return [problem("not_toml", "", cause=DEEP)]
+
+
+@cache
+def adapter_of(kind: type) -> "TypeAdapter[Any]":
+    """Return what reads a list with settings of one kind."""
+    from pydantic import ConfigDict, TypeAdapter  # noqa: PLC0415  a tenth of a second
+
+    strict = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, hide_input_in_errors=True)
+    return TypeAdapter(cast("Any", tuple)[kind], config=strict)
 
 
 def settings_of(kind: type[_T], content: object, *, file: str, key: str = "") -> _T:
@@ -142,20 +158,15 @@ def settings_of(kind: type[_T], content: object, *, file: str, key: str = "") ->
 
     No number may be a text, no key unknown; what a dataclass refuses gets file and key.
     """
-    from pydantic import ConfigDict, TypeAdapter, ValidationError  # noqa: PLC0415  a tenth of a second
-    from pydantic_core import to_json  # noqa: PLC0415
-
     _check_sizes(content, file, key)
-    strict = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
-    adapter = TypeAdapter(cast("Any", tuple)[kind], config=strict)
     try:
-        # An array becomes a tuple and a text a choice where they come from JSON only.
-        return adapter.validate_json(to_json([content]))[0]
-    except ValidationError as failure:
-        raise _explained(failure, kind, file, key) from None
+        found = tree_of(kind, content)
     except ConfigurationError as error:
         there = ".".join(part for part in (key, error.place.key) if part)
         raise error.at(error.place._replace(file=file, key=there)) from None
+    if isinstance(found, list):
+        raise refuse([placed(cast("Message", found[0]), key)], file)
+    return found
 
 
 def _check_sizes(value: object, file: str, key: str) -> None:
@@ -178,37 +189,3 @@ def _check_sizes(value: object, file: str, key: str) -> None:
     elif isinstance(value, dict):
         for name, entry in cast("dict[str, object]", value).items():
             _check_sizes(entry, file, f"{key}.{name}" if key else name)
-
-
-def _explained(failure: "ValidationError", kind: object, file: str, key: str) -> ConfigurationError:
-    """Return what pydantic found, an unknown key first: it may be a missing one misspelt."""
-    details = failure.errors(include_url=False)
-    first = next((one for one in details if one["type"] in _UNKNOWN), details[0])
-    loc = first["loc"][1:]
-    for part in loc:
-        key += f"[{part}]" if isinstance(part, int) else f".{part}" if key else part
-    place = Place(file, key=printable(key))
-    if first["type"] in _UNKNOWN:
-        return unknown_key(file, key, _keys(kind, loc[:-1]))
-    if first["type"] in _MISSING:
-        return ConfigurationError("missing_key", place=place)
-    code = _CODES.get(first["type"], "impossible_value")
-    text = printable(str(first["input"]), 60)
-    if code == "unknown_choice":
-        known = tuple(
-            first.get("ctx", {})["expected"].replace("'", "").replace(" or", ",").split(", ")
-        )
-        return ConfigurationError("unknown_choice", name=text, known=known, place=place)
-    if code in {"not_a_table", "not_a_list", "not_a_text"}:
-        return ConfigurationError(code, place=place)
-    return ConfigurationError(code, text=text, place=place)
-
-
-def _keys(kind: Any, loc: Iterable[int | str]) -> list[str]:
-    """Return the keys of the dataclass at a place of a type."""
-    for part in loc:
-        inside = get_args(kind)
-        kind = (
-            get_type_hints(kind)[str(part)] if is_dataclass(kind) else inside[isinstance(part, str)]
-        )
-    return [field.name for field in fields(kind) if field.init]

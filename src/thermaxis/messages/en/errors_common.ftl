@@ -25,7 +25,6 @@ error-not_a_table = This is not a table.
 error-not_a_list = This is not a list.
 error-not_a_text = This is not a text in quotation marks.
 error-not_a_number = '{ $text }' is not a number.
-error-not_a_boolean = '{ $text }' is neither true nor false.
 error-unknown_choice = '{ $name }' is not known here.
     .remedy = Choose one of { $known }.
 error-unknown_name = There is no '{ $name }'.

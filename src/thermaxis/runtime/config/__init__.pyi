@@ -17,19 +17,6 @@ from ._machine import (
     read_machine as read_machine,
     state_file_of as state_file_of,
 )
-from ._mistakes import (
-    schema_of as schema_of,
-)
-from ._problems import (
-    placed as placed,
-    problem as problem,
-    refuse as refuse,
-)
-from ._reading import (
-    read_tables as read_tables,
-    read_tree as read_tree,
-    tree_of as tree_of,
-)
 from ._tables import (
     DiameterSettings as DiameterSettings,
     FlagSettings as FlagSettings,

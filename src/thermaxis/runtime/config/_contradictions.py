@@ -10,6 +10,7 @@ from typing import Any, Final, get_args, get_type_hints
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import CompensationModel
+from thermaxis.files.settings import nearest, problem
 from thermaxis.runtime._keys import Needed, Only
 from thermaxis.runtime._ports import (
     DIAMETER,
@@ -19,7 +20,6 @@ from thermaxis.runtime._ports import (
     redundant_name,
 )
 from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, SIGNS, TOWARDS
-from thermaxis.runtime.config._problems import nearest, problem
 from thermaxis.runtime.config._tables import (
     InputSettings,
     MachineFile,

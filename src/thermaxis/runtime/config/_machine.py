@@ -32,6 +32,7 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import placed, problem, read_toml, refuse, tree_of
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime.config._configuration import (
     MachineConfiguration,
@@ -44,8 +45,6 @@ from thermaxis.runtime.config._contradictions import (
     contradictions,
     undecided,
 )
-from thermaxis.runtime.config._problems import placed, problem, refuse
-from thermaxis.runtime.config._reading import read_tables, tree_of
 from thermaxis.runtime.config._tables import (
     MachineFile,
     SinkSettings,
@@ -82,7 +81,7 @@ def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, .
         If the file cannot be read or is no TOML; then the line is named.
     """
     file = Path(path).absolute()
-    tables = read_tables(file)
+    tables = read_toml(file)
     found = tree_of(MachineFile, tables, file.parent)
     if isinstance(found, MachineFile):
         found = _Reading(found, file).configuration()
@@ -90,7 +89,7 @@ def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Message, .
         found += undecided(tables)
     if isinstance(found, MachineConfiguration):
         return found
-    from thermaxis.runtime.config._mistakes import with_lines  # noqa: PLC0415 - if there are some
+    from thermaxis.files.settings import with_lines  # noqa: PLC0415 - if there are some
 
     return with_lines(found, file)
 
@@ -124,7 +123,7 @@ def read_machine(path: Path | str) -> MachineConfiguration:
 def state_file_of(path: Path | str) -> Path:
     """Return where a configuration keeps the loop's state; nothing else of it need be right."""
     file = Path(path).absolute()
-    machine = read_tables(file).get("machine")
+    machine = read_toml(file).get("machine")
     table = cast("dict[str, object]", machine) if isinstance(machine, dict) else {}
     stated = table.get("state_file")
     return file.parent / (str(stated) if stated else f"{file.stem}.state.json")

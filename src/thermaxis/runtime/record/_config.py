@@ -26,9 +26,10 @@ from pydantic import Field
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.logs import parse_log_heading
+from thermaxis.files.settings import problem, read_tree, refuse
 from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._keys import Checked, Factor, Own
-from thermaxis.runtime.config import open_connection, problem, read_tree, refuse
+from thermaxis.runtime.config import open_connection
 from thermaxis.runtime.opcua import parse_node
 from thermaxis.thermal.log import unit_named, unit_of_name
 

@@ -1,27 +1,16 @@
-"""What is wrong in a configuration, as messages with their places."""
+"""What is wrong in settings, as messages with their places."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
-from functools import cache
 from pathlib import Path
-from typing import Any, Final, cast
-
-from pydantic import ConfigDict, TypeAdapter
+from typing import Final
 
 from thermaxis.codes import Message, Place, Value
 from thermaxis.errors import ConfigurationError
 
 MOST_PROBLEMS: Final = 8
 """Most mistakes of one file that an error tells in full. [1]"""
-DEEP = "nested too deeply"
-
-
-@cache
-def adapter_of(kind: type) -> TypeAdapter[Any]:
-    """Return what reads a list with one file of a kind."""
-    strict = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, hide_input_in_errors=True)
-    return TypeAdapter(cast("Any", tuple)[kind], config=strict)
 
 
 def problem(code: str, key: str, **values: Value) -> Message:
@@ -42,15 +31,16 @@ def placed(message: Message, key: str) -> Message:
 
 def refuse(problems: Sequence[Message], path: Path | str) -> ConfigurationError:
     """Make one error of everything that is wrong in a file: of several the first are its values."""
-    if len(problems) > 1:
-        shown, count = tuple(problems[:MOST_PROBLEMS]), len(problems)
-        place = Place(str(path))
-        return ConfigurationError("several_problems", problems=shown, count=count, place=place)
-    only = problems[0]
-    place = only.place if only.place.file else only.place._replace(file=str(path))
-    return ConfigurationError.of(replace(only, place=place))
+    from thermaxis.files.settings._mistakes import with_lines  # noqa: PLC0415  if there are some
+
+    first, *others = with_lines(problems, Path(path))
+    if not others:
+        return ConfigurationError.of(first)
+    shown, count = (first, *others[: MOST_PROBLEMS - 1]), 1 + len(others)
+    place = Place(str(path))
+    return ConfigurationError("several_problems", problems=shown, count=count, place=place)
 
 
-def nearest(name: str, known: Sequence[str]) -> tuple[str, ...]:
+def nearest(name: str, known: Iterable[str]) -> tuple[str, ...]:
     """Return the name that is nearest to an unknown one; all, if none is near."""
     return tuple(get_close_matches(name[:100], sorted(known), n=1, cutoff=0.6) or sorted(known))

@@ -1,10 +1,10 @@
-"""What is wrong in a file of TOML, at its place and line, and the schema of what is right."""
+"""What is wrong in settings, at its place and line, and the schema of what is right."""
 
 import ast
 import inspect
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from difflib import get_close_matches
 from functools import cache
@@ -17,8 +17,9 @@ from pydantic import ValidationError
 from pydantic.json_schema import PydanticJsonSchemaWarning
 from pydantic_core import ErrorDetails
 
-from thermaxis.codes import Message, Value
-from thermaxis.runtime.config._problems import DEEP, adapter_of, placed, problem
+from thermaxis.codes import Message, Value, printable
+from thermaxis.files.settings._problems import placed, problem
+from thermaxis.files.settings._reading import DEEP, adapter_of
 
 _SECRETS = ("password", "token")
 _CODES: Final[Mapping[str, str]] = {
@@ -57,32 +58,38 @@ def explained(error: ValidationError, kind: type) -> list[Message]:
 
     Unknown keys stand first in their table, as a key that is missing may be one that is misspelt.
     """
-    details = error.errors(include_url=False, include_input=False)
+    details = error.errors(include_url=False)
     tables = [detail["loc"][:-1] for detail in details]
-    unknown = ("unexpected_keyword_argument", "extra_forbidden", "secret_in_file")
-    details.sort(key=lambda d: (tables.index(d["loc"][:-1]), d["type"] not in unknown))
-    return [_problem(detail, schema_of(kind), unknown) for detail in details]
+    unknown_ones = ("unexpected_keyword_argument", "extra_forbidden", "secret_in_file")
+    details.sort(key=lambda d: (tables.index(d["loc"][:-1]), d["type"] not in unknown_ones))
+    return [_problem(detail, schema_of(kind), unknown_ones) for detail in details]
 
 
-def _problem(detail: ErrorDetails, schema: Any, unknown: Sequence[str]) -> Message:
-    loc = tuple(str(part) for part in detail["loc"][1:] if not str(part).endswith("[key]"))
-    kind, key, name = detail["type"], ".".join(loc), (loc or ("",))[-1]
+def _problem(detail: ErrorDetails, schema: Any, unknown_ones: Sequence[str]) -> Message:
+    loc = [part for part in detail["loc"][1:] if not str(part).endswith("[key]")]
+    kind, key, name = detail["type"], "", str(loc[-1]) if loc else ""
+    for part in loc:
+        key += f"[{part}]" if isinstance(part, int) else f".{part}" if key else part
+    key = printable(key)
     context = cast("Mapping[str, Any]", detail.get("ctx", {}))
     if kind == "refused":
         return placed(context["message"], key)
-    if kind in unknown:
-        return _unknown_key(name, key, _node(schema, loc[:-1]).get("properties", {}))
+    if kind in unknown_ones:
+        return unknown(name, key, _node(schema, loc[:-1]).get("properties", {}))
     if kind == "json_invalid":  # what is nested in hundreds
         return problem("not_toml", "", cause=DEEP)
     if kind in _CODES:
         return problem(_CODES[kind], key)
-    if kind == "literal_error":
+    if kind in {"literal_error", "enum"}:
         return problem("value_unknown", key, known=str(context["expected"]))
-    meaning = re.split(r" Default: | Without it: | \[", _node(schema, loc).get("description", "-"))
+    meaning = re.split(r" Default: | Without it: | \[", _node(schema, loc).get("description", ""))
     values: dict[str, Value] = {"meaning": meaning[0].rstrip(".")}
     code, bound = _BOUNDS.get(kind, ("key_needed" if kind == "missing" else "value_refused", ""))
     if bound:
         values["bound"] = context[bound]
+    elif not meaning[0]:
+        code = "missing_key" if kind == "missing" else "impossible_value"
+        values = {} if kind == "missing" else {"text": printable(str(detail["input"]), 60)}
     elif kind == "missing":
         values["name"] = name
     else:
@@ -90,13 +97,15 @@ def _problem(detail: ErrorDetails, schema: Any, unknown: Sequence[str]) -> Messa
     return problem(code, key, **values)
 
 
-def _unknown_key(name: str, key: str, known: Mapping[str, object]) -> Message:
+def unknown(name: str, key: str, known: Iterable[str]) -> Message:
+    """Say that there is no such key, and which one may be meant."""
     if name in _SECRETS:
         return problem("secret_in_file", key, name=name)
+    name, key, known = printable(name, 80), printable(key), sorted(known)
     near = get_close_matches(name, known, n=1, cutoff=0.6)
     if near:
         return problem("unknown_key_near", key, name=name, near=near[0])
-    return problem("unknown_key", key, name=name, known=tuple(sorted(known)))
+    return problem("unknown_key", key, name=name, known=tuple(known))
 
 
 # ---- the schema ---------------------------------------------------------------------------------
@@ -108,16 +117,16 @@ def schema_of(kind: type) -> dict[str, Any]:
     with warnings.catch_warnings(action="ignore", category=PydanticJsonSchemaWarning):
         found = adapter_of(kind).json_schema()
     names = {one.__name__: _meanings(one) for one in _tables_in(kind)}
-    for name, table in found["$defs"].items():
-        for key, entry in table["properties"].items():
+    tables = found.get("$defs", {})
+    for name, table in tables.items():
+        for key, entry in table.get("properties", {}).items():
             entry.pop("title", None)
-            entry["description"] = names[name][key]
-    root = found["$defs"].pop(kind.__name__)
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **root,
-        "$defs": found["$defs"],
-    }
+            if meaning := names.get(name, {}).get(key):
+                entry["description"] = meaning
+    (root,) = found["prefixItems"]
+    root = tables.pop(root["$ref"].rpartition("/")[2]) if "$ref" in root else root
+    schema = "https://json-schema.org/draft/2020-12/schema"
+    return {"$schema": schema, **root, "$defs": tables}
 
 
 def _tables_in(kind: Any) -> Iterator[type]:
@@ -142,7 +151,7 @@ def _meanings(kind: type) -> dict[str, str]:
     return found
 
 
-def _node(schema: Any, loc: Sequence[str]) -> Any:
+def _node(schema: Any, loc: Sequence[int | str]) -> Any:
     """Return what a schema says of a place."""
     node = schema
     for part in (*loc, ""):
@@ -150,8 +159,9 @@ def _node(schema: Any, loc: Sequence[str]) -> Any:
         if "$ref" in node:
             about = {key: node[key] for key in ("description",) if key in node}
             node = schema["$defs"][node["$ref"].rpartition("/")[2]] | about
-        if part:
-            node = node.get("properties", {}).get(part, node.get("additionalProperties") or {})
+        if part != "":
+            inside: Any = node.get("additionalProperties") or node.get("items") or {}
+            node = node.get("properties", {}).get(part, inside)
     return node
 
 
@@ -191,5 +201,5 @@ def _with_line(message: Message, file: str, lines: Mapping[str, int]) -> Message
         return message
     key = place.key
     while key and key not in lines:
-        key = key.rpartition(".")[0]
+        key = key[: max(key.rfind("."), key.rfind("["), 0)]
     return replace(message, place=place._replace(file=file, line=lines.get(key)))
