@@ -4,6 +4,8 @@ import asyncio
 import contextlib
 import json
 import math
+import subprocess
+import sys
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from datetime import timedelta
@@ -705,6 +707,27 @@ def test_only_an_address_of_this_computer_itself_is_its_own() -> None:
         assert is_loopback(address)
     for address in ("0.0.0.0", "::", "10.0.0.1", "localhost.example", "127.0.0.1.example", ""):  # noqa: S104 - named
         assert not is_loopback(address), address
+
+
+FORGETTING = """
+import asyncio, sys
+from tests.unit.runtime.status_server_parts import served, viewers
+from thermaxis.runtime.status import forget_standard
+
+async def served_again():
+    for _ in range(2):
+        async with served(viewers()):
+            forget_standard()
+            print(sum("standard_address_space_services" in name for name in sys.modules))
+
+asyncio.run(served_again())
+"""
+
+
+def test_servers_are_opened_after_what_makes_the_standards_nodes_was_forgotten() -> None:
+    words = [sys.executable, "-c", FORGETTING]
+    said = subprocess.run(words, capture_output=True, encoding="utf-8", check=True)
+    assert said.stdout.split() == ["0", "0"]
 
 
 @scene

@@ -18,7 +18,7 @@ from thermaxis.runtime._ports import Clock, CycleRecord, EventRecord, RequestOut
 from thermaxis.runtime.config import MachineConfiguration, certificate_ends
 from thermaxis.runtime.history import SqlHistorian, check_database
 from thermaxis.runtime.publish._publisher import HEADER
-from thermaxis.runtime.status import MetricsServer, RuntimeStatus, StatusServer
+from thermaxis.runtime.status import MetricsServer, RuntimeStatus, StatusServer, forget_standard
 
 TOLD_EVERY_S: Final = 0.5
 """How the history fares is told so often. [s]"""
@@ -131,6 +131,8 @@ async def _open(makers: list[_Make], opened: dict[_Make, _Server]) -> Message | 
             refused = error.message
         else:
             opened[make] = server
+            if isinstance(server, StatusServer):
+                forget_standard()
     return refused
 
 

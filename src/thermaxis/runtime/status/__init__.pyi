@@ -1,3 +1,6 @@
+from ._address_space import (
+    forget_standard as forget_standard,
+)
 from ._alarms import (
     ALARMS as ALARMS,
     PRIORITIES as PRIORITIES,
