@@ -227,3 +227,23 @@ def test_setting_the_coolant_off_changes_the_heat_and_not_only_the_flag() -> Non
     warmer = off.readings()["T_table_C"].value - on.readings()["T_table_C"].value
     assert warmer > 0.4
     assert off.readings()["coolant_on"].value is True
+
+
+def test_faults_come_and_go_while_the_machine_lives() -> None:
+    lathe = lathe_with()
+    lathe.step(HOUR)
+    lathe.set_faults([fault("stuck T_spindle"), fault("set emergency_stop to 1")])
+    held = lathe.readings()["T_spindle_C"].value
+    assert lathe.flag("emergency_stop")
+    lathe.step(HOUR)
+    assert lathe.readings()["T_spindle_C"].value == held
+    assert lathe.spindle_rpm == 0.0
+    lathe.set_faults([])
+    assert not lathe.flag("emergency_stop")
+    lathe.step(HOUR)
+    lathe.set_faults([fault("stuck T_spindle")])  # what it held before is no more
+    assert lathe.readings()["T_spindle_C"].value not in {held, None}
+    lathe.set_faults([fault("pause for 1h")])
+    assert lathe.network_fault is None  # its hour is over
+    with refused("unknown_name"):
+        lathe.set_faults([Fault(FaultKind.NAN, ("Z_true_um",))])

@@ -200,6 +200,19 @@ def test_subscribers_are_told_and_a_restart_and_a_pause_are_felt() -> None:
     run_in_virtual_time(served(lathe, work))
 
 
+def test_a_machine_that_has_lived_before_goes_on_from_its_time() -> None:
+    lathe = lathe_with()
+    lathe.step(7200.0)
+
+    async def work(url: str) -> None:
+        async with Client(url) as client:
+            node = client.get_node(ua.NodeId("time_s", await index_of(client)))
+            await asyncio.sleep(1.0)
+            assert await node.read_value() == pytest.approx(7200.0 + SPEED, abs=0.5 * SPEED)
+
+    run_in_virtual_time(served(lathe, work))
+
+
 def test_with_a_certificate_only_its_user_is_let_in_and_everything_is_encrypted(
     tmp_path: Path,
 ) -> None:

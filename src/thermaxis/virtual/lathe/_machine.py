@@ -106,12 +106,10 @@ class VirtualLathe:
     ) -> None:
         if seed < 0:
             raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
-        for fault in faults:
-            _check_fault(fault)
+        self.faults = _checked(faults)
         self.scenario = scenario_named(scenario) if isinstance(scenario, str) else scenario
         self.seed = seed
         self.settings = settings or LatheSettings()
-        self.faults = tuple(faults)
         self.axis = OffsetAxis(self.settings.offset)
         physics = self.settings.physics
         seeds = (seed, crc32(self.scenario.name.encode()))
@@ -129,7 +127,7 @@ class VirtualLathe:
         self._referenced = True
         self._diameter_mm = 0.0
         self._set: dict[str, float] = {}
-        self._held: dict[int, Mapping[str, LatheReading]] = {}
+        self._held: dict[Fault, Mapping[str, LatheReading]] = {}
         self._begin_segment()
 
     # ---- time ----
@@ -314,6 +312,15 @@ class VirtualLathe:
             self._set[name] = float(value)
         self._begin_segment()
 
+    def set_faults(self, faults: Sequence[Fault]) -> None:
+        """Let this go wrong from now on, each at its times, in place of the faults before.
+
+        A fault that acts on what is not there is refused.
+        """
+        self.faults = _checked(faults)
+        self._held = {fault: held for fault, held in self._held.items() if fault in self.faults}
+        self._begin_segment()
+
     # ---- what it shows ----
 
     @property
@@ -390,31 +397,31 @@ class VirtualLathe:
     def readings(self) -> Mapping[str, LatheReading]:
         """Return every value as the machine shows it, with the faults that act on channels."""
         found = dict(self.clean_readings())
-        for number, fault in enumerate(self.faults):
+        for fault in self.faults:
             if fault.kind in _OF_CHANNELS and self._acts(fault):
-                self._spoil(found, number, fault)
+                self._spoil(found, fault)
         return MappingProxyType(found)
 
     def _note_faults(self) -> None:
         """Keep what the channels showed when a fault began that holds them."""
-        for number, fault in enumerate(self.faults):
+        for fault in self.faults:
             if fault.kind not in {FaultKind.STUCK, FaultKind.STALE}:
                 continue
             if not self._acts(fault):
-                self._held.pop(number, None)
-            elif number not in self._held:
-                self._held[number] = self.clean_readings()
+                self._held.pop(fault, None)
+            elif fault not in self._held:
+                self._held[fault] = self.clean_readings()
 
-    def _spoil(self, found: dict[str, LatheReading], number: int, fault: Fault) -> None:
+    def _spoil(self, found: dict[str, LatheReading], fault: Fault) -> None:
         name = fault.channels[0]
         shown = found[name]
         if fault.kind is FaultKind.SWAP:
             other = fault.channels[1]
             found[name], found[other] = found[other], found[name]
         elif fault.kind is FaultKind.STUCK:
-            found[name] = self._held[number][name]._replace(stamp_s=self._time_s)
+            found[name] = self._held[fault][name]._replace(stamp_s=self._time_s)
         elif fault.kind is FaultKind.STALE:
-            found[name] = self._held[number][name]
+            found[name] = self._held[fault][name]
         elif fault.kind is FaultKind.JUMP and shown.value is not None:
             found[name] = shown._replace(value=round(shown.value + (fault.amount or 0.0), 9))
         elif fault.kind is FaultKind.NAN:
@@ -424,6 +431,12 @@ class VirtualLathe:
         elif fault.kind in _BAD_STATUS:
             status, value = _BAD_STATUS[fault.kind]
             found[name] = shown._replace(value=value, status=status)
+
+
+def _checked(faults: Sequence[Fault]) -> tuple[Fault, ...]:
+    for fault in faults:
+        _check_fault(fault)
+    return tuple(faults)
 
 
 def _check_fault(fault: Fault) -> None:

@@ -212,7 +212,8 @@ class LatheServer:
             try:
                 if self._server.bserver is not None:
                     self._gate.target_port = self._server.bserver.port
-                self._begin_s = self._clock.monotonic_s()
+                begun_s = self._lathe.time_s / self._settings.speed
+                self._begin_s = self._clock.monotonic_s() - begun_s
                 self._tell_once()
                 if started is not None:
                     started.set_result(self.endpoint)
