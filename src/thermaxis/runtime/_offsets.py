@@ -356,7 +356,8 @@ def _overwritten(
         if time_s - foreign.since_s <= rules.silence_s:
             return one
         return one._replace(path=(*one.path, Mark(time_s, um)), foreign=None)
-    if _beyond_um([mark.um for mark in one.path], um) <= rules.tolerance_um:
+    own_um = [mark.um for mark in (*one.path, *one.late)]
+    if _beyond_um(own_um, um) <= rules.tolerance_um:
         return one._replace(foreign=None)
     newest = one.path[-1]._replace(since_s=time_s)
     return one._replace(path=(*one.path, Mark(time_s, um), newest), foreign=Mark(time_s, um))

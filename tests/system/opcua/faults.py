@@ -475,7 +475,7 @@ def _told(
         gone = event.code == "event-alarm_gone"
         if at_s < began_s:
             stood = stood - _codes(event) if gone else stood | _codes(event)
-        elif at_s < end_s and not gone:
+        elif at_s < end_s and not gone and event.kind != "request":  # whose answer names old alarms
             codes |= _codes(event)
     return codes | {code for code in stood if standing and code.startswith("alarm-")}
 

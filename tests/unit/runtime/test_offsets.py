@@ -540,6 +540,17 @@ def test_what_another_wrote_is_gone_on_from_once_it_stood_longer_than_a_late_gat
     assert steps.look(30.0, written_um=29.9 if stays else -2.1).told == (), "it may arrive yet"
 
 
+def test_an_own_write_that_was_under_way_is_no_other_writer_s_after_what_acts_has_moved() -> None:
+    steps = Steps().begin(10.0)
+    for um in (11.0, 12.0, 13.0):
+        steps.write(um)
+        assert steps.look(um - 1.0, um - 1.0, written_um=um).told == ()
+    found = steps.look(12.0, 8.0, written_um=13.0)  # the release was taken away
+    assert [one.another for one in found.told] == [False]
+    for _ in range(3):
+        assert steps.look(12.0, 8.0, written_um=13.0).told == ()
+
+
 def test_a_control_that_clears_what_it_has_taken_over_is_no_other_writer() -> None:
     steps = Steps().begin(0.0)
     for k in range(1, 50):
