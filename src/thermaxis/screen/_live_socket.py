@@ -3,7 +3,7 @@
 import contextlib
 import json
 from collections import Counter
-from typing import final
+from typing import Any, final
 
 import anyio
 from starlette.routing import BaseRoute, WebSocketRoute
@@ -96,7 +96,7 @@ class LiveSocket:
         }
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             await socket.send_text(json.dumps(hello))
-            told = self._parts.feed.latest
+            told, last = self._parts.feed.latest, True
             while True:
                 now = visitor_of(socket)
                 if visitor.person is not None and now.person is None:
@@ -105,24 +105,23 @@ class LiveSocket:
                 if now.role is not visitor.role:
                     await socket.send_text(self._changed(now))
                     return
-                await socket.send_text(self._message(told, visitor.language))
+                await socket.send_text(self._message(told, visitor.language, last=last))
+                last = False
                 told = await self._parts.feed.after(told.number)
 
-    def _message(self, told: StatusSnapshot, language: str) -> str:
-        if told.live:
+    def _message(self, told: StatusSnapshot, language: str, *, last: bool) -> str:
+        """Return a look; without data with the status of before, for a page that has seen none."""
+        said: dict[str, Any] = {"kind": "status"}
+        if not told.live:
+            key = told.why or "feed-starting"
+            text, since = sentence(key, language=language), told.status.get("utc")
+            said = {"kind": "no_data", "key": key, "text": text, "since": since}
+        if told.live or (last and told.text):
             now_s = self._parts.clock.monotonic_s()
-            age_s = max(0.0, now_s - told.received_s)
-            times = f'"age_s":{age_s:.3f},"sent_s":{now_s:.3f}'
-            return f'{{"kind":"status",{times},"status":{self._status(told, language)}}}'
-        key = told.why or "feed-starting"
-        return json.dumps(
-            {
-                "kind": "no_data",
-                "key": key,
-                "text": sentence(key, language=language),
-                "since": told.status.get("utc"),
-            }
-        )
+            age_s = round(max(0.0, now_s - told.received_s), 3)
+            said |= {"age_s": age_s, "sent_s": round(now_s, 3)}
+            return f'{json.dumps(said)[:-1]},"status":{self._status(told, language)}}}'
+        return json.dumps(said)
 
     def _status(self, told: StatusSnapshot, language: str) -> str:
         """Return the status with its sentences in a language; made once for all its pages."""

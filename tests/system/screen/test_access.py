@@ -15,6 +15,8 @@ from tests.system.screen.stand import Rig, Visitor, wait_until
 Look = Callable[..., Looked]
 WRONG: Final = 6
 """Wrong passwords after which nobody may try again for a while. [1]"""
+MARK: Final = "getComputedStyle(document.querySelector('#gist b'), '::after').content"
+"""What stands behind the state: a mark where it is old."""
 ENABLE: Final = {"method": "Enable", "arguments": []}
 
 
@@ -81,6 +83,29 @@ def test_a_person_logs_in_by_the_page_and_out_again(look: Look, stand: Rig) -> N
     page.wait_for_url("**/login**")
     seen.context.add_cookies([secret])
     assert "/login" in seen.open("/").url, "the cookie of a log-in that has ended still works"
+
+
+def test_state_reason_and_gravest_alarm_stay_in_sight_on_every_page_and_at_the_log_in(
+    look: Look, open_stand: Rig
+) -> None:
+    seen = look(of=open_stand)
+    gist = seen.page.locator("#gist")
+    for path in ("/login", "/model", "/sensors", "/history", "/probe"):
+        seen.open(path)
+        seen.wait_live()
+        wait_until("the state", lambda: "Off" in gist.inner_text(), 10.0)
+        assert "?" not in seen.page.evaluate(MARK), path
+    known = gist.inner_text()
+    open_stand.kill("run")
+    try:
+        seen.page.wait_for_selector('body[data-live="no"]')
+        seen.open("/login")  # opened only then
+        seen.page.wait_for_selector('body[data-live="no"]')
+        assert gist.inner_text() == known
+        assert "?" in seen.page.evaluate(MARK)
+        assert seen.page.locator("#no-data").inner_text().startswith("NO DATA since")
+    finally:
+        open_stand.start_loop()
 
 
 def test_a_log_in_never_leads_to_another_address(look: Look, stand: Rig) -> None:

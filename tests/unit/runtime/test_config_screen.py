@@ -36,6 +36,7 @@ from thermaxis.runtime.status import NAMESPACE
 
 OPEN = '[server]\nanonymous_role = "viewer"'
 LOOK = "view_without_login = true"
+TLS = 'certificate = "page.der"\nprivate_key = "page.pem"'
 USERS = '[server]\nusers = "users.toml"\ncertificate = "server.der"\nprivate_key = "server.pem"'
 OWN = 'client_certificate = "own.der"\nclient_private_key = "own.pem"'
 FEED = f'{OWN}\nuser = "viewer"\npassword_file = "secret"'
@@ -89,8 +90,27 @@ def test_every_key_reaches_the_program(tmp_path: Path) -> None:
     assert (found.user, found.password.reveal()) == ("viewer", "hunter2")
     assert (found.idle_s, found.longest_login_s, found.evaluation_s) == (120.0, 3600.0, 5.0)
     assert found.secure
-    assert not found.view_without_login
+    assert found.view_without_login is False
     assert "hunter2" not in repr(found)
+
+
+@pytest.mark.parametrize(
+    ("keys", "everybody"),
+    [
+        ("", True),
+        ('address = "::1"', True),
+        ('address = "localhost"', True),
+        ('hosts = ["lathe-3.shop"]', False),  # somebody else comes through a proxy
+        (f'address = "10.0.0.5"\n{TLS}', False),
+        (f'address = "0.0.0.0"\nhosts = ["a"]\n{TLS}', False),
+        ("view_without_login = false", False),
+        (f'address = "10.0.0.5"\n{TLS}\nview_without_login = true', True),
+    ],
+)
+def test_unless_it_is_stated_everybody_looks_where_only_this_computer_reaches_the_pages(
+    tmp_path: Path, keys: str, *, everybody: bool
+) -> None:
+    assert screen_of(tmp_path, USERS, "[screen]", keys, FEED).view_without_login is everybody
 
 
 def test_a_password_may_stand_in_the_environment_and_never_in_the_file(
@@ -108,6 +128,7 @@ def test_a_password_may_stand_in_the_environment_and_never_in_the_file(
 # ---- what contradicts itself --------------------------------------------------------------------
 
 
+CLOSED = "view_without_login = false"
 VIEWER = 'user = "viewer"\npassword_file = "secret"'
 PAIR_LESS = 'client_private_key = "own.pem"', 'user = "v"'
 LONG_IDLE = "idle_s = 7200\nlongest_login_s = 3600"
@@ -128,7 +149,7 @@ WRONG = (
     ((USERS, "[screen]", OWN, 'user = "viewer"'), "user", "user_needs_password"),
     ((OPEN, "[screen]", LOOK, VIEWER), "user", "user_unencrypted"),
     ((OPEN, "[screen]", LOOK, VIEWER), "user", "server_without_users"),
-    ((OPEN, "[screen]"), "view_without_login", "nobody_can_look"),
+    ((OPEN, "[screen]", CLOSED), "view_without_login", "nobody_can_look"),
     ((OPEN, "[screen]", LOOK, LONG_IDLE), "idle_s", "idle_too_long"),
     ((OPEN, "[screen]", LOOK, "port = 4850"), "port", "port_twice"),
     ((OPEN, "[metrics]\nport = 8450", "[screen]", LOOK), "port", "port_twice"),
@@ -353,7 +374,7 @@ def test_pages_that_the_whole_network_may_look_at_are_said(tmp_path: Path) -> No
     pair(tmp_path, "page", "urn:thermaxis:page", CertificateUse.SERVER)
     (finding,) = about_the_screen(read_machine(path))
     assert (finding.level, finding.message.code) == (Level.WARNING, "advice-everybody_may_look")
-    closed = path.read_text(encoding="utf-8").replace(LOOK, "view_without_login = false")
+    closed = path.read_text(encoding="utf-8").replace(LOOK, CLOSED)
     path.write_text(closed.replace(OPEN, USERS).replace(tls, f"{tls}\n{FEED}"), encoding="utf-8")
     pair(tmp_path, "own", "urn:thermaxis:client", CertificateUse.CLIENT)
     assert about_the_screen(read_machine(path)) == []

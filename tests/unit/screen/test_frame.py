@@ -398,6 +398,12 @@ def test_an_open_page_is_told_who_it_is_then_every_look_then_why_there_is_none()
         none = socket.receive_json()
     assert (none["kind"], none["since"]) == ("no_data", "2026-11-20T10:00:00.000+00:00")
     assert none["text"] == sentence("feed-stands_still")
+    assert "status" not in none  # the page has it
+    with client(given, _live_socket.routes).websocket_connect(LIVE) as late:
+        late.receive_json()
+        opened = late.receive_json()
+    assert (opened["kind"], opened["status"]["number"]) == ("no_data", 8)
+    assert opened["age_s"] >= 0.0
 
 
 def test_an_open_page_is_told_when_its_log_in_ends() -> None:

@@ -147,3 +147,16 @@ def test_a_status_without_its_times_is_not_shown() -> None:
         "return [told, live.latest()]"
     )
     assert found == [[["none", CANNOT_READ]], None]
+
+
+def test_a_page_that_is_opened_without_data_shows_the_last_status_as_old() -> None:
+    found = played(
+        "const status = { number: 4, cycle_s: 1, utc: '2026-11-21T09:00:00Z' };"
+        "const none = { kind: 'no_data', text: 'why', since: status.utc };"
+        "const hear = (more) => sockets[0].heard.message({"
+        " data: JSON.stringify({ ...none, ...more }) });"
+        "hear({ age_s: 40, sent_s: 1, status }); const first = told.splice(0);"
+        "hear({}); return [first, told, live.latest(), live.lastKnown().number];"
+    )
+    none = ["none", "why"]
+    assert found == [[["status", 40, 4], ["second", 4], none], [none], None, 4]

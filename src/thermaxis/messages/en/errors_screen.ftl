@@ -1,7 +1,7 @@
 ### Errors of the screen
 
 error-no_screen = The configuration has no table [screen].
-    .remedy = Add [screen], for a start with view_without_login = true.
+    .remedy = Add [screen].
 error-screen_cannot_listen = The screen cannot listen: { $cause }.
     .remedy = Take another port, or end the program that has it.
 error-chart_script_missing = The script that draws charts is not installed.

@@ -426,8 +426,9 @@ class ScreenSettings:
     """Certificate for TLS of the pages."""
     private_key: PrivateFile = None
     """Its key; mode 0600."""
-    view_without_login: bool = False
-    """Whether somebody who has not logged in may look."""
+    view_without_login: bool | None = None
+    """Whether somebody who has not logged in may look. Without it: yes where the pages are served
+    to this computer only, by no further name."""
     language: Language = "en"
     """Language for browsers that ask for none of them: `en`, `de` or `cs`."""
     user: Text = ""
@@ -456,6 +457,9 @@ class ScreenSettings:
     def __post_init__(self) -> None:
         """Write names of computers in small letters, and check that certificates have keys."""
         object.__setattr__(self, "hosts", tuple(host.lower() for host in self.hosts))
+        if self.view_without_login is None:
+            here = is_loopback(self.address) and not self.hosts
+            object.__setattr__(self, "view_without_login", here)
         check_pair(self.certificate, self.private_key, "screen")
         check_pair(self.client_certificate, self.client_private_key, "screen", "client_")
 

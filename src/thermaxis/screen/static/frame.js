@@ -41,8 +41,7 @@ export function alarmMark(priority) {
 }
 
 function watch() {
-  const state = byId("top-state");
-  const alarms = byId("top-alarms");
+  const gist = byId("gist");
   const none = byId("no-data");
   const differs = byId("differs");
   onStatus((status) => {
@@ -57,20 +56,7 @@ function watch() {
         ? word("common-differs")
         : word("common-differs_version", { told: running, own: version }));
     }
-    if (state) {
-      state.dataset.state = status.state;
-      show(state, status.state_said);
-    }
-    if (alarms) {
-      const gravest = status.alarms[0]?.priority ?? "";
-      alarms.hidden = status.alarms.length === 0;
-      if (alarms.dataset.shown !== `${gravest} ${status.alarms.length}`) {
-        alarms.dataset.shown = `${gravest} ${status.alarms.length}`;
-        alarms.replaceChildren(
-          alarmMark(gravest), ` ${word("common-alarms", { count: status.alarms.length })}`,
-        );
-      }
-    }
+    if (gist) showGist(gist, status);
   });
   onLive(() => {
     document.body.dataset.live = "yes";
@@ -83,6 +69,24 @@ function watch() {
     none.hidden = false;
     show(none, noDataWords(found));
   });
+}
+
+/**
+ * State, reason and gravest alarm, on every page that is not about them.
+ * @param {HTMLElement} gist
+ * @param {import("./live.js").Status} status
+ */
+function showGist(gist, status) {
+  const [state, reason, alarm] = /** @type {HTMLElement[]} */ ([...gist.children]);
+  const [gravest, ...others] = status.alarms;
+  const more = others.length ? `(${word("common-alarms", { count: status.alarms.length })})` : "";
+  gist.dataset.state = status.state;
+  show(state, status.state_said);
+  show(reason, status.headline_said ?? status.reasons_said.join(" "));
+  alarm.hidden = !gravest;
+  if (!gravest || alarm.title === `${gravest.text} ${more}`) return;
+  alarm.title = `${gravest.text} ${more}`;
+  alarm.replaceChildren(alarmMark(gravest.priority), ` ${alarm.title}`);
 }
 
 function tick() {

@@ -147,6 +147,7 @@ function hear(text) {
     why = message.text;
     whyKnown = true;
     toldSince = message.since;
+    if (!last && message.status && isTimed(message)) recall(message);
     tellNone(toldSince);
   } else if (message.kind === "hello") {
     if (isOld(message)) {
@@ -206,6 +207,13 @@ function take(status, oldS) {
   }
   ({ last, lastMs } = before);
   tellUnreadable();
+}
+
+/** Show the last status that the server has, which is called old at once. @param {any} message */
+function recall({ status, age_s }) {
+  last = status;
+  lastMs = performance.now() - 1000 * age_s;
+  for (const listener of statusListeners) went(() => listener(status, age_s));
 }
 
 /** Whether a part of the page could do something; why not is told once. @param {() => void} act */
