@@ -75,28 +75,26 @@ class ChannelReader:
             return self._left_out(NO_ANSWER, Cells("", NO_ANSWER))
         stamp = _stamp_of(answer)
         sent, number = _number_of(answer)
-        cells = Cells("", status_name(answer), "" if stamp is None else as_text(to_us(stamp)))
+        said = status_name(answer), "" if stamp is None else as_text(to_us(stamp))
         same_stamp = stamp is not None and stamp == self._last[0]
         unchanged = same_stamp and sent == self._last[1]
         if not unchanged:
             self._last, self._last_us = (stamp, sent), log_us
         if not is_good(answer):
-            remark = f"sent {sent}" if sent else ""
-            return self._left_out(cells.status, cells._replace(remark=remark))
+            return self._left_out(said[0], Cells("", *said, f"sent {sent}" if sent else ""))
         if number is None:
-            remark = f"no number; sent {sent}" if sent else "no value"
-            return self._left_out("no number", cells._replace(remark=remark))
+            why = f"no number; sent {sent}" if sent else "no value"
+            return self._left_out("no number", Cells("", *said, why))
         self.unstamped += stamp is None
         self.unchanged += unchanged
         self.unchanged_in_a_row = self.unchanged_in_a_row + 1 if unchanged else 0
         self.unchanged_for_s = (log_us - self._last_us) / 1e6
         # A value that moves under one time stamp was measured anew all the same.
         remark = "unchanged" if unchanged else "source time unchanged" if same_stamp else ""
-        cells = cells._replace(remark=remark)
         if unchanged and self.unchanged_for_s > (self.settings.repeat_unchanged_s or 0.0):
-            return cells
+            return Cells("", *said, remark)
         self.recorded += 1
-        return cells._replace(value=self._scaled(number))
+        return Cells(self._scaled(number), *said, remark)
 
     def _left_out(self, why: str, cells: Cells) -> Cells:
         self.not_good[why] = self.not_good.get(why, 0) + 1
