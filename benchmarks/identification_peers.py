@@ -1,4 +1,3 @@
-# ruff: noqa: PLC0415 - each peer is imported only where it runs
 """One fit by one peer, in a program of its own so that its time and memory can be bounded.
 
     python benchmarks/identification_peers.py PEER CASE.npz

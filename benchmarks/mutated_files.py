@@ -10,7 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.unit.files.mutated import MUTATIONS, bases, judged, read  # noqa: E402
+from tests.unit.files.mutated import MUTATIONS, bases, judged, read  # noqa: E402 - found by the line before
 
 
 def main() -> int:

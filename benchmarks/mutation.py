@@ -44,7 +44,7 @@ from typing import Any
 
 os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "POLARS_MAX_THREADS"), "1"))
 import polars as pl  # noqa: F401 - read once, before the processes part; nothing of thermaxis
-import pydantic  # noqa: F401
+import pydantic  # noqa: F401 - as polars
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 from mutants import Changed, Mutant, called, mutants, replace_functions

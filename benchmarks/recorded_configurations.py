@@ -14,7 +14,6 @@ and loop (factors, signs, times, limits by value), its hash and what `check` say
 `--tree` records another checkout. Exit code 1 on a difference that `EXPECTED` does not name.
 """
 
-# ruff: noqa: PLC0415 - the tree that is imported is an argument
 import argparse
 import fnmatch
 import hashlib
@@ -328,7 +327,7 @@ def record(folder: Path, output: Path, tree: Path) -> None:
         recorded[path.parent.name] = told
     text = json.dumps(recorded, sort_keys=True, indent=0).replace(str(folder), "FOLDER")
     output.write_text(text, "utf-8")
-    refused = sum("refused" in told for told in recorded.values())  # type: ignore[operator]
+    refused = sum("refused" in told for told in recorded.values())
     print(f"{len(recorded)} configurations, {refused} refused")
 
 
@@ -374,7 +373,7 @@ def of_record(_runtime, path: Path) -> dict[str, object]:
 def plain(value: object) -> object:  # noqa: PLR0911 - one for each kind
     """Return any frozen value as JSON has it."""
     if hasattr(value, "reveal"):
-        return {"secret": hashlib.sha256(value.reveal().encode()).hexdigest()}  # type: ignore[attr-defined]
+        return {"secret": hashlib.sha256(value.reveal().encode()).hexdigest()}
     if isinstance(value, Enum):
         return plain(value.value)
     if isinstance(value, PurePath):
@@ -382,7 +381,7 @@ def plain(value: object) -> object:  # noqa: PLR0911 - one for each kind
     if is_dataclass(value) and not isinstance(value, type):
         return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
     if hasattr(type(value), "model_fields"):
-        names = [*type(value).model_fields, *type(value).model_computed_fields]  # type: ignore[attr-defined]
+        names = [*type(value).model_fields, *type(value).model_computed_fields]
         return {name: plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {str(name): plain(one) for name, one in value.items()}

@@ -152,18 +152,18 @@ connect();
 
 def serve_own(port: int, held: Path, policy: str) -> None:
     """Serve the page with starlette and uvicorn."""
-    import jinja2  # noqa: PLC0415 - the other candidate's environment need not have it
-    import plotly  # noqa: PLC0415
-    import uvicorn  # noqa: PLC0415
-    from starlette.applications import Starlette  # noqa: PLC0415
-    from starlette.requests import Request  # noqa: PLC0415
-    from starlette.responses import (  # noqa: PLC0415
+    import jinja2
+    import plotly
+    import uvicorn
+    from starlette.applications import Starlette
+    from starlette.requests import Request
+    from starlette.responses import (
         HTMLResponse,
         JSONResponse,
         Response,
     )
-    from starlette.routing import Route, WebSocketRoute  # noqa: PLC0415
-    from starlette.websockets import WebSocket, WebSocketDisconnect  # noqa: PLC0415
+    from starlette.routing import Route, WebSocketRoute
+    from starlette.websockets import WebSocket, WebSocketDisconnect
 
     template = jinja2.Environment(autoescape=True).from_string(_PAGE)
     chart = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
@@ -231,7 +231,7 @@ def _guard(app: Any, policy: str) -> None:
 
 def serve_nicegui(port: int, held: Path, policy: str) -> None:
     """Serve the page with NiceGUI; the trend is extended in the browser, not sent whole."""
-    from nicegui import Client, app, ui  # noqa: PLC0415 - only in its own environment
+    from nicegui import Client, app, ui
 
     pages: dict[str, tuple[Client, Callable[[dict[str, Any]], None]]] = {}
 
@@ -293,9 +293,9 @@ def serve_nicegui(port: int, held: Path, policy: str) -> None:
 
 
 async def _view_own(port: int, count: Callable[[int], None]) -> None:
-    from urllib.request import urlopen  # noqa: PLC0415
+    from urllib.request import urlopen
 
-    from websockets.asyncio.client import connect  # noqa: PLC0415 - a server needs none
+    from websockets.asyncio.client import connect
 
     url = f"http://127.0.0.1:{port}/"
     past_url = f"http://127.0.0.1:{port}/past"
@@ -308,11 +308,11 @@ async def _view_own(port: int, count: Callable[[int], None]) -> None:
 
 async def _view_nicegui(port: int, count: Callable[[int], None]) -> None:
     """Take the page and its socket as the browser's script does, and acknowledge as it does."""
-    import uuid  # noqa: PLC0415
-    from urllib.parse import urlencode  # noqa: PLC0415
-    from urllib.request import urlopen  # noqa: PLC0415
+    import uuid
+    from urllib.parse import urlencode
+    from urllib.request import urlopen
 
-    import socketio  # noqa: PLC0415 - only in its own environment
+    import socketio
 
     url = f"http://127.0.0.1:{port}"
     page = await asyncio.to_thread(lambda: urlopen(url).read().decode())

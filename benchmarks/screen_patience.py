@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from tests.system.screen.stand import Rig  # noqa: E402 - after the path
-from thermaxis.runtime import (  # noqa: E402
+from thermaxis.runtime import (  # noqa: E402 - found by the line before
     SystemClock,
     read_machine,
 )

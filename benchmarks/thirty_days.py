@@ -70,7 +70,7 @@ class Day(Source):
         """Lost for half a minute every two hours."""
         return self.clock.monotonic_s() % 7000.0 > 30.0
 
-    async def read(self, deadline_s: float) -> Mapping[str, SourceSample]:  # noqa: ARG002
+    async def read(self, deadline_s: float) -> Mapping[str, SourceSample]:  # noqa: ARG002 - as its port has it
         """Read both; the spindle's sensor fails for 20 s every quarter of an hour."""
         now_s = self.clock.monotonic_s()
         if not self.connected:

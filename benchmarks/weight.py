@@ -58,7 +58,7 @@ def texts_of(commit: str) -> Tree:
     ).stdout
     with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
         return {
-            member.name: archive.extractfile(member).read().decode("utf-8")  # type: ignore[union-attr]
+            member.name: archive.extractfile(member).read().decode("utf-8")
             for member in archive
             if member.isfile() and member.name.endswith((".py", ".pyi", *OTHER_SUFFIXES))
         }

@@ -21,7 +21,7 @@ LIMIT_S, LIMIT_GIB = 60.0, 4.0
 
 def write_year(path: Path) -> None:
     """Write the year in twelve parts, with a value missing now and then and a lost hour."""
-    import polars as pl  # noqa: PLC0415
+    import polars as pl
 
     rng = np.random.default_rng(2026)
     parts: list[Path] = []
@@ -45,7 +45,7 @@ def write_year(path: Path) -> None:
 
 def read_year(path: Path) -> int:
     """Read and reduce the file; print what it took and the means of the first channel."""
-    from thermaxis.files import read_thermal_log  # noqa: PLC0415
+    from thermaxis.files import read_thermal_log
 
     since = time.perf_counter()
     log = read_thermal_log(path, sample_time_s=SAMPLE_TIME_S)

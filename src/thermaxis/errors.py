@@ -56,8 +56,8 @@ class ThermaxisError(Exception):
         return moved
 
     def __str__(self) -> str:
-        # Imported here: what acts on a machine loads no catalogue before it prints an error.
-        from thermaxis.messages import text_of  # noqa: PLC0415
+        # what acts on a machine loads no catalogue before it prints an error
+        from thermaxis.messages import text_of  # noqa: PLC0415 - see above
 
         return text_of(self.message)
 

@@ -98,7 +98,7 @@ def _load(name: str) -> Command:
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line: the usage of a command may take thirty."""
 
-    def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]
+    def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride] - one of its overloads
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
         """Refuse what is unknown here, where the help is the command's own."""

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.blas import dtbsv  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType]
+from scipy.linalg.blas import dtbsv  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType] - no types
 
 from thermaxis.codes import NOWHERE, Place
 from thermaxis.errors import DataError

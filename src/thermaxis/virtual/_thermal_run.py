@@ -18,7 +18,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
+from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType] - no types
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_range

@@ -63,10 +63,10 @@ class Gaps(Visitor):
         self.calls: set[str] = set()
         self.selections: list[tuple[str, set[str]]] = []
 
-    def visit_VariableReference(self, node: ast.VariableReference) -> None:  # noqa: N802
+    def visit_VariableReference(self, node: ast.VariableReference) -> None:  # noqa: N802 - as fluent calls it
         self.variables.add(node.id.name)
 
-    def visit_FunctionReference(self, node: ast.FunctionReference) -> None:  # noqa: N802
+    def visit_FunctionReference(self, node: ast.FunctionReference) -> None:  # noqa: N802 - as fluent calls it
         args = [f"{one.name.name}={one.value.value}" for one in node.arguments.named]
         args += [
             one.id.name if isinstance(one, ast.VariableReference) else str(one.value)
@@ -75,7 +75,7 @@ class Gaps(Visitor):
         self.calls.add(f"{node.id.name}({', '.join(args)})")
         self.generic_visit(node)
 
-    def visit_SelectExpression(self, node: ast.SelectExpression) -> None:  # noqa: N802
+    def visit_SelectExpression(self, node: ast.SelectExpression) -> None:  # noqa: N802 - as fluent calls it
         forms = {one.key.name for one in node.variants if isinstance(one.key, ast.Identifier)}
         self.selections.append((node.selector.id.name, forms))
         self.generic_visit(node)

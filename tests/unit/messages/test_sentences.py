@@ -90,7 +90,7 @@ VALUES = st.one_of(
 @given(key=st.sampled_from(sorted(keys("en"))), value=VALUES, language=st.sampled_from(LANGUAGES))
 def test_no_value_stops_a_sentence(key: str, value: object, language: str) -> None:
     names = ("name", "correction_um", "soft_um", "cycles", "events", "request", "answer", "lost")
-    assert sentence(key, dict.fromkeys(names, value), language=language)  # type: ignore[arg-type]
+    assert sentence(key, dict.fromkeys(names, value), language=language)
 
 
 def test_numbers_have_a_true_minus_times_two_units_and_places_are_told_from_file_to_column() -> (

@@ -34,7 +34,7 @@ def test_a_refused_lock_leaves_no_file_open(tmp_path: Path) -> None:
     for _ in range(5):
         with refused("recording_in_use"):
             file_lock(tmp_path / "a.lock", TAKEN, required=True)
-    assert len(os.listdir("/proc/self/fd")) == before  # noqa: PTH208
+    assert len(os.listdir("/proc/self/fd")) == before  # noqa: PTH208 - as above
     lock.release()
 
 

@@ -166,7 +166,7 @@ states = st.builds(
 )
 @given(
     state=states,
-    utc=st.datetimes(min_value=datetime(1971, 1, 1), max_value=datetime(2200, 1, 1)),  # noqa: DTZ001
+    utc=st.datetimes(min_value=datetime(1971, 1, 1), max_value=datetime(2200, 1, 1)),  # noqa: DTZ001 - hypothesis adds it
     enabled=st.booleans(),
     name=st.text(),
 )

@@ -38,7 +38,7 @@ def _travel(text: str) -> tuple[float, float]:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     # argparse takes -10:510 for an option unless it counts as a negative number
-    parser._negative_number_matcher = _NEGATIVE_WORD  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
+    parser._negative_number_matcher = _NEGATIVE_WORD  # noqa: SLF001 - see above
     add = adder(parser)
     add("plan PLAN", "plan that thermaxis plan -o has written (JSON)")
     add_control(parser)

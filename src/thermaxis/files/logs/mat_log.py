@@ -128,7 +128,7 @@ def _read_level_4(path: Path | str) -> dict[str, FloatArray]:
 
 def _read_hdf5(path: Path | str) -> dict[str, FloatArray]:
     try:
-        import h5py  # noqa: PLC0415  # type: ignore[import-untyped]
+        import h5py  # noqa: PLC0415 - an extra
     except ImportError:
         raise MeasurementFileError(
             "package_missing", package="h5py", place=Place(str(path))

@@ -42,7 +42,7 @@ def read_thermal_parquet(
 
 
 def _damage_named(path: str) -> AbstractContextManager[None]:
-    import polars as pl  # noqa: PLC0415
+    import polars as pl  # noqa: PLC0415 - as above
 
     return damage_named(
         Place(path),
@@ -53,7 +53,7 @@ def _damage_named(path: str) -> AbstractContextManager[None]:
 
 def _values_of(series: "pl.Series") -> ColumnValues:
     """Return numbers, dates or texts of a column; other types count as texts without a word."""
-    import polars as pl  # noqa: PLC0415
+    import polars as pl  # noqa: PLC0415 - as above
 
     kind = series.dtype
     if kind.is_numeric() or kind == pl.Boolean():

@@ -44,7 +44,7 @@ def read_thermal_tdms(
     name = str(path)
     read_start(path, 0, limit_bytes=FILE_LIMIT_BYTES)
     try:
-        import nptdms  # noqa: PLC0415  # type: ignore[import-untyped]
+        import nptdms  # noqa: PLC0415 - an extra
     except ImportError:
         raise MeasurementFileError("package_missing", package="nptdms", place=Place(name)) from None
     with (

@@ -194,7 +194,7 @@ def _moment_of(match: re.Match[str], order: str, *, minutes: bool) -> datetime |
         year, month, day = date.split("-")
     micro = int(fraction.ljust(6, "0")[:6]) if fraction else 0
     try:
-        return datetime(int(year), int(month), int(day), hour, minute, second, micro)  # noqa: DTZ001
+        return datetime(int(year), int(month), int(day), hour, minute, second, micro)  # noqa: DTZ001 - a table states no zone
     except ValueError:
         return None
 

@@ -72,7 +72,7 @@ def opened_sheets(
 def _old_sheets(name: str, content: bytes) -> Iterator[tuple[TableSource, Iterator[Cells]]]:
     """Yield the visible sheets of an ``.xls`` workbook."""
     from xlrd.biffh import XLRDError  # noqa: PLC0415  rarely needed
-    from xlrd.compdoc import CompDocError  # noqa: PLC0415
+    from xlrd.compdoc import CompDocError  # noqa: PLC0415 - as above
 
     xlrd = cast("Any", import_module("xlrd"))
 

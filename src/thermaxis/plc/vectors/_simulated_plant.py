@@ -130,7 +130,7 @@ class SimulatedPlant:
             restart=self.restart,
         )
         self.restart = False
-        inputs = inputs._replace(**different)  # pyright: ignore[reportArgumentType] - by name
+        inputs = inputs._replace(**different)
         outputs = self._block.step(inputs)
         if outputs.linked and outputs.state != _OFF:
             self.offset_um = list(outputs.correction_um)

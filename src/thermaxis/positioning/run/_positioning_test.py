@@ -61,7 +61,7 @@ class StartEnd:
 
 def freeze_arrays(result: object) -> None:
     """Make every array in the fields of a result read-only."""
-    for entry in fields(result):  # type: ignore[arg-type]  # dataclasses only
+    for entry in fields(result):  # pyright: ignore[reportArgumentType] - dataclasses only
         value = getattr(result, entry.name)
         if isinstance(value, np.ndarray):
             value.setflags(write=False)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast, final
 from urllib.parse import urlsplit
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
-from prometheus_client import CollectorRegistry, make_wsgi_app  # pyright: ignore[reportUnknownVariableType]
+from prometheus_client import CollectorRegistry, make_wsgi_app  # pyright: ignore[reportUnknownVariableType] - no types
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 
 from thermaxis.codes import Place, printable

@@ -167,8 +167,8 @@ class _Session(InternalSession):
         if len(self.subscription_service.subscriptions) >= MOST_SUBSCRIPTIONS:
             raise ServiceError(StatusCodes.BadTooManySubscriptions)
         asked = float(params.RequestedPublishingInterval)
-        # written so that NaN becomes the bound as well
-        granted = asked if asked > SHORTEST_PUBLISHING_MS else SHORTEST_PUBLISHING_MS  # noqa: FURB136
+        least = SHORTEST_PUBLISHING_MS
+        granted = asked if asked > least else least  # noqa: FURB136 - NaN becomes the bound, too
         params.RequestedPublishingInterval = ua.Double(granted)
         return await super().create_subscription(params, callback, request_callback)
 
@@ -177,7 +177,7 @@ class _Session(InternalSession):
     ) -> list[ua.MonitoredItemCreateResult]:
         """Monitor nodes."""
         present = sum(
-            len(s.monitored_item_srv._monitored_items)  # noqa: SLF001 - nothing else tells  # pyright: ignore[reportPrivateUsage]
+            len(s.monitored_item_srv._monitored_items)  # noqa: SLF001 # pyright: ignore[reportPrivateUsage] - nothing else tells
             for s in self.subscription_service.subscriptions.values()
         )
         if present + len(params.ItemsToCreate) > MOST_MONITORED:

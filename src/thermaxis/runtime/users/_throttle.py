@@ -73,10 +73,10 @@ class LogInThrottle:
         recent = [one for one in self._counted.get(counted, ()) if one[0] > now_s - REFUSED_S]
         of_name = [time_s for time_s, other in recent if other == name]
         if counted and len(recent) >= FAILURES_BY_ADDRESS:
-            return Refused(True, recent[-FAILURES_BY_ADDRESS][0] + REFUSED_S - now_s)  # noqa: FBT003
+            return Refused(address=True, left_s=recent[-FAILURES_BY_ADDRESS][0] + REFUSED_S - now_s)
         most = FAILURES_BY_NAME if counted else LOCAL_SHARE * FAILURES_BY_NAME
         if len(of_name) >= most:
-            return Refused(False, of_name[-most] + REFUSED_S - now_s)  # noqa: FBT003
+            return Refused(address=False, left_s=of_name[-most] + REFUSED_S - now_s)
         return None
 
     def count(self, name: str, address: str, now_s: float) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import qr  # pyright: ignore[reportUnknownVariableType]
+from scipy.linalg import qr  # pyright: ignore[reportUnknownVariableType] - no types
 
 from thermaxis.codes import Message, remark
 from thermaxis.errors import DataError

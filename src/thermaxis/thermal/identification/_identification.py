@@ -215,7 +215,9 @@ def identify_joint(
             found = joint_gains(part_of, part, diameters_mm, options=options)
             one = replace(_from_modal(part_of, found.reference, found.result), name=output)
         rule = Message("rule-joint", {"part": part, "reference": found.reference})
-        return Identification(Method.MODAL, rule, (one,), True, None, (), found)  # noqa: FBT003
+        return Identification(
+            Method.MODAL, rule, (one,), stable=True, selection=None, warnings=(), joint=found
+        )
 
     brief = _without_intervals(modal_options)
     judged = with_figures(

@@ -12,7 +12,7 @@ from functools import cache
 from typing import final
 
 import numpy as np
-from scipy.linalg import solve_triangular  # pyright: ignore[reportUnknownVariableType]
+from scipy.linalg import solve_triangular  # pyright: ignore[reportUnknownVariableType] - no types
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.modal._regressors import Segment

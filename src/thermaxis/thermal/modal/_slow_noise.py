@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.linalg import cholesky_banded  # pyright: ignore[reportUnknownVariableType]
+from scipy.linalg import cholesky_banded  # pyright: ignore[reportUnknownVariableType] - no types
 from scipy.linalg.lapack import (
-    dtbtrs,  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType]
+    dtbtrs,  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType] - no types
 )
 
 from thermaxis.thermal._arrays import FloatArray

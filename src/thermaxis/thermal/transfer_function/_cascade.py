@@ -39,7 +39,7 @@ def filtered(
     if state.size == 0:
         return values * numerator[0]
     from scipy.signal import (  # noqa: PLC0415  half a second, and for ARX and output error alone
-        lfilter,  # pyright: ignore[reportUnknownVariableType]
+        lfilter,  # pyright: ignore[reportUnknownVariableType] - no types
     )
 
     y, _ = lfilter(numerator, denominator, values, zi=state)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
-from scipy.linalg import solve_toeplitz  # pyright: ignore[reportUnknownVariableType]
+from scipy.linalg import solve_toeplitz  # pyright: ignore[reportUnknownVariableType] - no types
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError

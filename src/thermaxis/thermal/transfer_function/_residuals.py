@@ -7,7 +7,7 @@ from statistics import NormalDist
 from typing import TypeAlias, final
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknownVariableType]
+from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknownVariableType] - no types
 from scipy.special import fdtrc, gammaincc
 
 from thermaxis.codes import Place

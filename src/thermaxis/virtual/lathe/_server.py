@@ -261,7 +261,7 @@ class LatheServer:
         kind = self._types[name]
         value: object = reading.value
         if kind is ua.VariantType.UInt32 and value is not None:
-            value = int(value)  # pyright: ignore[reportArgumentType]
+            value = int(value)
         age_s = (self._lathe.time_s - reading.stamp_s) / self._settings.speed
         return ua.DataValue(
             Value=_NULL if value is None else ua.Variant(value, kind),
