@@ -78,3 +78,10 @@ def test_a_folder_without_a_place_among_the_layers_is_caught(package_copy: Path)
     code, printed = lint_imports(package_copy)
     assert code != 0
     assert "elsewhere" in printed
+
+
+def test_a_rule_that_is_left_out_has_its_reason_beside_it(root: Path) -> None:
+    bare = re.compile(r"# (?:noqa(?:: [A-Z0-9, ]+)?|\w+: ignore(?:\[[\w, -]*\])?)$")
+    files = (path for of in ("src", "tests", "benchmarks") for path in (root / of).rglob("*.py"))
+    lines = ((path, line) for path in files for line in path.read_text("utf-8").splitlines())
+    assert [f"{path}: {line}" for path, line in lines if bare.search(line)] == []
