@@ -211,8 +211,9 @@ class _Several(FluentType):
         self.parts = parts
 
     def format(self, locale: object) -> str:  # noqa: ARG002 words were chosen before
-        """Return them one after another."""
-        return "; ".join(self.parts)
+        """Return them one after another, whole sentences without a sign between them."""
+        whole = all(part.endswith(".") for part in self.parts)
+        return (" " if whole else "; ").join(self.parts)
 
 
 def _named(name: str, value: Value, language: str) -> _Argument:
