@@ -6,6 +6,8 @@ import os
 import pickle
 import signal
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from contextlib import asynccontextmanager, suppress
@@ -327,6 +329,17 @@ async def test_a_status_server_that_cannot_tell_is_begun_anew_beside_the_history
     with HistoryReader(configuration.historian.url) as reader:
         codes = [event.code for event in reader.events()]
     assert codes == ["event-status_server_ended"]
+
+
+def test_a_server_that_is_not_configured_is_not_loaded() -> None:
+    unwanted = {"prometheus_client", "asyncua.server.standard_address_space.standard_address_space"}
+    code = f"""
+import sys
+from thermaxis.runtime.publish import serve
+print(sorted({unwanted!r} & set(sys.modules)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
 async def test_history_is_kept_while_a_server_that_was_begun_anew_cannot_open(

@@ -1,4 +1,7 @@
-"""The process that publishes: history, status server and metrics, fed by the acting process."""
+"""The process that publishes: history, status server and metrics, fed by the acting process.
+
+A server that is not configured is not loaded: `status` is named whole.
+"""
 
 import asyncio
 import json
@@ -9,16 +12,19 @@ from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from itertools import count
-from typing import Final, TypeAlias, final
+from typing import TYPE_CHECKING, Final, TypeAlias, cast, final
 
 from thermaxis.codes import Message, value_as_json
 from thermaxis.compensation import Request
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import status
 from thermaxis.runtime._ports import Clock, CycleRecord, EventRecord, RequestOutcome, SystemClock
 from thermaxis.runtime.config import MachineConfiguration, certificate_ends
 from thermaxis.runtime.history import SqlHistorian, check_database
 from thermaxis.runtime.publish._publisher import HEADER
-from thermaxis.runtime.status import MetricsServer, RuntimeStatus, StatusServer, forget_standard
+
+if TYPE_CHECKING:
+    from thermaxis.runtime.status import MetricsServer, StatusServer
 
 TOLD_EVERY_S: Final = 0.5
 """How the history fares is told so often. [s]"""
@@ -27,8 +33,9 @@ _CERTIFICATES_EVERY: Final = round(3600.0 / TOLD_EVERY_S)
 STORE_S: Final = 5.0
 """Time in which what is left must be stored at the end. [s]"""
 
-_Server: TypeAlias = StatusServer | MetricsServer
-_Make: TypeAlias = Callable[[], _Server]
+_Server: TypeAlias = "StatusServer | MetricsServer"
+_Makers: TypeAlias = Mapping[str, Callable[[], _Server]]
+_SERVER, _METRICS = "server", "metrics"
 
 
 @final
@@ -74,20 +81,21 @@ async def _serve(
     reader, writer = await asyncio.open_connection(sock=connected)
     loop, clock = _Loop(writer), SystemClock()
     history = SqlHistorian(configuration.historian, records)
-    makers: list[_Make] = []
+    makers: dict[str, Callable[[], _Server]] = {}
     if configuration.server is not None:
-        audit = history.event
-        makers.append(partial(StatusServer, configuration.server, loop, clock, audit=audit))
+        makers[_SERVER] = partial(
+            status.StatusServer, configuration.server, loop, clock, audit=history.event
+        )
     if configuration.metrics is not None:
-        makers.append(partial(MetricsServer, configuration.metrics, clock))
-    opened: dict[_Make, _Server] = {}
+        makers[_METRICS] = partial(status.MetricsServer, configuration.metrics, clock)
+    opened: dict[str, _Server] = {}
     servers, opening = opened.values(), partial(_open, makers, opened)
     refused = await opening()
     unrecorded = None if refused else await asyncio.to_thread(_unrecorded, configuration)
     loop.say(
         {
-            "url": next((one.url for one in servers if isinstance(one, StatusServer)), ""),
-            "metrics_port": sum(one.port for one in servers if isinstance(one, MetricsServer)),
+            "url": cast("StatusServer", opened[_SERVER]).url if _SERVER in opened else "",
+            "metrics_port": opened[_METRICS].port if _METRICS in opened else 0,
             "unrecorded": value_as_json(unrecorded),
             "refused": value_as_json(refused),
         }
@@ -107,7 +115,7 @@ async def _serve(
                     history.record(item)
                 elif isinstance(item, EventRecord):
                     history.event(item)
-                elif isinstance(item, RuntimeStatus):
+                elif isinstance(item, status.RuntimeStatus):
                     for server in servers:
                         server.publish(item)
                 else:
@@ -118,11 +126,11 @@ async def _serve(
     await writer.drain()
 
 
-async def _open(makers: list[_Make], opened: dict[_Make, _Server]) -> Message | None:
+async def _open(makers: _Makers, opened: dict[str, _Server]) -> Message | None:
     """Open those that are not, or have failed, and return why one does not open."""
     refused = None
-    for make in makers:
-        if make in opened and opened[make].port:
+    for name, make in makers.items():
+        if name in opened and opened[name].port:
             continue
         server = make()
         try:
@@ -130,9 +138,9 @@ async def _open(makers: list[_Make], opened: dict[_Make, _Server]) -> Message | 
         except ConfigurationError as error:
             refused = error.message
         else:
-            opened[make] = server
-            if isinstance(server, StatusServer):
-                forget_standard()
+            opened[name] = server
+            if name == _SERVER:
+                status.forget_standard()
     return refused
 
 
