@@ -122,6 +122,8 @@ class Sink(ABC):
 
     failure: Message | None = None
     """Why it is not connected, or its last write was refused; None if nothing is wrong."""
+    tells_effective: frozenset[str] = frozenset()
+    """Outputs of which the machine is asked for what acts."""
 
     @abstractmethod
     async def open(self) -> None:

@@ -16,6 +16,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import NameOID
 
+from thermaxis.codes import Message
 from thermaxis.compensation import (
     AnswerCode,
     Compensation,
@@ -146,7 +147,10 @@ def output(count: int = 1, **changes: object) -> CycleOutput:
 
 def offsets(*values_um: float | None, age_s: float = 0.1) -> OutputOffsets:
     """Return the commanded, accepted and effective offset, all learned at one time."""
-    return OutputOffsets(*(AgedOffset(um, None if um is None else age_s) for um in values_um))
+    _, accepted_um, effective_um = values_um
+    acting_um = accepted_um if effective_um is None else effective_um
+    rows = (AgedOffset(um, None if um is None else age_s) for um in (*values_um, acting_um))
+    return OutputOffsets(*rows, tells_effective=effective_um is not None)
 
 
 def status(*outputs: str, **changes: object) -> RuntimeStatus:
@@ -179,6 +183,9 @@ def status(*outputs: str, **changes: object) -> RuntimeStatus:
         diameter_mm=1500.0,
         historian=HistorianStatus(),
         facts=facts_of(compensation(*names)),
+        interlocks={"referenced": True},
+        headline=Message("headline-active"),
+        headline_since=NOW - timedelta(hours=7),
     )
     return replace(whole, **changes)
 

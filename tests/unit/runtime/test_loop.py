@@ -374,10 +374,12 @@ async def test_what_is_not_known_of_an_offset_is_none_and_what_is_known_has_its_
         await asyncio.sleep(5.0)
         assert loop.status is not None
         stands = AgedOffset(0.0, 0.0)  # nothing was written, and it is read all the same
-        assert loop.status.offsets["Z_um"] == (unknown, stands, stands)
+        assert loop.status.offsets["Z_um"][:4] == (unknown, stands, stands, stands)
         await enabled_for(loop, 100.0)
         acting = AgedOffset(GOAL_UM, 0.0)
-        assert loop.status.offsets["Z_um"] == (AgedOffset(NEAR_GOAL, 0.0), acting, acting)
+        written = AgedOffset(NEAR_GOAL, 0.0)
+        assert loop.status.offsets["Z_um"][:4] == (written, acting, acting, acting)
+        assert loop.status.acting_known("Z_um")
         bench.machine.write_late_s = 0.2
         await asyncio.sleep(2.0)
         assert loop.status.offsets["Z_um"].commanded.age_s == pytest.approx(0.2)
@@ -385,7 +387,9 @@ async def test_what_is_not_known_of_an_offset_is_none_and_what_is_known_has_its_
         await asyncio.sleep(2.0)
         bench.machine.lose()
         await asyncio.sleep(10.0)
-        assert loop.status.offsets["Z_um"] == (AgedOffset(NEAR_GOAL, 10.0), unknown, unknown)
+        left, last = AgedOffset(NEAR_GOAL, 10.0), AgedOffset(GOAL_UM, 10.0)
+        assert loop.status.offsets["Z_um"][:4] == (left, unknown, unknown, last)
+        assert not loop.status.acting_known("Z_um")
 
 
 async def test_the_status_carries_why_the_machines_are_not_reached() -> None:

@@ -79,7 +79,7 @@ def test_the_page_says_what_the_status_says() -> None:
     assert found[at("status_age_seconds")] == 0.5
     assert found[at("cycles_total")] == 28_800.0
     assert found[at("overruns_total")] == 3.0
-    assert found[at("correction_micrometres", output="Z_um")] == -12.5
+    assert found[at("computed_micrometres", output="Z_um")] == -12.5
     assert found[at("accepted_micrometres", output="Z_um")] == -12.4
     assert found[at("effective_micrometres", output="Z_um")] == -12.0
     assert found[at("input_celsius", channel="T_spindle_C")] == 31.5
@@ -107,7 +107,7 @@ def test_figures_and_json_agree_on_every_number_that_both_have() -> None:
     )
     found, whole = figures(told), json.loads(as_json(told))
     for key, name in (
-        ("correction_um", "correction_micrometres"),
+        ("correction_um", "computed_micrometres"),
         ("wanted_um", "wanted_micrometres"),
         ("accepted_um", "accepted_micrometres"),
         ("model_um", "model_micrometres"),
@@ -147,7 +147,7 @@ def test_any_text_and_any_number_make_a_page_that_can_be_read(
     told = status(name, machine=machine, output=output(correction_um=(value,)))
     page = page_of(told, 0.0)
     found = parsed(page)
-    read = [v for (n, _), v in found.items() if n == "correction_micrometres"]
+    read = [v for (n, _), v in found.items() if n == "computed_micrometres"]
     assert read == ([value] if math.isfinite(value) else [])
     assert sum(n == "loop" for n, _ in found) == 1
     names = {metric.name for metric in metrics_of(told, 0.0)}

@@ -144,4 +144,4 @@ def test_every_figure_that_the_page_names_exists_and_its_examples_are_toml() -> 
 
 def test_the_state_has_a_number_and_a_sentence() -> None:
     assert sorted(STATE_NUMBERS.values()) == list(range(len(STATE_NUMBERS)))
-    assert state_text(status()) == "Active."
+    assert state_text(status()) == "Compensating. The correction follows the model."

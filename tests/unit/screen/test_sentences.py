@@ -11,7 +11,6 @@ from tests.unit.screen.feed_parts import text_of
 from tests.unit.screen.page_script import said_by
 from tests.unit.screen.stand import Somebody
 from thermaxis.codes import Message
-from thermaxis.compensation import SupervisorState
 from thermaxis.messages import (
     ISOLATE,
     LANGUAGES,
@@ -39,7 +38,6 @@ COMPOSED = {
     "common-page_": PAGES,
     "common-language_": LANGUAGES,
     "history-length_": ("1h", "8h", "1d", "7d", "30d", "all"),
-    "operator-state_": tuple(state.value.lower() for state in SupervisorState),
     "operator-": ("critical", "high", "medium", "low"),
     "common-role_": tuple(Role),
 }
@@ -128,7 +126,7 @@ def test_a_status_says_its_codes_in_the_language_of_the_page(language: str) -> N
         ),
         language,
     )
-    assert found["state_said"] == sentence("operator-state_holding", language=language)
+    assert found["state_said"] == sentence("state-Holding", language=language)
     reason = sentence("reason-input_bad", language=language)
     assert found["reasons_said"] == [f"{reason[0].upper()}{reason[1:]}."]
     assert found["inputs"]["T_spindle_C"]["quality_said"] == sentence(

@@ -1,10 +1,4 @@
 operator-state_label = Stav kompenzace
-operator-state_off = Vypnuto
-operator-state_warming = Náběh
-operator-state_active = Kompenzuje
-operator-state_holding = Podržení
-operator-state_fading = Dobíhá
-operator-state_fault = Porucha
 operator-since = od { $time }
 operator-for = ({ $time })
 operator-before = Předtím: { $state }.

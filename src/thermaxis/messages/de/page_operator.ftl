@@ -1,10 +1,4 @@
 operator-state_label = Zustand der Kompensation
-operator-state_off = Aus
-operator-state_warming = Läuft an
-operator-state_active = Kompensiert
-operator-state_holding = Halten
-operator-state_fading = Läuft aus
-operator-state_fault = Störung
 operator-since = seit { $time }
 operator-for = ({ $time })
 operator-before = Zuvor: { $state }.

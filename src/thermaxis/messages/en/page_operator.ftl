@@ -3,12 +3,6 @@
 ## state
 
 operator-state_label = State of the compensation
-operator-state_off = Off
-operator-state_warming = Warming up
-operator-state_active = Compensating
-operator-state_holding = Hold
-operator-state_fading = Fading out
-operator-state_fault = Fault
 operator-since = since { $time }
 operator-for = ({ $time })
 operator-before = Before: { $state }.

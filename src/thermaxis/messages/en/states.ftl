@@ -1,11 +1,40 @@
 ## States of the compensation
 
 state-Off = Off
-state-Warming = Warming
-state-Active = Active
-state-Holding = Holding
-state-Fading = Fading
+state-Warming = Warming up
+state-Active = Compensating
+state-Holding = Hold
+state-Fading = Fading out
 state-Fault = Fault
+
+## What is the matter, in one line, and what the operator can do
+
+headline-off = The compensation is off.
+headline-warming = It begins by itself in { DURATION($left_s) }.
+    .remedy = Wait.
+headline-active = The correction follows the model.
+headline-at_limit = { NAME($name) } is at its limit.
+    .remedy = Compare with a probe measurement before going on.
+headline-held_by_person = Held by a person ({ $who }).
+    .remedy = Resume to go on.
+headline-hold_expired = Held for too long: the correction fades out.
+    .remedy = Resume, or disable.
+headline-held_for_input = Held: { NAME($name) } gives no usable value.
+    .remedy = Check sensor and wire; it goes on by itself.
+headline-input_lost = { NAME($name) } gives no usable value.
+    .remedy = Check sensor and wire; it goes on by itself.
+headline-interlock = Interlock open: { $names }.
+    .remedy = Release it at the machine; what is enabled goes on by itself.
+headline-not_released = Not released yet.
+    .remedy = Do what the alarms say.
+headline-fading = Switched off: the correction fades out.
+    .remedy = Enable to compensate again.
+headline-unreachable = No answer from the control: what acts is not known.
+    .remedy = The machine's watchdog may have set the offset to zero. Check network and control.
+headline-inputs_unreachable = The temperatures cannot be read.
+    .remedy = Check network and control; it goes on by itself.
+headline-fault = { CODE($reason, "reason") }
+    .remedy = Remove the cause, then acknowledge.
 
 ## Why the compensation is not active
 

@@ -35,9 +35,10 @@ from thermaxis.runtime.loop._requests import Requests, Waiting
 from thermaxis.runtime.loop._saved_state import SavedState, Saver, StateFile, take_up
 from thermaxis.runtime.loop._self_test import SELF_TEST, SelfTest, with_self_test
 from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
-from thermaxis.runtime.loop._telling import record_of, status_of
+from thermaxis.runtime.loop._telling import active_in_s, record_of, status_of
 from thermaxis.runtime.status import (
     Alarm,
+    Headlines,
     RuntimeStatus,
     alarms_of,
     sensor_key,
@@ -128,6 +129,9 @@ class CompensationLoop:
         self._state = cycle_state(self.compensation)
         self._names = tuple(output.name for output in compensation.model.outputs)
         self._machine = Machine(ports, self._journal, self.compensation)
+        self._headlines = Headlines()
+        self._interlocks: Mapping[str, bool | None] = {}
+        self._held_by = ""
         self._known_s = 0.0
         self._test = SelfTest(self_test, self._journal)
         self._diameter: float | None = None
@@ -304,6 +308,8 @@ class CompensationLoop:
             connected=self._ready,
             tested=self._test.passed and not self._latched,
         )
+        met = dict(zip(self.compensation.interlocks, reading.interlocks, strict=True))
+        self._interlocks = {name: one for name, one in met.items() if name != SELF_TEST}
         waiting = self._requests.without_unseen(waiting, self._doubted(reading, waiting))
         asked = [one.request for one in waiting if one.change is None]
         reading = reading._replace(requests=(*asked, *own))
@@ -347,6 +353,8 @@ class CompensationLoop:
         for answer in answers:
             if answer.accepted and answer.request.kind in _DECIDES:
                 self._other_state = None
+            if answer.accepted and answer.request.kind is RequestKind.HOLD:
+                self._held_by = answer.request.who
             if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
                 seen = shown.get(answer.request.identity, ())
                 self._machine.offsets = acknowledged(self._machine.offsets, seen)
@@ -385,9 +393,12 @@ class CompensationLoop:
             historian=self.historian.status,
             certificates=self.certificates,
             offsets=self._machine.aged(),
+            interlocks=self._interlocks,
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
         )
+        left_s = active_in_s(self.compensation, self._state.memory)
+        status = self._headlines.with_headline(status, left_s, self._held_by)
         self.historian.record(record_of(status, now_s, self._machine.applied))
         self._journal.connections(self.status, status)
         if changed or now_s - self._alarms_s >= ALARMS_EVERY_S:

@@ -33,6 +33,7 @@ class Machine:
         self.offsets = OffsetsState((OutputOffset(),) * len(self.rules.names))
         self.applied: Mapping[str, Applied] = {}
         self._applied_s = 0.0
+        self._acting: dict[str, tuple[float, float]] = {}  # [µm] and when it was read [s]
         self._rests = False
         self._commanded: dict[str, tuple[float, float]] = {}  # [µm] and when [s]
 
@@ -75,6 +76,12 @@ class Machine:
     async def _read_back(self, wait_s: float) -> None:
         self.applied = await self._sink.read_back(wait_s)
         self._applied_s = self._clock.monotonic_s()
+        for name, said in self.applied.items():
+            um = said.effective_um
+            if um is None and name not in self._sink.tells_effective:
+                um = said.accepted_um
+            if um is not None:
+                self._acting[name] = um, self._applied_s
 
     def aged(self) -> dict[str, OutputOffsets]:
         """Return what is known of each offset, with the time since it was learned."""
@@ -83,8 +90,14 @@ class Machine:
             said = self.applied.get(name, Applied(None, None))
             commanded_um, at_s = self._commanded.get(name, (None, now_s))
             seen_s = self._applied_s
-            rows = ((commanded_um, at_s), (said.accepted_um, seen_s), (said.effective_um, seen_s))
+            rows = (
+                (commanded_um, at_s),
+                (said.accepted_um, seen_s),
+                (said.effective_um, seen_s),
+                self._acting.get(name, (None, now_s)),
+            )
             aged[name] = OutputOffsets(
-                *(AgedOffset() if um is None else AgedOffset(um, now_s - s) for um, s in rows)
+                *(AgedOffset() if um is None else AgedOffset(um, now_s - s) for um, s in rows),
+                tells_effective=name in self._sink.tells_effective,
             )
         return aged

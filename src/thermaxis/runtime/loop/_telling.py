@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from thermaxis.codes import Message
-from thermaxis.compensation import Compensation, CycleOutput, CycleState
+from thermaxis.compensation import Compensation, CycleOutput, CycleState, Memory
 from thermaxis.runtime._ports import Applied, CycleRecord
 from thermaxis.runtime.loop._settings import LoopSettings
 from thermaxis.runtime.status import RuntimeStatus, facts_of
@@ -37,6 +37,12 @@ def status_of(
         configuration_sha256=settings.configuration_sha256,
         **seen,
     )
+
+
+def active_in_s(compensation: Compensation, memory: Memory) -> float:
+    """Return the time after which the compensation is active if nothing else blocks. [s]"""
+    rules = compensation.supervisor
+    return max(rules.settle_s - memory.running_s, rules.recovery_delay_s - memory.ready_s, 0.0)
 
 
 def record_of(

@@ -94,6 +94,7 @@ class LinuxCncSink(Sink):
         self._clock = clock
         self._open_hal = open_hal if open_hal is not None else self._start_halcmd
         self._outputs = tuple(settings.outputs.items())
+        self.tells_effective = frozenset(settings.outputs)
         self._turn = asyncio.Lock()
         self._hal: Hal | None = None
         self._left: list[Hal] = []

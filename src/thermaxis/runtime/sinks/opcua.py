@@ -116,6 +116,7 @@ class OpcUaSink(Sink):
         self._factors = {
             name: offset_factor(output.unit, output.sign) for name, output in outputs.items()
         }
+        self.tells_effective = frozenset(n for n, one in outputs.items() if one.effective_node)
         self._heartbeat_node = heartbeat_node or ""
         if self._heartbeat_node:
             parse_node(self._heartbeat_node)

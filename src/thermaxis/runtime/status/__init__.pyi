@@ -21,6 +21,9 @@ from ._fields import (
     leaves_of as leaves_of,
     shape_of as shape_of,
 )
+from ._headline import (
+    Headlines as Headlines,
+)
 from ._metrics import (
     MetricsServer as MetricsServer,
 )

@@ -225,7 +225,8 @@ def _of_outputs(
         tolerance_um = compensation.supervisor.read_back_tolerance_um
         if output.state is SupervisorState.OFF and abs(correction_um) > tolerance_um:
             yield "standing_offset", name, {**of, "correction_um": correction_um}
-        _, (accepted_um, _), (effective_um, _) = status.offsets.get(name, OutputOffsets())
+        said = status.offsets.get(name, OutputOffsets())
+        accepted_um, effective_um = said.accepted.um, said.effective.um
         if name in standing and accepted_um is not None and effective_um is not None:
             acting = {**of, "accepted_um": accepted_um, "effective_um": effective_um}
             if abs(effective_um - accepted_um) > tolerance_um + FOLLOWS_S * rate_um_per_s:

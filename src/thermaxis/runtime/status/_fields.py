@@ -18,9 +18,9 @@ from typing import Any, Final, NamedTuple, cast, final
 from thermaxis import __version__
 from thermaxis.codes import Message, value_as_json, values_as_json
 from thermaxis.compensation import SampleQuality, SupervisorState
-from thermaxis.messages import sentence_of
+from thermaxis.messages import as_sentence, sentence, sentence_of
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus, state_message
+from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
 
 STATE_NUMBERS = {
     SupervisorState.OFF: 0,
@@ -116,8 +116,10 @@ class Field:
 
 
 def state_text(status: RuntimeStatus) -> str:
-    """Return the state and its reasons as an English sentence."""
-    return f"{sentence_of(state_message(status.output))}."
+    """Return the state and what is the matter in English."""
+    return (
+        f"{sentence(f'state-{status.output.state}')}. {as_sentence(sentence_of(status.headline))}"
+    )
 
 
 def _alarm_line(alarm: Alarm) -> str:
@@ -164,6 +166,53 @@ def _parts_um(status: RuntimeStatus, owner: Owner) -> dict[str, float]:
     return {str(part): um for part, um in zip(parts, contribution, strict=True)}
 
 
+def _sources_um(status: RuntimeStatus, owner: Owner) -> dict[str, float]:
+    """Return the share of every part in the correction, by its name."""
+    weight = status.output.weight[owner.number]
+    return {part: -weight * um for part, um in _parts_um(status, owner).items()}
+
+
+def _rest_um(status: RuntimeStatus, owner: Owner) -> float:
+    """Return what is left of the correction without sources and trim."""
+    output, k = status.output, owner.number
+    shares_um = (*_sources_um(status, owner).values(), output.trim_um[k])
+    return output.correction_um[k] - math.fsum(shares_um)
+
+
+def _differences_k(status: RuntimeStatus, owner: Owner) -> dict[str, float | None]:
+    """Return the input of every part: what the channels have risen from their references."""
+    read = zip(status.channels, status.output.values, strict=False)
+    rise_k: dict[str, float | None] = {"": 0.0}
+    for name, value in read:
+        rise_k[name] = None if value is None else value - status.reference_c.get(name, math.nan)
+    facts = status.facts.get(owner.name)
+    rows = zip(facts.parts, facts.wires, strict=True) if facts else ()
+    return {
+        part: None
+        if (plus := rise_k[wire[0]]) is None or (minus := rise_k[wire[1]]) is None
+        else plus - minus
+        for part, wire in rows
+    }
+
+
+def _acting(status: RuntimeStatus, owner: Owner) -> StatusValue:
+    """Return what acted when it was last read; bad where that may be so no more."""
+    um = status.offsets.get(owner.name, OutputOffsets()).acting.um
+    return StatusValue(um, GOOD if status.acting_known(owner.name) else _SILENT)
+
+
+def _effective(key: str) -> Callable[[RuntimeStatus, Owner], StatusValue]:
+    """Return what reads a value of the effective offset, which not every machine tells."""
+
+    def read(status: RuntimeStatus, owner: Owner) -> StatusValue:
+        said = status.offsets.get(owner.name, OutputOffsets())
+        value = getattr(said.effective, key)
+        missing = _SILENT if said.tells_effective else NONE_STATED
+        return StatusValue(value, missing if value is None else GOOD)
+
+    return read
+
+
 _F, _K = Field, Kind
 _OF_THE_LOOP = (
     _F("Status/State", "state", "", _K.TEXT, "", "output.state",
@@ -175,7 +224,14 @@ _OF_THE_LOOP = (
        "Since when it is in this state.", prompt=True),
     _F("", "in_state_s", "", _K.NUMBER, "s", "output.in_state_s", "... how long."),
     _F("Status/Text", "text", "", _K.TEXT, "", lambda s, _: state_text(s),
-       "The state in an English sentence.", prompt=True),
+       "The state and what is the matter in English.", prompt=True),
+    _F("Status/Headline", "", "", _K.TEXT, "", "headline.code",
+       "What is the matter, a code: the cause goes before the state.", prompt=True),
+    _F("", "headline", "", _K.MESSAGE, "", "headline", "The same, with its values."),
+    _F("Status/HeadlineSince", "headline_since", "", _K.TIME, "", "headline_since",
+       "Since when that is so.", prompt=True),
+    _F("Status/OpenInterlocks", "open_interlocks", "", _K.TEXTS, "", "open_interlocks",
+       "Names of the interlocks that are not met.", prompt=True),
     _F("Status/Reasons", "reasons", "", _K.TEXTS, "", "output.reasons",
        "Why it is not active, the gravest first: codes.", prompt=True),
     _F("Status/Enabled", "enabled", "enabled", _K.FLAG, "", "enabled",
@@ -239,26 +295,32 @@ _OF_THE_LOOP = (
     _F("", "historian/failure", "", _K.MESSAGE, "", "historian.failure", "The same as a code."),
 )  # fmt: skip
 _OF_AN_OUTPUT = (
-    _F("Correction", "correction_um", "correction_micrometres", _K.NUMBER, "µm",
-       "output.correction_um.*", f"Correction in force. {SIGN}"),
+    _F("Acting", "acting_um", "acting_micrometres", _K.NUMBER, "µm", _acting,
+       f"What acts, as last read: effective where the machine tells that, else accepted. {SIGN}"),
+    _F("ActingAge", "acting_age_s", "acting_age_seconds", _K.NUMBER, "s",
+       "offsets.*.acting.age_s", "Time since that was read.", missing=_SILENT),
+    _F("ActingKnown", "acting_known", "acting_known", _K.FLAG, "",
+       lambda s, o: s.acting_known(o.name),
+       "Whether that was the last look; else a watchdog may have taken it back.", prompt=True),
+    _F("Correction", "correction_um", "computed_micrometres", _K.NUMBER, "µm",
+       "output.correction_um.*", "Correction that is commanded now, whether or not it acts."),
     _F("Wanted", "wanted_um", "wanted_micrometres", _K.NUMBER, "µm", "output.wanted_um.*",
        "Correction before rate and supervisor."),
     _F("Rate", "rate_um_per_s", "", _K.NUMBER, "µm/s", "output.rate_um_per_s.*",
        "Change of the correction."),
-    _F("Requested", "requested_um", "", _K.NUMBER, "µm", "offsets.*.commanded.um",
-       "What was written last, whether or not the machine took it.", missing=NONE_STATED),
-    _F("RequestedAge", "requested_age_s", "", _K.NUMBER, "s", "offsets.*.commanded.age_s",
-       "Time since it was written.", missing=NONE_STATED),
+    _F("Requested", "requested_um", "commanded_micrometres", _K.NUMBER, "µm",
+       "offsets.*.commanded.um", "What was written last, whether or not the machine took it.",
+       missing=NONE_STATED),
+    _F("RequestedAge", "requested_age_s", "commanded_age_seconds", _K.NUMBER, "s",
+       "offsets.*.commanded.age_s", "Time since it was written.", missing=NONE_STATED),
     _F("Accepted", "accepted_um", "accepted_micrometres", _K.NUMBER, "µm",
        "offsets.*.accepted.um", "What the machine reports as set.", missing=_SILENT),
     _F("AcceptedAge", "accepted_age_s", "accepted_age_seconds", _K.NUMBER, "s",
        "offsets.*.accepted.age_s", "Time since the machine said it.", missing=_SILENT),
-    _F("Effective", "effective_um", "effective_micrometres", _K.NUMBER, "µm",
-       "offsets.*.effective.um",
-       "What the machine reports as acting now; no value where it does not say.",
-       missing=NONE_STATED),
+    _F("Effective", "effective_um", "effective_micrometres", _K.NUMBER, "µm", _effective("um"),
+       "What the machine reports as acting now; no value where it does not say."),
     _F("EffectiveAge", "effective_age_s", "effective_age_seconds", _K.NUMBER, "s",
-       "offsets.*.effective.age_s", "Time since the machine said it.", missing=NONE_STATED),
+       _effective("age_s"), "Time since the machine said it."),
     _F("Model", "model_um", "model_micrometres", _K.NUMBER, "µm", "output.model_um.*",
        f"Displacement by the model. {SIGN}"),
     _F("Weight", "weight", "weight_ratio", _K.NUMBER, "1", "output.weight.*",
@@ -278,6 +340,12 @@ _OF_AN_OUTPUT = (
     _F("PartNames", "", "", _K.TEXTS, "", "facts.*.parts",
        "Names of the parts, in the same order.", missing=NONE_STATED),
     _F("", "parts_um", "", _K.TABLE, "µm", _parts_um, "Both together."),
+    _F("", "differences_k", "", _K.TABLE, "K", _differences_k,
+       "Difference that drives each part, of temperatures from their references."),
+    _F("", "sources_um", "", _K.TABLE, "µm", _sources_um,
+       "Share of each part in the correction: minus what it contributes, weighted."),
+    _F("", "rest_um", "", _K.NUMBER, "µm", _rest_um,
+       "What sources and trim lack of the correction: held back or added by limits and states."),
     _F("Limit", "limits/largest_um", "", _K.NUMBER, "µm", "facts.*.limits.largest_um",
        "Output limit of the correction.", missing=NONE_STATED),
     _F("SoftLimit", "limits/soft_um", "", _K.NUMBER, "µm", "facts.*.limits.soft_um",
@@ -446,7 +514,7 @@ def as_json(status: RuntimeStatus) -> str:
     leaves = leaves_of(shape_of(status))
     whole: dict[str, Any] = {
         "format": "thermaxis-status",
-        "version": 2,
+        "version": 3,
         "program_version": __version__,
         **_table_of(leaves.loop, status),
     }

@@ -93,8 +93,10 @@ def _of_fields(label: str, same: Iterable[Leaf], status: RuntimeStatus) -> Itera
     """Yield the metric of one field, with a sample for every output or channel."""
     first, *_ = same
     if first.field.metric:
+        read = [(leaf.owner.name, leaf.read(status)) for leaf in same]
         samples = [
-            ({label: leaf.owner.name} if label else {}, leaf.read(status).value) for leaf in same
+            ({label: name} if label else {}, None if said.quality.startswith("Bad") else said.value)
+            for name, said in read
         ]
         yield _metric(first.field.metric, first.field.meaning, samples)
 

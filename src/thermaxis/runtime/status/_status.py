@@ -3,11 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import partial
 from typing import NamedTuple, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import Compensation, CycleOutput, Limits
+from thermaxis.runtime._offsets import SHORTEST_SILENCE_S, SILENCE_CYCLES
 from thermaxis.runtime._ports import HistorianStatus, SourceSample
+
+LOOK_S = 1.0
+"""What was read so long before the machine may have taken an offset back still tells it. [s]"""
 
 
 @final
@@ -51,6 +56,10 @@ class OutputOffsets(NamedTuple):
     """What the machine reports as set."""
     effective: AgedOffset = AgedOffset()
     """What the machine reports as acting."""
+    acting: AgedOffset = AgedOffset()
+    """What acted when it was last read: effective where the machine tells that, else accepted."""
+    tells_effective: bool = False
+    """Whether the machine is asked for what acts."""
 
 
 class OutputFacts(NamedTuple):
@@ -60,6 +69,8 @@ class OutputFacts(NamedTuple):
     """Its limits."""
     parts: tuple[str, ...]
     """Names of its parts."""
+    wires: tuple[tuple[str, str], ...] = ()
+    """Channel that drives each part, and the one that is subtracted; empty where there is none."""
 
 
 def facts_of(compensation: Compensation) -> dict[str, OutputFacts]:
@@ -76,7 +87,11 @@ def facts_of(compensation: Compensation) -> dict[str, OutputFacts]:
         By output of the model.
     """
     return {
-        output.name: OutputFacts(limits, tuple(part.name for part in output.parts))
+        output.name: OutputFacts(
+            limits,
+            tuple(part.name for part in output.parts),
+            tuple((part.plus, part.minus) for part in output.parts),
+        )
         for output, limits in zip(compensation.model.outputs, compensation.bounds, strict=True)
     }
 
@@ -144,6 +159,12 @@ class RuntimeStatus:
     """Limits and parts by output."""
     offsets: Mapping[str, OutputOffsets] = field(default_factory=dict[str, OutputOffsets])
     """Commanded, accepted and effective offset of every output, each with its age."""
+    interlocks: Mapping[str, bool | None] = field(default_factory=dict[str, bool | None])
+    """Whether each interlock is met, by its name; None where that could not be read."""
+    headline: Message = field(default_factory=partial(Message, "headline-off"))
+    """What is the matter, in one line."""
+    headline_since: datetime | None = None
+    """Since when that is so, aware, in UTC."""
     source_reason: Message | None = None
     """Why the values' machine is not reached; None while it is."""
     sink_reason: Message | None = None
@@ -154,3 +175,14 @@ class RuntimeStatus:
     configuration_sha256: str = ""
     """Hash of the configuration's rules, as `configuration_sha256` says; empty where the loop was
     not started with a configuration."""
+
+    @property
+    def open_interlocks(self) -> tuple[str, ...]:
+        """Names of the interlocks that are not met."""
+        return tuple(name for name, met in self.interlocks.items() if met is False)
+
+    def acting_known(self, output: str) -> bool:
+        """Whether what acts at an output was read at the last look: else it may be gone."""
+        age_s = self.offsets.get(output, OutputOffsets()).acting.age_s
+        longest_s = max(SILENCE_CYCLES * self.cycle_s, SHORTEST_SILENCE_S) + LOOK_S
+        return self.sink_connected and age_s is not None and age_s <= longest_s

@@ -3,8 +3,17 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from thermaxis.codes import values_of_json
-from thermaxis.messages import LANGUAGES, alarm_sentences, as_sentence, isolated, keys, sentence
+from thermaxis.codes import Message, values_of_json
+from thermaxis.messages import (
+    LANGUAGES,
+    alarm_sentences,
+    as_sentence,
+    isolated,
+    keys,
+    remedy_of,
+    sentence,
+    sentence_of,
+)
 
 _UNSTATED: Final = {"historian": "historian_unstated"}
 """Alarms whose cause is for who looks at the details, and what is said of them at first."""
@@ -14,7 +23,8 @@ def said_status(status: Mapping[str, Any], language: str) -> dict[str, Any]:
     """Return a status for a page: state, reasons, qualities and alarms in its language as well."""
     return {
         **status,
-        "state_said": said_code("operator-state_", status["state"].lower(), language),
+        "state_said": said_code("state-", status["state"], language),
+        "headline_said": _said_headline(status.get("headline") or {}, language),
         "reasons_said": [
             as_sentence(said_code("reason-", reason, language)) for reason in status["reasons"]
         ],
@@ -24,6 +34,15 @@ def said_status(status: Mapping[str, Any], language: str) -> dict[str, Any]:
         },
         "alarms": [_said_alarm(alarm, language) for alarm in status["alarms"]],
     }
+
+
+def _said_headline(headline: Mapping[str, Any], language: str) -> dict[str, str]:
+    """Return what is the matter and what to do; the code itself where it is newer than this."""
+    told = Message(str(headline.get("code", "")), values_of_json(headline.get("values")))
+    if told.code not in keys(LANGUAGES[0]):
+        return {"text": told.code, "remedy": ""}
+    text = as_sentence(sentence_of(told, language=language))
+    return {"text": text, "remedy": remedy_of(told, language=language)}
 
 
 def said_code(begin: str, code: str, language: str) -> str:

@@ -162,7 +162,7 @@ _STATUS: Final = _table(
     {
         **_types(FIELDS.loop),
         "format": Literal["thermaxis-status"],
-        "version": Literal[2],
+        "version": Literal[3],
         "cycle_s": Annotated[float, Bounds(gt=0.0, lt=1e6)],
         "outputs": dict[str, _table(_types(FIELDS.outputs))],
         "inputs": dict[str, _table(_types(FIELDS.inputs))],

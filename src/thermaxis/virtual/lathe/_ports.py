@@ -174,6 +174,7 @@ class LatheSink(Sink):
         self._time = _Time(lathe, clock)
         self._output = output
         self._told = False
+        self.tells_effective = frozenset({output})
         self._requested_um: float | None = None
 
     async def open(self) -> None:

@@ -69,7 +69,7 @@ def said_event(event: EventRecord, language: str) -> Json:
 
 def _said_state(event: EventRecord, language: str) -> Json:
     state = str(event.values.get("state", ""))
-    mark = said_code("operator-state_", state.lower(), language)
+    mark = said_code("state-", state, language)
     return {"state": state, "mark": mark, "rank": 0 if state == "Fault" else 1}
 
 
