@@ -15,6 +15,7 @@ import pytest
 
 from tests.unit.runtime.machine_files import machine_file
 from thermaxis import runtime
+from thermaxis.cli import main
 from thermaxis.cli.machine import check
 from thermaxis.cli.machine._machine_parts import (
     PacedClock,
@@ -365,6 +366,13 @@ def test_a_log_is_replayed_through_the_whole_chain_into_a_dry_sink(tmp_path):
     assert loop.status.output.correction_um[0] == pytest.approx(-10.0 * state_k, abs=1e-6)
     assert loop.status.offsets["Z_um"].accepted.um == loop.status.output.correction_um[0]
     assert (tmp_path / "history" / "lathe.db").stat().st_size > 0
+
+
+def test_any_machine_is_rehearsed_by_a_log_of_its_own(tmp_path, capfd):
+    assert main(["run", str(replayed(tmp_path)), "--enable"]) == 0
+    said = capfd.readouterr()
+    assert "Z Active; correction: Z_um -" in said.out
+    assert said.err == ""
 
 
 def test_a_replay_of_a_log_that_lacks_a_channel_is_refused(tmp_path):

@@ -121,6 +121,7 @@ error-sink_not_linuxcnc = The sink is not LinuxCNC.
 error-rows_not_written = The last rows could not be written: { $cause }.
     .remedy = Make room on the disk, and record again.
 error-not_the_lathes = The virtual lathe has one offset and the channels { $known }; here are { $outputs } outputs, and channels that it does not have: { $channels }.
+    .remedy = Another machine is rehearsed by a log of its own: kind = "replay" in [source], kind = "dry" in [sink], then thermaxis run --enable.
 error-request_refused = { $request } was refused: { $cause }
 error-no_terminal = There is no terminal to ask for the password.
     .remedy = Give --stdin to read it from standard input.
