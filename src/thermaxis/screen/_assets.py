@@ -1,20 +1,15 @@
-"""Scripts and styles: a fixed list of files from this package, and the chart library's script."""
+"""Scripts and styles: a fixed list of files from this package."""
 
 import gzip
 from hashlib import sha256
-from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple, final
 
 from starlette.requests import Request
 from starlette.responses import Response
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
 from thermaxis.screen.access import asset_folder
 
-CHART_SCRIPT = "plotly.min.js"
-"""The script that draws charts; it comes with the Python package plotly."""
 _KINDS = {
     ".js": "text/javascript; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -36,26 +31,16 @@ class _Packed(NamedTuple):
 
 @final
 class Assets:
-    """Every file by its name: what is not in the list does not exist.
-
-    Raises
-    ------
-    ConfigurationError
-        If the chart library is not installed.
-    """
+    """Every file by its name: what is not in the list does not exist."""
 
     def __init__(self) -> None:
         folder = asset_folder()
         files = (path for path in folder.rglob("*") if path.suffix in _KINDS)
-        own = {path.relative_to(folder).as_posix(): path for path in files}
-        self._paths = {**own, CHART_SCRIPT: chart_script()}
+        self._paths = {path.relative_to(folder).as_posix(): path for path in files}
         self._read: dict[str, _Packed] = {}
 
     def read(self) -> None:
-        """Read and pack every file: the chart library's takes some tenths of a second.
-
-        It is for a thread, before the first request; what is asked for sooner is packed then.
-        """
+        """Read and pack every file: for a thread, before the first request."""
         for name, path in self._paths.items():
             self._packed(name, path)
 
@@ -95,13 +80,3 @@ class Assets:
             found = _Packed(tag, content, gzip.compress(content, 6, mtime=0))
             self._read[name] = found
         return found
-
-
-def chart_script() -> Path:
-    """Return the script of the chart library."""
-    spec = find_spec("plotly")
-    for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
-        path = Path(folder) / "package_data" / CHART_SCRIPT
-        if path.is_file():
-            return path
-    raise ConfigurationError("chart_script_missing", place=Place(file="plotly"))

@@ -88,10 +88,9 @@ def people(stand: Rig) -> Callable[[str], Visitor]:
 
 
 @pytest.fixture
-def stand_in(request: pytest.FixtureRequest) -> Generator[StandIn]:
-    """Yield an operator's page over made-up statuses; a test may be marked to need its charts."""
-    charts = request.node.get_closest_marker("charts") is not None
-    with served(StandIn(charts=charts)) as found:
+def stand_in() -> Generator[StandIn]:
+    """Yield an operator's page over made-up statuses."""
+    with served(StandIn()) as found:
         yield found
 
 

@@ -44,7 +44,7 @@ class Pages:
             return assets.answer(request)
 
         async def blank(request: Request) -> Response:
-            return render(request, "base.html", page="model", charts=True)
+            return render(request, "base.html", page="model")
 
         async def ask(request: Request) -> Response:
             self.asked.append((request.headers["x-thermaxis-token"], await request.json()))

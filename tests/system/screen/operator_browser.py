@@ -133,8 +133,7 @@ def opened(context: BrowserContext, stand_in: StandIn) -> tuple[Page, list[str]]
     )
     page.goto(stand_in.address + "/")
     page.wait_for_selector(".op-card")
-    if stand_in.charts:
-        page.wait_for_selector("#trend svg text", state="attached")  # a notice may hide it
+    page.wait_for_selector("#trend svg text", state="attached")  # a notice may hide it
     return page, wrong
 
 

@@ -21,7 +21,7 @@ from tests.unit.screen.people import People
 from tests.unit.screen.stand import application as around, parts
 from thermaxis.codes import Message
 from thermaxis.runtime import EventRecord, Role, read_machine
-from thermaxis.screen import CHART_SCRIPT, Assets, _live_socket
+from thermaxis.screen import Assets, _live_socket
 from thermaxis.screen.access import Outcome, _login_page, spoken
 from thermaxis.screen.feed import StatusSnapshot
 from thermaxis.screen.pages import operator_page as _operator_page
@@ -130,8 +130,6 @@ class StandIn:
     """Whether it says it now."""
     people: People = field(default_factory=lambda: People().come(Role.OPERATOR))
     """Whoever looks."""
-    charts: bool = False
-    """Whether the page gets the script that draws charts, which costs most of its start."""
     address: str = ""
     """Where the page is."""
     looks: int = 0
@@ -229,8 +227,6 @@ def application(stand_in: StandIn) -> Starlette:
     assets = Assets()
 
     async def asset(request: Request) -> Response:
-        if request.path_params["name"] == CHART_SCRIPT and not stand_in.charts:
-            return Response("", media_type="text/javascript")
         return assets.answer(request)
 
     async def trend8(request: Request) -> Response:

@@ -4,7 +4,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, Route
+from playwright.sync_api import Browser, Locator, Page, Route
 
 from tests.system.screen.engineer_browser import Pages, opened
 from tests.system.screen.stand import wait_until
@@ -27,8 +27,8 @@ DRAW = """async (chart) => {
   }
   window.spans = [];
   drawChart(element, { ...chart, onSpan: (span) => window.spans.push(span) });
-  const turn = () => new Promise((done) => setTimeout(done, 150));
-  do { await turn(); } while (!element.querySelector(".chart-plot")?.data);
+  const turn = () => new Promise((done) => requestAnimationFrame(done));
+  do { await turn(); } while (!element.querySelector(".chart-plot svg"));
 }"""
 
 
@@ -53,6 +53,12 @@ def drawn_texts(page: Page, selector: str) -> list[str]:
     return page.locator(selector).all_text_contents()
 
 
+def attributes(lines: Locator, part: str, name: str) -> list[str]:
+    """Return an attribute of a part of every line."""
+    parts = lines.locator(part).all()
+    return [one.get_attribute(name) or "" for one in parts]
+
+
 def minutes(first: str, count: int) -> list[str]:
     begin = datetime.fromisoformat(first)
     return [(begin + timedelta(minutes=k)).isoformat() for k in range(count)]
@@ -75,6 +81,7 @@ def hours_chart(**changes: Any) -> dict[str, Any]:
         "bands": [{"low": -10, "high": 10, "text": "allowed"}],
         "yTitle": "Correction [µm]",
         "rightTitle": "Temperature [°C]",
+        "time": True,
         **changes,
     }
 
@@ -86,14 +93,12 @@ def test_a_chart_has_gaps_marks_with_letters_and_a_legend_beside_the_data(browse
     pages = pages_for()
     with opened(browser, pages, "/blank", locale="en-GB") as page:
         page.evaluate(DRAW, hours_chart())
-        traces = page.evaluate(
-            "document.querySelector('#probe .chart-plot').data.map(t => ({gaps: t.connectgaps,"
-            " dash: t.line.dash, symbol: t.marker.symbol,"
-            " empty: t.y.filter(y => y === null).length}))"
-        )
-        assert [t["empty"] for t in traces] == [40, 40]
-        assert not any(t["gaps"] for t in traces)
-        assert len({t["dash"] for t in traces}) == len({t["symbol"] for t in traces}) == 2
+        drawn = page.locator("#probe .chart-line")
+        ways = [way.split("M")[1:] for way in attributes(drawn, ".chart-stroke", "d")]
+        assert [len(stretches) for stretches in ways] == [2, 2]
+        dashes = attributes(drawn, ".chart-stroke", "stroke-dasharray")
+        shapes = [way.rpartition("M")[2] for way in attributes(drawn, ".chart-marker", "d")]
+        assert len(set(dashes)) == len({shape.partition("m")[2] for shape in shapes}) == 2
         assert texts(page, ".chart-entry") == [
             "Z_um [µm]",
             "T <b>1</b> [°C]",
@@ -101,7 +106,7 @@ def test_a_chart_has_gaps_marks_with_letters_and_a_legend_beside_the_data(browse
             "A\nactive; enabled by novak",
             "B\nsensor bad",
         ]
-        letters = drawn_texts(page, "#probe .annotation-text")
+        letters = drawn_texts(page, "#probe .chart-mark-letter")
         assert letters == ["A", "B"]
         plot = page.locator("#probe .chart-plot").bounding_box()
         legend = page.locator("#probe .chart-legend").bounding_box()
@@ -123,11 +128,11 @@ def test_times_are_local_also_in_the_night_in_which_the_clocks_go_back(browser: 
     with opened(browser, pages, "/blank", locale="en-GB") as page:
         night = page.evaluate(ticks, ["2026-10-24T23:00:00Z", "2026-10-25T04:00:00Z", 8, "en-GB"])
         # summer time ends at 01:00 UTC: 02:00 comes twice, the ticks stand once at each full hour
-        assert night["texts"] == ["01:00<br>25/10", "02:00", "03:00", "04:00", "05:00"]
+        assert night["texts"] == ["01:00\n25/10", "02:00", "03:00", "04:00", "05:00"]
         steps = [(b - a) / 3.6e6 for a, b in zip(night["at"], night["at"][1:], strict=False)]
         assert steps == [1.0, 2.0, 1.0, 1.0]
         spring = page.evaluate(ticks, ["2026-03-29T00:00:00Z", "2026-03-29T03:00:00Z", 8, "de-DE"])
-        assert spring["texts"][0] == "01:00<br>29.3."
+        assert spring["texts"][0] == "01:00\n29.3."
         assert all(b > a for a, b in zip(spring["at"], spring["at"][1:], strict=False))
         days = page.evaluate(ticks, ["2026-10-20T00:00:00Z", "2026-10-30T00:00:00Z", 12, "de-DE"])
         assert days["texts"] == [f"{day}.10." for day in range(21, 31)]
@@ -145,7 +150,7 @@ def test_the_decimal_sign_at_the_axis_is_that_of_the_language(
     line = {"name": "a", "x": [0, 1, 2], "y": [-0.5, 0.0, 0.5]}
     with opened(browser, pages, "/blank", locale=language) as page:
         page.evaluate(DRAW, {"lines": [line], "xTitle": "h"})
-        assert f"\N{MINUS SIGN}0{sign}4" in drawn_texts(page, "#probe .ytick")
+        assert f"\N{MINUS SIGN}0{sign}4" in drawn_texts(page, "#probe .chart-y")
     assert pages.faults == []
 
 
@@ -181,7 +186,7 @@ def test_a_drag_over_the_data_zooms_and_a_point_tells_its_values(browser: Browse
     pages = pages_for()
     with opened(browser, pages, "/blank", locale="en-GB") as page:
         page.evaluate(DRAW, hours_chart())
-        box = page.locator("#probe .nsewdrag").first.bounding_box()
+        box = page.locator("#probe .chart-frame").bounding_box()
         assert box is not None
         middle = box["y"] + box["height"] / 2
         page.mouse.move(box["x"] + box["width"] / 2, middle)
@@ -200,8 +205,8 @@ def test_a_drag_over_the_data_zooms_and_a_point_tells_its_values(browser: Browse
 
 def test_a_theme_and_a_size_that_change_are_drawn_anew(browser: Browser) -> None:
     pages = pages_for()
-    color = "document.querySelector('#probe .chart-plot').data[0].line.color"
-    width = "document.querySelector('#probe .chart-plot').layout.width"
+    color = "getComputedStyle(document.querySelector('#probe .chart-stroke')).stroke"
+    width = "Number(document.querySelector('#probe .chart-plot > svg').getAttribute('width'))"
     with opened(browser, pages, "/blank", locale="en-GB", color_scheme="light") as page:
         page.evaluate(DRAW, hours_chart())
         light, wide = page.evaluate(color), page.evaluate(width)
@@ -216,7 +221,7 @@ def test_a_chart_without_values_says_so(browser: Browser) -> None:
     pages = pages_for()
     with opened(browser, pages, "/blank", locale="de-DE") as page:
         page.evaluate(DRAW, {"lines": [{"name": "a", "x": [], "y": []}], "time": True})
-        assert drawn_texts(page, "#probe .annotation-text") == ["Keine Werte in diesem Zeitraum"]
+        assert drawn_texts(page, "#probe svg text") == ["Keine Werte in diesem Zeitraum"]
     assert pages.faults == []
 
 
@@ -231,12 +236,13 @@ def test_the_models_page_shows_where_an_input_stands_and_the_loops_weight(browse
         assert page.get_by_text("\N{MINUS SIGN}16,235").count() == 1  # DC gain of the spindle
         assert page.get_by_text("τ 169,1 s").count() == 2
         assert "Ende der längsten Aufzeichnung" in page.locator(".step-chart").inner_text()
-        drawn = page.evaluate(
-            "document.querySelector('.step-chart .chart-plot').data"
-            ".map(t => [t.line.dash, t.y.at(-1)])"
-        )
-        assert [dash for dash, _ in drawn] == ["solid", "dash", "solid", "dash"]
-        assert drawn[1][1] == pytest.approx(-16.2347, abs=0.05)
+        drawn = page.locator(".step-chart .chart-line")
+        dashed = [bool(dash) for dash in attributes(drawn, ".chart-stroke", "stroke-dasharray")]
+        assert dashed == [False, True, False, True]
+        for key in ("End", *8 * ["ArrowLeft"]):  # to where the record still reaches
+            page.locator(".step-chart .chart-plot").press(key)
+        told = page.locator(".step-chart .chart-entry strong").first.inner_text()
+        assert float(told[1:].replace(",", ".")) == pytest.approx(16.2347, abs=0.05)
         assert page.locator("#choose-ask").is_disabled()
         assert page.locator("#choose-why").is_visible()
     assert pages.faults == []
@@ -469,5 +475,5 @@ def test_marks_say_the_weightiest_first_and_what_was_asked_for_stands_apart(
             "1\nTrim (novak)",
             "and 3 more marks: see the events",
         ]
-        assert drawn_texts(page, "#probe .annotation-text") == ["A", "B", "1"]
+        assert drawn_texts(page, "#probe .chart-mark-letter") == ["A", "B", "1"]
     assert pages.faults == []

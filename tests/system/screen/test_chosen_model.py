@@ -1,4 +1,4 @@
-"""The choice of a model stays with the person, and charts that left a page leave nothing behind."""
+"""The choice of a model stays with the person."""
 
 from typing import Any
 
@@ -7,12 +7,10 @@ from playwright.sync_api import Browser, Page, Route
 
 from tests.system.screen.engineer_browser import opened
 from tests.system.screen.stand import wait_until
-from tests.system.screen.test_chart import DRAW, WARM, hours_chart, pages_for
+from tests.system.screen.test_chart import WARM, pages_for
 from thermaxis.runtime import Role
 
 pytestmark = pytest.mark.system
-
-REMOVE = "document.getElementById('probe').remove()"
 
 
 def with_another(page: Page) -> dict[str, Any]:
@@ -73,21 +71,4 @@ def test_two_quick_clicks_on_a_choice_ask_once(browser: Browser) -> None:
         page.keyboard.press("Escape")
         page.wait_for_selector("dialog", state="detached")
         wait_until("it can be asked again", page.locator("#choose-ask").is_enabled)
-    assert pages.faults == []
-
-
-def test_a_chart_that_left_the_page_is_taken_from_plotly_too(browser: Browser) -> None:
-    pages = pages_for()
-    with opened(browser, pages, "/blank", locale="en-GB") as page:
-        page.evaluate(DRAW, hours_chart())
-        page.evaluate("window.former = document.querySelector('#probe .chart-plot')")
-        assert page.evaluate("Array.isArray(window.former.data)")
-        page.evaluate(REMOVE)
-        page.evaluate(DRAW, hours_chart())
-        assert page.evaluate("window.former.data === undefined")
-        assert page.evaluate("Array.isArray(document.querySelector('#probe .chart-plot').data)")
-        page.evaluate("window.former = document.querySelector('#probe .chart-plot')")
-        page.evaluate(REMOVE)
-        page.evaluate("document.dispatchEvent(new CustomEvent('theme'))")
-        assert page.evaluate("window.former.data === undefined")
     assert pages.faults == []

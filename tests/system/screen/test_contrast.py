@@ -96,7 +96,7 @@ def test_every_text_has_the_contrast_of_wcag_aa(look: Look, name: str, theme: st
     if name != "login":
         seen.wait_live()
     if name in CHARTS:
-        page.wait_for_selector(".main-svg", state="attached")
+        page.wait_for_selector(".chart-plot svg", state="attached")
     page.wait_for_load_state("networkidle")
     found = page.evaluate(WALK)
     assert len(found) > 5, found

@@ -59,7 +59,7 @@ def test_zooming_asks_anew_for_the_finer_span(look: Look, way: str) -> None:
     page.on("request", lambda r: spans.append(r.url) if "/history/trend" in r.url else None)
 
     def drag() -> None:
-        box = page.locator("#chart .nsewdrag").first.bounding_box()
+        box = page.locator("#chart .chart-frame").first.bounding_box()
         assert box is not None
         y = box["y"] + 0.5 * box["height"]
         page.mouse.move(box["x"] + 0.8 * box["width"], y)
@@ -87,7 +87,7 @@ def test_zooming_asks_anew_for_the_finer_span(look: Look, way: str) -> None:
 def test_a_second_span_is_laid_over_and_it_is_said_by_how_much_it_is_moved(look: Look) -> None:
     seen = opened(look, "/history")
     page = seen.page
-    lines = page.locator("#chart .scatterlayer .js-line").count()
+    lines = page.locator("#chart .chart-line").count()
     after(page, lambda: page.click("#second-day"))
     told = page.inner_text("#second-told")
     assert "Nothing was recorded" in told
@@ -98,7 +98,7 @@ def test_a_second_span_is_laid_over_and_it_is_said_by_how_much_it_is_moved(look:
     assert page.inner_text("#second-from-said") == f"{first:%d/%m/%Y, %H:%M:%S}"
     after(page, lambda: page.click("#second-off"))
     assert page.inner_text("#second-told") == ""
-    assert page.locator("#chart .scatterlayer .js-line").count() == lines
+    assert page.locator("#chart .chart-line").count() == lines
     assert seen.wrong == []
 
 

@@ -21,7 +21,7 @@ from tests.system.screen.operator_browser import (
 )
 from tests.system.screen.operator_stand_in import StandIn, made_up
 
-pytestmark = [pytest.mark.system, pytest.mark.charts]
+pytestmark = pytest.mark.system
 
 SIZES = ((1024, 600), (1280, 800), (1920, 1080))
 NOTICE = "The connection to the compensation was lost. Whoever is logged in may only look on. " * 2

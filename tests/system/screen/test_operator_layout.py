@@ -102,7 +102,6 @@ def states() -> list[dict[str, Any]]:
     ]
 
 
-@pytest.mark.charts
 @pytest.mark.parametrize("language", LOCALES)
 def test_nothing_scrolls_and_nothing_is_cut_in_any_state_and_size(
     browser: Browser, stand_in: StandIn, language: str
@@ -121,7 +120,6 @@ def test_nothing_scrolls_and_nothing_is_cut_in_any_state_and_size(
         assert wrong == []
 
 
-@pytest.mark.charts
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_every_text_of_every_state_is_readable_in_both_themes(
     browser: Browser, stand_in: StandIn, theme: str
@@ -208,7 +206,6 @@ def test_the_gravest_alarm_stands_in_the_banner_and_all_are_one_touch_away(
         page.wait_for_selector("dialog .op-alarm-item")
 
 
-@pytest.mark.charts
 def test_values_that_are_old_are_marked_and_come_back_by_themselves(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -502,7 +499,6 @@ def test_who_may_only_look_is_told_so_and_finds_no_button_to_press(
         assert "log in as operator" in page.inner_text("#asks-why")
 
 
-@pytest.mark.charts
 @pytest.mark.parametrize("language", LOCALES)
 def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
     browser: Browser, stand_in: StandIn, language: str
@@ -613,7 +609,6 @@ def test_why_the_history_fails_stands_behind_its_alarm_as_a_detail(
         assert f"Einzelheit: {failure}" in page.inner_text("dialog[open]")
 
 
-@pytest.mark.charts
 def test_the_model_page_shows_a_diameter_as_it_was_stated(
     browser: Browser, stand_in: StandIn
 ) -> None:

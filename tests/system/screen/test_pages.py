@@ -41,7 +41,7 @@ def test_a_page_opens_asks_no_other_address_and_fits_its_width_at_three_sizes(
     page = seen.open(PAGES[name])
     seen.wait_live()
     if name in CHARTS:
-        page.wait_for_selector(".main-svg", state="attached")
+        page.wait_for_selector(".chart-plot svg", state="attached")
     page.wait_for_load_state("networkidle")
     assert page.evaluate("document.documentElement.dataset.theme") == theme
     assert page.locator("nav.pages a").count() == len(PAGES)
@@ -100,8 +100,8 @@ def test_the_theme_is_switched_kept_and_seen_by_the_charts(look: Look) -> None:
     seen = look("viewer", color_scheme="light")
     page = seen.open("/")
     seen.wait_live()
-    page.wait_for_selector("#trend .main-svg", state="attached")
-    fill = "getComputedStyle(document.querySelector('#trend .main-svg text')).fill"
+    page.wait_for_selector("#trend .chart-plot svg", state="attached")
+    fill = "getComputedStyle(document.querySelector('#trend .chart-plot svg text')).fill"
     paper = "getComputedStyle(document.body).backgroundColor"
     light = page.evaluate(f"[{fill}, {paper}]")
     page.click("#theme")

@@ -351,14 +351,14 @@ def test_no_request_packs_or_unpacks_what_was_read_at_the_start(
         scope = {
             "type": "http",
             "headers": [(b"accept-encoding", encoding)],
-            "path_params": {"name": "plotly.min.js"},
+            "path_params": {"name": "base.css"},
         }
         answer = assets.answer(Request(scope))
-        assert (len(answer.body) > 3_000_000) is (encoding == b"identity")
+        assert (b"--line-1" in answer.body) is (encoding == b"identity")
 
 
 def test_a_file_is_sent_once_and_then_only_named_packed_or_plain() -> None:
-    for name in ("base.css", "live.js", "icon.svg", "plotly.min.js"):
+    for name in ("base.css", "live.js", "icon.svg"):
         first = files({}, name)
         assert first.status_code == 200
         again = files({"If-None-Match": first.headers["etag"]}, name)

@@ -1,4 +1,3 @@
-chart-missing = Program pro grafy se nepodařilo načíst.
 chart-nothing = V tomto období nejsou žádné hodnoty
 chart-local_time = Místní čas ({ $zone })
 chart-and_more = { $text } (a další: { $count })

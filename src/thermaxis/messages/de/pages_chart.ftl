@@ -1,4 +1,3 @@
-chart-missing = Das Diagrammprogramm konnte nicht geladen werden.
 chart-nothing = Keine Werte in diesem Zeitraum
 chart-local_time = Ortszeit ({ $zone })
 chart-and_more = { $text } (und { $count } weitere)

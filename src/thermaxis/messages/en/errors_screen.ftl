@@ -4,6 +4,4 @@ error-no_screen = The configuration has no table [screen].
     .remedy = Add [screen].
 error-screen_cannot_listen = The screen cannot listen: { $cause }.
     .remedy = Take another port, or end the program that has it.
-error-chart_script_missing = The script that draws charts is not installed.
-    .remedy = Install it: pip install 'thermaxis[screen]'.
 error-work_folder_taken = Another program works in this folder.

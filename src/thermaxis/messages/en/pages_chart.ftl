@@ -1,6 +1,5 @@
 ### Words of the charts on all pages.
 
-chart-missing = The chart program could not be loaded.
 chart-nothing = No values in this span
 chart-local_time = Local time ({ $zone })
 chart-and_more = { $text } (and { $count } more)

@@ -81,7 +81,6 @@ async def _page(request: Request) -> Response:
         request,
         "operator.html",
         page="operator",
-        charts=True,
         facts=for_script(facts_of(parts.configuration)),
         may_ask=visitor_of(request).role.at_least(Role.OPERATOR),
     )

@@ -78,7 +78,6 @@ async def _page(request: Request) -> Response:
         request,
         "probe.html",
         page="probe",
-        charts=bool(probes),
         probes=probes,
         lengths=LENGTHS,
         file=configuration.path.name,

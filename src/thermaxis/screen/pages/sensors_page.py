@@ -119,7 +119,7 @@ def _one(told: "StatusSnapshot", values: Values) -> Json:
 async def _page(request: Request) -> Response:
     parts = parts_of(request)
     facts = facts_of(parts.configuration)
-    return render(request, "sensors.html", page="sensors", charts=True, facts=for_script(facts))
+    return render(request, "sensors.html", page="sensors", facts=for_script(facts))
 
 
 @needs(Role.VIEWER)

@@ -87,7 +87,6 @@ async def _page(request: Request) -> Response:
         request,
         "history.html",
         page="history",
-        charts=True,
         lengths=LENGTHS,
         most=MOST_SERIES,
         limit=EXPORT_S,

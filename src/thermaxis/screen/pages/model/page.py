@@ -105,7 +105,6 @@ async def _page(request: Request) -> Response:
         request,
         "model.html",
         page="model",
-        charts=True,
         may_choose=visitor_of(request).role.at_least(Role.ENGINEER),
     )
 

@@ -1,34 +1,32 @@
 // @ts-check
-/**
- * Charts of all pages, drawn by Plotly from the installed package.
- *
- * Lines differ by dash and marker, not by colour alone; null stays a gap; UTC comes in and local
- * time is written; legend and tools stand beside the data, and a tap shows the values there.
- */
-import { showLegend } from "./legend.js";
-import { clustersOf, nameMarks } from "./marks.js";
-import { colours, layoutOf, lookOf, tracesOf } from "./plot.js";
-import { milliseconds, plotlyLocale } from "./time.js";
+// Charts of all pages. Lines differ by dash and marker, not by colour alone; null is a gap; UTC
+// comes in and local time is written; who points at a place, or goes there by arrow keys, is told
+// the values in the legend, which stands beside the data.
+
+import { drawingOf } from "./draw.js";
+import { lookOf, row, sample, svg } from "./legend.js";
+import { clustersOf, nameMarks, textsOf } from "./marks.js";
+import { isNumber } from "./scale.js";
+import { milliseconds } from "./time.js";
 import { button, made, style } from "../elements.js";
-import { number, pageLocale, word } from "../words.js";
+import { moment, number, word } from "../words.js";
 
 /**
- * @typedef {string | number | Date} X ISO time, milliseconds since 1970 with `time`, or a number
+ * @typedef {string | number} X ISO time, milliseconds since 1970 with `time`, or a number
+ * @typedef {(number | null)[]} Values
  * @typedef {object} Line
  * @property {string} name
- * @property {X[]} x
- * @property {(number | null)[]} y
+ * @property {X[]} x rising
+ * @property {Values} y
  * @property {"left" | "right"} [axis]
  * @property {string} [unit]
  * @property {string} [dash] solid, dash, dot, dashdot, longdash, longdashdot; else by its place
  * @property {string} [marker] circle, square, diamond, triangle-up, cross, x, none
  * @property {number} [markers] most markers along the line; 12
- * @property {boolean} [stepped] held from value to value
- * @property {boolean} [pointsOnly] markers without a line
  * @property {number} [color] number of the colour, 1 to 6; else by its place
  * @property {number} [digits] decimals in the legend
- * @property {(number | null)[]} [low] lower edge of a band around the line
- * @property {(number | null)[]} [high] upper edge of it
+ * @property {Values} [low] lower edge of a band around the line
+ * @property {Values} [high] upper edge of it
  * @property {boolean} [unlisted] whether the legend leaves it out
  *
  * @typedef {object} Mark
@@ -37,21 +35,15 @@ import { number, pageLocale, word } from "../words.js";
  * @property {string} [kind] `alarm` stands out; `request` stands in a row of its own, with numbers
  * @property {number} [rank] what has no room goes by it, the largest first; 1
  *
- * @typedef {object} Band
- * @property {number | null} [low] lower edge; a band with one edge is a limit, drawn as a line
- * @property {number | null} [high] upper edge
- * @property {"left" | "right"} [axis]
- * @property {string} [text]
- *
  * @typedef {object} Chart
  * @property {Line[]} lines
  * @property {Mark[]} [marks]
- * @property {Band[]} [bands]
+ * @property {{low?: number, high?: number, text?: string}[]} [bands] one edge: a limit
  * @property {string} [xTitle]
  * @property {string} [yTitle]
  * @property {string} [rightTitle]
  * @property {boolean} [still] no tools, no zoom: for a page that is only looked at
- * @property {boolean} [time] whether x is a time; else judged by the first x
+ * @property {boolean} [time] whether x is a time
  * @property {X} [first] begin of the x axis
  * @property {X} [last] end of it
  * @property {number} [leastSpan] the left axis shows at least so much: noise stays small
@@ -59,19 +51,12 @@ import { number, pageLocale, word } from "../words.js";
  * @property {string} [label] what the chart shows, for who cannot see it
  * @property {(span: {first: number, last: number} | null) => void} [onSpan] the span was changed
  *   by a person [ms, or the axis' unit]; null: all of it
- *
- * @typedef {import("./marks.js").Cluster} Cluster
- * @typedef {{element: HTMLElement, chart: Chart, view: [number, number] | null,
- *   at: number | null, wired: boolean, plot: HTMLElement, tools: HTMLElement,
- *   legend: HTMLElement, awaited: boolean, seen: boolean, size: string,
- *   watcher?: ResizeObserver}} Drawn
  */
 
-const DRAWN = /** @type {WeakMap<HTMLElement, Drawn>} */ (new WeakMap());
-const SHOWN = /** @type {Set<HTMLElement>} */ (new Set());
 const TEXTS_SHOWN = 3;
-let watched = false; // whether charts follow the page's colours
-const plotly = () => /** @type {any} */ (globalThis).Plotly;
+const LEAST_DRAG_PX = 8;
+const EVENTS = ["down", "move", "up", "leave", "cancel"].map((one) => `pointer${one}`);
+const DRAWN = /** @type {WeakMap<HTMLElement, Drawn>} */ (new WeakMap());
 
 /**
  * Draw a chart, or draw it anew.
@@ -79,258 +64,215 @@ const plotly = () => /** @type {any} */ (globalThis).Plotly;
  * @param {Chart} chart
  */
 export function drawChart(element, chart) {
-  const drawn = DRAWN.get(element) ?? begin(element);
-  const { first, last } = drawn.chart;
-  const same = String(first) === String(chart.first) && String(last) === String(chart.last);
-  if (!same) drawn.view = null;
-  drawn.chart = chart;
-  draw(drawn);
-}
-
-/** @param {HTMLElement} element @returns {Drawn} */
-function begin(element) {
-  style("chart/chart.css");
-  const plot = made("div", "", "chart-plot");
-  const tools = made("div", "", "chart-tools");
-  const legend = made("ul", "", "chart-legend");
-  element.classList.add("chart");
-  element.replaceChildren(tools, plot, legend);
-  const chart = { lines: [] };
-  const size = { view: null, at: null, wired: false, awaited: false, seen: false, size: "" };
-  /** @type {Drawn} */
-  const drawn = { element, chart, plot, tools, legend, ...size };
+  const drawn = DRAWN.get(element) ?? new Drawn(element);
   DRAWN.set(element, drawn);
-  watchTheme();
-  dropDetached();
-  SHOWN.add(element);
-  drawn.watcher = new ResizeObserver(() => {
-    const now = `${plot.clientWidth} ${plot.clientHeight}`;
-    if (now !== drawn.size) later(drawn);
-  });
-  drawn.watcher.observe(plot);
-  return drawn;
+  const { first, last } = drawn.chart;
+  if (String([first, last]) !== String([chart.first, chart.last])) drawn.view = null;
+  drawn.chart = chart;
+  drawn.draw();
 }
 
-/** Forget charts that left the page; one that comes back to it is begun anew. */
-function dropDetached() {
-  for (const element of SHOWN) {
-    const drawn = DRAWN.get(element);
-    if (element.isConnected || !drawn?.seen) continue; // one that was not seen yet may still come
-    drawn.watcher?.disconnect();
-    if (drawn.wired) plotly().purge(drawn.plot);
-    DRAWN.delete(element);
-    SHOWN.delete(element);
+class Drawn {
+  chart = /** @type {Chart} */ ({ lines: [] });
+  view = /** @type {[number, number] | null} */ (null); // what a person has zoomed to
+  at = /** @type {number | null} */ (null); // what is pointed at
+  from = /** @type {number | null} */ (null); // where a drag began [px]
+  axis = axisOf(this.chart, null);
+  marks = /** @type {import("./marks.js").Cluster[]} */ ([]);
+  frame = { begin: 0, end: 1, top: 0, bottom: 1 };
+  size = "";
+  plot = made("div", "", "chart-plot");
+  tools = made("div", "", "chart-tools");
+  legend = made("ul", "", "chart-legend");
+  cursor = svg("g", { class: "chart-cursor" });
+
+  /** @param {HTMLElement} element */
+  constructor(element) {
+    style("chart/chart.css");
+    element.classList.add("chart");
+    element.replaceChildren(this.tools, this.plot, this.legend);
+    this.tool("◀", word("chart-earlier"), -0.5, 0.5);
+    this.tool("▶", word("chart-later"), 0.5, 1.5);
+    this.tool("−", word("chart-zoom_out"), -0.5, 1.5);
+    this.tool("+", word("chart-zoom_in"), 0.25, 0.75);
+    this.tool(word("chart-all"), word("chart-show_all"), 0, 0);
+    for (const name of ["keydown", ...EVENTS]) this.plot.addEventListener(name, this);
+    new ResizeObserver(() => {
+      if (this.size !== `${this.plot.clientWidth} ${this.plot.clientHeight}`) this.draw();
+    }).observe(this.plot);
   }
-}
 
-function watchTheme() {
-  if (watched) return;
-  watched = true;
-  const again = () => {
-    dropDetached();
-    for (const element of SHOWN) later(/** @type {Drawn} */ (DRAWN.get(element)));
-  };
-  document.addEventListener("theme", again);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
-}
-
-/** @param {Drawn} drawn */
-function later(drawn) {
-  if (drawn.awaited) return;
-  drawn.awaited = true;
-  requestAnimationFrame(() => {
-    drawn.awaited = false;
-    if (DRAWN.get(drawn.element) === drawn) draw(drawn);
-  });
-}
-
-/** @param {Drawn} drawn */
-function draw(drawn) {
-  const { plot, chart } = drawn;
-  drawn.seen ||= drawn.element.isConnected;
-  if (!plotly()) {
-    plot.textContent = word("chart-missing");
-    return;
+  /** @param {string} sign @param {string} name @param {number} from @param {number} to */
+  tool(sign, name, from, to) {
+    const found = button(sign, () => {
+      const { first, last } = this.axis;
+      this.show(from < to ? [first + from * (last - first), first + to * (last - first)] : null);
+    }, name);
+    found.title = name;
+    this.tools.append(found);
   }
-  const paint = colours(plot);
-  const axis = axisOf(drawn);
-  const marks = clustersOf(drawn, axis);
-  showTools(drawn, axis);
-  legend(drawn, axis, marks, paint);
-  const [width, height] = [plot.clientWidth, plot.clientHeight];
-  drawn.size = `${width} ${height}`;
-  if (width < 40 || height < 40) return;
-  plot.setAttribute("role", "img");
-  plot.setAttribute("aria-label", chart.label ?? chart.yTitle ?? "");
-  plotly().register(plotlyLocale(pageLocale));
-  const traces = tracesOf(chart, axis, paint);
-  const layout = layoutOf(drawn, axis, marks, paint, [width, height]);
-  plotly().react(plot, traces, layout, {
-    displayModeBar: false,
-    displaylogo: false,
-    doubleClick: false,
-    staticPlot: Boolean(chart.still),
-    locale: pageLocale,
-    showTips: false,
-  });
-  if (!drawn.wired) wire(drawn);
-}
 
-// ---- axis ----------------------------------------------------------------------------------
+  draw() {
+    const { chart, legend, plot } = this;
+    this.axis = axisOf(chart, this.view);
+    this.marks = clustersOf(chart, this.axis, plot.clientWidth);
+    this.tools.hidden = Boolean(chart.still);
+    this.tell();
+    let named = chart.still ? this.marks.filter((mark) => mark.letter).length : 0;
+    for (; named > 0 && overflows(legend); this.tell()) nameMarks(this.marks, named -= 1);
+    const { clientWidth: width, clientHeight: height } = plot;
+    this.size = `${width} ${height}`;
+    if (width < 40 || height < 40) return;
+    const { drawing, frame } = drawingOf(chart, this.axis, this.marks, width, height);
+    this.frame = frame;
+    drawing.append(this.cursor);
+    plot.replaceChildren(drawing);
+    this.tell();
+  }
 
-/**
- * @typedef {{time: boolean, first: number, last: number, unknown: boolean, empty: boolean,
- *   lines: number[][]}} Axis
- * @param {Drawn} drawn
- * @returns {Axis}
- */
-function axisOf({ chart, view }) {
-  const some = chart.lines.find((line) => line.x.length)?.x[0] ?? chart.first;
-  const time = chart.time ?? (typeof some === "string" || some instanceof Date);
-  const lines = chart.lines.map((line) => line.x.map(milliseconds));
-  const all = wholeSpan(chart, lines);
-  const [first, last] = view ?? all ?? [0, 1];
-  const empty = !chart.lines.some((line) => line.y.some((y) => y !== null));
-  return { time, first, last, unknown: !view && !all, empty, lines };
-}
-
-/** @param {Chart} chart @param {number[][]} lines @returns {[number, number] | null} */
-function wholeSpan(chart, lines) {
-  let first = chart.first === undefined ? Infinity : milliseconds(chart.first);
-  let last = chart.last === undefined ? -Infinity : milliseconds(chart.last);
-  for (const x of lines) {
-    for (const at of x) {
-      if (chart.first === undefined && at < first) first = at;
-      if (chart.last === undefined && at > last) last = at;
+  /** Write the legend with the values at the place that is pointed at, and mark that place. */
+  tell() {
+    const { at, axis, chart: { lines, bands = [], still, label = "" }, plot } = this;
+    const { begin, end, top, bottom } = this.frame;
+    const place = (/** @type {number} */ x) => (axis.time ? moment(x) : number(x, 2));
+    const shown = at ?? pick(axis, (x) => -x);
+    const said = [shown === null ? word("chart-nothing") : place(shown)];
+    const rows = lines.flatMap((line, k) => {
+      if (line.unlisted) return [];
+      const { color, dash, marker } = lookOf(line, k);
+      const value = number(valueAt(axis, line, k, shown), line.digits ?? 1);
+      said.push(`${line.name} ${value} ${line.unit ?? ""}`);
+      const name = line.unit ? `${line.name} [${line.unit}]` : line.name;
+      return [row("line", sample(color, dash, marker), name, at === null ? "" : value)];
+    });
+    for (const { text, low, high } of bands) {
+      const kind = low === undefined || high === undefined ? "limit" : "band";
+      if (text) rows.push(row(kind, sample(`chart-of-${kind}`, kind === "limit" ? "2 5" : "", ""), text));
     }
+    this.legend.replaceChildren(...rows, ...markRows(this.marks, Boolean(still), axis.time));
+    for (const [name, value] of Object.entries(still
+      ? { role: "img", "aria-label": [label, ...said].join(", ") }
+      : { role: "slider", "aria-label": label, "aria-valuetext": said.join(", "), tabindex: 0,
+        "aria-valuemin": axis.first, "aria-valuemax": axis.last, "aria-valuenow": shown ?? 0 }
+    )) plot.setAttribute(name, String(value));
+    this.cursor.replaceChildren();
+    if (at === null) return;
+    const x = begin + (at - axis.first) / (axis.last - axis.first) * (end - begin);
+    const [side, anchor] = x > (begin + end) / 2 ? [-5, "end"] : [5, "start"];
+    this.cursor.append(svg("path", { d: `M${x} ${top}V${bottom}` }),
+      svg("text", { x: x + side, y: bottom - 5, "text-anchor": anchor }, place(at)));
   }
-  if (!Number.isFinite(first) || !Number.isFinite(last)) return null;
-  return last > first ? [first, last] : [first - 1, first + 1];
+
+  /** @param {(x: number) => number} cost point at the value where it is least */
+  point(cost) {
+    this.at = pick(this.axis, cost);
+    this.tell();
+  }
+
+  /** @param {[number, number] | null} view */
+  show(view) {
+    if (view && !(view[1] - view[0] > 1e-6)) return;
+    [this.view, this.at] = [view, null];
+    this.draw();
+    this.chart.onSpan?.(view && { first: view[0], last: view[1] });
+  }
+
+  /** Point at values by mouse, finger or keys; a drag shows what it goes over. */
+  handleEvent(/** @type {any} */ event) {
+    if (this.chart.still || event.button > 0) return;
+    if (event.type === "keydown") this.onKey(event);
+    else this.onPointer(event);
+  }
+
+  /** @param {PointerEvent} event */
+  onPointer({ type, clientX, pointerId, pointerType }) {
+    const { axis: { first, last }, frame: { begin, end, top, bottom }, plot } = this;
+    const px = Math.min(end, Math.max(begin, clientX - plot.getBoundingClientRect().left));
+    const [from, to] = [Math.min(this.from ?? px, px), Math.max(this.from ?? px, px)];
+    const xAt = (/** @type {number} */ one) => first + (one - begin) / (end - begin) * (last - first);
+    if (type === "pointerdown") plot.setPointerCapture(pointerId);
+    if (type !== "pointermove") this.from = type === "pointerdown" ? px : null;
+    if (type === "pointerleave" || type === "pointercancel") {
+      if (pointerType === "mouse") this.point(() => Infinity);
+      return;
+    }
+    this.point((x) => Math.abs(x - xAt(px)));
+    this.cursor.append(svg("rect", { x: from, y: top, width: to - from, height: bottom - top }));
+    if (type === "pointerup" && to - from >= LEAST_DRAG_PX) this.show([xAt(from), xAt(to)]);
+  }
+
+  /** @param {KeyboardEvent} event */
+  onKey(event) {
+    const { at, axis } = this;
+    const step = 0.01 * (axis.last - axis.first);
+    const now = at ?? axis.last + step;
+    const cost = /** @type {Record<string, (x: number) => number>} */ ({
+      ArrowLeft: (x) => (x <= now - step ? -x : Infinity),
+      ArrowRight: (x) => (x >= now + step ? x : Infinity),
+      Home: (x) => x,
+      End: (x) => -x,
+    })[event.key];
+    if (!cost) return;
+    event.preventDefault();
+    if (pick(axis, cost) !== null) this.point(cost);
+  }
 }
 
-// ---- legend and tools ------------------------------------------------------------------------
+/** @param {Chart} chart @param {[number, number] | null} view @returns {import("./draw.js").Axis} */
+function axisOf(chart, view) {
+  const lines = chart.lines.map((line) => line.x.map(milliseconds));
+  const ends = lines.flatMap((x) => [x[0], x.at(-1)]).filter(isNumber);
+  let first = chart.first === undefined ? Math.min(...ends) : milliseconds(chart.first);
+  let last = chart.last === undefined ? Math.max(...ends) : milliseconds(chart.last);
+  const unknown = !view && !Number.isFinite(last - first);
+  if (unknown || last <= first) [first, last] = unknown ? [0, 1] : [first - 1, first + 1];
+  [first, last] = view ?? [first, last];
+  const empty = !chart.lines.some((line) => line.y.some(isNumber));
+  return { time: Boolean(chart.time), first, last, unknown, empty, lines };
+}
 
 /**
- * @param {Drawn} drawn
- * @param {Axis} axis
- * @param {Cluster[]} marks
- * @param {Record<string, string>} paint
+ * Return the place of a value that costs least, or null.
+ * @param {import("./draw.js").Axis} axis @param {(x: number) => number} cost
  */
-function legend(drawn, axis, marks, paint) {
-  let named = marks.filter((mark) => mark.letter).length;
-  showLegend(drawn.legend, entriesOf(drawn, axis, marks, paint));
-  while (drawn.chart.still && named > 0 && overflows(drawn.legend)) {
-    named -= 1;
-    nameMarks(marks, named);
-    showLegend(drawn.legend, entriesOf(drawn, axis, marks, paint));
+function pick({ lines, first, last }, cost) {
+  let [found, least] = [/** @type {number | null} */ (null), Infinity];
+  for (const x of lines.flat()) {
+    if (x >= first && x <= last && cost(x) < least) [found, least] = [x, cost(x)];
   }
+  return found;
+}
+
+/**
+ * The value of a line at the nearest place that it has; beyond its ends there is none.
+ * @param {import("./draw.js").Axis} axis @param {Line} line @param {number} k @param {number | null} at
+ */
+function valueAt(axis, { y }, k, at) {
+  const [x, margin] = [axis.lines[k] ?? [], 0.01 * (axis.last - axis.first)];
+  if (at === null || !(at >= x[0] - margin && at <= (x.at(-1) ?? NaN) + margin)) return null;
+  const nearest = pick({ ...axis, lines: [x] }, (one) => Math.abs(one - at));
+  return y[x.indexOf(nearest ?? NaN)];
+}
+
+/** @param {import("./marks.js").Cluster[]} clusters @param {boolean} still @param {boolean} time */
+function markRows(clusters, still, time) {
+  const most = still ? 1 : TEXTS_SHOWN;
+  const rows = clusters.filter((one) => one.letter).map(({ letter, marks, grave }) => {
+    const texts = textsOf(marks, time);
+    const [text, count] = [texts.slice(0, most).join("; "), texts.length - most];
+    const sign = made("b", letter, grave ? "chart-letter chart-letter-grave" : "chart-letter");
+    if (count <= 0) return row("mark", sign, text);
+    if (still) return row("mark", sign, text, `+${count}`);
+    return row("mark", sign, word("chart-and_more", { text, count }));
+  });
+  const count = clusters.filter((one) => !one.letter).flatMap((one) => one.marks).length;
+  const others = still ? `+${count}` : word("chart-and_others", { count });
+  return count ? [...rows, row("more", "", others)] : rows;
 }
 
 /** @param {HTMLElement} list */
 function overflows(list) {
   const room = list.getBoundingClientRect();
-  return [...list.children].some((entry) => {
-    const { left, bottom } = entry.getBoundingClientRect();
-    return left > room.right - 8 || bottom > room.bottom + 1;
-  });
-}
-
-/**
- * @param {Drawn} drawn
- * @param {Axis} axis
- * @param {Cluster[]} marks
- * @param {Record<string, string>} paint
- * @returns {import("./legend.js").Entry[]}
- */
-function entriesOf(drawn, axis, marks, paint) {
-  const entries = /** @type {import("./legend.js").Entry[]} */ ([]);
-  drawn.chart.lines.forEach((line, k) => {
-    const look = lookOf(line, k);
-    const text = line.unit ? `${line.name} [${line.unit}]` : line.name;
-    const value = valueAt(drawn, line, axis.lines[k] ?? []);
-    const color = paint[look.color] ?? "";
-    if (!line.unlisted) entries.push({ kind: "line", text, value, ...look, color });
-  });
-  for (const { text, low, high } of drawn.chart.bands ?? []) {
-    const ranged = typeof low === "number" && typeof high === "number" && low !== high;
-    const color = (ranged ? paint.muted : paint.text) ?? "";
-    if (text) entries.push({ kind: ranged ? "band" : "limit", text, color });
-  }
-  const most = drawn.chart.still ? 1 : TEXTS_SHOWN;
-  for (const { letter, texts, grave } of marks) {
-    const some = texts.slice(0, most).join("; ");
-    const more = texts.length - most;
-    const text = more > 0 && most > 1 ? word("chart-and_more", { text: some, count: more }) : some;
-    const value = more > 0 && most === 1 ? `+${more}` : "";
-    if (letter) entries.push({ kind: "mark", letter, text, value, grave });
-  }
-  const left = marks.filter((mark) => !mark.letter).flatMap((mark) => mark.marks).length;
-  const others = drawn.chart.still ? `+${left}` : word("chart-and_others", { count: left });
-  if (left) entries.push({ kind: "more", text: others });
-  return entries;
-}
-
-/** @param {Drawn} drawn @param {Line} line @param {number[]} x */
-function valueAt(drawn, line, x) {
-  const at = drawn.at;
-  if (at === null || !x.length) return "";
-  let nearest = 0;
-  x.forEach((value, k) => {
-    if (Math.abs(value - at) < Math.abs((x[nearest] ?? 0) - at)) nearest = k;
-  });
-  return number(line.y[nearest] ?? null, line.digits ?? 1);
-}
-
-/** @param {Drawn} drawn @param {Axis} axis */
-function showTools(drawn, axis) {
-  const { chart, tools } = drawn;
-  tools.hidden = Boolean(chart.still);
-  if (chart.still || tools.childElementCount) return;
-  /** @param {string} sign @param {string} name @param {(now: Axis, span: number) => void} move */
-  const tool = (sign, name, move) => {
-    const found = button(sign, () => {
-      const now = axisOf(drawn);
-      move(now, now.last - now.first);
-    }, name);
-    found.title = name;
-    tools.append(found);
-  };
-  tool("◀", word("chart-earlier"), ({ first, last }, span) =>
-    show(drawn, [first - span / 2, last - span / 2]),
-  );
-  tool("▶", word("chart-later"), ({ first, last }, span) =>
-    show(drawn, [first + span / 2, last + span / 2]),
-  );
-  tool("−", word("chart-zoom_out"), ({ first, last }, span) =>
-    show(drawn, [first - span / 2, last + span / 2]),
-  );
-  tool("+", word("chart-zoom_in"), ({ first, last }, span) =>
-    show(drawn, [first + span / 4, last - span / 4]),
-  );
-  tool(word("chart-all"), word("chart-show_all"), () => show(drawn, null));
-}
-
-/** @param {Drawn} drawn @param {[number, number] | null} view */
-function show(drawn, view) {
-  if (view && !(view[1] - view[0] > 1e-6)) return;
-  drawn.view = view;
-  later(drawn);
-  drawn.chart.onSpan?.(view && { first: view[0], last: view[1] });
-}
-
-/** @param {Drawn} drawn */
-function wire(drawn) {
-  drawn.wired = true;
-  const plot = /** @type {any} */ (drawn.plot);
-  plot.on("plotly_relayout", (/** @type {Record<string, number>} */ change) => {
-    const [first, last] = [change["xaxis.range[0]"], change["xaxis.range[1]"]];
-    if (typeof first === "number" && typeof last === "number") show(drawn, [first, last]);
-  });
-  const point = (/** @type {any} */ event) => {
-    drawn.at = event.points?.[0]?.x ?? null;
-    const axis = axisOf(drawn);
-    legend(drawn, axis, clustersOf(drawn, axis), colours(drawn.plot));
-  };
-  plot.on("plotly_hover", point);
-  plot.on("plotly_click", point);
+  return [...list.children].map((one) => one.getBoundingClientRect())
+    .some(({ left, bottom }) => left > room.right - 8 || bottom > room.bottom + 1);
 }
