@@ -111,6 +111,8 @@ class OutputOffset(NamedTuple):
     """Where it was accepted off its path; what acts may still go there."""
     foreign: Mark | None = None
     """What another writer's value is that stands where offsets are written, and since when."""
+    others: tuple[Mark, ...] = ()
+    """Other writers' values that stood there: what is accepted may go there yet."""
 
 
 class OffsetsState(NamedTuple):
@@ -350,17 +352,18 @@ def _overwritten(
 ) -> OutputOffset:
     """Return an offset with what stands where it is written, if that is another writer's."""
     um, foreign = said.written_um, one.foreign
+    others = tuple(mark for mark in one.others if time_s - mark.since_s <= rules.read_back_s)
+    one = one._replace(foreign=None, others=others)
     if um is None or abs(um) <= rules.tolerance_um or not one.path:
-        return one._replace(foreign=None)
+        return one
     if foreign is not None and abs(um - foreign.um) <= rules.rounding_um:
         if time_s - foreign.since_s <= rules.silence_s:
-            return one
-        return one._replace(path=(*one.path, Mark(time_s, um)), foreign=None)
-    own_um = [mark.um for mark in (*one.path, *one.late)]
-    if _beyond_um(own_um, um) <= rules.tolerance_um:
-        return one._replace(foreign=None)
-    newest = one.path[-1]._replace(since_s=time_s)
-    return one._replace(path=(*one.path, Mark(time_s, um), newest), foreign=Mark(time_s, um))
+            return one._replace(foreign=foreign)
+        return one._replace(path=(*one.path, Mark(time_s, um)))
+    if any(abs(mark.um - um) <= rules.tolerance_um for mark in one.path) or _own(rules, one, um):
+        return one
+    seen = Mark(time_s, um)
+    return one._replace(foreign=seen, others=(*others, seen))
 
 
 def _judged(
@@ -389,16 +392,14 @@ def _gone(
     um = said.accepted_um
     if um is None:
         return None, False
-    path_um, tolerance_um = [mark.um for mark in one.path], rules.tolerance_um
+    path_um, tolerance_um = _way_um(one), rules.tolerance_um
     beyond_um, moved = _beyond_um(path_um, um), one.moved
     if moved is not None and beyond_um > rules.rounding_um and not moved.another:
         nearer_um = abs(moved.found_um) - abs(um)
         if nearer_um > rules.rounding_um and _beyond_um((0.0, moved.found_um), um) <= tolerance_um:
             return um, False  # a watchdog's way
     if beyond_um > tolerance_um:
-        pairs = zip(one.late[::2], one.late[1::2], strict=True)
-        own = any(_beyond_um((low.um, high.um), um) <= tolerance_um for low, high in pairs)
-        if own or abs(um) <= tolerance_um:
+        if _own(rules, one, um) or abs(um) <= tolerance_um:
             newer = one.path[0].since_s > max((mark.since_s for mark in one.late), default=0.0)
             return um if newer or abs(um) <= tolerance_um else None, False
         nearer = _beyond_um((0.0, *path_um), um) <= tolerance_um
@@ -432,6 +433,7 @@ def _going_on(
             one.moved if undecided else None,
             aside=one.aside if kept else None,
             foreign=one.foreign,
+            others=one.others,
         )
     begin = Mark(time_s, um if accepted_um is None else accepted_um)
     others = mismatch is not None and mismatch.another is not False
@@ -472,7 +474,7 @@ def _late_s(
 def _astray_um(rules: OffsetRules, one: OutputOffset, said: Applied) -> float | None:
     """Return what is accepted, or acts, where it lies outside of what was led."""
     um, effective_um = said.accepted_um, said.effective_um
-    path_um = [mark.um for mark in one.path]
+    path_um = _way_um(one)
     if um is None or not path_um or _beyond_um(path_um, um) > rules.tolerance_um:
         return um if path_um else None
     if effective_um is None or one.followed is None:
@@ -572,6 +574,17 @@ def _reached(
         if _beyond_um((one.um, other.um), um) <= rules.rounding_um:
             return (Mark(time_s, um), *path[k:])
     return path
+
+
+def _own(rules: OffsetRules, one: OutputOffset, um: float) -> bool:
+    """Whether a value lies among own ones that were written before it was found anew."""
+    pairs = zip(one.late[::2], one.late[1::2], strict=True)
+    return any(_beyond_um((low.um, high.um), um) <= rules.tolerance_um for low, high in pairs)
+
+
+def _way_um(one: OutputOffset) -> list[float]:
+    """Return where what is accepted may be on its way. [µm]"""
+    return [mark.um for mark in (*one.path, *one.others)]
 
 
 def _beyond_um(values_um: Sequence[float], um: float) -> float:

@@ -5,6 +5,7 @@ The loop is made of the pure steps alone, so that hours at ten cycles a second t
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
@@ -109,11 +110,11 @@ def compensate(
     control: LateControl,
     hours: float,
     freeze_s: float = 0.0,
-    other: tuple[float, float] = (math.inf, 0.0),
+    others: Sequence[tuple[float, float]] = (),
 ) -> Shift:
     """Compensate a machine whose spindle warms up and cools; the loop stands still at 40 s.
 
-    Another writer sets a value once, just after a time.
+    Another writer sets values, each just after a time.
     """
     rules, cycle_s = offset_rules(compensation), compensation.cycle_s
     state: CycleState = cycle_state(compensation)
@@ -129,8 +130,9 @@ def compensate(
     for number in range(1, round(3600.0 * hours / cycle_s)):
         now_s = number * cycle_s
         at = now_s, NOON + timedelta(seconds=now_s)
-        if now_s - cycle_s <= other[0] < now_s:
-            control.write(other[1], other[0])
+        for other_s, um in others:
+            if now_s - cycle_s <= other_s < now_s:
+                control.write(um, other_s)
         control.advance(now_s, cycle_s)
         if 40.0 < now_s < 40.0 + freeze_s:
             continue

@@ -491,7 +491,7 @@ def test_one_foreign_write_between_late_own_ones_never_makes_the_loop_go_back_an
 ) -> None:
     plant = compensation(cycle_s=cycle_s, limits=Limits(60.0, 1.0))
     control = LateControl(late_s, sampled, ramp, tenths=tenths, apart=apart)
-    shift = compensate(plant, control, hours=0.03, other=other)
+    shift = compensate(plant, control, hours=0.03, others=[other])
     assert len(shift.changed) <= 1, "it goes on from there, or from its newest own write"
     assert len({one.key for one in shift.told}) <= 1
     assert all(abs(one.found_um - one.left_um) > TOLERANCE_UM for one in shift.told)
@@ -499,6 +499,24 @@ def test_one_foreign_write_between_late_own_ones_never_makes_the_loop_go_back_an
     if apart and abs(other[1]) > 2.0 * TOLERANCE_UM:
         way_um = 1.0 * (late_s + 4.0 * cycle_s)
         assert all(abs(um) <= way_um for um in shift.steps), "what stands there is no step away"
+
+
+@settings(max_examples=40)
+@given(
+    late_s=st.floats(0.05, 1.0),
+    sampled=st.booleans(),
+    cycles_apart=st.floats(1.2, 30.0),
+    cycle_s=st.sampled_from((0.1, 0.2, 1.0)),
+    values_um=st.permutations([7.0 * k for k in range(-7, 8) if k]).map(lambda um: um[:3]),
+)
+def test_what_others_write_three_times_is_never_written_over_in_one_step(
+    late_s: float, sampled: bool, cycles_apart: float, cycle_s: float, values_um: list[float]
+) -> None:
+    plant = compensation(cycle_s=cycle_s, limits=Limits(60.0, 1.0))
+    others = [(30.0 + k * cycles_apart * cycle_s, um) for k, um in enumerate(values_um)]
+    shift = compensate(plant, LateControl(late_s, sampled, apart=True), hours=0.03, others=others)
+    way_um = 1.0 * (late_s + 4.0 * cycle_s)
+    assert all(abs(um) <= way_um for um in shift.steps)
 
 
 def test_nothing_is_written_while_an_own_write_may_still_be_under_way() -> None:
