@@ -148,6 +148,8 @@ class Look(NamedTuple):
     news_um: Mapping[str, float | None] | None
     """Offsets that were found at a connection, if it is news. [µm]"""
     applied: Mapping[str, Applied]
+    interlocked: bool = False
+    """Whether an interlock is open, or was a moment ago: drives that are off follow nothing."""
 
 
 class Found(NamedTuple):
@@ -271,6 +273,9 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
         return state, Found(newest_um, told=told, rests=rests)
     pairs = zip(state.outputs, said, strict=True)
     read_back = tuple(_believed(rules, *pair, look.time_s) for pair in pairs)
+    if look.interlocked:  # it goes on from where it acts, so that nothing is let go afterwards
+        rows = zip(gone, state.outputs, said, read_back, strict=True)
+        gone = [_stood_um(rules, a, b, c) if um is None else um for um, a, b, c in rows]
     found_um = _snapped(rules, gone) if any(um is not None for um in gone) else None
     return state, Found(found_um, read_back, told)
 
@@ -550,6 +555,16 @@ def _believed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: floa
     if there or time_s - one.followed.since_s <= rules.silence_s:
         return accepted_um
     return max(accepted_um, effective_um, key=lambda um: abs(um - one.path[-1].um))
+
+
+def _stood_um(
+    rules: OffsetRules, one: OutputOffset, said: Applied, read_um: float | None
+) -> float | None:
+    """Return what acts, if it is what is read back though what was written was accepted."""
+    accepted_um = said.accepted_um
+    if accepted_um is None or abs(accepted_um - one.path[-1].um) > rules.tolerance_um:
+        return None
+    return None if read_um == accepted_um else read_um
 
 
 # ---- a path -------------------------------------------------------------------------------------

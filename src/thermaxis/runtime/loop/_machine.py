@@ -1,5 +1,6 @@
 """The sink, and what is known of the offsets behind it."""
 
+import math
 from typing import TYPE_CHECKING, final
 
 from thermaxis.compensation import Compensation, CycleOutput, SupervisorState
@@ -34,6 +35,8 @@ class Machine:
         self.applied: Mapping[str, Applied] = {}
         self._applied_s = 0.0
         self._acting: dict[str, tuple[float, float]] = {}  # [µm] and when it was read [s]
+        self.interlocked_s = -math.inf
+        """When an interlock was last seen open. [s]"""
         self._rests = False
         self._commanded: dict[str, tuple[float, float]] = {}  # [µm] and when [s]
 
@@ -49,7 +52,9 @@ class Machine:
         self.applied = {}
         if self._sink.connected:
             await self._read_back(wait_s)
-        look = Look(number, time_s, utc, self._sink.connected, news, self.applied)
+        late_s = self.rules.read_back_s + self.rules.silence_s  # drives take a while to come back
+        interlocked = time_s - self.interlocked_s <= late_s
+        look = Look(number, time_s, utc, self._sink.connected, news, self.applied, interlocked)
         self.offsets, found = look_step(self.rules, self.offsets, look)
         self._rests = found.rests
         if found.unusable:
