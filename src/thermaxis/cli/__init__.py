@@ -32,6 +32,7 @@ GROUPS = {
         "merge": "join the logs of two recorders by time",
     },
     "machine": {
+        "demo": "try loop and pages at a virtual lathe that can be broken: one command, no file",
         "machine": "run a virtual machine: an OPC UA server, or a log",
         "record": "record nodes of OPC UA servers into logs that identify reads",
         "machine-file": "write the beginning of a machine.toml from what a server shows",

@@ -49,8 +49,10 @@ _PAGES = (
 )
 
 
-def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
-    """Put the pages together."""
+def build_application(
+    parts: ScreenParts, hosts: Sequence[str], more: Sequence[BaseRoute] = ()
+) -> ASGIApp:
+    """Put the pages together, and what else is served behind the same guard."""
     assets = Assets()
 
     async def asset(request: Request) -> Response:
@@ -66,6 +68,7 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
     ]
     for page in _PAGES:
         found += page.routes(parts)
+    found += more
 
     @asynccontextmanager
     async def life(_: Starlette) -> AsyncGenerator[None]:

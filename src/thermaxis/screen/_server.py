@@ -5,11 +5,12 @@ import secrets
 import signal
 import socket
 import ssl
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from typing import final
 
 import uvicorn
+from starlette.routing import BaseRoute
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
@@ -30,7 +31,10 @@ _EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - compared, not bound
 
 
 async def serve(
-    configuration: MachineConfiguration, clock: Clock, tell: Callable[[str], None]
+    configuration: MachineConfiguration,
+    clock: Clock,
+    tell: Callable[[str], None],
+    more: Sequence[BaseRoute] = (),
 ) -> None:
     """Serve the pages until told to end.
 
@@ -42,6 +46,8 @@ async def serve(
         Time.
     tell : callable
         Takes the address once the pages can be opened.
+    more : sequence of BaseRoute
+        What else is served behind the same guard.
 
     Raises
     ------
@@ -73,7 +79,7 @@ async def serve(
     with _listening(settings) as listener:
         port = int(listener.getsockname()[1])
         hosts = allowed_hosts(settings, port, secure=secure)
-        application = build_application(parts, hosts)
+        application = build_application(parts, hosts, more)
         server = _Server(
             uvicorn.Config(
                 application,

@@ -84,6 +84,54 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def build_rehearsal(
+    configuration: runtime.MachineConfiguration,
+    lathe: virtual.VirtualLathe,
+    clock: runtime.Clock,
+    historian: runtime.Historian,
+    state_file: runtime.StateFile | None = None,
+) -> runtime.CompensationLoop:
+    """Make the loop of a configuration at the lathe in this program."""
+    (output,) = configuration.outputs
+    rules = replace(configuration.compensation, interlocks=tuple(INTERLOCKS))
+    settings = replace(
+        loop_settings(configuration),
+        interlocks_met={},
+        other_active=True,
+        reads_diameter=False,
+        at_stop=runtime.AtStop.LEAVE,
+    )
+    source = virtual.LatheSource(lathe, clock)
+    sink = virtual.LatheSink(lathe, clock, output=output)
+    ports = runtime.Ports(source, sink, historian, clock)
+    return runtime.CompensationLoop(rules, settings, ports, state_file=state_file)
+
+
+async def rehearse(
+    loop: runtime.CompensationLoop, hours: float, diameter_mm: float | None = None
+) -> None:
+    """Let a loop compensate for some hours.
+
+    Raises
+    ------
+    DataError
+        If it does not let itself be enabled.
+    """
+    cycles = max(1, round(3600.0 * hours / loop.compensation.cycle_s))
+    running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles))
+    for request in (
+        Request(RequestKind.DIAMETER, "the rehearsal", value=diameter_mm),
+        Request(RequestKind.ENABLE, "the rehearsal"),
+    ):
+        answer = await loop.submit(request)
+        if not answer.accepted:
+            running.cancel()
+            raise DataError(
+                "request_refused", request=str(request.kind), cause=sentence_of(answer.message)
+            )
+    await running
+
+
 class _Rehearsal:
     """One run of the loop against the lathe."""
 
@@ -101,40 +149,10 @@ class _Rehearsal:
         self.reasons: dict[str, float] = {}
 
     async def play(self, hours: float) -> None:
-        configuration, clock = self.configuration, runtime.VirtualClock()
-        (output,) = configuration.outputs
-        rules = replace(configuration.compensation, interlocks=tuple(INTERLOCKS))
-        settings = replace(
-            loop_settings(configuration),
-            interlocks_met={},
-            other_active=True,
-            reads_diameter=False,
-            at_stop=runtime.AtStop.LEAVE,
-        )
-        loop = runtime.CompensationLoop(
-            rules,
-            settings,
-            runtime.Ports(
-                virtual.LatheSource(self.lathe, clock),
-                virtual.LatheSink(self.lathe, clock, output=output),
-                self._historian(clock),
-                clock,
-            ),
-        )
+        clock = runtime.VirtualClock()
+        loop = build_rehearsal(self.configuration, self.lathe, clock, self._historian(clock))
         loop.listeners.append(self._see)
-        cycles = max(1, round(3600.0 * hours / rules.cycle_s))
-        running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles))
-        for request in (
-            Request(RequestKind.DIAMETER, "the rehearsal", value=self.diameter_mm),
-            Request(RequestKind.ENABLE, "the rehearsal"),
-        ):
-            answer = await loop.submit(request)
-            if not answer.accepted:
-                running.cancel()
-                raise DataError(
-                    "request_refused", request=str(request.kind), cause=sentence_of(answer.message)
-                )
-        await running
+        await rehearse(loop, hours, self.diameter_mm)
 
     def _historian(self, clock: runtime.Clock) -> runtime.Historian:
         if self.history is None:

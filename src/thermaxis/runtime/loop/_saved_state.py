@@ -84,14 +84,21 @@ class SavedState:
 class StateFile:
     """The file of the state.
 
+    Parameters
+    ----------
+    path : Path
+        Where it lies.
+    every_s : float
+        So often the loop saves, and at its end. Default: what a kill may cost. [s]
+
     Notes
     -----
     Not protected: a state belongs to one machine. Whoever copies the file to another machine
     gives it the first one's temperatures.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, every_s: float = SAVED_EVERY_S) -> None:
+        self.path, self.every_s = path, every_s
         self.failure: Message | None = None
         """Why the last save failed; None if it did not."""
 
@@ -304,7 +311,7 @@ def _latched(memory: Memory) -> Memory:
 
 @final
 class Saver:
-    """Saves the state every second; the cycles wait for no disk."""
+    """Saves the state as often as its file says; the cycles wait for no disk."""
 
     def __init__(self, file: StateFile | None, tell: Callable[[Message], None]) -> None:
         self._file, self._tell = file, tell
@@ -316,7 +323,7 @@ class Saver:
         self, state: Callable[[], SavedState], compensation: Compensation, now_s: float
     ) -> None:
         """Save, unless that was done just now, or still is."""
-        if self._file is None or now_s - self._saved_s < SAVED_EVERY_S:
+        if self._file is None or now_s - self._saved_s < self._file.every_s:
             return
         if self._saving is not None:
             if not self._saving.done():

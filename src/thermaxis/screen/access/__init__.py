@@ -38,6 +38,7 @@ from thermaxis.screen.access._plain_page import (
 )
 from thermaxis.screen.access._render import (
     for_script as for_script,
+    page_of as page_of,
     render as render,
 )
 from thermaxis.screen.access._user_sessions import (

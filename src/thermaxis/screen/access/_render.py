@@ -2,7 +2,7 @@
 
 import json
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 from starlette.requests import HTTPConnection
 from starlette.responses import HTMLResponse
@@ -28,7 +28,14 @@ _TEMPLATES = Environment(
 )
 
 
-def render(request: HTTPConnection, template: str, *, page: str, **context: object) -> HTMLResponse:
+def page_of(text: str) -> Template:
+    """Return a page's template that is not of this package."""
+    return _TEMPLATES.from_string(text)
+
+
+def render(
+    request: HTTPConnection, template: str | Template, *, page: str, **context: object
+) -> HTMLResponse:
     """Return a page in the language of its visitor."""
     parts, visitor = parts_of(request), visitor_of(request)
     language, server = visitor.language, parts.configuration.server

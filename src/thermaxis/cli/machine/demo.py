@@ -1,0 +1,353 @@
+"""Try loop and pages at a virtual lathe, with a shift of history, and break things.
+
+Buttons break a sensor, network, server and loop, and press the emergency stop. One command, no
+file. It binds 127.0.0.1 only; its users are valid for its virtual lathe only; what it writes lies
+in a private temporary folder that goes with it. Ctrl+C ends everything.
+"""
+
+import argparse
+import asyncio
+import logging
+import random
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import webbrowser
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Final, NamedTuple, cast, final
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis import files, runtime, virtual
+from thermaxis.cli._arguments import adder
+from thermaxis.cli.machine.rehearse import build_rehearsal, rehearse
+from thermaxis.compensation import CompensationModel, Output, Part, Section
+from thermaxis.runtime import CertificateUse, Role, User, opcua
+from thermaxis.runtime.history import SqlHistorian
+from thermaxis.screen import serve
+from thermaxis.screen.access import answer_json, json_of, needs, page_of, refuse, render
+
+SHIFT_H: Final = 8.0
+"""Length of the history that is there at the start. [h]"""
+SHIFT_CYCLE_S: Final = 5.0
+"""Cycle of the loop in that shift, which takes place in virtual time. [s]"""
+WATCHDOG_S: Final = 10.0
+"""Without a heartbeat for so long the lathe takes the offset back. [s]"""
+PEOPLE: Final = (Role.VIEWER, Role.OPERATOR, Role.ENGINEER)
+"""Users for trial; their names are their roles."""
+_EVER: Final = "for 10000d"
+
+
+class Break(NamedTuple):
+    """What a button breaks."""
+
+    label: str
+    """Key of its words."""
+    follows: str
+    """Key of the words for what follows."""
+    fault: str = ""
+    """Sentence of the lathe's fault; empty: the loop's program is killed."""
+
+
+BREAKS: Final = {
+    "sensor": Break("demo-sensor", "demo-sensor_follows", "bad T_spindle_C"),
+    "network": Break("demo-network", "demo-network_follows", f"pause {_EVER}"),
+    "server": Break("demo-server", "demo-server_follows", f"restart {_EVER}"),
+    "stop": Break("demo-stop", "demo-stop_follows", "set emergency_stop to 1"),
+    "loop": Break("demo-loop", "demo-loop_follows"),
+}
+"""What can be broken, by the name of its button."""
+
+_LAGS_S: Final = (169.1, 807.1, 3314.0, 10806.0)
+_SPINDLE: Final = tuple(map(Section, (-2.026, -5.082, -11.26, 2.642), _LAGS_S))
+_TABLE: Final = tuple(map(Section, (-2.017, 15.76, -1.502, -5.774), _LAGS_S))
+_MODEL: Final = CompensationModel(
+    outputs=(
+        Output(
+            "Z_um",
+            (
+                Part("spindle", "T_spindle_C", "T_column_C", -0.513, _SPINDLE),
+                Part("table", "T_table_C", "T_column_C", 0.0, _TABLE),
+            ),
+        ),
+    ),
+    longest_hold_s=180.0,
+)
+"""What `identify` makes of the lathe's calibration tests, as the tutorial shows, rounded."""
+
+_CONFIGURATION: Final = """\
+[machine]
+name = "demo: virtual lathe"
+cycle_s = 1.0
+model = "lathe.json"
+state_file = "lathe.state.json"
+
+[connection.lathe]
+url = "opc.tcp://127.0.0.1:{lathe}/lathe"
+security = "none"
+
+[source]
+kind = "opcua"
+connection = "lathe"
+
+[sink]
+kind = "opcua"
+connection = "lathe"
+heartbeat_node = "{ns}heartbeat"
+
+[input]
+T_spindle_C = {{ node = "{ns}T_spindle_C", unit = "degC", lowest_c = 5.0, highest_c = 80.0 }}
+T_table_C = {{ node = "{ns}T_table_C", unit = "degC", lowest_c = 5.0, highest_c = 80.0 }}
+T_column_C = {{ node = "{ns}T_column_C", unit = "degC", lowest_c = 5.0, highest_c = 45.0 }}
+
+[interlock]
+no_emergency_stop = {{ node = "{ns}emergency_stop", met = false }}
+
+[probe]
+Z_um = {{ node = "{ns}Z_um", unit = "um" }}
+
+[output.Z_um]
+node = "{ns}offset_mm"
+read_back_node = "{ns}offset_accepted_mm"
+effective_node = "{ns}offset_effective_mm"
+unit = "mm"
+sign = "positive moves the tool away from the workpiece"
+largest_um = 280.0
+largest_rate_um_per_s = 2.0
+largest_trim_um = 20.0
+
+[supervisor]
+settle_s = 5.0
+stop_within_s = 200.0
+
+[validity]
+margin_k = 5.0
+
+[historian]
+url = "sqlite:///history.db"
+
+[server]
+port = {server}
+users = "users.toml"
+certificate = "server.der"
+private_key = "server.pem"
+anonymous_role = "viewer"
+
+[screen]
+port = {screen}
+client_certificate = "client.der"
+client_private_key = "client.pem"
+"""
+_PAGE: Final = """\
+{% extends "base.html" %}
+{% block title %}{{ word("demo-title") }}{% endblock %}
+{% block scripts %}<script type="module" src="/demo/demo.js"></script>{% endblock %}
+{% block content %}
+<h1>{{ word("demo-title") }}</h1>
+<p>{{ word("demo-what") }} <a href="/" target="operator">{{ word("demo-open") }}</a></p>
+<table>{% for name, one in breaks.items() %}
+<tr><td><button type="button" data-break="{{ name }}" aria-pressed="{{
+  'true' if name in broken else 'false' }}">{{ word(one.label) }}</button></td>
+  <td>{{ word(one.follows) }}</td></tr>
+{% endfor %}</table>
+<p id="demo-told" role="status"></p>
+<h2>{{ word("demo-people") }}</h2>
+<table>{% for name, password in passwords.items() %}
+<tr><td>{{ name }}</td><td><code>{{ password }}</code></td></tr>
+{% endfor %}</table>
+{% endblock %}
+"""
+_SCRIPT: Final = """\
+import { post } from "/static/frame.js";
+const buttons = document.querySelectorAll("[data-break]");
+for (const button of buttons) {
+  button.addEventListener("click", async () => {
+    const broken = button.getAttribute("aria-pressed") !== "true";
+    const answer = await post("/demo/break", { name: button.dataset.break, broken });
+    const told = await answer.json();
+    document.getElementById("demo-told").textContent = told.text ?? "";
+    for (const one of answer.ok ? buttons : []) {
+      one.setAttribute("aria-pressed", String(told.broken.includes(one.dataset.break)));
+    }
+  });
+}
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    add = adder(parser)
+    add("--no-browser", "print the address, open nothing", bool)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demo until Ctrl+C."""
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)
+    sys.stdout.write(f"a shift of {SHIFT_H:g} h at a virtual lathe is being made ...\n")
+    sys.stdout.flush()
+    with tempfile.TemporaryDirectory(prefix="thermaxis-demo-") as folder:
+        passwords = {str(role.value): secrets.token_hex(4) for role in PEOPLE}
+        configuration = _make_site(Path(folder), passwords)
+        demo = _Demo(configuration, _shift(configuration), passwords)
+        asyncio.run(demo.live(browser=not arguments.no_browser))
+    sys.stdout.write("ended; nothing of it is left\n")
+    return 0
+
+
+# ---- before the pages ---------------------------------------------------------------------------
+
+
+def _make_site(folder: Path, passwords: Mapping[str, str]) -> runtime.MachineConfiguration:
+    """Write configuration, model, users and certificates."""
+    ports = dict(zip(("lathe", "server", "screen"), _free_ports(3), strict=True))
+    path = folder / "machine.toml"
+    text = _CONFIGURATION.format(ns="nsu=urn:thermaxis:lathe;s=", **ports)
+    path.write_text(text, encoding="utf-8")
+    files.write_model(_MODEL, folder / "lathe.json")
+    users = [User(n, Role(n), runtime.hash_password(word)) for n, word in passwords.items()]
+    runtime.write_users(users, folder / "users.toml")
+    for use in (CertificateUse.SERVER, CertificateUse.CLIENT):
+        new = opcua.NewCertificate(
+            application_uri=f"urn:thermaxis:{use.value}", hosts=("127.0.0.1",), use=use
+        )
+        pair = opcua.make_pair(new, datetime.now(UTC))
+        opcua.write_pair(folder / f"{use.value}.der", folder / f"{use.value}.pem", pair)
+    return runtime.read_machine(path)
+
+
+def _free_ports(count: int) -> list[int]:
+    """Return ports that nobody has, below those that are handed out to connections. [1]"""
+    found = list[int]()
+    for port in random.SystemRandom().sample(range(20_000, 32_000), 1000):
+        with socket.socket() as one, suppress(OSError):
+            one.bind(("127.0.0.1", port))
+            found.append(port)
+        if len(found) == count:
+            break
+    return found
+
+
+def _shift(configuration: runtime.MachineConfiguration) -> virtual.VirtualLathe:
+    """Let the loop compensate a shift that ends now; return the lathe as it stands then."""
+    rules = virtual.OffsetRules(watchdog_s=WATCHDOG_S)
+    lathe = virtual.VirtualLathe("verification", settings=virtual.LatheSettings(offset=rules))
+    slower = replace(configuration.compensation, cycle_s=SHIFT_CYCLE_S)
+
+    async def play() -> None:
+        clock = runtime.VirtualClock(datetime.now(UTC) - timedelta(hours=SHIFT_H))
+        historian = SqlHistorian(configuration.historian, clock)
+        state = runtime.StateFile(configuration.state_file, every_s=3600.0)
+        shift = replace(configuration, compensation=slower)
+        await rehearse(build_rehearsal(shift, lathe, clock, historian, state), SHIFT_H)
+
+    runtime.run_in_virtual_time(play())
+    return lathe
+
+
+# ---- the pages and what can be broken -----------------------------------------------------------
+
+
+@final
+class _Demo:
+    """Lathe and screen in this program, the loop in another one."""
+
+    def __init__(
+        self,
+        configuration: runtime.MachineConfiguration,
+        lathe: virtual.VirtualLathe,
+        passwords: Mapping[str, str],
+    ) -> None:
+        self.configuration, self.lathe, self.passwords = configuration, lathe, passwords
+        self.broken: list[str] = []
+        self._loop: subprocess.Popen[bytes] | None = None
+
+    async def live(self, *, browser: bool) -> None:
+        """Serve until a signal asks for the end."""
+        running = asyncio.get_running_loop()
+        running.add_signal_handler(signal.SIGHUP, signal.raise_signal, signal.SIGTERM)
+        settings = virtual.LatheServerSettings(port=self.configuration.connections["lathe"].port)
+        server = virtual.LatheServer(self.lathe, settings, runtime.SystemClock())
+        started: asyncio.Future[str] = running.create_future()
+        serving = asyncio.create_task(server.run(started))
+
+        def tell(address: str) -> None:
+            said = [f"  log in as {name}, password {word}" for name, word in self.passwords.items()]
+            first = f"demo: {address}demo   operator's page: {address}"
+            sys.stdout.write("\n".join([first, *said, "Ctrl+C ends everything", ""]))
+            sys.stdout.flush()
+            if browser:
+                page = (f"{address}demo",)
+                threading.Thread(target=webbrowser.open, args=page, daemon=True).start()
+
+        try:
+            await asyncio.wait({serving, started}, return_when=asyncio.FIRST_COMPLETED)
+            if not started.done():
+                await serving  # says why not
+            self._start_loop()
+            await serve(self.configuration, runtime.SystemClock(), tell, self._routes())
+        finally:
+            self._kill_loop()
+            serving.cancel()
+            with suppress(asyncio.CancelledError):
+                await serving
+
+    def _routes(self) -> list[BaseRoute]:
+        template = page_of(_PAGE)
+
+        @needs(Role.VIEWER, page=True)
+        async def page(request: Request) -> Response:
+            told = {"breaks": BREAKS, "broken": self.broken, "passwords": self.passwords}
+            return render(request, template, page="demo", **told)
+
+        @needs(Role.VIEWER)
+        async def breaks(request: Request) -> Response:
+            asked = await json_of(request)
+            given = cast("dict[object, object]", asked) if isinstance(asked, dict) else {}
+            name, broken = given.get("name"), given.get("broken")
+            if not isinstance(name, str) or name not in BREAKS or not isinstance(broken, bool):
+                return refuse(request, 400, "operator-ask_form")
+            self._break(name, broken=broken)
+            return answer_json({"broken": self.broken})
+
+        async def script(_: Request) -> Response:
+            return Response(_SCRIPT, media_type="text/javascript")
+
+        return [
+            Route("/demo", page, methods=["GET"]),
+            Route("/demo/break", breaks, methods=["POST"]),
+            Route("/demo/demo.js", script, methods=["GET"]),
+        ]
+
+    def _break(self, name: str, *, broken: bool) -> None:
+        """Break something, or mend it."""
+        self.broken = [one for one in BREAKS if (broken if one == name else one in self.broken)]
+        faults = [BREAKS[one].fault for one in self.broken]
+        self.lathe.set_faults([virtual.parse_fault(f, virtual.FAULTY) for f in faults if f])
+        if "loop" in self.broken:
+            self._kill_loop()
+        elif self._loop is None:
+            self._start_loop()
+
+    def _start_loop(self) -> None:
+        command = [sys.executable, "-m", "thermaxis", "run", "--enable", "--quiet"]
+        path = self.configuration.path
+        with path.with_name("loop.errors").open("ab") as errors:
+            self._loop = subprocess.Popen(  # noqa: S603 - our own program
+                [*command, path], stdin=subprocess.DEVNULL, stderr=errors, start_new_session=True
+            )
+
+    def _kill_loop(self) -> None:
+        if self._loop is not None:
+            self._loop.kill()
+            self._loop.wait()
+            self._loop = None

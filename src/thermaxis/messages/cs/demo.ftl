@@ -1,0 +1,14 @@
+demo-title = Něco porouchat
+demo-what = Virtuální soustruh, jeho kompenzace a tyto stránky žijí jen na tomto počítači a končí společně. Tlačítko něco porouchá; dalším stiskem to opraví.
+demo-open = Otevřít stránku obsluhy vedle této.
+demo-people = Uživatelé na zkoušku, platní jen pro tento virtuální soustruh
+demo-sensor = Porouchat snímač vřetena
+demo-sensor_follows = Korekce se drží; stránka jmenuje snímač.
+demo-network = Zastavit síť
+demo-network_follows = Nic nelze číst ani zapsat. Po deseti sekundách hlídač stroje posun zruší; nikdo to nevidí.
+demo-server = Zastavit server stroje
+demo-server_follows = Totéž s odmítnutými spojeními.
+demo-stop = Stisknout nouzové zastavení
+demo-stop_follows = Pohony stojí, a tak i působící posun; stránka jmenuje blokování.
+demo-loop = Ukončit program kompenzace
+demo-loop_follows = Stránky nemají data a říkají to. Po opravě pokračuje, kde byl.

@@ -1,0 +1,14 @@
+demo-title = Etwas stören
+demo-what = Eine virtuelle Drehmaschine, ihre Kompensation und diese Seiten leben nur auf diesem Rechner und enden zusammen. Ein Knopf stört etwas; noch einmal gedrückt behebt er es.
+demo-open = Die Seite des Bedieners daneben öffnen.
+demo-people = Benutzer zum Ausprobieren, gültig nur für diese virtuelle Drehmaschine
+demo-sensor = Den Sensor der Spindel zerstören
+demo-sensor_follows = Die Korrektur wird gehalten; die Seite nennt den Sensor.
+demo-network = Das Netz anhalten
+demo-network_follows = Nichts kann gelesen oder geschrieben werden. Nach zehn Sekunden nimmt der Wächter der Maschine den Versatz zurück; niemand kann es sehen.
+demo-server = Den Server der Maschine anhalten
+demo-server_follows = Dasselbe mit abgewiesenen Verbindungen.
+demo-stop = Den Not-Halt drücken
+demo-stop_follows = Die Antriebe stehen, und so auch der wirkende Versatz; die Seite nennt die Verriegelung.
+demo-loop = Das Programm der Kompensation töten
+demo-loop_follows = Die Seiten haben keine Daten und sagen es. Behoben geht es weiter, wo es war.

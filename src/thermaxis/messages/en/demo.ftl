@@ -1,0 +1,14 @@
+demo-title = Break something
+demo-what = A virtual lathe, its loop and these pages live on this computer only, and end together. A button breaks something; pressed once more it mends it.
+demo-open = Open the operator's page beside this one.
+demo-people = Users for trial, valid for this virtual lathe only
+demo-sensor = Break the sensor of the spindle
+demo-sensor_follows = The correction is held; the page names the sensor.
+demo-network = Stop the network
+demo-network_follows = Nothing can be read or written. After ten seconds the machine's watchdog takes the offset back; nobody can see it.
+demo-server = Stop the machine's server
+demo-server_follows = The same with connections that are refused.
+demo-stop = Press the emergency stop
+demo-stop_follows = The drives stand, and so does the offset that acts; the page names the interlock.
+demo-loop = Kill the compensation's program
+demo-loop_follows = The pages have no data and say so. Mended, it goes on where it was.
