@@ -384,26 +384,37 @@ def judged(
 def _writes(lines: Sequence[Mapping[str, Any]], cycles: Sequence[Recorded]) -> Iterator[Write]:
     """Yield the writes with the latest cycle that may have commanded them."""
     rows = pairwise([*cycles[:1], *cycles])  # written or not is unknown where no answer came
-    cycles = [c for before, c in rows if c.written or c.correction_um != before.correction_um]
-    times_s = [cycle.monotonic_s for cycle in cycles]
+    acted = [c for before, c in rows if c.written or c.correction_um != before.correction_um]
     began_s, step_s = math.nan, LONGEST_STEP_S
     for line in lines:
         if line["kind"] != "write":
             continue
         told_um, at_s = line["told_um"], line["monotonic_s"]
         if line["axis"] == "Z":  # the first of a write, and not rounded by the machine
-            k = bisect_right(times_s, at_s) - 1
-            while k >= 0 and abs(cycles[k].correction_um[0] - told_um) > 0.001:
-                k = k - 1 if at_s - times_s[k] < UNDER_WAY_S else -1
-            began_s, step_s = math.nan, LONGEST_STEP_S
-            if k >= 0:
-                began_s = times_s[k]
-            if k >= 1 and cycles[k].number > 1:
-                step_s = min(LONGEST_STEP_S, began_s - times_s[k - 1])
+            began_s, step_s = (
+                _commanded(acted, told_um, at_s)
+                or _commanded(cycles, told_um, at_s)
+                or (math.nan, LONGEST_STEP_S)
+            )
         places = [line["acts_um"]] + [line["node_um"], line["took_um"]] * line["met"]
         step_um = min(abs(told_um - um) for um in places)
         stood_um = max(places, key=abs)
         yield Write(line["axis"], at_s, began_s, step_s, told_um, step_um, stood_um, line["met"])
+
+
+def _commanded(
+    cycles: Sequence[Recorded], told_um: float, at_s: float
+) -> tuple[float, float] | None:
+    """Return when the latest cycle began that may have commanded a write, and its step. [s]"""
+    k = bisect_right(cycles, at_s, key=lambda cycle: cycle.monotonic_s) - 1
+    while k >= 0 and at_s - cycles[k].monotonic_s < UNDER_WAY_S:
+        if abs(cycles[k].correction_um[0] - told_um) <= 0.001:
+            began_s = cycles[k].monotonic_s
+            after_one = k >= 1 and cycles[k].number > 1
+            step_s = began_s - cycles[k - 1].monotonic_s if after_one else LONGEST_STEP_S
+            return began_s, min(LONGEST_STEP_S, step_s)
+        k -= 1
+    return None
 
 
 def _moves(

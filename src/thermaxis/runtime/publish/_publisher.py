@@ -192,6 +192,8 @@ class Publisher(Historian):
 
     def _pack(self) -> None:
         items, self._items = self._items, []
+        if not items:  # they went at the closing
+            return
         data = pickle.dumps(items, pickle.HIGHEST_PROTOCOL)
         cycles = sum(isinstance(one, CycleRecord) for one in items)
         events = sum(isinstance(one, EventRecord) for one in items)
