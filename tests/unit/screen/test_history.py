@@ -17,7 +17,6 @@ from tests.scenes import scene
 from tests.unit.runtime.history_records import (
     BEGIN,
     CHANNELS,
-    OUTPUTS,
     cycle_record,
     url_of,
     write_history,
@@ -447,14 +446,14 @@ def test_the_trend_of_eight_hours_has_corrections_temperatures_and_marks(tmp_pat
     ]
     write_history(path, records, events)
     with HistoryReader(url_of(path)) as reader:
-        found = trend8(reader, now, 10.0, OUTPUTS, [*CHANNELS, "T_new_C"])
+        found = trend8(reader, now, 10.0, ["Z_accepted_um", *CHANNELS, "T_new_C"])
     assert found["last"] - found["first"] == 8 * 3_600_000
-    assert list(found["series"]) == ["Z_correction_um", "X_correction_um", *CHANNELS]
-    line = found["series"]["Z_correction_um"]
+    assert list(found["series"]) == ["Z_accepted_um", *CHANNELS]
+    line = found["series"]["Z_accepted_um"]
     assert len(line["t"]) == 480
     assert None not in line["mean"]
     at = line["t"].index(to_ms(BEGIN + timedelta(hours=2, seconds=30)))
-    minute = [records[k].output.correction_um[0] for k in range(720, 726)]
+    minute = [records[k].applied["Z_um"].accepted_um or 0.0 for k in range(720, 726)]
     assert line["mean"][at] == pytest.approx(sum(minute) / 6.0, rel=1e-6)
     assert [one.kind for one in found["events"]] == ["alarm"]
     assert names_now({"outputs": {"Z_um": {}}}, "outputs", ("X_um",)) == ("Z_um",)

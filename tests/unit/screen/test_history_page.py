@@ -65,7 +65,11 @@ class Stage:
             rules=SimpleNamespace(cycle_s=1.0),
             compensation=SimpleNamespace(model=model, cycle_s=1.0),
             probes=dict.fromkeys(probes),
-            outputs=dict.fromkeys(OUTPUTS),
+            outputs={
+                "Z_um": SimpleNamespace(effective_node=""),
+                "X_um": SimpleNamespace(effective_node="s=effective"),
+            },
+            sink=SimpleNamespace(kind="opcua"),
             server=None,
         )
         people = People(self.clock).come(None if role is Role.NONE else role, "Nováková")
@@ -153,6 +157,7 @@ def test_series_come_with_their_units_and_the_span_of_the_history(client: Client
     found = client.get("/history/series").json()
     assert found["series"]["Z_correction_um"] == "µm"
     assert found["series"]["T_spindle_C"] == "°C"
+    assert found["acting"] == ["Z_accepted_um", "X_effective_um"]
     assert (found["first"], found["last"]) == (to_ms(BEGIN), to_ms(BEGIN) + 1_799_000)
 
 
@@ -215,7 +220,7 @@ def test_the_operators_trend_is_asked_once_in_a_quarter_of_a_minute(
         client.get("/trend8")
         assert len(asked) == 2
     assert found[0] == found[-1]
-    assert set(found[0]["series"]) == {"Z_correction_um", "X_correction_um", *CHANNELS}
+    assert set(found[0]["series"]) == {"Z_accepted_um", "X_effective_um", *CHANNELS}
     assert [event["kind"] for event in found[0]["events"]] == ["state", "request"]
     assert german["events"][0]["said"] != found[0]["events"][0]["said"]
     assert german["series"] == found[0]["series"]

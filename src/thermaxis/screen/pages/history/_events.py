@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from thermaxis.codes import Message
 from thermaxis.messages import LANGUAGES, isolated, sentence, sentence_of
-from thermaxis.runtime import EventRecord
+from thermaxis.runtime import EventRecord, MachineConfiguration
 from thermaxis.screen.feed import said_code
 from thermaxis.screen.pages.history._series import Json, lines_of, to_ms
 
@@ -131,15 +131,11 @@ def trend8(
     reader: "HistoryReader",
     now: datetime,
     cycle_s: float,
-    outputs: Sequence[str],
-    channels: Sequence[str],
+    columns: Sequence[str],
 ) -> Json:
-    """Return the last hours of corrections and key temperatures, with events."""
-    from thermaxis.runtime.history import output_column  # noqa: PLC0415 - heavy
-
+    """Return the last hours of what acted and of key temperatures, with events."""
     span = now - timedelta(hours=TREND_H), now
-    names = [*(output_column(output, "correction") for output in outputs), *channels]
-    series = lines_of(reader, names, span, cycle_s, TREND_POINTS)
+    series = lines_of(reader, columns, span, cycle_s, TREND_POINTS)
     events, more = events_of(reader, span, MARKED, 200)
     return {
         "first": to_ms(span[0]),
@@ -148,6 +144,15 @@ def trend8(
         "events": events,
         "more_events": more,
     }
+
+
+def acting_column(configuration: MachineConfiguration, output: str) -> str:
+    """Return the column of what acts: effective where the machine tells that, else accepted."""
+    from thermaxis.runtime.history import output_column  # noqa: PLC0415 - heavy
+
+    settings = configuration.outputs.get(output)
+    told = configuration.sink.kind == "linuxcnc" or bool(settings and settings.effective_node)
+    return output_column(output, "effective" if told else "accepted")
 
 
 def names_now(status: Mapping[str, Any], table: str, configured: Sequence[str]) -> tuple[str, ...]:

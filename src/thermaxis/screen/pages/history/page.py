@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast, final
@@ -21,6 +21,7 @@ from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render
 from thermaxis.screen.pages.history._events import (
     EVENT_KINDS,
     TREND_KEPT_S,
+    acting_column,
     events_of,
     names_now,
     said_event,
@@ -102,10 +103,14 @@ def points_of(connection: HTTPConnection) -> int:
 
 @needs(Role.VIEWER)
 async def _series(request: Request) -> Response:
+    parts = parts_of(request)
+    acting = _acting(parts, parts.configuration.outputs)
+
     def found(reader: "HistoryReader") -> Json:
         span = reader.span()
         return {
             "series": {name: unit_of(name) for name in reader.series()},
+            "acting": acting,
             "first": None if span is None else to_ms(span[0]),
             "last": None if span is None else to_ms(span[1]),
         }
@@ -151,6 +156,10 @@ async def _trend8(request: Request) -> Response:
     return answer_json({**found, "events": _said(request, found["events"])})
 
 
+def _acting(parts: "ScreenParts", outputs: Iterable[str]) -> tuple[str, ...]:
+    return tuple(acting_column(parts.configuration, output) for output in outputs)
+
+
 def _said(request: Request, events: Sequence[EventRecord]) -> list[Json]:
     language = visitor_of(request).language
     return [said_event(event, language) for event in events]
@@ -166,13 +175,11 @@ def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":
 
         async def made() -> Json | NoHistoryError:
             status = parts.feed.latest.status
-            shown = (
-                names_now(status, "outputs", outputs),
-                names_now(status, "inputs", compensation.model.channels),
-            )
+            acting = _acting(parts, names_now(status, "outputs", outputs))
+            columns = *acting, *names_now(status, "inputs", compensation.model.channels)
             now = parts.clock.utc()
             try:
-                return await history.ask(lambda r: trend8(r, now, compensation.cycle_s, *shown))
+                return await history.ask(lambda r: trend8(r, now, compensation.cycle_s, columns))
             except NoHistoryError as error:
                 return error
 

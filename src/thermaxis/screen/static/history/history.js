@@ -10,7 +10,7 @@ import {
   asked, clearField, fieldTime, pageOfPast, pointsFor, query, Refused, saved, setField, tellWrong,
   told,
 } from "./past.js";
-import { CORRECTION, duration, moment, shortNames, word } from "../words.js";
+import { duration, moment, shortNames, word } from "../words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */
@@ -190,11 +190,12 @@ function choose(name, pressed) {
   page.showAgain();
 }
 
-/** @param {string[]} names @returns {string[]} corrections and temperatures */
-function firstChoice(names) {
-  const corrections = names.filter((name) => CORRECTION.test(name)).slice(0, 4);
+/** What acts, and temperatures. @param {string[]} acting @returns {string[]} */
+function firstChoice(acting) {
+  const names = Object.keys(units);
+  const offsets = acting.filter((name) => name in units).slice(0, 4);
   const inputs = names.filter((name) => units[name] === "°C" && !/_(used|redundant)_/.test(name));
-  return [...corrections, ...inputs].slice(0, 5);
+  return [...offsets, ...inputs].slice(0, 5);
 }
 
 // ---- begin ---------------------------------------------------------------------------------
@@ -205,7 +206,7 @@ async function recorded(signal) {
   const known = Object.keys(units).join();
   units = found.series;
   chosen = chosen.filter((name) => name in units);
-  if (!chosen.length) chosen = firstChoice(Object.keys(units));
+  if (!chosen.length) chosen = firstChoice(found.acting);
   if (Object.keys(units).join() !== known) listSeries();
   return found;
 }

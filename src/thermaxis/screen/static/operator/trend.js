@@ -1,21 +1,25 @@
 // @ts-check
-// The last eight hours: corrections, key temperatures, and what happened.
+// The last eight hours, or as much of them as there is: what acted, key temperatures, what happened.
 
 import { drawChart } from "../chart/chart.js";
 import { byId, say } from "../elements.js";
 import { eventMark } from "../history/event_marks.js";
 import { addPoint, joined } from "../live_points.js";
-import { CORRECTION, correctionOf, shortNames, word } from "../words.js";
+import { shortNames, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {{unit: string, t: number[], mean: (number | null)[]}} Series */
 /** @typedef {{name: string, axis: "left" | "right", x: number[], y: (number | null)[]}} Line */
+
+/** Column of an offset; its first group is the output without the unit. */
+const OFFSET = /^(.+)_(?:effective|accepted|correction)(?:_um)?$/;
 
 const REFRESH_MS = 30_000;
 const LIVE_MS = 5_000;
 const AHEAD_MS = 60_000;
 const SPAN_MS = 8 * 3600 * 1000;
 const MOST_LINES = 6;
+const LEAST_MS = 10 * 60 * 1000; // of time the axis shows at least so much, and grows with the data
 const LEAST_UM = 10;
 
 /** @type {{series: Record<string, Series>, events: Record<string, any>[], error?: string}} */
@@ -55,7 +59,7 @@ export function addLive(status) {
   /** @type {Map<string, number | null>} */
   const told = new Map();
   for (const [name, axis] of Object.entries(status.outputs)) {
-    told.set(correctionOf(name), axis.correction_um);
+    told.set(columnOf(name), axis.acting_known ? axis.acting_um : null);
   }
   for (const [name, input] of Object.entries(status.inputs)) told.set(name, input.value_c);
   for (const name of [...live.keys()]) if (!told.has(name)) live.delete(name);
@@ -68,6 +72,13 @@ export function addLive(status) {
   if (asked) draw();
 }
 
+/** Column that the history has of what acts at an output. @param {string} output */
+function columnOf(output) {
+  const stem = output.replace(/_um$/, "");
+  return Object.keys(history.series).find((name) => OFFSET.exec(name)?.[1] === stem)
+    ?? `${stem}_effective${output.slice(stem.length)}`;
+}
+
 /** @returns {Line[]} */
 function lines() {
   const stored = Object.keys(history.series);
@@ -77,7 +88,7 @@ function lines() {
     const found = history.series[name];
     const before = { t: found?.t ?? [], y: found?.mean ?? [] };
     const seen = live.get(name) ?? { t: [], y: [] };
-    const axis = CORRECTION.test(name) ? "left" : "right";
+    const axis = OFFSET.test(name) ? "left" : "right";
     return { name, axis, ...joined(before, seen, until, gapMs) };
   });
 }
@@ -107,12 +118,12 @@ function draw() {
   const most = chosen(all);
   const now = Math.max(liveMs, ...most.map((line) => line.x.at(-1) ?? 0)) || Date.now();
   const more = all.length - most.length;
-  say(byId("trend-told"), error);
-  say(byId("trend-more"), more > 0 ? word("operator-trend_more", { count: more }) : "");
+  say(byId("trend-told"), error || (more > 0 ? word("operator-trend_more", { count: more }) : ""));
+  const first = Math.min(now - LEAST_MS, ...most.map((line) => line.x[0] ?? now));
   drawChart(box, {
     still: true,
     time: true,
-    first: now - SPAN_MS,
+    first: Math.max(first, now - SPAN_MS),
     last: now,
     leastSpan: LEAST_UM,
     label: word("operator-trend_label"),
@@ -120,7 +131,7 @@ function draw() {
     rightTitle: "°C",
     lines: most.map((line) => ({
       ...line,
-      name: shortNames(line.name.replace(CORRECTION, "$1")),
+      name: shortNames(line.name.replace(OFFSET, "$1")),
       unit: line.axis === "left" ? "µm" : "°C",
     })),
     marks: history.events.map(eventMark),
