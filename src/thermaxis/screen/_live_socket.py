@@ -92,7 +92,6 @@ class LiveSocket:
             "program": self._parts.program,
             "name": visitor.name,
             "role": visitor.role.value,
-            "lost": self._lost(visitor),
         }
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             await socket.send_text(json.dumps(hello))
@@ -120,7 +119,8 @@ class LiveSocket:
             now_s = self._parts.clock.monotonic_s()
             age_s = round(max(0.0, now_s - told.received_s), 3)
             said |= {"age_s": age_s, "sent_s": round(now_s, 3)}
-            return f'{json.dumps(said)[:-1]},"status":{self._status(told, language)}}}'
+            head = json.dumps(said, separators=(",", ":"))[:-1]
+            return f'{head},"status":{self._status(told, language)}}}'
         return json.dumps(said)
 
     def _status(self, told: StatusSnapshot, language: str) -> str:
@@ -131,15 +131,9 @@ class LiveSocket:
             self._said[language] = known
         return known[1]
 
-    def _lost(self, visitor: Visitor) -> str:
-        """Say why a person may only look on; empty where that is not so."""
-        key = "" if visitor.person is None else visitor.person.lost
-        return sentence(key, language=visitor.language) if key else ""
-
     def _changed(self, now: Visitor) -> str:
         role = Message(f"common-role_{now.role.value}")
-        changed = sentence("login-role_changed", {"role": role}, language=now.language)
-        text = self._lost(now) or changed
+        text = sentence("login-role_changed", {"role": role}, language=now.language)
         return json.dumps({"kind": "role", "role": now.role.value, "text": text})
 
     def _ended(self, person: UserSession, language: str) -> str:

@@ -239,10 +239,13 @@ async def served(
     clock: HandClock | None = None,
     *,
     audit: list[EventRecord] | None = None,
+    tokens: Path | None = None,
 ) -> AsyncIterator[StatusServer]:
     """Run a status server on a free port."""
     events = [] if audit is None else audit
-    server = StatusServer(settings, box or Box(), clock or HandClock(), audit=events.append)
+    server = StatusServer(
+        settings, box or Box(), clock or HandClock(), audit=events.append, tokens=tokens
+    )
     await server.open()
     try:
         yield server

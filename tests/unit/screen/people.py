@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, cast
 
 from thermaxis.codes import Message
 from thermaxis.runtime import Clock, Role, SystemClock
-from thermaxis.screen.access import OUT, Answer, Outcome, Question, UserSession
+from thermaxis.screen.access import LOOP_GONE, OUT, Answer, Outcome, Question, UserSession
 from thermaxis.screen.access._user_sessions import BUSY, NO_ROLE, REFUSED, SCREEN_ENDS, Refusal
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class People:
 
     def end(self, person: UserSession, key: str) -> None:
         """End a log-in."""
-        person.reason = key
+        person.ended = key
         for cookie in [known for known, one in self.standing.items() if one is person]:
             del self.standing[cookie]
             self._ended[cookie] = key
@@ -132,7 +132,7 @@ class People:
 
     async def ask(self, person: UserSession, question: Question) -> Outcome:
         """Note what is asked, and answer it."""
-        key = person.ended or person.lost
+        key = person.ended or (LOOP_GONE if person.session.lost else "")
         if key:
             return Outcome(Answer.REFUSED, Message(key))
         person.seen_s = self._clock.monotonic_s()

@@ -117,7 +117,8 @@ class Stage:
 
     async def open(self) -> None:
         appoint(self.pairs.users, ROLES)
-        running = served(self.pairs.settings(), self.box, self.clock)
+        tokens = self.pairs.users.with_name("tokens")
+        running = served(self.pairs.settings(), self.box, self.clock, tokens=tokens)
         self.server = await self._closing.enter_async_context(running)
         self.server.publish(status())
 

@@ -28,7 +28,7 @@ from thermaxis.screen import Assets, _live_socket
 from thermaxis.screen._application import build_application
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._server import allowed_hosts
-from thermaxis.screen.access import LOOP_GONE, ScreenParts, _login_page, for_script, needs
+from thermaxis.screen.access import ScreenParts, _login_page, for_script, needs
 from thermaxis.screen.access._user_sessions import FULL, TOO_MANY, TOO_MANY_FROM_HERE, Refusal
 
 LIVE = "ws://127.0.0.1:8450/live"
@@ -127,71 +127,13 @@ def test_a_request_after_the_end_of_a_log_in_is_told_why_it_ended() -> None:
     assert (answer.status_code, answer.json()["error"]) == (401, "login-loop_gone")
 
 
-# ---- whoever may only look on -------------------------------------------------------------------
-
-
-def lose(given: ScreenParts, name: str) -> None:
-    """Take the session at the loop away from somebody."""
-    people = cast("People", given.persons)
-    people.lose(people.standing[f"cookie-{name}"])
-
-
-@pytest.mark.parametrize("who", ROLES)
-def test_whoever_has_lost_the_session_looks_on_and_is_told_to_log_in_again_to_act(who: str) -> None:
-    given = parts(view_without_login=False)
-    browser = client(given, guarded(Role.VIEWER, named=True), name=who)
-    lose(given, who)
-    assert browser.get("/guarded").status_code == 200
-    answer = browser.post("/guarded", headers={"X-Thermaxis-Token": TOKEN})
-    assert (answer.status_code, answer.json()["error"]) == (401, LOOP_GONE)
-    # what needs more than looking is refused for the lost session, not for the role
-    given = parts()
-    browser = client(given, guarded(Role.OPERATOR), name=who)
-    lose(given, who)
-    answer = browser.get("/guarded")
-    assert (answer.status_code, answer.json()["error"]) == (401, LOOP_GONE)
-
-
-def test_a_wrong_password_at_the_next_log_in_takes_nobodys_looking_away() -> None:
-    given = parts(view_without_login=False)
-    people = cast("People", given.persons)
-    browser = client(given, _login_page.routes, name="operator")
-    lose(given, "operator")
-    assert log_in(browser, "operator", "wrong").status_code == 401
-    assert "cookie-operator" in people.standing
-    assert log_in(browser, "engineer", PASSWORD).status_code == 200
-    assert set(people.standing) == {"cookie-engineer"}
-
-
-def test_a_lost_session_is_told_once_to_an_open_page_which_is_then_closed() -> None:
-    given = parts(view_without_login=False)
-    feed = cast("Feed", given.feed)
-    browser = client(given, _live_socket.routes, name="operator")
-    with browser:
-        with browser.websocket_connect(LIVE) as socket:
-            assert socket.receive_json()["lost"] == ""
-            socket.receive_json()
-            lose(given, "operator")
-            feed.tell(why="feed-no_connection")
-            words = sentence(LOOP_GONE)
-            assert socket.receive_json() == {"kind": "role", "role": "viewer", "text": words}
-            with pytest.raises(WebSocketDisconnect):
-                socket.receive_json()
-        with browser.websocket_connect(LIVE) as socket:
-            hello = socket.receive_json()
-            assert (hello["name"], hello["role"], hello["lost"]) == ("operator", "viewer", words)
-            assert socket.receive_json()["kind"] == "no_data"
-            feed.tell()
-            assert socket.receive_json()["kind"] == "status"
-
-
 def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
     given = parts(view_without_login=False)
     browser = client(given, _live_socket.routes, name="engineer")
     with browser.websocket_connect(LIVE) as socket:
         socket.receive_json()
         socket.receive_json()
-        cast("People", given.persons).standing["cookie-engineer"].granted = Role.OPERATOR
+        cast("People", given.persons).standing["cookie-engineer"].role = Role.OPERATOR
         cast("Feed", given.feed).tell()
         said = socket.receive_json()
     assert (said["kind"], said["role"]) == ("role", "operator")
@@ -218,8 +160,6 @@ def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
     assert state_of(given, "cookie-x")["why"] == sentence("login-idle")
     client(given, _login_page.routes, name="operator")
     assert state_of(given, "cookie-operator")["why"] == ""
-    lose(given, "operator")
-    assert state_of(given, "cookie-operator")["why"] == sentence(LOOP_GONE)
 
 
 def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() -> None:
@@ -385,7 +325,6 @@ def test_an_open_page_is_told_who_it_is_then_every_look_then_why_there_is_none()
             "program": "run-1",
             "name": "",
             "role": "viewer",
-            "lost": "",
         }
         first = socket.receive_json()
         assert (first["kind"], first["status"]["number"]) == ("status", 7)

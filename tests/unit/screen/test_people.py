@@ -84,8 +84,8 @@ def test_somebody_comes_is_known_by_the_cookie_alone_and_goes(play) -> None:
     async def scene(persons: UserSessions, password: str, _: MethodType) -> None:
         for name, role in ROLES.items():
             cookie, person = await logged_in(persons, name, password)
-            assert (person.name, person.role, person.granted) == (name, role, role)
-            assert (person.address, person.ended, person.lost) == (HERE, "", "")
+            assert (person.name, person.role) == (name, role)
+            assert (person.address, person.ended) == (HERE, "")
             assert persons.of(cookie) is person
             assert persons.of(cookie, touch=True) is person
             assert persons.why_ended(cookie) == ""
@@ -111,13 +111,12 @@ def test_a_wrong_name_or_password_comes_to_nothing(play) -> None:
     play(scene)
 
 
-def test_whoever_has_lost_the_session_looks_on_and_asks_for_nothing_nor_after_the_end(play) -> None:
+def test_whoever_has_lost_the_session_asks_for_nothing_nor_after_the_end(play) -> None:
     async def scene(persons: UserSessions, password: str, lose: MethodType) -> None:
         cookie, person = await logged_in(persons, "engineer", password)
         await lose(person)
         assert persons.of(cookie) is person
-        assert (person.lost, person.ended) == ("login-loop_gone", "")
-        assert (person.role, person.granted) == (Role.VIEWER, Role.ENGINEER)
+        assert (person.role, person.ended) == (Role.ENGINEER, "")
         outcome = await persons.ask(person, asks("Hold"))
         assert outcome == (Answer.REFUSED, Message("login-loop_gone"))
         cookie, person = await logged_in(persons, "engineer", password)

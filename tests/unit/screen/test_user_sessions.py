@@ -385,7 +385,7 @@ async def test_a_log_in_without_a_sign_of_its_person_ends_after_a_time(
     await place.empty()
     _, person = await place.log_in("novak")
     await place.clock.move(IDLE_S + KEEP_ALIVE_S)  # nobody asks
-    await until(lambda: person.reason == "login-idle")
+    await until(lambda: person.ended == "login-idle")
     await place.empty()
 
 
@@ -446,7 +446,7 @@ async def test_a_user_who_is_struck_off_or_has_another_password_is_logged_out(pl
         await place.empty()
 
 
-def test_after_a_restart_of_the_server_everybody_looks_on_and_nobody_acts(
+def test_after_a_restart_of_the_loop_everybody_goes_on_without_a_password(
     runner: asyncio.Runner, loops_stage: Stage
 ) -> None:
     async def scene() -> None:
@@ -454,21 +454,26 @@ def test_after_a_restart_of_the_server_everybody_looks_on_and_nobody_acts(
         await other.open()
         async with shop(other) as place:
             found = [await place.log_in(name) for name in ROLES]
-            await other.close()
-            await until(lambda: all(person.lost for _, person in found))
-            await other.open()
-            place.cable._target = other.server.port
-            for cookie, person in found:
-                outcome = await place.ask(person, "Enable")
-                assert outcome == (Answer.REFUSED, Message("login-loop_gone"))
+            for _ in range(2):
+                await other.close()
+                await until(lambda: all(person.session.lost for _, person in found))
+                for cookie, person in found:
+                    outcome = await place.ask(person, "Enable")
+                    assert outcome == (Answer.REFUSED, Message("login-loop_gone"))
+                    assert place.persons.of(cookie) is person
+                await place.clock.move(KEEP_ALIVE_S)  # it is not there yet
+                await other.open()
+                place.cable._target = other.server.port
+                await until(lambda: not any(person.renewing for _, person in found))
+                await place.clock.move(KEEP_ALIVE_S)
+                await until(lambda: not any(person.session.lost for _, person in found))
+                assert place.box.requests == []
+            for name, (cookie, person) in zip(ROLES, found, strict=True):
                 assert place.persons.of(cookie) is person
-                assert (person.role, person.lost) == (Role.VIEWER, "login-loop_gone")
-                assert not person.ended
-            assert place.box.requests == []
-            assert place.sessions == 0, "a session was made again without the password"
-            _, again = await place.log_in("novak")
-            assert again.role is Role.OPERATOR
-            assert (await place.ask(again, "Enable")).answer is Answer.ACCEPTED
+                assert (person.name, person.role, person.ended) == (name, ROLES[name], "")
+                asked = await place.ask(person, "Hold")
+                may = ROLES[name].at_least(Role.OPERATOR)
+                assert asked.answer is (Answer.ACCEPTED if may else Answer.REFUSED)
             await place.persons.close()
             await other.close()
 
@@ -479,8 +484,7 @@ async def without_session(place: Shop, name: str = "novak") -> tuple[str, UserSe
     """Log somebody in and take the connection away."""
     cookie, person = await place.log_in(name)
     await place.cable.cut()
-    await until(lambda: bool(person.lost))
-    await place.cable.mend()
+    await until(lambda: person.session.lost)
     assert place.persons.of(cookie) is person
     return cookie, person
 
@@ -495,6 +499,7 @@ async def test_whoever_has_lost_the_session_ends_after_the_same_times(place: Sho
     place.clock.now_s += 1.0
     assert place.persons.of(cookie, touch=True) is None
     assert place.persons.why_ended(cookie) == "login-idle"
+    await place.cable.mend()
     cookie, person = await without_session(place)
     began_s = place.clock.now_s
     while place.clock.now_s - began_s < LONGEST_S - IDLE_S:
@@ -506,54 +511,69 @@ async def test_whoever_has_lost_the_session_ends_after_the_same_times(place: Sho
 
 
 @at_the_shop()
-async def test_somebody_struck_off_looks_on_until_the_end_and_cannot_act_or_return(
-    place: Shop,
-) -> None:
-    before = asyncio.all_tasks()
-    cookie, person = await without_session(place, "dvorak")
-    appoint(place.pairs.users, {"novak": Role.OPERATOR})
-    for _ in range(3):
+async def test_whoever_is_another_one_when_the_loop_is_back_is_logged_out(place: Shop) -> None:
+    for changed in (
+        lambda: appoint(place.pairs.users, {"dvorak": Role.ENGINEER}),
+        lambda: appoint(place.pairs.users, {**ROLES, "novak": Role.ENGINEER}),
+        lambda: appoint(place.pairs.users, ROLES, "another horse battery"),
+    ):
+        appoint(place.pairs.users, ROLES)
+        cookie, person = await without_session(place)
+        changed()
+        await place.cable.mend()
         await place.clock.move(KEEP_ALIVE_S)
-    assert place.persons.of(cookie) is person  # nobody asks the loop about them: stated
-    assert (person.granted, person.role) == (Role.ENGINEER, Role.VIEWER)
-    for ask in ASKS:
-        outcome = await place.ask(person, ask.name, *ARGUMENTS.get(ask.name, ()))
-        assert outcome == (Answer.REFUSED, Message("login-loop_gone"))
-    assert place.box.requests == []
-    assert await place.refused("dvorak") == Refusal("login-refused")
-    await place.empty()
-    await until(lambda: not [t for t in asyncio.all_tasks() - before if not t.done()])
-    place.clock.now_s += IDLE_S
-    assert place.persons.of(cookie) is None
-
-
-@at_the_shop(most=1)
-async def test_whoever_looks_on_takes_no_place_of_those_who_act_and_their_number_is_bounded(
-    place: Shop, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(_user_sessions, "MOST_LOST", 2)
-
-    first, _ = await without_session(place)
-    others = [await without_session(place, name) for name in ("dvorak", "host")]
-    assert place.persons.of(first) is None
-    assert place.persons.why_ended(first) == "login-loop_gone"
-    assert all(place.persons.of(cookie) is person for cookie, person in others)
-    await place.log_in("novak")
-    assert (await place.refused("svoboda")).key == "login-full"
+        await until(lambda one=person: bool(one.ended))
+        assert person.ended == place.persons.why_ended(cookie) == "login-role_gone"
+        assert place.persons.of(cookie) is None
+        assert place.box.requests == []
+        await place.empty()
 
 
 @at_the_shop()
-async def test_a_server_that_freezes_leaves_the_log_in_for_looking(
+async def test_the_token_of_a_log_in_ends_with_it_and_is_in_no_text(place: Shop) -> None:
+    users = place.server._users
+    assert users is not None
+    cookie, person = await place.log_in("novak")
+    token = person.session.token.reveal()
+    assert await users.identify("novak", token) is not None
+    assert token not in f"{person!r}{person.session!r}{person.session.token!r}{place.persons!r}"
+    await place.persons.log_out(cookie)
+    assert await users.identify("novak", token) is None
+
+
+@at_the_shop()
+async def test_who_logs_out_while_a_session_is_renewed_leaves_none(place: Shop) -> None:
+    cookie, person = await without_session(place)
+    token = person.session.token.reveal()
+    await place.cable.mend()
+    place.cable.stop()  # what is asked now is answered later
+    await place.clock.move(KEEP_ALIVE_S)
+    assert person.renewing
+    await place.persons.log_out(cookie)
+    await place.cable.mend()
+    await until(lambda: not person.renewing)
+    await place.empty()
+    users = place.server._users
+    assert users is not None
+    assert await users.identify("novak", token) is None
+
+
+@at_the_shop()
+async def test_a_server_that_freezes_costs_nobody_the_log_in(
     place: Shop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cookie, person = await place.log_in("novak")
     monkeypatch.setattr(_user_sessions, "NO_SIGN_S", 0.2)  # only what stays silent waits so long
     place.cable.stop()
     await place.clock.move(KEEP_ALIVE_S)
-    await until(lambda: person.lost == "login-loop_gone")
-    found = place.persons.of(cookie)
-    assert found is person
-    assert found.role is Role.VIEWER
+    await until(lambda: person.session.lost)
+    monkeypatch.undo()
+    assert place.persons.of(cookie) is person
+    await place.cable.cut()
+    await place.cable.mend()
+    await place.clock.move(KEEP_ALIVE_S)
+    await until(lambda: not person.session.lost)
+    assert (await place.ask(person, "Hold")).answer is Answer.ACCEPTED
 
 
 @at_the_shop()
@@ -671,7 +691,7 @@ async def test_a_request_whose_connection_is_lost_says_so_at_once(place: Shop) -
     await place.cable.cut()
     outcome = await asking
     assert outcome == (Answer.UNKNOWN, Message("ask-lost"))
-    assert (person.ended, person.lost) == ("", "login-loop_gone")
+    assert not person.ended
 
 
 @at_the_shop()

@@ -83,9 +83,9 @@ async def _serve(
     history = SqlHistorian(configuration.historian, records)
     makers: dict[str, Callable[[], _Server]] = {}
     if configuration.server is not None:
-        makers[_SERVER] = partial(
-            status.StatusServer, configuration.server, loop, clock, audit=history.event
-        )
+        given = configuration.server, loop, clock
+        tokens = configuration.state_file.with_suffix(".tokens")
+        makers[_SERVER] = partial(status.StatusServer, *given, audit=history.event, tokens=tokens)
     if configuration.metrics is not None:
         makers[_METRICS] = partial(status.MetricsServer, configuration.metrics, clock)
     opened: dict[str, _Server] = {}

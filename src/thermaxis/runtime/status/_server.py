@@ -4,6 +4,7 @@ import asyncio
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import final
 
 from asyncua import ua
@@ -85,6 +86,8 @@ class StatusServer:
         Time.
     audit : callable, optional
         Takes log-ins and refusals. Default: nothing is kept of them.
+    tokens : Path, optional
+        File of the tokens that are issued. Default: they end with the server.
 
     """
 
@@ -95,13 +98,16 @@ class StatusServer:
         clock: Clock,
         *,
         audit: Callable[[EventRecord], None] = _no_audit,
+        tokens: Path | None = None,
     ) -> None:
         self._settings = settings
         self._box = box
         self._clock = clock
         self._audit = audit
         self._users = (
-            None if settings.users is None else Users(settings.users, clock, self._logged_in)
+            None
+            if settings.users is None
+            else Users(settings.users, clock, self._logged_in, tokens)
         )
         self._server: GuardedServer | None = None
         self._leaves: Mapping[str, Leaf] = leaves_of(Shape()).shown
@@ -303,6 +309,10 @@ class StatusServer:
                 ask.name, ask.text, (ask.arguments, _ANSWER), partial(self._asked, ask)
             )
         await tree.add_method("WhoAmI", "Name and role of the caller.", ((), _WHO), self._who_am_i)
+        text = "A token that stands for the caller's password for eight hours."
+        await tree.add_method("IssueToken", text, ((), (_TOKEN,)), self._issue_token)
+        text = "End a token of the caller."
+        await tree.add_method("RevokeToken", text, ((_TOKEN,), ()), self._revoke_token)
 
     async def _role_of(self, identity: Identity) -> Role:
         if identity == ANONYMOUS or self._users is None:
@@ -317,6 +327,24 @@ class StatusServer:
         identity = caller()
         role = await self._role_of(identity)
         return [variant_of(identity.name), variant_of(role.value)]
+
+    async def _issue_token(
+        self, arguments: Sequence[ua.Variant]
+    ) -> list[ua.Variant] | ua.StatusCode:
+        token = "" if self._users is None else await self._users.issue_token(caller())
+        if not token:
+            return status_code("BadUserAccessDenied")
+        return status_code("BadTooManyArguments") if arguments else [variant_of(token)]
+
+    async def _revoke_token(
+        self, arguments: Sequence[ua.Variant]
+    ) -> list[ua.Variant] | ua.StatusCode:
+        values, wrong = values_of((_TOKEN,), arguments)
+        if wrong:
+            return status_code(wrong)
+        if self._users is not None:
+            await self._users.revoke_token(caller(), str(values[0]))
+        return []
 
     async def _asked(
         self, ask: Ask, arguments: Sequence[ua.Variant]
@@ -377,6 +405,7 @@ _ANSWER = (
     Argument("code", Kind.TEXT, "The same as a code."),
     Argument("values", Kind.TEXT, "Values that belong to the code, JSON."),
 )
+_TOKEN = Argument("token", Kind.TEXT, "The token.")
 _WHO = (
     Argument("name", Kind.TEXT, "Name that was given at log-in; empty without one."),
     Argument("role", Kind.TEXT, "Role that it has now."),

@@ -4,6 +4,9 @@ from ._throttle import (
     REFUSED_S as REFUSED_S,
     LogInThrottle as LogInThrottle,
 )
+from ._tokens import (
+    TOKEN_S as TOKEN_S,
+)
 from ._users import (
     ANONYMOUS as ANONYMOUS,
     LONGEST_NAME as LONGEST_NAME,

@@ -12,15 +12,18 @@ It is read again when it changes. While it cannot be read nobody is known: the s
 
 import asyncio
 import contextlib
+import hmac
 import os
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import datetime
 from enum import StrEnum
+from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple, cast, final
+from typing import NamedTuple, TypeVar, TypeVarTuple, cast, final
 
 from argon2 import PasswordHasher, Type, extract_parameters
 from argon2.exceptions import InvalidHashError, VerificationError
@@ -31,6 +34,7 @@ from thermaxis.files.settings import parse_toml
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.host import read_private, whole_file
 from thermaxis.runtime.users._throttle import LogInThrottle
+from thermaxis.runtime.users._tokens import IssuedTokens
 
 LONGEST_NAME = 64
 """Longest name of a user. [1]"""
@@ -50,6 +54,8 @@ HASH_PASSES = 2
 """Passes over that memory. Origin: as above. [1]"""
 _LARGEST_MEMORY_KIB = 262_144
 _MOST_PASSES = 20
+_T = TypeVar("_T")
+_Ts = TypeVarTuple("_Ts")
 _NAME = Place(key="name")
 _NAME_SIGNS = frozenset("-_.@ ")
 
@@ -96,6 +102,8 @@ class Identity(NamedTuple):
     """Name of the user; empty for somebody without one."""
     hash: str = ""
     """Hash that the password was checked against."""
+    until: datetime | None = None
+    """When it ends, where a token stood for the password."""
 
 
 ANONYMOUS = Identity("")
@@ -235,9 +243,14 @@ class Users:
     """
 
     def __init__(
-        self, path: Path, clock: Clock, tell: Callable[[str, bool], None] | None = None
+        self,
+        path: Path,
+        clock: Clock,
+        tell: Callable[[str, bool], None] | None = None,
+        tokens: Path | None = None,
     ) -> None:
         self._path = path
+        self._tokens = IssuedTokens(tokens)
         self._clock = clock
         self._tell = tell
         self._throttle = LogInThrottle()
@@ -274,25 +287,38 @@ class Users:
     async def open(self) -> None:
         """Read the file; a bad one is told by `problem` and read again when it changes."""
         await asyncio.to_thread(self._read_again)
+        await asyncio.to_thread(self._tokens.read)
 
     async def close(self) -> None:
         """End the thread; a password that is being checked is waited for."""
         await asyncio.to_thread(self._thread.shutdown, wait=True, cancel_futures=True)
 
     async def identify(self, name: str, password: str, address: str = "") -> Identity | None:
-        """Return who logs in from an address; None: name or password is wrong, or too many were."""
+        """Return who logs in from an address; None: name or password is wrong, or too many were.
+
+        A token stands for the password until it ends; guesses at others keep nobody from that.
+        """
         now_s = self._clock.monotonic_s()
         name = name[: LONGEST_NAME + 1]
+        renewed = await self._in_turn(self._renewed, name, password)
+        if renewed is not None:
+            self._told(name, right=True)
+            return renewed
         if self._throttle.refused(name, address, now_s) is not None:
             return None
         self._throttle.count(name, address, now_s)
-        loop = asyncio.get_running_loop()
-        found = await loop.run_in_executor(self._thread, self._checked, name, password)
+        found = await self._in_turn(self._checked, name, password)
         if found is not None:
             self._throttle.succeeded(name, address)
-        if self._tell is not None:
-            self._tell(name, found is not None)
+        self._told(name, right=found is not None)
         return found
+
+    async def _in_turn(self, act: Callable[[*_Ts], _T], *given: *_Ts) -> _T:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, act, *given)
+
+    def _told(self, name: str, *, right: bool) -> None:
+        if self._tell is not None:
+            self._tell(name, right)
 
     def _checked(self, name: str, password: str) -> Identity | None:
         self._read_again()
@@ -304,11 +330,47 @@ class Users:
             right = PasswordHasher().verify(against, password if fits else "")
         return Identity(user.name, user.hash) if user is not None and right and fits else None
 
+    def _renewed(self, name: str, token: str) -> Identity | None:
+        """Return whose token it is, if user, password and role are those that it was issued to."""
+        self._read_again()
+        found, user = self._tokens.find(token, self._clock.utc()), self._users.get(name)
+        if found is None or user is None or not hmac.compare_digest(found.holder, _holder(user)):
+            return None
+        return Identity(user.name, user.hash, found.until)
+
     async def role_now(self, identity: Identity) -> Role:
         """Return what somebody who has logged in may do now."""
+        user = await self._user_of(identity)
+        return Role.NONE if user is None else user.role
+
+    async def _user_of(self, identity: Identity) -> User | None:
         await asyncio.to_thread(self._read_again)  # never behind a password that is being checked
-        user = self._users.get(identity.name)
-        return Role.NONE if user is None or user.hash != identity.hash else user.role
+        user, until = self._users.get(identity.name), identity.until
+        over = until is not None and until <= self._clock.utc()
+        return None if user is None or user.hash != identity.hash or over else user
+
+    async def issue_token(self, identity: Identity) -> str:
+        """Return what stands for the password of somebody who has logged in, for some hours.
+
+        It ends with `revoke_token`, and as soon as the user, the password or the role is another
+        one. A token buys no other: nothing is issued to whoever has logged in by one, nor to
+        whoever is nobody now.
+        """
+        user = await self._user_of(identity)
+        if user is None or identity.until is not None:
+            return ""
+        return await self._in_turn(self._tokens.issue, _holder(user), self._clock.utc())
+
+    async def revoke_token(self, identity: Identity, token: str) -> None:
+        """End a token of somebody."""
+        user = await self._user_of(identity)
+        if user is not None:
+            await self._in_turn(self._tokens.revoke, token, _holder(user))
+
+
+def _holder(user: User) -> str:
+    """Return what a token remembers of a user."""
+    return sha256(f"{user.name}\n{user.role}\n{user.hash}".encode()).hexdigest()
 
 
 def _step_back() -> None:

@@ -92,7 +92,7 @@ def why_out(connection: HTTPConnection) -> str:
     if cookie is None:
         return ""
     person = parts.persons.of(cookie)
-    return (parts.persons.why_ended(cookie) or STARTED_ANEW) if person is None else person.lost
+    return "" if person is not None else parts.persons.why_ended(cookie) or STARTED_ANEW
 
 
 async def json_of(request: Request) -> object:
@@ -148,7 +148,7 @@ def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[E
                 if page:
                     return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
                 return refuse(request, _UNAUTHORIZED, why_out(request) or "login-needed")
-            refusal = _refusal(request, visitor, role, acts=named and unsafe)
+            refusal = _refusal(request, visitor, role)
             if refusal is not None:
                 return refusal
             try:
@@ -161,16 +161,12 @@ def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[E
     return decorate
 
 
-def _refusal(request: Request, visitor: Visitor, role: Role, *, acts: bool) -> Response | None:
-    """Return why somebody may not, or None: by role, by a session that is lost, by the token."""
-    person = visitor.person
-    enough = visitor.role.at_least(role)
-    if person is not None and (acts or not enough) and person.lost:
-        return refuse(request, _UNAUTHORIZED, person.lost)
-    if not enough:
+def _refusal(request: Request, visitor: Visitor, role: Role) -> Response | None:
+    """Return why somebody may not, by the role or by the token; None for who may."""
+    if not visitor.role.at_least(role):
         needed = Message(f"common-role_{role.value}")
         return refuse(request, _FORBIDDEN, "login-role_too_low", needed=needed)
-    if request.method not in _SAFE and person is not None:
+    if request.method not in _SAFE and visitor.person is not None:
         token = request.headers.get(TOKEN_HEADER, "")
         if not hmac.compare_digest(token.encode(), visitor.token.encode()):
             return refuse(request, _FORBIDDEN, "login-token")

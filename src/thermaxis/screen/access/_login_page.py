@@ -85,16 +85,11 @@ async def _log_in(request: Request) -> Response:
     name, password = said.get("name"), said.get("password")
     if not (isinstance(name, str) and isinstance(password, str) and name and password):
         return refuse(request, HTTPStatus.BAD_REQUEST, "login-incomplete")
-    before = parts.persons.of(_cookie(request))
-    looks_on = before is not None and bool(before.lost)
-    if not looks_on:  # whoever looks on takes no place, and goes on to do so after a mistake
-        await parts.persons.log_out(_cookie(request))
+    await parts.persons.log_out(_cookie(request))
     address = request.client.host if request.client is not None else ""
     found = await parts.persons.log_in(name, password, address)
     if isinstance(found, Refusal):
         return _refused(request, found)
-    if looks_on:
-        await parts.persons.log_out(_cookie(request))
     secret, person = found
     answer = answer_json({"name": person.name, "role": person.role.value})
     answer.set_cookie(cookie_name(parts, request.url.port), secret, **_marks(parts))

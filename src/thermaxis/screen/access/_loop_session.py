@@ -1,7 +1,7 @@
-"""One OPC UA session under the name of a person, made once and never made again.
+"""One OPC UA session under the name of a person.
 
-The password goes into the log-in and is forgotten with it, so nothing here could log in a second
-time: a connection that is lost ends the log-in, and the person says the password again.
+The password goes into the log-in and is forgotten with it; after a loss another session is opened
+by the token that the loop has issued in this one.
 """
 
 import asyncio
@@ -12,7 +12,7 @@ from typing import Final, NamedTuple, final
 
 from asyncua import ua
 
-from thermaxis.runtime import Clock, ConnectionSettings, Role
+from thermaxis.runtime import Clock, ConnectionSettings, Role, Secret
 from thermaxis.runtime.opcua import (
     FAILURES,
     Link,
@@ -34,6 +34,8 @@ SESSION_TIMEOUT_MS: Final = 90_000.0
 after the other, and one that waits for the loop is silence. It ends a session whose connection is
 lost at once, so that nothing is left of a killed screen. [ms]"""
 _LEAVE_S: Final = 1.0
+_ISSUE: Final = f"{REQUESTS}/IssueToken"
+_REVOKE: Final = f"{REQUESTS}/RevokeToken"
 _REFUSALS: Final = frozenset({"BadUserAccessDenied", "BadIdentityTokenRejected"})
 
 
@@ -62,6 +64,8 @@ class LoopSession:
 
     def __init__(self, link: Link) -> None:
         self._link = link
+        self.token = Secret("")
+        """What the next session is opened by; empty where the loop has issued nothing."""
 
     @staticmethod
     async def log_in(settings: ConnectionSettings, clock: Clock) -> "LoopSession":
@@ -100,6 +104,12 @@ class LoopSession:
         name = answer.values[0]
         return Caller(name, role) if isinstance(name, str) else None
 
+    async def take_token(self, deadline_s: float) -> None:
+        """Have a token issued; a session that was opened by one has none issued."""
+        answer = await self._call(_ISSUE, (), deadline_s)
+        told = answer.values[0] if answer is not None and len(answer.values) == 1 else None
+        self.token = Secret(told) if isinstance(told, str) else Secret("")
+
     async def _call(
         self, method: str, arguments: Sequence[ua.Variant], deadline_s: float
     ) -> MethodAnswer | None:
@@ -108,8 +118,11 @@ class LoopSession:
         return await call_method(self._link, REQUESTS, method, arguments, deadline_s)
 
     async def close(self) -> None:
-        """Log out at the server and end the connection; nothing of it runs on."""
-        link, gone = self._link, self.lost
+        """Log out at the server, its token too, and end the connection; nothing of it runs on."""
+        link, token = self._link, self.token.reveal()
+        if token:
+            await self._call(_REVOKE, (ua.Variant(token),), _LEAVE_S)
+        gone = self.lost
         self.give_up()
         waiting = tuple(link.under_way)
         for task in waiting:

@@ -2,8 +2,8 @@
 
 The screen knows no passwords and no rights. It hands a name and a password to the loop's status
 server once, and every request goes out in the session that this opened: what a person may do is
-decided there, each time anew. Whoever has lost that session may look on, and asks for nothing
-until the next log-in.
+decided there, each time anew. A session that is lost is opened again by the token that the loop
+has issued, for as long as that holds.
 """
 
 import asyncio
@@ -56,8 +56,6 @@ MOST_AT_ONCE: Final = 4
 """Log-ins whose passwords are being checked, and requests of one person that wait. [1]"""
 MOST_WAITING: Final = 8
 """Log-ins that wait for that. [1]"""
-MOST_LOST: Final = 48
-"""People who may only look on, as their session is gone; with the next one the first ends. [1]"""
 _LONGEST_COOKIE: Final = 128
 _MOST_ENDED: Final = 64
 
@@ -85,10 +83,10 @@ IDLE: Final = "login-idle"
 TOO_LONG: Final = "login-too_long"
 """The log-in has lasted as long as any may."""
 LOOP_GONE: Final = "login-loop_gone"
-"""The session at the loop is gone: the loop, its server or the connection ended. The person may
-look, and logs in again to act."""
+"""The session at the loop is gone: the loop, its server or the connection ended. It is opened
+again as soon as the loop is back."""
 ROLE_GONE: Final = "login-role_gone"
-"""The user was struck off, or the password was changed."""
+"""The user was struck off, password or role were changed, or the token has ended."""
 ELSEWHERE: Final = "login-elsewhere"
 """The same user has logged in too often elsewhere."""
 SCREEN_ENDS: Final = "login-screen_ends"
@@ -111,7 +109,7 @@ class UserSession:
 
     name: str
     """Name of the user, as the loop's server says it."""
-    granted: Role
+    role: Role
     """What the user may do, as the server said last."""
     token: str = field(repr=False)
     """Secret that every request of the person's pages carries besides the cookie."""
@@ -123,40 +121,20 @@ class UserSession:
     """Last sign of the person, monotonic. [s]"""
     session: LoopSession = field(repr=False)
     """The session at the loop; requests go through `UserSessions.ask`."""
-    reason: str = ""
-    """Key of the words that say why the log-in has ended; empty while it has not."""
+    ended: str = ""
+    """Key of the words that say why the log-in has ended; empty while it stands."""
     waiting: int = 0
     """Requests whose answers are waited for. [1]"""
-    parted: bool = False
-    """Whether the session, lost, is being closed or has been."""
-
-    @property
-    def lost(self) -> str:
-        """Key of the words that say why the person may only look; empty while that is not so."""
-        return LOOP_GONE if self.session.lost else ""
-
-    @property
-    def role(self) -> Role:
-        """What the user may do now: without a session at the loop, look."""
-        return Role.VIEWER if self.lost else self.granted
-
-    @property
-    def ended(self) -> str:
-        """Key of the words that say why the log-in has ended; empty while it stands."""
-        return self.reason
+    renewing: bool = False
+    """Whether another session is being opened in place of one that is lost."""
 
 
 @final
 class UserSessions:
     """Logs people in and out, and asks the loop what they ask.
 
-    A person whose session at the loop is lost stays, with the role viewer and the same ends, so
-    that an open page says what is wrong and recovers by itself; the session is never made again.
-
-    Not protected: somebody without a session is nobody to the loop, which is not asked about them
-    any more. A user who is struck off, or whose password is changed, after the session was lost
-    may look on until ``idle_s`` without a sign, until ``longest_s``, or until the screen is started
-    anew; where anybody may look, that is no more than anybody may.
+    Not protected: while the loop is away nobody can ask it who somebody is. Whoever had logged in
+    looks on in the role of before, at most until the ends of every log-in, and asks for nothing.
 
     Also not protected: whoever has a person's cookie and reads a page with it is that person until
     the log-in ends, by log-out, after `idle_s` without a sign or after `longest_s` in any case; the
@@ -218,7 +196,11 @@ class UserSessions:
             while True:
                 await self._clock.sleep_until(self._clock.monotonic_s() + KEEP_ALIVE_S)
                 for known, person in tuple(self._user_sessions.items()):
-                    if not (self._end_if_over(known, person) or person.session.busy):
+                    if self._end_if_over(known, person):
+                        continue
+                    if person.session.lost:
+                        group.create_task(self._renew(known, person))
+                    elif not person.session.busy:
                         group.create_task(self._refresh(known, person))
 
     async def _refresh(self, known: bytes, person: UserSession) -> None:
@@ -226,52 +208,54 @@ class UserSessions:
         session = person.session
         waits = session.busy  # the server answers one after the other, and the loop takes its time
         caller = await session.who_am_i(NO_SIGN_S)
-        if person.reason or (caller is None and waits and not session.lost):
+        if person.ended or (caller is None and waits and not session.lost):
             return
         if caller is None:
             session.give_up()
-            self._end_if_over(known, person)
         elif caller.name != person.name or caller.role is Role.NONE:
             self._end(known, ROLE_GONE)
         else:
-            person.granted = caller.role
+            person.role = caller.role
+
+    async def _renew(self, known: bytes, person: UserSession) -> None:
+        """Open a session anew in place of a lost one; end the log-in of somebody who is refused."""
+        if person.renewing:
+            return
+        person.renewing, lost = True, person.session
+        try:
+            found = await self._session_of(person.name, lost.token)
+            if isinstance(found, Refusal):
+                if found.key == REFUSED:
+                    self._end(known, ROLE_GONE)
+                return
+            found.token, lost.token = lost.token, Secret("")
+            person.session = found
+            await (found if person.ended else lost).close()
+        finally:
+            person.renewing = False
+        await self._refresh(known, person)
 
     def _end_if_over(self, known: bytes, person: UserSession) -> bool:
-        """End a log-in that lasted too long, return whether it did; part from a lost session."""
+        """End a log-in that lasted too long, and return whether it did."""
         now_s = self._clock.monotonic_s()
         if now_s - person.began_s >= self._longest_s:
             self._end(known, TOO_LONG)
         elif now_s - person.seen_s >= self._idle_s:
             self._end(known, IDLE)
-        elif person.lost:
-            self._part(person)
-            self._bound_lost()
-        return bool(person.reason)
-
-    def _part(self, person: UserSession) -> None:
-        """Close a session, once; the log-in may go on without it."""
-        if person.parted:
-            return
-        person.parted = True
-        leaving = asyncio.create_task(person.session.close(), name="log-out")
-        self._leaving.add(leaving)
-        leaving.add_done_callback(self._leaving.discard)
-
-    def _bound_lost(self) -> None:
-        lost = [known for known, person in self._user_sessions.items() if person.lost]
-        for known in lost[: max(0, len(lost) - MOST_LOST)]:
-            self._end(known, LOOP_GONE)
+        return bool(person.ended)
 
     def _end(self, known: bytes, key: str) -> None:
         """End a log-in; its session is closed at the server meanwhile."""
         person = self._user_sessions.pop(known, None)
         if person is None:
             return
-        person.reason = key
+        person.ended = key
         self._ended[known] = key
         if len(self._ended) > _MOST_ENDED:
             del self._ended[next(iter(self._ended))]
-        self._part(person)
+        leaving = asyncio.create_task(person.session.close(), name="log-out")
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
 
     # ---- log-in ---------------------------------------------------------------------------------
 
@@ -299,11 +283,11 @@ class UserSessions:
         if refused is not None:
             return refused
         self._sweep()
-        if self._acting >= self._most:
+        if self.count >= self._most:
             return Refusal(FULL)
         now_s = self._clock.monotonic_s()
         self._throttle.count(name, address, now_s)
-        found = await self._session_of(name, password)
+        found = await self._session_of(name, Secret(password))
         if isinstance(found, Refusal):
             if found.key != REFUSED:
                 self._throttle.take_back(name, address, now_s)
@@ -324,17 +308,17 @@ class UserSessions:
         for known, person in tuple(self._user_sessions.items()):
             self._end_if_over(known, person)
 
-    async def _session_of(self, name: str, password: str) -> LoopSession | Refusal:
+    async def _session_of(self, name: str, password: Secret) -> LoopSession | Refusal:
         """Return a session under a name and a password, or why there is none."""
         try:
             check_name(name)
-            fits = 0 < len(password.encode()) <= LONGEST_PASSWORD
+            fits = 0 < len(password.reveal().encode()) <= LONGEST_PASSWORD
         except (ConfigurationError, UnicodeEncodeError):
             fits = False
         if not fits:
             return Refusal(REFUSED)
         try:
-            settings = self._connection_for(name, Secret(password))
+            settings = self._connection_for(name, password)
         except ConfigurationError:
             return Refusal(IMPOSSIBLE)
         try:
@@ -355,7 +339,8 @@ class UserSessions:
                 return Refusal(NO_CONNECTION)
             if caller.name != name or not caller.role.at_least(Role.VIEWER):
                 return Refusal(NO_ROLE)
-            if not self._open or self._acting >= self._most:
+            await session.take_token(NO_SIGN_S)
+            if not self._open or self.count >= self._most:
                 return Refusal(FULL)
             admitted = True
         finally:
@@ -370,11 +355,7 @@ class UserSessions:
         return cookie, person
 
     def _make_room(self, name: str) -> None:
-        own = [
-            known
-            for known, person in self._user_sessions.items()
-            if person.name == name and not person.lost
-        ]
+        own = [known for known, person in self._user_sessions.items() if person.name == name]
         for known in own[: max(0, len(own) + 1 - MOST_OF_ONE)]:
             self._end(known, ELSEWHERE)
 
@@ -390,13 +371,8 @@ class UserSessions:
 
     @property
     def count(self) -> int:
-        """How many log-ins stand, those who may only look on included. [1]"""
+        """How many log-ins stand. [1]"""
         return len(self._user_sessions)
-
-    @property
-    def _acting(self) -> int:
-        """How many sessions at the loop there are: those who have lost theirs take no place."""
-        return sum(not person.lost for person in self._user_sessions.values())
 
     def of(self, cookie: str | None, *, touch: bool = False) -> UserSession | None:
         """Return whose cookie it is."""
@@ -416,19 +392,20 @@ class UserSessions:
 
     async def ask(self, person: UserSession, question: Question) -> Outcome:
         """Ask the loop for something under the name of a person."""
-        ended = self._over(person) or person.lost
-        if ended:
-            return refused(ended)
+        ended = self._over(person)
+        if ended or person.session.lost:
+            return refused(ended or LOOP_GONE)
         if person.waiting >= MOST_AT_ONCE:
             return refused(TOO_MANY_ASKED)
         person.seen_s = self._clock.monotonic_s()
         person.waiting += 1
+        session = person.session
         try:
-            answer = await person.session.call(question.ask.name, question.variants, self._answer_s)
+            answer = await session.call(question.ask.name, question.variants, self._answer_s)
         finally:
             person.waiting -= 1
         if answer is None:
-            return unknown(LOST if self._over(person) or person.lost else NO_ANSWER)
+            return unknown(LOST if self._over(person) or session.lost else NO_ANSWER)
         if answer.status == "BadUserAccessDenied":
             await self._ask_role(person)
         return outcome_of(answer)

@@ -3,7 +3,7 @@
 
 import { endKeeping } from "./ask/kept.js";
 import { made, say as show } from "./elements.js";
-import { noDataWords, onLive, onNoData, onStatus, onVisitor, startLive } from "./live.js";
+import { noDataWords, onLive, onNoData, onStatus, startLive } from "./live.js";
 import { clock, word } from "./words.js";
 
 /** @param {string} id */
@@ -105,17 +105,6 @@ function chooseTheme() {
   document.dispatchEvent(new CustomEvent("theme"));
 }
 
-/** Who may only look on since the connection was lost is offered the log-in in place of its end. */
-function offerLogIn() {
-  const end = byId("logout");
-  if (!end || byId("log-in-again")) return;
-  const again = /** @type {HTMLAnchorElement} */ (made("a", word("login-again"), "button"));
-  again.id = "log-in-again";
-  again.href = `/login?next=${encodeURIComponent(location.pathname)}`;
-  end.before(again);
-  end.hidden = true;
-}
-
 function showNotice() {
   const notice = byId("notice");
   let text = null;
@@ -172,8 +161,5 @@ tick();
 setInterval(tick, 1000);
 if (document.body.dataset.viewing === "yes") {
   watch();
-  onVisitor((visitor) => {
-    if (visitor.lost && document.body.dataset.page !== "login") offerLogIn();
-  });
   startLive();
 }

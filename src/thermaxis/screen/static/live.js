@@ -23,8 +23,6 @@ const statusListeners = [];
 const liveListeners = [];
 /** @type {((none: NoData) => void)[]} */
 const noDataListeners = [];
-/** @type {((visitor: {name: string, role: string, lost: string}) => void)[]} */
-const visitorListeners = [];
 
 /** @type {Status | null} */
 let last = null;
@@ -61,11 +59,6 @@ export function onLive(listener) {
 /** @param {(none: NoData) => void} listener */
 export function onNoData(listener) {
   noDataListeners.push(listener);
-}
-
-/** @param {(visitor: {name: string, role: string, lost: string}) => void} listener */
-export function onVisitor(listener) {
-  visitorListeners.push(listener);
 }
 
 /** The last status while it is fresh, else null. */
@@ -150,11 +143,7 @@ function hear(text) {
     if (!last && message.status && isTimed(message)) recall(message);
     tellNone(toldSince);
   } else if (message.kind === "hello") {
-    if (isOld(message)) {
-      location.reload();
-      return;
-    }
-    for (const listener of visitorListeners) listener(message);
+    if (isOld(message)) location.reload();
   } else if (message.kind === "ended" || message.kind === "role") {
     leaveNotice(message.text);
     location.reload();
@@ -261,7 +250,7 @@ function again() {
 
 /**
  * Whether this page was made by another run of the server, or for somebody who is no more.
- * @param {{program: string, name: string, role: string, lost: string}} hello
+ * @param {{program: string, name: string, role: string}} hello
  */
 function isOld(hello) {
   const { program, name, role } = document.body.dataset;
@@ -269,9 +258,7 @@ function isOld(hello) {
     if (name && !hello.name) leaveNotice(word("login-started_anew"));
     return true;
   }
-  if (hello.name === name && hello.role === role) return false;
-  if (hello.lost) leaveNotice(hello.lost);
-  return true;
+  return hello.name !== name || hello.role !== role;
 }
 
 /** @param {string} text */

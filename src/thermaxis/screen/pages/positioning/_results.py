@@ -103,7 +103,7 @@ class KeptResults:
         """Drop what is old, whose owner has left, or what is too much."""
         now_s = self._clock.monotonic_s()
         for one in list(self._results.values()):
-            if now_s - one.at_s > KEPT_S or one.person.ended or one.person.lost:
+            if now_s - one.at_s > KEPT_S or one.person.ended:
                 self._drop(one)
         owners = {id(one.person): one.person for one in self._results.values()}
         for person in owners.values():
