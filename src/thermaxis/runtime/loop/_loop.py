@@ -399,8 +399,6 @@ class CompensationLoop:
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
         )
-        left_s = active_in_s(self.compensation, self._state.memory)
-        status = self._headlines.with_headline(status, left_s, self._held_by)
         self.historian.record(record_of(status, now_s, self._machine.applied))
         self._journal.connections(self.status, status)
         if changed or now_s - self._alarms_s >= ALARMS_EVERY_S:
@@ -415,7 +413,9 @@ class CompensationLoop:
                 other_state=self._other_state,
             )
             self._journal.alarms(status.alarms, self._alarms)
-            status = replace(status, alarms=self._alarms)
+        left_s = active_in_s(self.compensation, self._state.memory)
+        headline, since = self._headlines.headline_of(status, left_s, self._held_by)
+        status = replace(status, alarms=self._alarms, headline=headline, headline_since=since)
         if now_s - self._past_s >= PAST_EVERY_S and None not in output.values:
             self._past_s = now_s
             rows = zip(status.channels, output.values, strict=True)

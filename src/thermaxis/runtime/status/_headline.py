@@ -1,7 +1,6 @@
 """What is the matter, in one line: the cause goes before the state."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias, final
 
 from thermaxis.codes import Message, Value
@@ -23,8 +22,10 @@ class Headlines:
     def __init__(self) -> None:
         self._since: dict[str, datetime] = {}
 
-    def with_headline(self, status: RuntimeStatus, left_s: float, held_by: str) -> RuntimeStatus:
-        """Return a status with its headline.
+    def headline_of(
+        self, status: RuntimeStatus, left_s: float, held_by: str
+    ) -> "tuple[Message, datetime]":
+        """Return the headline of a status, and since when its cause has stood.
 
         Parameters
         ----------
@@ -35,13 +36,10 @@ class Headlines:
         held_by : str
             Who holds it; empty where that is not known.
         """
-        causes = {
-            key: Message(f"headline-{code}", values)
-            for key, code, values in _causes(status, left_s, held_by)
-        }
-        self._since = {key: self._since.get(key, status.utc) for key in causes}
-        key, headline = next(iter(causes.items()))
-        return replace(status, headline=headline, headline_since=self._since[key])
+        causes = [*_causes(status, left_s, held_by)]
+        self._since = {key: self._since.get(key, status.utc) for key, _, _ in causes}
+        key, code, values = causes[0]
+        return Message(f"headline-{code}", values), self._since[key]
 
 
 def _causes(status: RuntimeStatus, left_s: float, held_by: str) -> _Causes:

@@ -1,0 +1,224 @@
+"""The headline names the cause, in every language; what acts is told as read, and what it is of."""
+
+import asyncio
+import json
+import math
+from dataclasses import replace
+from datetime import timedelta
+from typing import Any
+
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from tests.unit.runtime.simulated import Rig, ask, enabled_for, state_of
+from tests.unit.runtime.status_server_parts import NOW, offsets, output, status
+from thermaxis.codes import Message
+from thermaxis.compensation import Reason, RequestKind, SampleQuality, SupervisorState
+from thermaxis.messages import ISOLATE, LANGUAGES, remedy_of, sentence_of
+from thermaxis.runtime import OTHER_COMPENSATION, CompensationLoop, RuntimeStatus
+from thermaxis.runtime.status import Headlines, as_json, leaves_of, shape_of
+
+VIRTUAL_TIME = True
+STATES, REASONS = tuple(SupervisorState), tuple(Reason)
+NEEDS_NOTHING = {"headline-off", "headline-active"}
+
+
+def headline(told: RuntimeStatus, who: str = "") -> Message:
+    return Headlines().headline_of(told, 12.0, who)[0]
+
+
+@st.composite
+def statuses(draw: st.DrawFn) -> RuntimeStatus:
+    """Return a status as a loop may tell it, and many that none ever tells."""
+    state = draw(st.sampled_from(STATES))
+    qualities = draw(st.tuples(*[st.sampled_from(SampleQuality)] * 2))
+    fewest = int(state is SupervisorState.FAULT)
+    reasons = draw(st.lists(st.sampled_from(REASONS), min_size=fewest, max_size=3, unique=True))
+    known = draw(st.booleans())
+    return status(
+        enabled=draw(st.booleans()) and state is not SupervisorState.OFF,
+        sink_connected=draw(st.booleans()),
+        source_connected=draw(st.booleans()),
+        interlocks={n: draw(st.sampled_from((True, False, None))) for n in ("drives", "door")},
+        offsets={"Z_um": offsets(1.0, 1.0, 1.0, age_s=0.1 if known else 60.0)},
+        output=output(
+            state=state,
+            reasons=tuple(reasons),
+            qualities=qualities,
+            at_limit=(draw(st.booleans()),),
+        ),
+    )
+
+
+@given(statuses(), st.sampled_from(LANGUAGES), st.sampled_from(("", "Jana")))
+@settings(max_examples=400)
+def test_every_status_has_a_headline_with_words_and_a_remedy_in_every_language(
+    told: RuntimeStatus, language: Any, who: str
+) -> None:
+    found = headline(told, who)
+    text = sentence_of(found, language=language)
+    assert text
+    assert ISOLATE not in text
+    assert "headline-" not in text
+    assert bool(remedy_of(found, language=language)) is (found.code not in NEEDS_NOTHING)
+
+
+@given(statuses())
+@settings(max_examples=400)
+def test_the_cause_is_named_before_the_state(told: RuntimeStatus) -> None:
+    found = headline(told)
+    state, at_work = told.output.state, told.enabled
+    usable = {SampleQuality.GOOD, SampleQuality.REDUNDANT}
+    dead = [n for n, q in zip(told.channels, told.output.qualities, strict=True) if q not in usable]
+    if not told.sink_connected or told.offsets["Z_um"].acting.age_s == 60.0:
+        assert found.code == "headline-unreachable"
+    elif state is SupervisorState.OFF:
+        assert found.code == "headline-off"
+    elif state is SupervisorState.FAULT:
+        assert found.code == "headline-fault"
+    elif told.open_interlocks:
+        assert found.code == "headline-interlock"
+        assert found.values["names"] == told.open_interlocks
+        assert found.values["name"] == told.open_interlocks[0]
+    elif at_work and not told.source_connected:
+        assert found.code in {"headline-inputs_unreachable", "headline-not_released"}
+    elif dead or None in told.interlocks.values():
+        assert found.code not in {"headline-warming", "headline-active", "headline-at_limit"}
+        held = state is SupervisorState.HOLDING
+        if found.code in {"headline-held_for_input", "headline-input_lost"}:
+            assert found.code == ("headline-held_for_input" if held else "headline-input_lost")
+            assert found.values["name"] in {*dead, *told.interlocks}
+    assert (found.code == "headline-off") <= (state is SupervisorState.OFF)
+    assert (found.code == "headline-active") <= (state is SupervisorState.ACTIVE)
+
+
+def test_what_cannot_be_read_of_another_compensation_is_named() -> None:
+    waits = output(state=SupervisorState.WARMING, reasons=(Reason.INPUT_BAD,))
+    assert headline(status(output=waits)).values == {"name": OTHER_COMPENSATION}
+
+
+def test_a_cause_keeps_its_time_through_other_states_and_other_causes() -> None:
+    told, of = Headlines(), output(state=SupervisorState.HOLDING, reasons=(Reason.OPERATOR_HOLD,))
+    times: tuple[tuple[dict[str, Any], str, int], ...] = (
+        ({}, "held_by_person", 0),
+        ({"interlocks": {"door": False}}, "interlock", 1),
+        ({"interlocks": {"door": False}, "sink_connected": False}, "unreachable", 2),
+        ({"interlocks": {"door": False, "drives": False}}, "interlock", 1),
+        ({"interlocks": {"door": True, "drives": False}}, "interlock", 3),
+        ({}, "held_by_person", 0),
+        ({}, "active", 6),
+    )
+    for k, (changes, code, since) in enumerate(times):
+        at = NOW + timedelta(seconds=k)
+        now = status(output=of, utc=at) if k < 6 else status(utc=at)
+        found, came = told.headline_of(replace(now, **changes), 0.0, "")
+        assert found.code == f"headline-{code}"
+        assert came == NOW + timedelta(seconds=since)
+
+
+# ---- beside a loop ------------------------------------------------------------------------------
+
+
+def of(loop: CompensationLoop) -> tuple[str, dict[str, Any]]:
+    assert loop.status is not None
+    return loop.status.headline.code, dict(loop.status.headline.values)
+
+
+async def test_a_loop_that_begins_with_a_dead_sensor_names_it_and_does_not_warm_up() -> None:
+    bench = Rig()
+    bench.machine.values["s"] = None
+    async with bench.running() as loop:
+        await ask(loop, RequestKind.ENABLE)
+        for _ in range(20):
+            await asyncio.sleep(1.0)
+            assert of(loop) == ("headline-input_lost", {"name": "s"})
+        bench.machine.values["s"] = 23.0
+        await asyncio.sleep(2.0)
+        code, values = of(loop)
+        assert code == "headline-warming"
+        left_s = values["left_s"]
+        await asyncio.sleep(left_s + 1.5)
+        assert of(loop) == ("headline-active", {})
+
+
+async def test_a_loop_names_who_holds_it_and_what_keeps_it() -> None:
+    bench = Rig(hold_input_s=20.0)
+    async with bench.running() as loop:
+        await asyncio.sleep(2.0)
+        assert of(loop) == ("headline-off", {})
+        await enabled_for(loop, 30.0)
+        await ask(loop, RequestKind.HOLD)
+        await asyncio.sleep(2.0)
+        assert of(loop) == ("headline-held_by_person", {"who": "Jana"})
+        await ask(loop, RequestKind.RESUME)
+        await asyncio.sleep(3.0)
+        bench.machine.values["s"] = None
+        await asyncio.sleep(10.0)
+        assert loop.status is not None
+        began = loop.status.headline_since
+        assert of(loop) == ("headline-held_for_input", {"name": "s"})
+        await asyncio.sleep(30.0)
+        assert state_of(loop) is SupervisorState.FADING
+        assert of(loop) == ("headline-input_lost", {"name": "s"})
+        assert loop.status.headline_since == began, "the sensor is dead since then"
+        bench.machine.lose()
+        await asyncio.sleep(2.0)
+        assert of(loop) == ("headline-unreachable", {})
+
+
+# ---- what acts, and what it is made of ----------------------------------------------------------
+
+UM = st.floats(-1e3, 1e3)
+
+
+@given(UM, UM, st.tuples(UM, UM), st.floats(0.0, 1.0))
+def test_sources_trim_and_rest_add_up_to_the_correction(
+    correction_um: float, trim_um: float, parts_um: tuple[float, float], weight: float
+) -> None:
+    told = output(
+        correction_um=(correction_um,),
+        trim_um=(trim_um,),
+        contribution_um=(parts_um,),
+        weight=(weight,),
+    )
+    found = json.loads(as_json(status(output=told)))["outputs"]["Z_um"]
+    assert list(found["sources_um"]) == ["spindle", "column"]
+    assert found["sources_um"]["spindle"] == -weight * parts_um[0]
+    whole_um = math.fsum((*found["sources_um"].values(), found["trim_um"], found["rest_um"]))
+    assert whole_um == pytest.approx(found["correction_um"], rel=0.0, abs=1e-9)
+
+
+def test_the_difference_that_drives_a_part_is_the_rise_of_its_channels() -> None:
+    told = status(reference_c={"T_spindle_C": 20.0, "T_column_C": 21.0})
+    found = json.loads(as_json(told))["outputs"]["Z_um"]["differences_k"]
+    assert found == pytest.approx({"spindle": 10.5, "column": 1.0})  # (31.5 - 20) - (22 - 21)
+    dead = status(output=output(values=(None, 22.0)), reference_c=told.reference_c)
+    found = json.loads(as_json(dead))["outputs"]["Z_um"]["differences_k"]
+    assert found == {"spindle": None, "column": pytest.approx(1.0)}
+
+
+def quality(told: RuntimeStatus, node: str) -> str:
+    return leaves_of(shape_of(told)).shown[f"Outputs/Z_um/{node}"].read(told).quality
+
+
+def test_what_acts_keeps_its_last_value_and_is_bad_once_it_may_be_gone() -> None:
+    for age_s, connected, known in (
+        (0.1, True, True),
+        (2.5, True, True),
+        (2.6, True, False),
+        (0.1, False, False),
+    ):
+        of = {"Z_um": offsets(-12.5, -12.4, -12.0, age_s=age_s)}
+        told = status(offsets=of, sink_connected=connected)
+        found = json.loads(as_json(told))["outputs"]["Z_um"]
+        assert (found["acting_um"], found["acting_age_s"]) == (-12.0, age_s)
+        assert found["acting_known"] is known
+        assert quality(told, "Acting") == ("Good" if known else "BadNoCommunication")
+
+
+def test_a_machine_that_tells_no_acting_offset_is_told_from_one_that_is_silent() -> None:
+    silent = offsets(-12.5, None, None)
+    assert quality(status(offsets={"Z_um": silent}), "Effective") == "GoodNoData"
+    asked = silent._replace(tells_effective=True)
+    for node in ("Effective", "EffectiveAge", "Accepted", "AcceptedAge", "Acting", "ActingAge"):
+        assert quality(status(offsets={"Z_um": asked}), node) == "BadNoCommunication"
