@@ -8,14 +8,15 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.opcua_server import Machine, OneUser, start_machine
 from thermaxis.cli.machine import certificate as command
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import read_toml, tree_of
 from thermaxis.runtime import ConnectionSettings
-from thermaxis.runtime.config import read_tables, tree_of
 from thermaxis.runtime.opcua import certificate_of, private_key_of
 
 
@@ -132,8 +133,8 @@ def test_the_table_of_the_connection_is_written_but_for_the_user(machine, tmp_pa
     assert text.count('""  # decide') == 2
     (tmp_path / "secret").write_text("hunter2", encoding="utf-8")
     file.write_text(text.replace('user = ""', 'user = "a"').replace('""', '"secret"'))
-    table = read_tables(file)["connection"]["control"]
-    found = tree_of(ConnectionSettings, table, tmp_path)
+    connections: Any = read_toml(file)["connection"]
+    found = tree_of(ConnectionSettings, connections["control"], tmp_path)
     assert (found.url, found.security, found.user) == (url, "Basic256Sha256", "a")
     assert (found.certificate, found.private_key, found.server_certificate) == (own, key, stored)
     assert (found.password_file, found.application_uri) == (tmp_path / "secret", "urn:works:ipc")

@@ -54,7 +54,7 @@ def test_czech_counts_in_three_forms_and_no_count_has_signs_between_its_digits()
 
 def test_several_codes_are_said_one_after_another_and_an_unknown_one_as_it_is() -> None:
     values = {"state": "Holding", "reasons": ("input_bad", "of_tomorrow")}
-    text = "Holding: an input has no usable value; of_tomorrow"
+    text = "Hold: an input has no usable value; of_tomorrow"
     assert sentence("event-state_reasons", values) == text
     alarms = (Message("alarm-diameter_unknown"), Message("alarm-historian_unstated"))
     said = sentence("answer-no_fault", {"alarms": alarms})
@@ -64,7 +64,7 @@ def test_several_codes_are_said_one_after_another_and_an_unknown_one_as_it_is() 
 def test_an_alarm_has_a_text_a_cause_and_a_remedy() -> None:
     values = {"name": "Z_um", "correction_um": 61.25, "soft_um": 50.0}
     text, cause, remedy = alarm_sentences("soft_limit", values, language="de")
-    assert text == "Die Korrektur von Z ist +61,2 µm, jenseits ihrer weichen Grenze von 50,0 µm."
+    assert text == "Die Korrektur von Z ist +61,2 µm, jenseits der Warngrenze von 50,0 µm."
     assert (
         cause == "Die Maschine ist ungewöhnlich warm oder kalt, oder Modell oder Sensor ist falsch."
     )
