@@ -57,6 +57,8 @@ def test_an_offset_that_stands_while_it_is_off_is_told_with_the_way_out() -> Non
     assert alarm.priority == "medium"
     assert "stands in Z," in alarm.text
     assert "fade it out" in alarm.remedy
+    unreachable = replace(with_output(state=SupervisorState.OFF), sink_connected=False)
+    assert "standing offset Z_um" not in found(unreachable), "nobody knows whether it stands"
 
 
 def test_a_fault_says_that_it_waits_to_be_acknowledged() -> None:

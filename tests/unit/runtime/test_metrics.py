@@ -80,6 +80,10 @@ def test_the_page_says_what_the_status_says() -> None:
     assert found[at("cycles_total")] == 28_800.0
     assert found[at("overruns_total")] == 3.0
     assert found[at("computed_micrometres", output="Z_um")] == -12.5
+    assert found[at("commanded_micrometres", output="Z_um")] == -12.5
+    assert found[at("commanded_age_seconds", output="Z_um")] == 0.1
+    assert found[at("acting_micrometres", output="Z_um")] == -12.0
+    assert found[at("acting_known", output="Z_um")] == 1.0
     assert found[at("accepted_micrometres", output="Z_um")] == -12.4
     assert found[at("effective_micrometres", output="Z_um")] == -12.0
     assert found[at("input_celsius", channel="T_spindle_C")] == 31.5
@@ -134,6 +138,9 @@ def test_what_the_machine_does_not_say_is_absent_and_not_zero() -> None:
     assert at("accepted_micrometres", output="Z_um") not in found
     assert at("effective_micrometres", output="Z_um") not in found
     assert at("accepted_micrometres", output="Z_um") not in figures(status(offsets={}))
+    unreachable = figures(status(sink_connected=False))
+    assert at("acting_micrometres", output="Z_um") not in unreachable, "its watchdog may act"
+    assert unreachable[at("acting_known", output="Z_um")] == 0.0
 
 
 def test_before_the_first_cycle_the_page_says_so() -> None:

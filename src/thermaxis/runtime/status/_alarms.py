@@ -223,7 +223,8 @@ def _of_outputs(
         output, of = status.output, {"name": name}
         correction_um, rate_um_per_s = output.correction_um[i], limits.largest_rate_um_per_s
         tolerance_um = compensation.supervisor.read_back_tolerance_um
-        if output.state is SupervisorState.OFF and abs(correction_um) > tolerance_um:
+        off = output.state is SupervisorState.OFF and status.acting_known(name)
+        if off and abs(correction_um) > tolerance_um:
             yield "standing_offset", name, {**of, "correction_um": correction_um}
         said = status.offsets.get(name, OutputOffsets())
         accepted_um, effective_um = said.accepted.um, said.effective.um
