@@ -8,7 +8,7 @@ from typing import NamedTuple, final
 from starlette.requests import Request
 from starlette.responses import Response
 
-from thermaxis.screen.access import asset_folder
+from thermaxis.screen.access import asset_folder, static_version
 
 _KINDS = {
     ".js": "text/javascript; charset=utf-8",
@@ -16,6 +16,7 @@ _KINDS = {
     ".svg": "image/svg+xml",
 }
 _NOT_FOUND, _NOT_MODIFIED = 404, 304
+_FOR_EVER = "max-age=31536000, immutable"
 
 
 class _Packed(NamedTuple):
@@ -47,6 +48,8 @@ class Assets:
     def answer(self, request: Request) -> Response:
         """Return a file, packed; or that the browser has it already.
 
+        At an address that names the version the browser keeps it and asks no more.
+
         Parameters
         ----------
         request : Request
@@ -57,12 +60,14 @@ class Assets:
         Response
             The file, 304 or 404.
         """
-        name = str(request.path_params["name"])
+        asked = str(request.path_params["name"])
+        name = asked.removeprefix(f"{static_version()}/")
         path = self._paths.get(name)
         if path is None:
             return Response(status_code=_NOT_FOUND)
         tag, plain, packed = self._packed(name, path)
-        headers = {"ETag": tag, "Cache-Control": "no-cache", "Vary": "Accept-Encoding"}
+        kept = "no-cache" if name == asked else _FOR_EVER
+        headers = {"ETag": tag, "Cache-Control": kept, "Vary": "Accept-Encoding"}
         if request.headers.get("if-none-match") == tag:
             return Response(status_code=_NOT_MODIFIED, headers=headers)
         kind = _KINDS[path.suffix]

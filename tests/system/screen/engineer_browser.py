@@ -22,7 +22,7 @@ from thermaxis.screen.pages.model import page as _model_page
 
 HOST = "http://screen.test"
 CSP = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; "
     "img-src 'self' data: blob:; connect-src 'self' ws://screen.test; font-src 'self'; "
     "form-action 'self'; base-uri 'none'"
 )

@@ -54,6 +54,7 @@ class Server:
             status = {
                 "state": "Active",
                 "state_said": "",
+                "reasons_said": [],
                 "cycle_s": 1.0,
                 "alarms": [],
                 "utc": None,

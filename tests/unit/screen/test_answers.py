@@ -1,9 +1,12 @@
 """What is answered where there is nothing to show, and what the terminal is told of it."""
 
 import asyncio
+import base64
 import contextlib
+import hashlib
 import json
 import logging
+import re
 from itertools import product
 from typing import TYPE_CHECKING, cast
 
@@ -128,6 +131,11 @@ def test_what_is_sent_to_ask_or_to_log_in_calls_itself_json() -> None:
 def test_what_a_plain_page_says_is_text() -> None:
     page = plain_page("en", "<b>", "a < b & c", back='"').decode()
     assert "<h1>&lt;b&gt;</h1>" in page
+    (style,) = re.findall("<style>(.*)</style>", page)
+    digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
+    policy = browser().get("/", headers=PAGE).headers["content-security-policy"]
+    assert f"style-src 'self' 'sha256-{digest}';" in policy
+    assert "unsafe-inline" not in policy
     assert "a &lt; b &amp; c" in page
 
 

@@ -1,6 +1,7 @@
 """Who is let through to which page, and what every page has."""
 
 import gzip
+import json
 import re
 from collections.abc import Callable, Sequence
 from itertools import product
@@ -9,7 +10,7 @@ from typing import Any, cast
 import pytest
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Route
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
@@ -28,7 +29,14 @@ from thermaxis.screen import Assets, _live_socket
 from thermaxis.screen._application import build_application
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._server import allowed_hosts
-from thermaxis.screen.access import ScreenParts, _login_page, for_script, needs
+from thermaxis.screen.access import (
+    ScreenParts,
+    _login_page,
+    for_script,
+    modules_of,
+    needs,
+    static_address,
+)
 from thermaxis.screen.access._user_sessions import FULL, TOO_MANY, TOO_MANY_FROM_HERE, Refusal
 
 LIVE = "ws://127.0.0.1:8450/live"
@@ -308,8 +316,49 @@ def test_a_file_is_sent_once_and_then_only_named_packed_or_plain() -> None:
     assert packed.headers["content-encoding"] == "gzip"
     assert plain.content == packed.content
     assert "content-encoding" not in plain.headers
-    for name in ("../_access.py", "..%2F_access.py", "_access.py", ""):
+    for name in ("../_access.py", "..%2F_access.py", "_access.py", "", "0123456789abcdef/live.js"):
         assert files({}, name).status_code == 404, name
+
+
+def test_a_file_is_kept_for_ever_only_at_an_address_that_no_other_version_of_it_has() -> None:
+    address = static_address("live.js").removeprefix("/static/")
+    kept, asked = files({}, address), files({}, "live.js")
+    assert kept.content == asked.content
+    assert "immutable" in kept.headers["cache-control"]
+    assert asked.headers["cache-control"] == "no-cache"
+
+
+def test_a_page_names_each_script_that_it_will_load_and_gets_the_words_of_these_alone() -> None:
+    page = whole().get("/sensors").text
+    named = re.findall(rf'"{static_address("")}([^"]+\.js)"', page)
+    assert set(named) == set(modules_of("theme.js", "model/sensors.js", "frame.js"))
+    assert {"chart/draw.js", "live_points.js", "words.js"} < set(named)
+    told = re.search(r'id="words">(.*?)</script>', page)
+    assert told is not None
+    words = json.loads(told[1])
+    assert {"sensors-raw", "chart-nothing", "common-no_data"} < set(words)
+    assert not [key for key in words if key.startswith(("positioning-", "operator-trim"))]
+
+
+def test_pages_and_values_are_packed_for_browsers_that_take_it_and_files_are_not() -> None:
+    async def much(request: Request) -> Response:
+        del request
+        return PlainTextResponse(10_000 * "x")
+
+    given = parts()
+    application = build_application(given, ["testserver"])
+    starlette = cast("Starlette", cast("Any", application)._app)
+    starlette.router.routes += [Route("/much", much), Route("/positioning/much", much)]
+    browser = TestClient(application)
+    for path, encoding, packed in (
+        ("/much", "gzip", True),
+        ("/much", "identity", False),
+        ("/positioning/much", "gzip", False),
+        ("/alive", "gzip", False),
+    ):
+        answer = browser.get(path, headers={"Accept-Encoding": encoding})
+        assert ("content-encoding" in answer.headers) is packed, path
+        assert packed or int(answer.headers["content-length"]) == len(answer.content)
 
 
 # ---- the open page ------------------------------------------------------------------------------

@@ -23,7 +23,14 @@ from thermaxis.messages import (
     template,
 )
 from thermaxis.runtime import EventRecord, Role
-from thermaxis.screen.access import Answer, Outcome, asset_folder, language_of, sentences_of_pages
+from thermaxis.screen.access import (
+    Answer,
+    Outcome,
+    asset_folder,
+    language_of,
+    modules_of,
+    sentences_of,
+)
 from thermaxis.screen.feed import parse_status, said_status
 from thermaxis.screen.pages.history import said_event
 
@@ -69,8 +76,9 @@ def test_the_scripts_know_no_language() -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_script_gets_its_sentences_with_names_for_what_it_fills_in(language: str) -> None:
-    found = sentences_of_pages(language)
+    found = sentences_of(modules_of("operator/operator.js"), language)
     assert found["operator-since"] == template("operator-since", language=language)
+    assert not [key for key in found if key.startswith("positioning-")]
     assert "{time}" in found["operator-since"]
     assert not [key for key, text in found.items() if ISOLATE in text or text == key]
 
@@ -189,10 +197,10 @@ def by_script(body: str, language: str = "en", **given_: object) -> Any:
         'import { readFileSync } from "node:fs";\n'
         'const given = JSON.parse(readFileSync(0, "utf8"));\n'
     )
-    modules = {name: (STATIC / f"{name}.js").as_uri() for name in ("words", "elements")}
-    modules["series"] = (STATIC / "history/series.js").as_uri()
-    words = sentences_of_pages(language)
-    return said_by(head + body, {**modules, "language": language, "sentences": words, **given_})
+    modules = {"words": "words.js", "elements": "elements.js", "series": "history/series.js"}
+    words = sentences_of(modules_of("operator/operator.js", *modules.values()), language)
+    files = {name: (STATIC / file).as_uri() for name, file in modules.items()}
+    return said_by(head + body, {**files, "language": language, "sentences": words, **given_})
 
 
 # ---- numbers, times and names -------------------------------------------------------------------

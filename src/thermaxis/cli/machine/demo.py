@@ -35,7 +35,15 @@ from thermaxis.compensation import CompensationModel, Output, Part, Section
 from thermaxis.runtime import CertificateUse, Role, User, opcua
 from thermaxis.runtime.history import SqlHistorian
 from thermaxis.screen import serve
-from thermaxis.screen.access import answer_json, json_of, needs, page_of, refuse, render
+from thermaxis.screen.access import (
+    answer_json,
+    json_of,
+    needs,
+    page_of,
+    refuse,
+    render,
+    static_address,
+)
 
 SHIFT_H: Final = 8.0
 """Length of the history that is there at the start. [h]"""
@@ -168,7 +176,7 @@ _PAGE: Final = """\
 {% endblock %}
 """
 _SCRIPT: Final = """\
-import { post } from "/static/frame.js";
+import { post } from "{frame}";
 const buttons = document.querySelectorAll("[data-break]");
 for (const button of buttons) {
   button.addEventListener("click", async () => {
@@ -320,7 +328,8 @@ class _Demo:
             return answer_json({"broken": self.broken})
 
         async def script(_: Request) -> Response:
-            return Response(_SCRIPT, media_type="text/javascript")
+            text = _SCRIPT.replace("{frame}", static_address("frame.js"))
+            return Response(text, media_type="text/javascript")
 
         return [
             Route("/demo", page, methods=["GET"]),

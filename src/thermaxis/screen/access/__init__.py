@@ -20,10 +20,7 @@ from thermaxis.screen.access._answers import (
     question_of as question_of,
 )
 from thermaxis.screen.access._guard import Guard as Guard
-from thermaxis.screen.access._language import (
-    language_of as language_of,
-    sentences_of_pages as sentences_of_pages,
-)
+from thermaxis.screen.access._language import language_of as language_of
 from thermaxis.screen.access._parts import (
     ScreenParts as ScreenParts,
     asset_folder as asset_folder,
@@ -40,6 +37,12 @@ from thermaxis.screen.access._render import (
     for_script as for_script,
     page_of as page_of,
     render as render,
+    static_address as static_address,
+)
+from thermaxis.screen.access._scripts import (
+    modules_of as modules_of,
+    sentences_of as sentences_of,
+    static_version as static_version,
 )
 from thermaxis.screen.access._user_sessions import (
     LOOP_GONE as LOOP_GONE,

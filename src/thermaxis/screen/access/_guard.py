@@ -18,7 +18,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from thermaxis.messages import sentence
 from thermaxis.screen.access._access import LANGUAGE_COOKIE
 from thermaxis.screen.access._language import language_of
-from thermaxis.screen.access._plain_page import plain_page, wants_page
+from thermaxis.screen.access._plain_page import STYLE_SOURCE, plain_page, wants_page
 
 LARGEST_BODY_BYTES: Final = 16 * 1024
 """Largest body of a request; a log-in or a request to the loop has some hundred. [byte]"""
@@ -226,7 +226,7 @@ class Guard:
         """Return what every answer carries; the host is one of our own names, or none."""
         socket = f" {'wss' if self._secure else 'ws'}://{host}" if host else ""
         policy = (
-            "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+            f"default-src 'none'; script-src 'self'; style-src 'self' {STYLE_SOURCE}; "
             f"img-src 'self' data: blob:; connect-src 'self'{socket}; font-src 'self'; "
             "frame-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
         )

@@ -1,36 +1,11 @@
-"""The language of a visitor, and the sentences of its pages."""
+"""The language of a visitor."""
 
-from functools import cache
 from typing import Final
 
-from thermaxis.messages import LANGUAGES, keys, template
+from thermaxis.messages import LANGUAGES
 
 LONGEST_HEADER: Final = 400
 """Longest part of a header that is looked at. [1]"""
-_OF_PAGES: Final = (
-    "common",
-    "ask",
-    "chart",
-    "event_kind",
-    "history",
-    "login",
-    "model",
-    "operator",
-    "positioning",
-    "probe",
-    "sensors",
-)
-"""Kinds of sentences that scripts fill with what they know themselves, such as local times."""
-
-
-@cache
-def sentences_of_pages(language: str) -> dict[str, str]:
-    """Return by key what a page's scripts show, with ``{name}`` for what they fill in."""
-    return {
-        key: template(key, language=language)
-        for key in keys(LANGUAGES[0])
-        if key.partition("-")[0] in _OF_PAGES and "." not in key
-    }
 
 
 def language_of(cookie: str | None, accept_language: str | None, default: str) -> str:

@@ -1,11 +1,12 @@
 """Small pages without script, picture or template: for what is refused before any page is made."""
 
+import base64
 import hashlib
 import re
 import traceback
 from html import escape
 from pathlib import Path
-from typing import cast
+from typing import Final, cast
 
 _HTML = re.compile(r"(?:^|,)\s*text/html\s*(?:;|,|$)", re.IGNORECASE)
 _STYLE = (
@@ -13,6 +14,10 @@ _STYLE = (
     "body{margin:3rem auto;max-width:36rem;padding:0 1rem}"
     "a{display:inline-block;padding:.8rem 1.2rem;border:2px solid;color:inherit}"
 )
+STYLE_SOURCE: Final = (
+    f"'sha256-{base64.b64encode(hashlib.sha256(_STYLE.encode()).digest()).decode()}'"
+)
+"""By which a policy allows the style of a plain page, and no other that stands in a page."""
 
 
 def wants_page(accept: str | None) -> bool:

@@ -12,8 +12,8 @@ from thermaxis.codes import Value
 from thermaxis.messages import LANGUAGES, sentence, short_names
 from thermaxis.runtime import Role
 from thermaxis.screen.access._access import visitor_of
-from thermaxis.screen.access._language import sentences_of_pages
 from thermaxis.screen.access._parts import parts_of
+from thermaxis.screen.access._scripts import modules_of, sentences_of, static_version
 
 NAVIGATION = ("operator", "model", "sensors", "history", "probe", "positioning")
 """Pages in the order of their buttons."""
@@ -43,6 +43,19 @@ def render(
     def word(key: str, **values: Value) -> str:
         return sentence(key, values, language=language)
 
+    scripts: list[str] = []
+
+    def static(name: str) -> str:
+        if name.endswith(".js"):
+            scripts.append(name)
+        return static_address(name)
+
+    def modules() -> tuple[str, ...]:
+        return modules_of(*scripts)
+
+    def words(modules: tuple[str, ...]) -> Markup:
+        return for_script(sentences_of(modules, language))
+
     text = _TEMPLATES.get_template(template).render(
         context,
         page=page,
@@ -59,15 +72,16 @@ def render(
         version=__version__,
         word=word,
         short_names=short_names,
-        static=static_address,
-        words_json=for_script(sentences_of_pages(language)),
+        static=static,
+        modules=modules,
+        words=words,
     )
     return HTMLResponse(text)
 
 
 def static_address(name: str) -> str:
-    """Return the address of a script or style."""
-    return f"/static/{name}"
+    """Return the address of a script or style, another one after any of them has changed."""
+    return f"/static/{static_version()}/{name}"
 
 
 def for_script(value: object) -> Markup:
