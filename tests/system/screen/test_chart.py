@@ -23,7 +23,7 @@ DRAW = """async (chart) => {
     element = document.createElement("div");
     element.id = "probe";
     element.style.height = "24rem";
-    document.getElementById("content").append(element);
+    document.getElementById("content").prepend(element);
   }
   window.spans = [];
   drawChart(element, { ...chart, onSpan: (span) => window.spans.push(span) });
