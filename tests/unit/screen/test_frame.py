@@ -336,7 +336,7 @@ def test_a_page_names_each_script_that_it_will_load_and_gets_the_words_of_these_
     told = re.search(r'id="words">(.*?)</script>', page)
     assert told is not None
     words = json.loads(told[1])
-    assert {"sensors-raw", "chart-nothing", "common-no_data"} < set(words)
+    assert {"sensors-redundant", "chart-nothing", "common-no_data"} < set(words)
     assert not [key for key in words if key.startswith(("positioning-", "operator-trim"))]
 
 

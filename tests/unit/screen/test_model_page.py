@@ -2,17 +2,21 @@
 
 import asyncio
 import json
+import re
 import shutil
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from markupsafe import escape
 from starlette.testclient import TestClient
 
 from tests.opcua_server import until
 from tests.unit.screen.engineer_bench import CHANNELS, told_by_a_loop
 from tests.unit.screen.stand import Feed, client, copied_lathe, lathe, parts
+from thermaxis.compensation import GainPoint
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_model, write_model
 from thermaxis.messages import ISOLATE, sentence_of
@@ -78,7 +82,8 @@ def test_nothing_is_shown_of_a_file_that_is_another_one_than_the_model_in_force(
     assert f"lathe.json, sha256 {machine.model.sha256[:16]}" in found["text"]
     assert "goes on with the model that it has read" in found["text"]
     assert "has been changed since" in found["text"]
-    assert found["outputs"] == ["Z_um"]  # what the loop itself tells of them is shown
+    for place in ('"sources_um", "spindle"', '"limits", "largest_um"'):
+        assert f'[["outputs", "Z_um", {place}]]' in found["html"]  # what the loop itself tells
     assert "2026-11-22" not in json.dumps(found)
 
 
@@ -134,6 +139,32 @@ def test_before_the_loop_has_said_which_model_is_in_force_none_is_shown(
     found = looking(machine, None).get("/model/values").json()
     assert found["model"] is None
     assert "has not told yet" in found["text"]
+
+
+def test_diameters_of_gains_are_told_as_they_were_stated(machine: MachineConfiguration) -> None:
+    model = read_model(machine.model.path)
+    (output,) = model.outputs
+    points = (GainPoint(0.0, 1.0), GainPoint(1200.25, 1.5))
+    parts_ = tuple(replace(part, gain_by_diameter=points) for part in output.parts)
+    write_model(replace(model, outputs=(replace(output, parts=parts_),)), machine.model.path)
+    sha256 = json.loads(machine.model.path.read_text("utf-8"))["sha256"]
+    for language, shown in (("en", "1200.25"), ("de", "1200,25")):
+        asker = looking(machine, {**STATUS, "model_sha256": sha256})
+        html = asker.get("/model/values", headers={"accept-language": language}).json()["html"]
+        assert re.findall(r'<td\s+class="number">([\d.,]+)</td><td', html)[:2] == ["0", shown]
+
+
+def test_a_name_in_a_model_is_text_of_the_page_and_nothing_else(
+    machine: MachineConfiguration,
+) -> None:
+    name = """<b id='x'>"{{ 1 }}"""
+    told = {"Z_um": {"parts_um": {name: 1.0}}}
+    html = looking(machine, {**STATUS, "model_sha256": "0" * 64, "outputs": told})
+    found = html.get("/model/values").json()["html"]
+    assert "<b id" not in found
+    assert f"<td>{escape(name)}</td>" in found
+    places = [json.loads(place) for place in re.findall("data-at='(.*?)'", found)]
+    assert [["outputs", "Z_um", "sources_um", name]] in places
 
 
 def test_only_an_engineer_may_choose_another_model(machine: MachineConfiguration) -> None:

@@ -87,6 +87,7 @@ def test_every_channel_redundant_interlock_and_flag_of_the_configuration_is_told
     }
     assert facts["other_compensation"] is True
     assert facts["diameter_read"] is True
+    assert facts["others"] == ["diameter", "probe.Z_um"]
 
 
 def test_values_carry_noise_and_the_last_minutes_by_the_time_of_day() -> None:
@@ -111,8 +112,9 @@ def test_without_a_status_there_are_rules_and_no_values() -> None:
     assert {value["count"] for value in found["values"].values()} == {0}
 
 
-def test_the_page_has_the_rules() -> None:
-    page = client(parts(lathe()), sensors_page.routes).get("/sensors")
-    facts = re.search(r'id="facts">(.*?)</script>', page.text)
-    assert facts is not None
-    assert len(json.loads(facts[1])["channels"]) == 3
+def test_the_page_has_the_rules_and_whatever_else_is_read_a_row() -> None:
+    page = client(parts(lathe()), sensors_page.routes).get("/sensors").text
+    assert re.findall('data-channel="(.*?)"', page) == list(CHANNELS)
+    assert "5.0 to 80.0 °C" in page
+    for name in STATUS["signals"]:
+        assert f'["signals", "{name}"' in page, name

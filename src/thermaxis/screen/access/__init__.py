@@ -35,6 +35,7 @@ from thermaxis.screen.access._plain_page import (
 )
 from thermaxis.screen.access._render import (
     for_script as for_script,
+    fragment as fragment,
     page_of as page_of,
     render as render,
     static_address as static_address,

@@ -9,7 +9,7 @@ from starlette.responses import HTMLResponse
 
 from thermaxis import __version__
 from thermaxis.codes import Value
-from thermaxis.messages import LANGUAGES, sentence, short_names
+from thermaxis.messages import LANGUAGES, duration_text, number_text, sentence, short_names
 from thermaxis.runtime import Role
 from thermaxis.screen.access._access import visitor_of
 from thermaxis.screen.access._parts import parts_of
@@ -39,10 +39,6 @@ def render(
     """Return a page in the language of its visitor."""
     parts, visitor = parts_of(request), visitor_of(request)
     language, server = visitor.language, parts.configuration.server
-
-    def word(key: str, **values: Value) -> str:
-        return sentence(key, values, language=language)
-
     scripts: list[str] = []
 
     def static(name: str) -> str:
@@ -56,27 +52,46 @@ def render(
     def words(modules: tuple[str, ...]) -> Markup:
         return for_script(sentences_of(modules, language))
 
-    text = _TEMPLATES.get_template(template).render(
-        context,
+    text = fragment(
+        request,
+        template,
+        **context,
         page=page,
         pages=NAVIGATION,
         visitor=visitor,
         people=server is not None and server.users is not None,
         viewing=visitor.role.at_least(Role.VIEWER),
-        language=language,
         locale=LOCALES.get(language, language),
         languages=LANGUAGES,
         machine=parts.configuration.name,
         configuration_sha256=parts.configuration_sha256,
         program=parts.program,
         version=__version__,
-        word=word,
-        short_names=short_names,
         static=static,
         modules=modules,
         words=words,
     )
     return HTMLResponse(text)
+
+
+def fragment(request: HTTPConnection, template: str | Template, **context: object) -> str:
+    """Return a part of a page in the language of its visitor."""
+    language = visitor_of(request).language
+
+    def word(key: str, **values: Value) -> str:
+        return sentence(key, values, language=language)
+
+    def number(value: object, digits: int = 1, sign: str = "", kind: str = "f") -> str:
+        return number_text(value, f"{sign}.{digits}{kind}", language)
+
+    return _TEMPLATES.get_template(template).render(
+        context,
+        language=language,
+        word=word,
+        number=number,
+        duration=duration_text,
+        short_names=short_names,
+    )
 
 
 def static_address(name: str) -> str:

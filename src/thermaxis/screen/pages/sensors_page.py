@@ -11,8 +11,15 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.runtime import MachineConfiguration, Role, interlock_name, redundant_name
-from thermaxis.screen.access import answer_json, for_script, needs, parts_of, render
+from thermaxis.runtime import (
+    DIAMETER,
+    MachineConfiguration,
+    Role,
+    interlock_name,
+    probe_name,
+    redundant_name,
+)
+from thermaxis.screen.access import answer_json, needs, parts_of, render
 from thermaxis.screen.pages.history import Json
 
 if TYPE_CHECKING:
@@ -91,7 +98,10 @@ def facts_of(configuration: MachineConfiguration) -> Json:
         ],
         "other_compensation": None if other is None else other.value,
         "diameter_read": configuration.diameter is not None,
-        "probes": list(configuration.probes),
+        "others": [
+            *([] if configuration.diameter is None else [DIAMETER]),
+            *(probe_name(output) for output in configuration.probes),
+        ],
     }
 
 
@@ -118,8 +128,7 @@ def _one(told: "StatusSnapshot", values: Values) -> Json:
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
     parts = parts_of(request)
-    facts = facts_of(parts.configuration)
-    return render(request, "sensors.html", page="sensors", facts=for_script(facts))
+    return render(request, "sensors.html", page="sensors", **facts_of(parts.configuration))
 
 
 @needs(Role.VIEWER)

@@ -135,6 +135,7 @@ def facts_of_model(
     return {
         "sample_time_s": model.sample_time_s,
         "reference": model.reference,
+        "channels": model.channels,
         "reference_c": dict(model.reference_c),
         "input_filter_s": model.input_filter_s,
         "longest_gap_s": model.longest_gap_s,

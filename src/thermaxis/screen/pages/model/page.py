@@ -15,7 +15,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of, text_of
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
 from thermaxis.runtime.config import read_model_file
-from thermaxis.screen.access import answer_json, needs, parts_of, render, visitor_of
+from thermaxis.screen.access import answer_json, fragment, needs, parts_of, render, visitor_of
 from thermaxis.screen.pages.history import Json, Kept
 from thermaxis.screen.pages.model._aside import Aside
 from thermaxis.screen.pages.model._choices import Choice, ModelChoices
@@ -123,6 +123,9 @@ async def _values(request: Request) -> Response:
     said = [sentence(found.key, shown, language=language)] if found.key else []
     if found.detail is not None:  # without the path: a viewer need not know it
         said.append(sentence_of(found.detail, language=language))
+    told = {
+        output: tuple(one.get("parts_um", ())) for output, one in status.get("outputs", {}).items()
+    }
     return answer_json(
         {
             "file": name,
@@ -130,7 +133,7 @@ async def _values(request: Request) -> Response:
             "model": facts,
             "text": " ".join(said),
             "choices": [_told(choice, language) for choice in choices],
-            "outputs": tuple(status.get("outputs", {})),
+            "html": fragment(request, "model_values.html", model=facts, told=told),
         }
     )
 

@@ -1,27 +1,21 @@
 // @ts-check
 /** The model in force: its numbers once, where its inputs stand in their ranges every second. */
 import { ask } from "../ask/ask.js";
-import { byId, inEnglish, made, say } from "../elements.js";
-import { fillTable, whole } from "./engineer.js";
-import { onNoData, onStatus } from "../live.js";
-import { contributionsPanel, limitsPanel, rangePanel } from "./now.js";
-import { drawGains, drawStep, gainPanel, partsPanel, stepPanel } from "./parts.js";
-import { duration, number, shortNames, word } from "../words.js";
+import { byId, made, say } from "../elements.js";
+import { latest, onNoData, onStatus } from "../live.js";
+import { fillLive } from "./cells.js";
+import { drawGains, drawStep } from "./charts.js";
+import { word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 
 const LONGEST_MS = 5000; // without the hash the effect is judged by the name
 
-/** @type {Data | null} */
-let model = null;
 let wanted = "";
 let shownSha256 = "";
 let loading = false;
 let mayAsk = false;
 let asking = false;
-/** @type {((status: Data) => void)[]} */
-let live = [];
-const follow = (/** @type {(status: Data) => void} */ show) => { live.push(show); };
 
 onStatus((status) => {
   const key = `${status.model_file} ${status.model_sha256} ${status.diameter_mm}`;
@@ -29,7 +23,7 @@ onStatus((status) => {
   const same = status.model_sha256 === shownSha256;
   markOld(shownSha256 !== "" && !same);
   if (!(same && key === wanted) && !loading) void load(key);
-  for (const show of live) show(status);
+  fillLive(status);
 });
 onNoData(() => {
   if (wanted === "" && !loading) void load("");
@@ -72,56 +66,31 @@ function clear(text) {
   wanted = "";
   shownSha256 = "";
   markOld(false);
-  show({ model: null, file: "", sha256: "", text, choices: [], outputs: [] });
+  show({ model: null, file: "", sha256: "", text, choices: [], html: "" });
 }
 
 /** @param {Data} values */
 function show(values) {
-  model = values.model;
-  live = [];
   showFile(values.file, values.sha256);
   const wrong = byId("model-wrong");
-  wrong.hidden = model !== null;
+  wrong.hidden = values.model !== null;
   say(wrong, values.text);
   showChoices(values);
-  showWarnings(model?.warnings ?? []);
-  byId("model-outputs").replaceChildren();
-  byId("model-references").hidden = model === null;
-  byId("model-provenance").hidden = model === null;
-  say(byId("model-facts"), model === null ? "" : timesOf(model));
-  if (model === null) {
-    for (const name of values.outputs) showTold(name);
-    return;
-  }
-  for (const output of model.outputs) showOutput(output, model);
-  showReferences(model);
-  showProvenance(model.provenance);
+  byId("model-outputs").innerHTML = values.html;
+  document.querySelectorAll("#model-outputs > .output").forEach((section, k) => {
+    const output = values.model?.outputs[k];
+    const [steps, gains] = [".step-chart", ".gain-chart"].map((one) => section.querySelector(one));
+    if (steps instanceof HTMLElement) drawStep(steps, output, values.model);
+    if (gains instanceof HTMLElement) drawGains(gains, output, values.model);
+  });
+  const now = latest();
+  if (now) fillLive(now);
 }
 
 /** @param {string} file @param {string} sha256 */
 function showFile(file, sha256) {
   say(byId("model-file"), file || "–");
   say(byId("model-hash"), sha256 ? `sha256 ${sha256.slice(0, 16)}…` : "");
-}
-
-/** @param {Data} model */
-function timesOf(model) {
-  const filter = model.input_filter_s
-    ? word("model-filter", { time: duration(model.input_filter_s) })
-    : word("model-no_filter");
-  const times = word("model-times", {
-    sample: duration(model.sample_time_s),
-    gap: duration(model.longest_gap_s),
-    hold: duration(model.longest_hold_s),
-  });
-  return `${times} ${filter}`;
-}
-
-/** @param {string[]} warnings */
-function showWarnings(warnings) {
-  const list = byId("model-warnings");
-  list.hidden = warnings.length === 0;
-  list.replaceChildren(...warnings.map((text) => inEnglish("li", text)));
 }
 
 // ---- another model ---------------------------------------------------------------------------
@@ -214,93 +183,4 @@ async function hashOf(file) {
     if (!late && !(error instanceof TypeError)) throw error;
     return null;
   }
-}
-
-// ---- what the loop tells of a model whose file cannot be read --------------------------------
-
-/** @param {string} name */
-function showTold(name) {
-  const section = made("section", "", "output");
-  section.append(contributionsPanel(name, follow), limitsPanel({ name }, follow));
-  byId("model-outputs").append(section);
-}
-
-// ---- one output ------------------------------------------------------------------------------
-
-/** @param {Data} output @param {Data} model */
-function showOutput(output, model) {
-  const section = made("section", "", "output");
-  section.append(
-    whole(stepPanel(output, model)),
-    whole(partsPanel(output)),
-    rangePanel(output, model, follow),
-    limitsPanel(output, follow),
-    ...gainPanel(output).map(whole),
-  );
-  byId("model-outputs").append(section);
-  drawStep(/** @type {HTMLElement} */ (section.querySelector(".step-chart")), output, model);
-  const gains = /** @type {HTMLElement | null} */ (section.querySelector(".gain-chart"));
-  if (gains) drawGains(gains, output, model);
-}
-
-// ---- references and provenance ---------------------------------------------------------------
-
-/** @param {Data} model */
-function showReferences(model) {
-  const stated = model.reference === "stated";
-  const kind = stated ? word("model-reference_stated") : word("model-reference_start");
-  say(byId("model-reference-kind"), kind);
-  const channels = new Set();
-  for (const output of model.outputs) {
-    for (const one of output.parts) {
-      channels.add(one.plus);
-      if (one.minus) channels.add(one.minus);
-    }
-  }
-  const rows = [...channels].map((name) => {
-    const now = made("span", "–", "live");
-    follow((status) => say(now, number(status.inputs[name]?.reference_c ?? null, 2)));
-    const trained = number(model.reference_c[name] ?? null, 2);
-    return [shortNames(String(name)), { number: trained }, { number: now }];
-  });
-  const table = byId("reference-table");
-  const trained = stated ? word("model-reference_of_model") : word("model-reference_of_training");
-  fillTable(table, [word("model-channel"), trained, word("model-reference_now")], rows);
-}
-
-/** @param {Data} provenance */
-function showProvenance(provenance) {
-  const facts = byId("provenance-facts");
-  const none = word("model-not_stated");
-  facts.replaceChildren(
-    made("dt", word("model-method")),
-    made("dd", provenance.method || none),
-    made("dt", word("model-program")),
-    made("dd", provenance.program || none),
-    made("dt", word("model-date")),
-    made("dd", provenance.date || none),
-  );
-  fillTable(
-    byId("log-table"),
-    [word("model-log"), word("model-rows"), word("model-first_row"), "sha256"],
-    provenance.logs.map((/** @type {Data} */ log) => [
-      log.name,
-      { number: String(log.rows) },
-      { number: String(log.first_row) },
-      made("span", log.sha256 ? `${log.sha256.slice(0, 16)}…` : none, "hash"),
-    ]),
-  );
-  const figures = Object.entries(provenance.figures);
-  fillTable(
-    byId("figure-table"),
-    [word("model-figure"), word("model-value")],
-    figures.map(([name, value]) => [figureName(name), { number: number(value, 2) }]),
-  );
-}
-
-/** @param {string} name such as Z_um.fit_percent */
-function figureName(name) {
-  const at = name.lastIndexOf(".");
-  const [of, figure] = [name.slice(0, Math.max(0, at)), name.slice(at + 1)];
-  return figure === "fit_percent" ? word("model-fit_percent", { output: shortNames(of) }) : name;
 }

@@ -1,28 +1,12 @@
 // @ts-check
-/** What one output of a model is made of: its parts with their steps, and gains by diameter. */
+/** Charts of one output of a model: the steps of its parts, and gains by diameter. */
 import { drawChart } from "../chart/chart.js";
-import { made } from "../elements.js";
-import { fillTable, panel, wide } from "./engineer.js";
-import { duration, exactly, number, shortNames, signed, word } from "../words.js";
+import { duration, exactly, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 
 const LINES = 6;
 const MARKERS = ["circle", "square", "diamond", "triangle-up", "cross", "x"];
-
-// ---- step and parts --------------------------------------------------------------------------
-
-/** @param {Data} output @param {Data} model */
-export function stepPanel(output, model) {
-  const note = model.record_s === null
-    ? word("model-step_record_unknown")
-    : word("model-step_record", { record: duration(model.record_s) });
-  return panel(
-    word("model-step_title", { output: shortNames(output.name) }),
-    made("div", "", "step-chart"),
-    made("p", note, "note"),
-  );
-}
 
 /** @param {HTMLElement} element @param {Data} output @param {Data} model */
 export function drawStep(element, output, model) {
@@ -84,83 +68,6 @@ function constantsOf(output) {
   return [...found.values()]
     .sort((a, b) => a.at - b.at)
     .map(({ at, tau, names }) => ({ at, text: `τ ${duration(tau)} (${names.join(", ")})` }));
-}
-
-/** @param {Data} output */
-export function partsPanel(output) {
-  const table = made("table", "", "parts-table");
-  const head = ["part", "input", "direct", "sections", "delay", "dc", "static", "factor"];
-  const names = {
-    part: word("model-part"),
-    input: word("model-input"),
-    direct: word("model-direct"),
-    sections: word("model-sections"),
-    delay: word("model-delay"),
-    dc: word("model-dc"),
-    static: word("model-static"),
-    factor: word("model-factor"),
-  };
-  fillTable(
-    table,
-    head.map((key) => names[/** @type {keyof typeof names} */ (key)]),
-    output.parts.map((/** @type {Data} */ one) => [
-      made("b", one.name),
-      inputOf(one),
-      { number: signed(one.direct_gain_um_per_k, 3) },
-      sectionsOf(one),
-      { number: one.delay_s ? duration(one.delay_s) : "0" },
-      { number: signed(one.dc_gain_um_per_k, 3) },
-      { number: signed(one.static_gain_um_per_k, 3) },
-      { number: one.gain_by_diameter.length ? made("span", number(one.gain_now, 3), "live") : "1" },
-    ]),
-  );
-  return panel(
-    word("model-parts_title", { output: shortNames(output.name) }),
-    wide(table),
-    made("p", word("model-offset", { offset: signed(output.offset_um, 1) }), "note"),
-  );
-}
-
-/** @param {Data} one */
-export function inputOf(one) {
-  const plus = shortNames(one.plus);
-  return one.minus ? `${plus} − ${shortNames(one.minus)}` : plus;
-}
-
-/** @param {Data} one */
-function sectionsOf(one) {
-  const list = made("div", "", "sections");
-  if (!one.sections.length) list.textContent = word("model-no_sections");
-  for (const { gain_um_per_k: gain, time_constant_s: tau } of one.sections) {
-    list.append(made("div", `${signed(gain, 3)} µm/K, τ ${number(tau, 1)} s (${duration(tau)})`));
-  }
-  return list;
-}
-
-// ---- gain by diameter ------------------------------------------------------------------------
-
-/** @param {Data} output @returns {HTMLElement[]} */
-export function gainPanel(output) {
-  const gained = output.parts.filter((/** @type {Data} */ one) => one.gain_by_diameter.length);
-  if (!gained.length) return [];
-  const table = made("table");
-  fillTable(
-    table,
-    [word("model-part"), word("model-diameter"), word("model-gain")],
-    gained.flatMap((/** @type {Data} */ one) => [
-      ...one.gain_by_diameter.map((/** @type {Data} */ point) => [
-        one.name,
-        { number: exactly(point.diameter_mm) },
-        { number: number(point.gain, 3) },
-      ]),
-      [one.name, word("model-tool_point"), { number: number(one.tool_gain, 3) }],
-    ]),
-  );
-  const split = made("div", "", "outputs-split");
-  split.append(made("div", "", "gain-chart"), wide(table));
-  const held = gained.some((/** @type {Data} */ one) => one.gain_held);
-  const note = made("p", word(held ? "model-gain_held" : "model-gain_note"), "note");
-  return [panel(word("model-gain_title", { output: shortNames(output.name) }), split, note)];
 }
 
 /** @param {HTMLElement} element @param {Data} output @param {Data} model */
