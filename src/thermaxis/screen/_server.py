@@ -70,6 +70,7 @@ async def serve(
             clock,
             idle_s=settings.idle_s,
             longest_s=settings.longest_login_s,
+            takes_pin=settings.takes_pin,
         ),
         program=secrets.token_hex(8),
         secure=context is not None,

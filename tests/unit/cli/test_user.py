@@ -110,3 +110,27 @@ def test_a_file_that_others_may_read_is_not_added_to(tmp_path):
     path.chmod(0o644)
     refusal("user", "add", path, "novak", "--role", "viewer", "--stdin")
     assert path.read_text(encoding="utf-8") == ""
+
+
+def test_an_operator_gets_a_pin_which_another_password_ends_and_nobody_else_has_one(
+    tmp_path, typed, capsys
+):
+    path = tmp_path / "users.toml"
+    typed += [SECRET] * 4
+    assert run("add", path, "novak", "--role", "operator") == 0
+    assert run("add", path, "dvorak", "--role", "engineer") == 0
+    typed += ["481516", "481516"]
+    assert run("pin", path, "novak") == 0
+    novak, dvorak = read_users(path)
+    assert PasswordHasher().verify(novak.pin, "481516")
+    assert PasswordHasher().verify(novak.hash, SECRET)
+    assert dvorak.pin == ""
+    assert "481516" not in capsys.readouterr().out
+    assert code_of("user", "pin", path, "dvorak") == "pin_of_operators"
+    assert code_of("user", "pin", path, "nobody") == "unknown_name"
+    typed += ["12345", "12345"]
+    assert code_of("user", "pin", path, "novak") == "no_pin"
+    assert read_users(path)[0] == novak
+    typed += [SECRET, SECRET]
+    assert run("add", path, "novak", "--role", "operator") == 0
+    assert read_users(path)[0].pin == ""

@@ -151,6 +151,7 @@ WRONG = (
     ((OPEN, "[screen]", LOOK, VIEWER), "user", "server_without_users"),
     ((OPEN, "[screen]", CLOSED), "view_without_login", "nobody_can_look"),
     ((OPEN, "[screen]", LOOK, LONG_IDLE), "idle_s", "idle_too_long"),
+    ((OPEN, "[screen]", 'pin_from = ["panel-3"]'), "pin_from", "no_address"),
     ((OPEN, "[screen]", LOOK, "port = 4850"), "port", "port_twice"),
     ((OPEN, "[metrics]\nport = 8450", "[screen]", LOOK), "port", "port_twice"),
     ((OPEN, "[screen]", LOOK, 'address = "localhost"\nport = 4850'), "port", "port_twice"),

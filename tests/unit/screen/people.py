@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, cast
 from thermaxis.codes import Message
 from thermaxis.runtime import Clock, Role, SystemClock
 from thermaxis.screen.access import LOOP_GONE, OUT, Answer, Outcome, Question, UserSession
-from thermaxis.screen.access._user_sessions import BUSY, NO_ROLE, REFUSED, SCREEN_ENDS, Refusal
+from thermaxis.screen.access._user_sessions import (
+    BUSY,
+    NO_PANEL,
+    NO_ROLE,
+    REFUSED,
+    SCREEN_ENDS,
+    Refusal,
+)
 
 if TYPE_CHECKING:
     from thermaxis.screen.access._loop_session import LoopSession
@@ -88,11 +95,13 @@ class People:
                 self.end(person, SCREEN_ENDS)
 
     async def log_in(
-        self, name: str, password: str, address: str
+        self, name: str, password: str, address: str, *, pin: bool = False
     ) -> tuple[str, UserSession] | Refusal:
         """Log somebody in."""
         if not self._open:
             return Refusal(BUSY)
+        if pin:
+            return Refusal(NO_PANEL)
         if self.refusal is not None:
             return self.refusal
         if password != PASSWORD or name not in set(Role):

@@ -5,11 +5,12 @@ import contextlib
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tests.opcua_server import Cable, until
 from tests.unit.runtime.status_server_parts import PASSWORD, Box, HandClock, Pairs, served, status
 from thermaxis.runtime import (
-    REFUSED_S,
+    PIN_REFUSED_S,
     ConnectionSettings,
     Role,
     Secret,
@@ -127,10 +128,10 @@ class Stage:
 
 
 @contextlib.asynccontextmanager
-async def shop(stage: Stage, **changes: float) -> AsyncIterator[Shop]:
+async def shop(stage: Stage, **changes: Any) -> AsyncIterator[Shop]:
     """Put persons at a screen, and a cable from it to the loop's server; nothing runs on."""
     appoint(stage.pairs.users, ROLES)
-    stage.clock.now_s += 2.0 * REFUSED_S  # the failures of the scene before are forgotten
+    stage.clock.now_s += 2.0 * PIN_REFUSED_S  # the failures of the scene before are forgotten
     box, cable, before = stage.box, Cable(), asyncio.all_tasks()
     box.requests.clear()
     box.gate, box.outcome = None, Box().outcome

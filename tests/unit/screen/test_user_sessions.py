@@ -30,11 +30,15 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime import (
     FAILURES_BY_NAME,
+    PIN_REFUSED_S,
     REFUSED_S,
     LoopAnswer,
     RequestOutcome,
     Role,
     Secret,
+    hash_pin,
+    read_users,
+    write_users,
 )
 from thermaxis.runtime.status import ASKS
 from thermaxis.screen.access import (
@@ -51,10 +55,11 @@ from thermaxis.screen.access._user_sessions import (
     Refusal,
 )
 
+PIN = "481516"
 Act = Callable[..., Awaitable[None]]
 
 
-def at_the_shop(**changes: float) -> Callable[[Act], Callable[..., None]]:
+def at_the_shop(**changes: object) -> Callable[[Act], Callable[..., None]]:
     """Make a test of an act with persons of its own; its other parameters pytest fills in."""
 
     def made(act: Act) -> Callable[..., None]:
@@ -357,6 +362,46 @@ async def test_a_name_that_nobody_has_costs_as_much_as_a_wrong_password(
         await place.refused(name, "wrong horse battery")
     known, unknown = costs
     assert known == unknown
+
+
+def takes_pin(address: str) -> bool:
+    return address == HERE
+
+
+@at_the_shop(takes_pin=takes_pin)
+async def test_a_pin_is_taken_at_a_panel_and_nowhere_else(place: Shop) -> None:
+    appoint(place.pairs.users, ROLES)
+    known = [replace(user, pin=hash_pin(PIN)) for user in read_users(place.pairs.users)]
+    write_users(known, place.pairs.users)
+    far, log_in = "10.0.0.9", place.persons.log_in
+    found = await log_in("novak", PIN, HERE, pin=True)
+    assert not isinstance(found, Refusal)
+    cookie, person = found
+    assert person.role is Role.OPERATOR
+    assert (await place.ask(person, "Hold")).answer is Answer.ACCEPTED
+    assert await log_in("novak", PIN, far, pin=True) == Refusal("login-no_panel")
+    for said in (PIN, f"pin:{PIN}", f"\0pin:{PIN}", f"\0\0pin:{PIN}"):
+        assert await log_in("novak", said, far) == Refusal("login-refused"), said
+    for name in ("host", "dvorak"):
+        assert await log_in(name, PIN, HERE, pin=True) == Refusal("login-refused")
+    assert await log_in("novak", PASSWORD, HERE, pin=True) == Refusal("login-refused")
+    await place.cable.cut()
+    await until(lambda: person.session.lost)
+    await place.cable.mend()
+    await place.clock.move(KEEP_ALIVE_S)
+    await until(lambda: not person.session.lost)
+    assert (await place.ask(person, "Hold")).answer is Answer.ACCEPTED
+    await place.persons.log_out(cookie)
+
+
+@at_the_shop(takes_pin=takes_pin)
+async def test_five_wrong_pins_block_pins_of_the_name_for_five_minutes(place: Shop) -> None:
+    for i in range(FAILURES_BY_NAME):
+        found = await place.persons.log_in("novak", f"00000{i}", HERE, pin=True)
+        assert found == Refusal("login-refused")
+    found = await place.persons.log_in("novak", PIN, HERE, pin=True)
+    assert found == Refusal("login-too_many", left_s=round(PIN_REFUSED_S))
+    await place.log_in("novak")
 
 
 # ---- the end of a log-in ------------------------------------------------------------------------

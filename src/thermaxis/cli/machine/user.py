@@ -9,12 +9,21 @@ import argparse
 import getpass
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from thermaxis.cli._arguments import adder
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import Role, User, check_name, hash_password, read_users, write_users
+from thermaxis.runtime import (
+    Role,
+    User,
+    check_name,
+    hash_password,
+    hash_pin,
+    read_users,
+    write_users,
+)
 
 _ROLES = ("viewer", "operator", "engineer")
 _LONGEST_LINE = 4096
@@ -40,6 +49,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "read the password from the first line of standard input instead of asking for it",
         bool,
     )
+    pin = actions.add_parser(
+        "pin",
+        help="give an operator a PIN for panels; another password ends it",
+        allow_abbrev=False,
+    )
+    adder(pin)("file USERS.toml", "file of users")
+    adder(pin)("name NAME", "name of the operator")
+    adder(pin)("--stdin", "read the PIN from the first line of standard input", bool)
     remove = actions.add_parser("remove", help="remove a user", allow_abbrev=False)
     adder(remove)("file USERS.toml", "file of users")
     adder(remove)("name NAME", "name of the user")
@@ -48,13 +65,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Add, remove or list users."""
+    """Add, remove or list users, or set a PIN."""
     path = Path(arguments.file)
     if arguments.action == "list":
         sys.stdout.write(_table(read_users(path)))
     elif arguments.action == "remove":
         _remove(path, arguments.name)
         sys.stdout.write(f"{arguments.name} removed from {path}.\n")
+    elif arguments.action == "pin":
+        _set_pin(path, arguments)
+        sys.stdout.write(f"{arguments.name} has a PIN in {path}.\n")
     else:
         changed = _add(path, arguments)
         said = "changed in" if changed else "added to"
@@ -73,33 +93,49 @@ def _add(path: Path, arguments: argparse.Namespace) -> bool:
     """Write a file with one user more or changed; return whether the user was there before."""
     name = check_name(arguments.name)
     users = read_users(path) if path.exists() else ()
-    new = User(name, Role(arguments.role), hash_password(_password(stdin=arguments.stdin)))
+    new = User(
+        name, Role(arguments.role), hash_password(_secret("Password", stdin=arguments.stdin))
+    )
     changed = any(user.name == name for user in users)
     kept = [new if user.name == name else user for user in users]
     write_users(kept if changed else [*kept, new], path)
     return changed
 
 
+def _set_pin(path: Path, arguments: argparse.Namespace) -> None:
+    users = read_users(path)
+    user = _found(users, arguments.name, path)
+    if user.role is not Role.OPERATOR:
+        raise ConfigurationError("pin_of_operators", name=user.name, place=Place(str(path)))
+    new = replace(user, pin=hash_pin(_secret("PIN", stdin=arguments.stdin)))
+    write_users([new if one is user else one for one in users], path)
+
+
 def _remove(path: Path, name: str) -> None:
     users = read_users(path)
-    kept = [user for user in users if user.name != name]
-    if len(kept) == len(users):
+    gone = _found(users, name, path)
+    write_users([user for user in users if user is not gone], path)
+
+
+def _found(users: Sequence[User], name: str, path: Path) -> User:
+    found = next((user for user in users if user.name == name), None)
+    if found is None:
         raise ConfigurationError(
             "unknown_name",
             place=Place(file=str(path)),
             name=name,
             known=", ".join(user.name for user in users),
         )
-    write_users(kept, path)
+    return found
 
 
-def _password(*, stdin: bool) -> str:
-    """Return a password from a pipe, or asked for twice without an echo."""
+def _secret(what: str, *, stdin: bool) -> str:
+    """Return a password or PIN from a pipe, or asked for twice without an echo."""
     if stdin:
         return sys.stdin.readline(_LONGEST_LINE).rstrip("\r\n")
     if not sys.stdin.isatty():
         raise ConfigurationError("no_terminal", place=Place(key="--stdin"))
-    first = getpass.getpass("Password: ")
+    first = getpass.getpass(f"{what}: ")
     if getpass.getpass("Once more: ") != first:
         raise ConfigurationError("passwords_differ")
     return first

@@ -1,6 +1,8 @@
 login-title = Přihlášení
 login-name = Jméno
 login-password = Heslo
+login-pin = nebo PIN obsluhy
+login-no_panel = PIN platí jen na panelech stroje. Přihlaste se heslem.
 login-submit = Přihlásit
 login-look = Prohlížet bez přihlášení
 login-needed = Nejprve se přihlaste.

@@ -1,6 +1,8 @@
 login-title = Anmelden
 login-name = Name
 login-password = Passwort
+login-pin = oder Bediener-PIN
+login-no_panel = Eine PIN gilt nur an den Panels der Maschine. Bitte mit dem Passwort anmelden.
 login-submit = Anmelden
 login-look = Ohne Anmeldung ansehen
 login-needed = Bitte zuerst anmelden.

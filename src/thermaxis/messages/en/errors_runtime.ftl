@@ -127,6 +127,8 @@ error-screen_without_name = The pages are served at every address of this comput
     .remedy = Write the names that people type, such as hosts = ["lathe-3.shop"].
 error-no_host_name = '{ $name }' is not the name of a computer.
     .remedy = Write names alone, such as "lathe-3.shop", "10.0.0.5:8450" or "[fd00::5]".
+error-no_address = '{ $name }' is no address of a computer.
+    .remedy = Write numbers, such as "10.0.0.7" or "fd00::7".
 error-idle_too_long = A log-in ends after { $longest_s } s in any case, and idle_s is longer.
     .remedy = Lower idle_s, or raise longest_login_s.
 error-password_without_user = There is a password and no user.
@@ -183,6 +185,8 @@ error-file_kept = The file exists already.
     .remedy = Choose another name, or say --replace to renew it.
 error-password_short = The password has fewer than { $fewest } characters.
     .remedy = Take several words.
+error-no_pin = A PIN has at least { $fewest } digits and nothing else, 32 at most.
+error-pin_of_operators = '{ $name }' is no operator: nobody else has a PIN.
 error-no_user_name = '{ $name }' is not a name for a user.
     .remedy = Take at most { $most } letters, digits, spaces and - _ . @
 error-not_a_user_table = '{ $name }' is not a list of users.

@@ -3,6 +3,8 @@
 login-title = Log in
 login-name = Name
 login-password = Password
+login-pin = or operator's PIN
+login-no_panel = A PIN is taken at the machine's own panels only. Log in with the password.
 login-submit = Log in
 login-look = View without log-in
 login-needed = Log in first.

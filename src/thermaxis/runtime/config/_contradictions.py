@@ -30,7 +30,7 @@ from thermaxis.runtime.config._tables import (
     SourceSettings,
     tables_of,
 )
-from thermaxis.runtime.host import is_loopback
+from thermaxis.runtime.host import is_loopback, parsed_address
 from thermaxis.runtime.sinks import HalUnit
 from thermaxis.runtime.sources import HAL
 
@@ -195,6 +195,8 @@ def _about_pages(screen: ScreenSettings) -> Iterator[_Row]:
     yield screen.address in EVERY_ADDRESS and not screen.hosts, "screen_without_name", reach, {}
     for host in screen.hosts:
         yield not is_host(host), "no_host_name", reach, {"name": host}
+    for panel in screen.pin_from:
+        yield parsed_address(panel) is None, "no_address", "screen.pin_from", {"name": panel}
     longest_s = screen.longest_login_s
     yield screen.idle_s > longest_s, "idle_too_long", "screen.idle_s", {"longest_s": longest_s}
     yield bool(secret) and not screen.user, "password_without_user", "screen.user", {}

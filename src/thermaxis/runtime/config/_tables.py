@@ -45,7 +45,7 @@ from thermaxis.runtime._keys import (
     read_as,
 )
 from thermaxis.runtime.history import HistorianSettings
-from thermaxis.runtime.host import is_loopback, refuse_readable
+from thermaxis.runtime.host import is_loopback, parsed_address, refuse_readable
 from thermaxis.runtime.sinks import HalSettings, LinuxCncSettings
 from thermaxis.runtime.sources import check_node
 
@@ -429,6 +429,10 @@ class ScreenSettings:
     view_without_login: bool | None = None
     """Whether somebody who has not logged in may look. Without it: yes where the pages are served
     to this computer only, by no further name."""
+    pin_from: Annotated[tuple[Word, ...], Field(max_length=20, strict=False)] = ()
+    """Addresses of panels where an operator may log in by a PIN, such as `"10.0.0.7"`, at most 20.
+    Default: this computer itself always, unless the pages are served to it alone and have `hosts`:
+    a proxy stands before them then."""
     language: Language = "en"
     """Language for browsers that ask for none of them: `en`, `de` or `cs`."""
     user: Text = ""
@@ -467,6 +471,13 @@ class ScreenSettings:
     def secure(self) -> bool:
         """Whether the pages are served over TLS."""
         return self.certificate is not None
+
+    def takes_pin(self, address: str) -> bool:
+        """Return whether a PIN is taken from an address."""
+        here = not (is_loopback(self.address) and self.hosts)
+        own = parsed_address(address)
+        panels = [parsed_address(panel) for panel in self.pin_from]
+        return own is not None and (own in panels or (own.is_loopback and here))
 
 
 def check_pair(

@@ -78,7 +78,7 @@ def _advice(configuration: MachineConfiguration) -> Iterator[_Row]:
     yield unproven, "database_unproven", "historian.url", {}
     screen = configuration.screen
     if screen is not None:
-        everybody = screen.view_without_login and not is_loopback(screen.address)
+        everybody = bool(screen.view_without_login) and not is_loopback(screen.address)
         yield everybody, "everybody_may_look", "screen.view_without_login", {}
 
 

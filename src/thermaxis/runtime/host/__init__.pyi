@@ -5,6 +5,7 @@ from ._lock import (
 )
 from ._loopback import (
     is_loopback as is_loopback,
+    parsed_address as parsed_address,
 )
 from ._private_files import (
     read_limited as read_limited,

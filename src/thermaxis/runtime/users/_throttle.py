@@ -4,6 +4,8 @@ import ipaddress
 from collections import deque
 from typing import Final, NamedTuple, final
 
+from thermaxis.runtime.host import parsed_address
+
 FAILURES_BY_NAME: Final = 5
 """Failures of a name from one address after which it is refused from there for a while, whatever
 the password. [1]"""
@@ -12,6 +14,8 @@ FAILURES_BY_ADDRESS: Final = 10
 stand behind one, so it is twice what a name may. [1]"""
 REFUSED_S: Final = 60.0
 """For how long. [s]"""
+PIN_REFUSED_S: Final = 300.0
+"""For how long after failures with a PIN. [s]"""
 LOCAL_SHARE: Final = 6
 """So many addresses may stand behind this computer's own, where the screen logs people in. [1]"""
 IPV6_NETWORK_BITS: Final = 64
@@ -36,14 +40,11 @@ def counted_as(address: str) -> str:
 
     References
     ----------
-    RFC 4291, 2.5.1 (interface identifiers of 64 bits) and 2.5.5.2 (IPv4-mapped addresses).
+    RFC 4291, 2.5.1 (interface identifiers of 64 bits).
     """
-    try:
-        found = ipaddress.ip_address(address.partition("%")[0])
-    except ValueError:
+    found = parsed_address(address)
+    if found is None:
         return address[:_LONGEST_ADDRESS]
-    if isinstance(found, ipaddress.IPv6Address) and found.ipv4_mapped is not None:
-        found = found.ipv4_mapped
     if isinstance(found, ipaddress.IPv4Address):
         return str(found)
     return str(ipaddress.ip_network((found, IPV6_NETWORK_BITS), strict=False))
@@ -62,21 +63,31 @@ class LogInThrottle:
     addresses a name can be tried five times a minute from each; the passwords must bear that.
     Where the address is empty, which is this computer at the status server, a name alone is
     refused, and later, since the screen stands behind it and counts by the addresses that it sees.
+
+    Parameters
+    ----------
+    refused_s : float
+        For how long failures count. [s]
+    local_share : int
+        So many addresses may stand behind an empty one. [1]
     """
 
-    def __init__(self) -> None:
+    def __init__(self, refused_s: float = REFUSED_S, local_share: int = LOCAL_SHARE) -> None:
+        self._refused_s, self._local_share = refused_s, local_share
         self._counted: dict[str, deque[tuple[float, str]]] = {}
 
     def refused(self, name: str, address: str, now_s: float) -> Refused | None:
         """Return whether a log-in is refused without a look at its password, and how long."""
         counted = counted_as(address)
-        recent = [one for one in self._counted.get(counted, ()) if one[0] > now_s - REFUSED_S]
+        recent = [one for one in self._counted.get(counted, ()) if one[0] > now_s - self._refused_s]
         of_name = [time_s for time_s, other in recent if other == name]
         if counted and len(recent) >= FAILURES_BY_ADDRESS:
-            return Refused(address=True, left_s=recent[-FAILURES_BY_ADDRESS][0] + REFUSED_S - now_s)
-        most = FAILURES_BY_NAME if counted else LOCAL_SHARE * FAILURES_BY_NAME
+            return Refused(
+                address=True, left_s=recent[-FAILURES_BY_ADDRESS][0] + self._refused_s - now_s
+            )
+        most = FAILURES_BY_NAME if counted else self._local_share * FAILURES_BY_NAME
         if len(of_name) >= most:
-            return Refused(address=False, left_s=of_name[-most] + REFUSED_S - now_s)
+            return Refused(address=False, left_s=of_name[-most] + self._refused_s - now_s)
         return None
 
     def count(self, name: str, address: str, now_s: float) -> None:

@@ -33,7 +33,7 @@ from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.files.settings import parse_toml
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.host import read_private, whole_file
-from thermaxis.runtime.users._throttle import LogInThrottle
+from thermaxis.runtime.users._throttle import PIN_REFUSED_S, LogInThrottle
 from thermaxis.runtime.users._tokens import IssuedTokens
 
 LONGEST_NAME = 64
@@ -42,6 +42,12 @@ LONGEST_PASSWORD = 1024
 """Longest password, in bytes of UTF-8. [byte]"""
 SHORTEST_PASSWORD = 8
 """Shortest password that is accepted for a new user. Origin: NIST SP 800-63B, 5.1.1.1. [1]"""
+SHORTEST_PIN = 6
+"""Fewest digits of a PIN. Origin: with five tries in five minutes a guesser needs a year. [1]"""
+LONGEST_PIN = 32
+"""Most digits of a PIN. [1]"""
+PIN_MARK = "\0pin:"
+"""Stands before a PIN in place of a password: said by a screen that has judged the panel."""
 MOST_USERS = 1000
 """Largest number of users in a file. [1]"""
 LARGEST_FILE_BYTES = 1_000_000
@@ -89,6 +95,8 @@ class User:
     """What the user may do."""
     hash: str
     """The password's argon2id hash, with its salt and parameters."""
+    pin: str = ""
+    """The same of the PIN of an operator; empty without one."""
 
     def __repr__(self) -> str:
         """Return name and role; a hash belongs in no log."""
@@ -146,6 +154,19 @@ def hash_password(password: str) -> str:
     return _hasher().hash(password)
 
 
+def hash_pin(pin: str) -> str:
+    """Return the argon2id hash of a PIN.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not of 6 to 32 digits.
+    """
+    if not (SHORTEST_PIN <= len(pin) <= LONGEST_PIN and pin.isascii() and pin.isdigit()):
+        raise ConfigurationError("no_pin", fewest=SHORTEST_PIN, place=Place(key="pin"))
+    return _hasher().hash(pin)
+
+
 def _hasher() -> PasswordHasher:
     return PasswordHasher(
         time_cost=HASH_PASSES, memory_cost=HASH_MEMORY_KIB, parallelism=1, type=Type.ID
@@ -186,7 +207,7 @@ def _user(row: object, place: Place) -> User:
         raise ConfigurationError("not_a_table", place=place)
     entry = cast("dict[str, object]", row)
     texts = {key: value for key, value in entry.items() if isinstance(value, str)}
-    if set(texts) != {"name", "role", "hash"} or len(entry) != len(texts):
+    if set(texts) - {"pin"} != {"name", "role", "hash"} or len(entry) != len(texts):
         raise ConfigurationError("user_keys", place=place)
     roles = [role.value for role in Role if role is not Role.NONE]
     if texts["role"] not in roles:
@@ -194,7 +215,8 @@ def _user(row: object, place: Place) -> User:
             "unknown_choice", name=texts["role"], known=tuple(roles), place=place
         )
     name = check_name(texts["name"], place)
-    return User(name, Role(texts["role"]), _checked_hash(texts["hash"], place))
+    pin = _checked_hash(texts["pin"], place) if "pin" in texts else ""
+    return User(name, Role(texts["role"]), _checked_hash(texts["hash"], place), pin)
 
 
 def _checked_hash(text: str, place: Place) -> str:
@@ -218,7 +240,8 @@ def write_users(users: Sequence[User], path: Path | str) -> None:
     """Write a file of users beside the old one and put it in its place."""
     target = Path(path).resolve()
     text = "".join(
-        f'[[user]]\nname = "{check_name(u.name)}"\nrole = "{u.role}"\nhash = "{u.hash}"\n\n'
+        f'[[user]]\nname = "{check_name(u.name)}"\nrole = "{u.role}"\nhash = "{u.hash}"\n'
+        + (f'pin = "{u.pin}"\n\n' if u.pin else "\n")
         for u in users
     )
     with whole_file(target, mode=0o600) as stream:
@@ -239,7 +262,11 @@ class Users:
     the system knows one: argon2 is slow by design and must not delay the loop. A name that does
     not exist takes the same time as one that does.
 
-    Not protected: whoever may write the file may do everything.
+    A PIN is taken from this computer only, where the screen stands that has judged the panel, for
+    an operator only, and after five failures with one name for five minutes not at all.
+
+    Not protected: whoever may write the file may do everything; who may run programs on this
+    computer may try PINs as at a panel.
     """
 
     def __init__(
@@ -254,6 +281,7 @@ class Users:
         self._clock = clock
         self._tell = tell
         self._throttle = LogInThrottle()
+        self._pins = LogInThrottle(PIN_REFUSED_S, local_share=1)
         self._users: Mapping[str, User] = {}
         self._stamp: object = None
         self._problem: Message | None = Message("why-no_file")
@@ -304,12 +332,14 @@ class Users:
         if renewed is not None:
             self._told(name, right=True)
             return renewed
-        if self._throttle.refused(name, address, now_s) is not None:
+        pin = password.startswith(PIN_MARK)
+        throttle = self._pins if pin else self._throttle
+        if (pin and address) or throttle.refused(name, address, now_s) is not None:
             return None
-        self._throttle.count(name, address, now_s)
+        throttle.count(name, address, now_s)
         found = await self._in_turn(self._checked, name, password)
         if found is not None:
-            self._throttle.succeeded(name, address)
+            throttle.succeeded(name, address)
         self._told(name, right=found is not None)
         return found
 
@@ -323,20 +353,24 @@ class Users:
     def _checked(self, name: str, password: str) -> Identity | None:
         self._read_again()
         user = self._users.get(name)
-        against = self._nobody if user is None else user.hash
+        known = "" if user is None else user.hash
+        if password.startswith(PIN_MARK):
+            known = user.pin if user is not None and user.role is Role.OPERATOR else ""
+            password = password.removeprefix(PIN_MARK)
         fits = len(name) <= LONGEST_NAME and len(password.encode()) <= LONGEST_PASSWORD
         right = False
         with contextlib.suppress(VerificationError, InvalidHashError):
-            right = PasswordHasher().verify(against, password if fits else "")
-        return Identity(user.name, user.hash) if user is not None and right and fits else None
+            right = PasswordHasher().verify(known or self._nobody, password if fits else "")
+        return Identity(name, known) if known and right and fits else None
 
     def _renewed(self, name: str, token: str) -> Identity | None:
         """Return whose token it is, if user, password and role are those that it was issued to."""
         self._read_again()
         found, user = self._tokens.find(token, self._clock.utc()), self._users.get(name)
-        if found is None or user is None or not hmac.compare_digest(found.holder, _holder(user)):
-            return None
-        return Identity(user.name, user.hash, found.until)
+        for known in (user.hash, user.pin) if found and user else ():
+            if found and user and hmac.compare_digest(found.holder, _holder(user, known)):
+                return Identity(name, known, found.until)
+        return None
 
     async def role_now(self, identity: Identity) -> Role:
         """Return what somebody who has logged in may do now."""
@@ -346,8 +380,10 @@ class Users:
     async def _user_of(self, identity: Identity) -> User | None:
         await asyncio.to_thread(self._read_again)  # never behind a password that is being checked
         user, until = self._users.get(identity.name), identity.until
-        over = until is not None and until <= self._clock.utc()
-        return None if user is None or user.hash != identity.hash or over else user
+        if user is None or not identity.hash or (until and until <= self._clock.utc()):
+            return None
+        by_pin = identity.hash == user.pin and user.role is Role.OPERATOR
+        return user if by_pin or identity.hash == user.hash else None
 
     async def issue_token(self, identity: Identity) -> str:
         """Return what stands for the password of somebody who has logged in, for some hours.
@@ -359,18 +395,20 @@ class Users:
         user = await self._user_of(identity)
         if user is None or identity.until is not None:
             return ""
-        return await self._in_turn(self._tokens.issue, _holder(user), self._clock.utc())
+        return await self._in_turn(
+            self._tokens.issue, _holder(user, identity.hash), self._clock.utc()
+        )
 
     async def revoke_token(self, identity: Identity, token: str) -> None:
         """End a token of somebody."""
         user = await self._user_of(identity)
         if user is not None:
-            await self._in_turn(self._tokens.revoke, token, _holder(user))
+            await self._in_turn(self._tokens.revoke, token, _holder(user, identity.hash))
 
 
-def _holder(user: User) -> str:
-    """Return what a token remembers of a user."""
-    return sha256(f"{user.name}\n{user.role}\n{user.hash}".encode()).hexdigest()
+def _holder(user: User, known: str) -> str:
+    """Return what a token remembers of a user, and of the password or PIN of the log-in."""
+    return sha256(f"{user.name}\n{user.role}\n{known}".encode()).hexdigest()
 
 
 def _step_back() -> None:

@@ -24,6 +24,7 @@ from thermaxis.screen.access._render import render
 from thermaxis.screen.access._user_sessions import (
     BUSY,
     FULL,
+    NO_PANEL,
     NO_ROLE,
     REFUSED,
     TOO_MANY,
@@ -35,6 +36,7 @@ _YEAR_S = 31_536_000
 _STATUS = {
     REFUSED: HTTPStatus.UNAUTHORIZED,
     NO_ROLE: HTTPStatus.FORBIDDEN,
+    NO_PANEL: HTTPStatus.FORBIDDEN,
     TOO_MANY: HTTPStatus.TOO_MANY_REQUESTS,
     TOO_MANY_FROM_HERE: HTTPStatus.TOO_MANY_REQUESTS,
     FULL: HTTPStatus.SERVICE_UNAVAILABLE,
@@ -55,7 +57,8 @@ def routes(parts: ScreenParts) -> list[BaseRoute]:
 
 
 async def _page(request: Request) -> Response:
-    return render(request, "login.html", page="login")
+    panel = parts_of(request).settings.takes_pin(_address(request))
+    return render(request, "login.html", page="login", panel=panel)
 
 
 async def _state(request: Request) -> Response:
@@ -82,18 +85,22 @@ async def _state(request: Request) -> Response:
 async def _log_in(request: Request) -> Response:
     parts = parts_of(request)
     said = await _object_of(request)
-    name, password = said.get("name"), said.get("password")
+    pin = "pin" in said
+    name, password = said.get("name"), said.get("pin" if pin else "password")
     if not (isinstance(name, str) and isinstance(password, str) and name and password):
         return refuse(request, HTTPStatus.BAD_REQUEST, "login-incomplete")
     await parts.persons.log_out(_cookie(request))
-    address = request.client.host if request.client is not None else ""
-    found = await parts.persons.log_in(name, password, address)
+    found = await parts.persons.log_in(name, password, _address(request), pin=pin)
     if isinstance(found, Refusal):
         return _refused(request, found)
     secret, person = found
     answer = answer_json({"name": person.name, "role": person.role.value})
     answer.set_cookie(cookie_name(parts, request.url.port), secret, **_marks(parts))
     return answer
+
+
+def _address(request: Request) -> str:
+    return request.client.host if request.client is not None else ""
 
 
 def _refused(request: Request, found: Refusal) -> Response:

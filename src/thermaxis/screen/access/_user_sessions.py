@@ -18,6 +18,8 @@ from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime import (
     LONGEST_NAME,
     LONGEST_PASSWORD,
+    PIN_MARK,
+    PIN_REFUSED_S,
     Clock,
     ConnectionSettings,
     LogInThrottle,
@@ -74,6 +76,8 @@ NO_CONNECTION: Final = "login-no_connection"
 IMPOSSIBLE: Final = "login-impossible"
 """The configuration lets nobody log in: without encryption, or with certificates that cannot be
 used."""
+NO_PANEL: Final = "login-no_panel"
+"""A PIN is not taken from this address."""
 NO_ROLE: Final = "login-no_role"
 """The password is right and the user may not even look, or the server says another name."""
 OUT: Final = "login-out"
@@ -153,6 +157,7 @@ class UserSessions:
         *,
         idle_s: float,
         longest_s: float,
+        takes_pin: Callable[[str], bool] = lambda _: False,
         most: int = 12,
         answer_s: float = ANSWER_S,
     ) -> None:
@@ -164,7 +169,8 @@ class UserSessions:
         self._answer_s = answer_s
         self._user_sessions: dict[bytes, UserSession] = {}
         self._ended: dict[bytes, str] = {}
-        self._throttle = LogInThrottle()
+        self._takes_pin = takes_pin
+        self._throttle, self._pins = LogInThrottle(), LogInThrottle(PIN_REFUSED_S)
         self._checking = asyncio.Semaphore(MOST_AT_ONCE)
         self._coming = 0
         self._leaving: set[asyncio.Task[None]] = set()
@@ -260,10 +266,13 @@ class UserSessions:
     # ---- log-in ---------------------------------------------------------------------------------
 
     async def log_in(
-        self, name: str, password: str, address: str
+        self, name: str, password: str, address: str, *, pin: bool = False
     ) -> tuple[str, UserSession] | Refusal:
-        """Log somebody in."""
-        refused = self._too_many(name[: LONGEST_NAME + 1], address)
+        """Log somebody in by a password, or by a PIN, which is taken at a panel only."""
+        if pin and not self._takes_pin(address):
+            return Refusal(NO_PANEL)
+        password = PIN_MARK + password if pin else password.lstrip(PIN_MARK[0])
+        refused = self._too_many(name[: LONGEST_NAME + 1], address, pin=pin)
         if refused is not None:  # whoever is refused takes no place among those who wait
             return refused
         if self._coming >= MOST_AT_ONCE + MOST_WAITING or not self._open:
@@ -271,34 +280,35 @@ class UserSessions:
         self._coming += 1
         try:
             async with self._checking:
-                return await self._log_in(name, password, address)
+                return await self._log_in(name, password, address, pin=pin)
         finally:
             self._coming -= 1
 
     async def _log_in(
-        self, name: str, password: str, address: str
+        self, name: str, password: str, address: str, *, pin: bool
     ) -> tuple[str, UserSession] | Refusal:
         name = name[: LONGEST_NAME + 1]
-        refused = self._too_many(name, address)
+        refused = self._too_many(name, address, pin=pin)
         if refused is not None:
             return refused
         self._sweep()
         if self.count >= self._most:
             return Refusal(FULL)
         now_s = self._clock.monotonic_s()
-        self._throttle.count(name, address, now_s)
+        throttle = self._pins if pin else self._throttle
+        throttle.count(name, address, now_s)
         found = await self._session_of(name, Secret(password))
         if isinstance(found, Refusal):
             if found.key != REFUSED:
-                self._throttle.take_back(name, address, now_s)
+                throttle.take_back(name, address, now_s)
             return found
-        self._throttle.succeeded(name, address)
+        throttle.succeeded(name, address)
         return await self._admit(found, name, address)
 
-    def _too_many(self, name: str, address: str) -> Refusal | None:
+    def _too_many(self, name: str, address: str, *, pin: bool) -> Refusal | None:
         """Return why no password is looked at after too many failures; None where one is."""
         now_s = self._clock.monotonic_s()
-        refused = self._throttle.refused(name, address, now_s)
+        refused = (self._pins if pin else self._throttle).refused(name, address, now_s)
         if refused is None:
             return None
         key = TOO_MANY_FROM_HERE if refused.address else TOO_MANY

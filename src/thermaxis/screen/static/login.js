@@ -50,9 +50,10 @@ form.addEventListener("submit", async (event) => {
   const button = form.querySelector("button");
   if (button) button.disabled = true;
   try {
+    const secret = entered.get("pin") ? "pin" : "password";
     const answer = await post("/login", {
       name: String(entered.get("name") ?? "").trim(),
-      password: String(entered.get("password") ?? ""),
+      [secret]: String(entered.get(secret) ?? ""),
     });
     if (answer.ok) {
       location.assign(next());
