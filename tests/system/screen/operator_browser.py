@@ -14,7 +14,8 @@ TRIM = {"trim_um": 5.0, "trim_owner": "svoboda", "trim_left_s": 2400.0}
 # What stands out of its box: text cut at its right, or a part that leaves its section.
 CUT = """() => {
   const found = [];
-  const may = ".op-card-name, .op-alarm-line, .op-alarm-line *, .chart-legend *, .unseen";
+  const may = ".op-card-name, .op-open, .op-fit *, .op-alarm-line, .op-alarm-line *,"
+    + " .chart-legend *, .op-request *, .unseen";
   const seen = (e) => e.getClientRects().length > 0 && getComputedStyle(e).visibility !== "hidden";
   for (const e of document.querySelectorAll(".op *")) {
     const own = [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
@@ -35,29 +36,24 @@ SCROLLS = """() => {
   return [root.scrollHeight - innerHeight, root.scrollWidth - innerWidth,
     main.scrollHeight - main.clientHeight, main.scrollWidth - main.clientWidth];
 }"""
-# Texts that overlap one another within the same panel.
+# Texts that overlap one another within the same panel, line by line.
 OVERLAPS = """() => {
   const found = [];
-  for (const box of document.querySelectorAll(".op-scale, .op-card-head, .op-state, .op-strip")) {
-    const texts = [...box.querySelectorAll("b, span, p")]
-      .filter((e) => [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()))
-      .map((e) => {
+  for (const box of document.querySelectorAll(".op-card, .op-headline, .op-strip")) {
+    const lines = [...box.querySelectorAll("b, span, p")].flatMap((e) =>
+      [...e.childNodes].filter((n) => n.nodeType === 3 && n.textContent.trim()).flatMap((n) => {
         const range = document.createRange();
-        range.selectNodeContents(e);
-        const [text, own] = [range.getBoundingClientRect(), e.getBoundingClientRect()];
-        const cut = getComputedStyle(e).overflow === "hidden";
-        const right = cut ? Math.min(text.right, own.right) : text.right;
-        const { left, top, bottom, width } = text;
-        return [e.textContent, { left, right, top, bottom, width }];
-      }).filter(([, r]) => r.width > 0);
-    for (let i = 0; i < texts.length; i += 1) {
-      for (let k = i + 1; k < texts.length; k += 1) {
-        const [a, b] = [texts[i][1], texts[k][1]];
-        const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
-        const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
-        if (wide > 1 && high > 5) found.push(`${texts[i][0]} / ${texts[k][0]}`);
-      }
-    }
+        range.selectNodeContents(n);
+        const large = e.closest(".op-fit") !== null; // of these the digits count, not their line
+        return [...range.getClientRects()].map((r) => ({ text: n.textContent,
+          left: r.left, right: r.right, top: r.top + (large ? 0.15 : 0) * r.height,
+          bottom: r.bottom - (large ? 0.22 : 0) * r.height }));
+      }));
+    lines.forEach((a, i) => lines.slice(i + 1).forEach((b) => {
+      const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      if (a.text !== b.text && wide > 1 && high > 5) found.push(`${a.text} / ${b.text}`);
+    }));
   }
   return found;
 }"""

@@ -32,6 +32,22 @@ STARTED = datetime.now(UTC) - timedelta(hours=2)
 """When the loop was started: all that is made up is told by one and the same."""
 START = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
+HEADLINES = {
+    "Off": "headline-off",
+    "Warming": "headline-warming",
+    "Active": "headline-active",
+    "Holding": "headline-held_by_person",
+    "Fading": "headline-fading",
+    "Fault": "headline-fault",
+}
+"""What is the matter in each state, if nothing else is said."""
+VALUES = {
+    "Warming": {"left_s": 720.0},
+    "Holding": {"who": "novak"},
+    "Fault": {"reason": "long_at_limit"},
+}
+"""What is said with it."""
+
 
 def made_up(
     *,
@@ -47,7 +63,7 @@ def made_up(
     since = datetime.now(UTC) - timedelta(hours=1, minutes=24)
     found: dict[str, Any] = {
         "format": "thermaxis-status",
-        "version": 1,
+        "version": 3,
         "machine": "virtual lathe",
         "started": STARTED.isoformat(),
         "utc": datetime.now(UTC).isoformat(timespec="milliseconds"),
@@ -60,6 +76,9 @@ def made_up(
         "in_state_s": 5040.0,
         "enabled": state != "Off",
         "reasons": list(reasons),
+        "headline": {"code": HEADLINES[state], "values": VALUES.get(state, {})},
+        "headline_since": since.isoformat(),
+        "open_interlocks": [],
         "text": state,
         "quality": "good",
         "outcomes": [],
@@ -87,6 +106,9 @@ def an_output(k: int = 0, **changed: Any) -> dict[str, Any]:
         "requested_um": correction_um,
         "accepted_um": correction_um,
         "effective_um": correction_um + 0.1,
+        "acting_um": correction_um + 0.1,
+        "acting_age_s": 0.3,
+        "acting_known": True,
         "model_um": -correction_um,
         "weight": 1.0,
         "at_limit": False,
@@ -94,7 +116,10 @@ def an_output(k: int = 0, **changed: Any) -> dict[str, Any]:
         "trim_um": 0.0,
         "trim_owner": "",
         "trim_left_s": 0.0,
-        "parts_um": {"spindle": 30.1, "table": 5.1},
+        "parts_um": {"spindle": 30.1, "table": 5.1 - 7.3 * k},
+        "sources_um": {"spindle": -30.1, "table": -5.1 + 7.3 * k},
+        "differences_k": {"spindle": 6.8, "table": 1.9},
+        "rest_um": 0.0,
         "limits": {
             "largest_um": 280.0,
             "soft_um": 224.0,
@@ -118,6 +143,66 @@ def an_input(k: int = 0, **changed: Any) -> dict[str, Any]:
         "age_s": 0.4,
         "source_time": None,
     } | changed
+
+
+def _with(told: dict[str, Any], code: str, output: Mapping[str, Any], **values: Any) -> Any:
+    """Return a status with another headline, and its first output changed."""
+    told["outputs"]["Z_um"] |= output
+    told["headline"] = {"code": f"headline-{code}", "values": values}
+    return told
+
+
+def looks() -> dict[str, dict[str, Any]]:
+    """Return a status for everything that may be the matter, by its headline."""
+    still = {"correction_um": 0.0, "acting_um": 0.0, "wanted_um": 0.0, "rest_um": 35.2}
+    over = {"correction_um": -280.0, "acting_um": -280.0, "wanted_um": -280.0, "at_limit": True}
+    far = {"sources_um": {"spindle": -301.0, "table": -15.2}, "rest_um": 36.2}
+    trim = {"trim_um": 5.0, "trim_owner": "svoboda", "trim_left_s": 2400.0}
+    fades = {"correction_um": -20.2, "acting_um": -20.7, "wanted_um": 0.0, "rest_um": 15.0}
+    gone = {"acting_known": False, "acting_age_s": 61.0, "acting_um": -30.5}
+    open_ = {"reasons": ["interlock_open"], "open_interlocks": ["drives_on"]}
+    bad = {"reasons": ["input_bad"], "quality": "held"}
+    found = {
+        "off": _with(made_up(state="Off", reasons=["disabled"]), "off", still),
+        "warming": _with(made_up(state="Warming"), "warming", still, left_s=720.0),
+        "active": made_up(),
+        "at_limit": _with(made_up(), "at_limit", over | far, name="Z_um"),
+        "held_by_person": _with(
+            made_up(state="Holding", reasons=["operator_hold"]),
+            "held_by_person",
+            trim | {"correction_um": -30.2, "acting_um": -30.1, "wanted_um": -30.3},
+            who="novak",
+        ),
+        "held_for_input": _with(
+            made_up(state="Holding", **bad), "held_for_input", {}, name="T_table_C"
+        ),
+        "input_lost": _with(made_up(state="Warming", **bad), "input_lost", still, name="T_table_C"),
+        "fading": _with(made_up(state="Fading"), "fading", fades),
+        "interlock": _with(
+            made_up(state="Holding", **open_),
+            "interlock",
+            {},
+            name="drives_on",
+            names=["drives_on"],
+        ),
+        "fault": _with(
+            made_up(state="Fault", reasons=["double_compensation"]),
+            "fault",
+            {},
+            reason="double_compensation",
+        ),
+        "unreachable": _with(
+            made_up(state="Holding", reasons=["connection_lost"], sink_connected=False),
+            "unreachable",
+            gone,
+        ),
+        "inputs_unreachable": _with(
+            made_up(state="Holding", source_connected=False), "inputs_unreachable", {}
+        ),
+    }
+    for name in ("held_for_input", "input_lost"):
+        found[name]["inputs"]["T_table_C"] |= {"quality": "implausible"}
+    return found
 
 
 @dataclass
@@ -185,14 +270,15 @@ def trend(status: Mapping[str, Any], language: str) -> dict[str, Any]:
     """Return eight hours of a machine that warms up."""
     now = datetime.now(UTC)
     times = [int(1000 * (now - timedelta(minutes=2 * k)).timestamp()) for k in range(239, -1, -1)]
-    names = [f"{name}.correction" for name in status["outputs"]] + list(status["inputs"])
+    stems = [name.removesuffix("_um") for name in status["outputs"]]
+    names = [f"{stem}_effective_um" for stem in stems] + list(status["inputs"])
     series = {
         name: {
-            "unit": "um" if name.endswith("correction") else "degC",
+            "unit": "um" if name.endswith("_um") else "degC",
             "t": times,
             "mean": [
-                (-35.0 + 7.3 * k if name.endswith("correction") else 7.0) * (1 - 0.99**m)
-                + (0.0 if name.endswith("correction") else 20.4 + k)
+                (-35.0 + 7.3 * k if name.endswith("_um") else 7.0) * (1 - 0.99**m)
+                + (0.0 if name.endswith("_um") else 20.4 + k)
                 if m not in range(100, 110)
                 else None
                 for m in range(240)
@@ -232,9 +318,17 @@ def application(stand_in: StandIn) -> Starlette:
     async def trend8(request: Request) -> Response:
         return JSONResponse(trend(stand_in.status, spoken(request)))
 
+    async def helps(_: Request) -> Response:
+        figures = {"ratio": 0.2, "compensated_um": 8.2, "uncompensated_um": 41.4}
+        return JSONResponse(dict.fromkeys(stand_in.status["outputs"], figures))
+
     if not stand_in.status["model_sha256"]:
         stand_in.status["model_sha256"] = configuration.model.sha256
-    own: list[BaseRoute] = [Route("/static/{name:path}", asset), Route("/trend8", trend8)]
+    own: list[BaseRoute] = [
+        Route("/static/{name:path}", asset),
+        Route("/trend8", trend8),
+        Route("/helps", helps),
+    ]
     pages = (_operator_page, _live_socket, _login_page)
     return around(given, [*own, *(route for page in pages for route in page.routes(given))])
 

@@ -204,7 +204,9 @@ def test_a_trim_is_added_shown_as_manual_and_taken_back(stand: Rig, active: Look
         lambda: abs(stand.offset_um() - before_um - 10.0) <= NEAR_UM,
     )
     assert re.search(r"manual", page.locator("#cards").inner_text())
-    assert "operator" in page.locator("#cards").inner_text()
+    page.locator(".op-card").first.click()
+    assert "operator" in page.locator('dialog[open] [data-row="trim"]').inner_text()
+    page.keyboard.press("Escape")
     wait_recorded(stand, "trim: accepted", since)
     page.click('[data-ask="Trim"]')
     page.click("dialog[open] .op-steps + button")

@@ -25,7 +25,8 @@ LIVE: Final = {"/": 20, "/model": 2, "/sensors": 15, "/probe": 1}
 TEXTS: Final = """() => {
   const apart = "script, svg, select, #time, #no-data, .op-state, nav, .notice, .past-main,"
     + " .past-more, .past-events, .past-bar, .past-trend, .unseen, .op-chart, #trend-told,"
-    + " .op-card-name, .op-label, .op-input-name, .op-value span, .range-ends, #others h2, th,"
+    + " .op-card-name, .op-label, .op-headline p:first-child, #state-since, #helps, .range-ends,"
+    + " #others h2, th,"
     + " #others td:first-child, [id^=range-], #ratio,"
     + " #model-outputs, #model-references, #model-provenance, #model-facts, #model-warnings, #told";
   const marks = (e) => {

@@ -5,7 +5,6 @@ from playwright.sync_api import Browser, Page
 
 from tests.system.screen.operator_browser import (
     LOCALES,
-    an_alarm,
     ask,
     context_of,
     drawn,
@@ -68,7 +67,7 @@ def test_what_the_model_asks_for_and_what_a_person_adds_are_told_apart(
         assert ("−30,5" if comma else "−30.5") in row_of(page, "wanted")
 
 
-def test_a_model_beyond_the_limit_is_said_so_and_marked_as_its_alarm_is(
+def test_a_model_beyond_the_limit_is_said_so_before_the_correction_is_there(
     browser: Browser, stand_in: StandIn
 ) -> None:
     with context_of(browser, "en") as context:
@@ -77,20 +76,12 @@ def test_a_model_beyond_the_limit_is_said_so_and_marked_as_its_alarm_is(
         told["outputs"]["Z_um"] |= {"at_limit": True, "correction_um": 18.0, "model_um": -310.0}
         shown(page, stand_in, told)
         card = page.locator(".op-card:first-child")
-        assert "the model asks for more than the limit" in card.inner_text()
+        assert "model over the limit ±280 µm" in card.inner_text()
         assert "at the limit" not in card.inner_text()
-        assert card.get_attribute("data-priority") == ""  # nobody has raised an alarm
-        fill = "getComputedStyle(document.querySelector('.op-fill')).backgroundColor"
+        fill = "getComputedStyle(document.querySelector('[data-row=sum] i')).backgroundColor"
         quiet = page.evaluate(fill)
         enable = said(page, "Enable")
         assert "asks for +310.0 µm now, more than the limit of ±280.0 µm" in enable
-        alarm = an_alarm("critical", "more than may be corrected", "", "", "limit")
-        alarm["values"] = {"name": "Z_um", "largest_um": 280.0}
-        told = made_up(alarms=[alarm])
-        told["outputs"]["Z_um"] |= {"at_limit": True, "correction_um": 18.0, "model_um": -310.0}
-        shown(page, stand_in, told)
-        assert card.get_attribute("data-priority") == "critical"
-        assert page.evaluate(fill) == quiet  # the correction itself is far from it
         told["outputs"]["Z_um"] |= {"correction_um": 280.0, "at_soft_limit": True}
         shown(page, stand_in, told)
         assert page.evaluate(fill) != quiet

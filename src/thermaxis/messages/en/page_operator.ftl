@@ -3,10 +3,16 @@
 ## state
 
 operator-state_label = State of the compensation
+operator-reason = What is the matter
+operator-look_no_data = No data
+operator-look_at_limit = At the limit
+operator-look_input_lost = Sensor lost
+operator-look_inputs_unreachable = No sensors
+operator-look_interlock = Interlock
+operator-look_unreachable = Disconnected
 operator-since = since { $time }
 operator-for = ({ $time })
 operator-before = Before: { $state }.
-operator-everything_there = Everything that it needs is there.
 
 ## alarms
 
@@ -24,31 +30,37 @@ operator-came = since { $time }
 
 ## corrections
 
-operator-corrections = Correction [µm]
+operator-corrections = Offset of every axis [µm]
 operator-sign = + moves the tool away from the workpiece
-operator-correction_bar = Correction of { $axis }: { $value } µm, limits ±{ $soft } µm and ±{ $hard } µm
-operator-soft = soft
-operator-hard = limit
-operator-at_limit = at the limit
-operator-over_limit = the model asks for more than the limit
-operator-over_limit_short = model over limit
-operator-at_soft_limit = soft limit
-operator-within = within the limits
+operator-at_limit = at the limit ±{ $limit } µm
+operator-over_limit = model over the limit ±{ $limit } µm
+operator-at_soft_limit = near the limit ±{ $limit } µm
+operator-limits = Limits
+operator-limits_of = ±{ $hard } µm; warning from ±{ $soft } µm
+operator-helps = Does it help?
+operator-helps_by = { $axis } moves { $with } µm, without it { $without } µm
+operator-helps_unknown = not measured
 operator-rate = Change
-operator-rate_of = of { $limit }
+operator-rate_of = at most ±{ $limit } µm/s
 operator-commanded = Commanded
 operator-accepted = Accepted
 operator-effective = Effective
+operator-acts_now = acts now
+operator-last_read = last read { $value } µm, { $age } ago
+operator-never_read = never read
 operator-trim = Trim
 operator-trim_none = none
-operator-trim_set = { $value } µm (manual)
+operator-trim_manual = Trim (manual)
 operator-trim_by = { $owner }, { $left } left
 operator-weight = Weight of the model
 operator-weight_full = { $weight } %, inside the tested range
 operator-weight_less = { $weight } %, outside the tested range
 operator-parts = Parts of the model
 operator-part_gain = × { $gain } at { $diameter }
-operator-wanted = Goal within limits, with trim
+operator-wanted = Wanted
+operator-wanted_full = Wanted, within limits, with trim
+operator-rest = Held back
+operator-others = { $count } others
 operator-model_asks = Model asks for
 operator-more_axes = +{ $count } more axes
 operator-more_trimmed = +{ $count } more axes, trim (manual): { $trims } µm
@@ -56,32 +68,29 @@ operator-all_corrections = Corrections in full
 
 ## inputs
 
-operator-inputs = Inputs
 operator-all_inputs = All inputs
-operator-inputs_good = { $count } good
-operator-inputs_bad = { $bad } of { $count } not good
-operator-more_inputs = +{ $count } more inputs
+operator-inputs_good = { $count } inputs good
+operator-inputs_bad = { $bad } of { $count } inputs not good: { $names }
 
 ## trend
 
-operator-trend = Last 8 h
 operator-trend_waits = The history is being read.
 operator-trend_fails = The history cannot be read now.
 operator-trend_more = +{ $count }: History
-operator-trend_label = Corrections and temperatures of the last 8 hours
+operator-trend_label = What acted, and temperatures, of up to 8 hours
 
 ## connections
 
 operator-connections = Connections
 operator-beat = Cycle { $number }, { $time }
-operator-source_good = Temperatures: connected
-operator-source_lost = Temperatures: NO CONNECTION
-operator-sink_good = Control: connected
-operator-sink_lost = Control: NO CONNECTION
-operator-history_good = History: stored
+operator-source_good = Temperatures
+operator-source_lost = Temperatures: DISCONNECTED
+operator-sink_good = Control
+operator-sink_lost = Control: DISCONNECTED
+operator-history_good = History
 operator-history_bad = History: NOT STORED
-operator-model_good = Model { $file }: valid
-operator-model_held = Model { $file }: held, an input failed
+operator-model_good = Model { $file }
+operator-model_held = Model { $file }: input failed
 operator-model_bad = Model { $file }: NOT USABLE
 operator-model_outside = Model { $file }: weight { $weight } %, outside its range
 operator-diameter_is = Diameter { $diameter }
@@ -182,7 +191,6 @@ operator-page_cannot_read = This page cannot read the status. Call the engineer.
 operator-ask_form = This is no request.
 operator-ask_method = Nobody can ask for that.
 operator-ask_arguments = The request has other values than it needs.
-operator-old = old
 operator-alarms_unknown = Alarms: unknown
 operator-alarms_before_none = Before: none.
 operator-alarms_before = Before: { $count }, first of them { $priority }: { $text }

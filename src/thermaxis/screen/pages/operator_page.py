@@ -5,6 +5,7 @@ the person has there, the loop by its rules and limits; this page checks before 
 question is told at once and in words.
 """
 
+from datetime import UTC, datetime, timedelta
 from http import HTTPStatus
 from typing import Final
 
@@ -28,17 +29,25 @@ from thermaxis.screen.access import (
     render,
     visitor_of,
 )
+from thermaxis.screen.pages.history import found_in_history
+from thermaxis.screen.pages.probe_page import comparison
 
 EXPIRIES_S: Final = (1800.0, 3600.0, 14_400.0, 28_800.0)
 """Times after which a trim may expire, to choose from: half an hour to a shift. [s]"""
 SAFE_WITHOUT_DATA: Final = "Disable"
 """What may be asked also while the screen has no data: it is the safe direction."""
+HELPED: Final = timedelta(hours=8)
+"""Time over which a probe is asked whether the compensation helps: a shift."""
 
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
-    """Return the operator's page and the route of every question."""
+    """Return the operator's page, whether it helps, and the route of every question."""
     del parts
-    return [Route("/", _page, methods=["GET"]), Route("/ask", _ask, methods=["POST"])]
+    return [
+        Route("/", _page, methods=["GET"]),
+        Route("/helps", _helps, methods=["GET"]),
+        Route("/ask", _ask, methods=["POST"]),
+    ]
 
 
 def facts_of(configuration: MachineConfiguration) -> dict[str, object]:
@@ -49,6 +58,7 @@ def facts_of(configuration: MachineConfiguration) -> dict[str, object]:
         "longest_trim_s": rules.longest_trim_s,
         "expiries_s": expiries_of(rules.longest_trim_s),
         "diameter_read": configuration.diameter is not None,
+        "probed": bool(configuration.probes),
         "model_sha256": configuration.model.sha256,
         "gains": gains_of(configuration.model.model),
     }
@@ -84,6 +94,20 @@ async def _page(request: Request) -> Response:
         facts=for_script(facts_of(parts.configuration)),
         may_ask=visitor_of(request).role.at_least(Role.OPERATOR),
     )
+
+
+@needs(Role.VIEWER)
+async def _helps(request: Request) -> Response:
+    """Tell of each probe what it measured of late with the compensation, and without it."""
+    configuration, now = parts_of(request).configuration, datetime.now(UTC)
+    asked = (now - HELPED, now), configuration.rules.cycle_s, 2
+    found = await found_in_history(
+        request,
+        lambda reader: {
+            name: comparison(reader, name, *asked)["figures"] for name in configuration.probes
+        },
+    )
+    return answer_json(found)
 
 
 @needs(Role.VIEWER, named=True)

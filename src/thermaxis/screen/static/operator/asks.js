@@ -83,26 +83,49 @@ export function showAsks(status) {
 }
 
 export function startAsks() {
-  const asks = { Enable: enable, Disable: disable, Hold: hold, Resume: resume,
-    Acknowledge: acknowledge, Trim: trim, Diameter: diameter };
-  for (const [name, act] of Object.entries(asks)) {
-    document.querySelector(`[data-ask="${name}"]`)?.addEventListener("click", () => {
+  for (const button_ of document.querySelectorAll("[data-ask]")) {
+    const name = button_.getAttribute("data-ask") ?? "";
+    button_.addEventListener("click", () => {
       const status = latest();
-      if (status) act(status);
-      else if (name === SAFE_WITHOUT_DATA) disable();
+      if (name === "Trim" && status) trim(status);
+      else if (name === "Diameter" && status) diameter(status);
+      else if (status || name === SAFE_WITHOUT_DATA) plain(name);
     });
   }
 }
 
 // ---- what each will do -----------------------------------------------------------------------
 
-function enable() {
-  void ask("Enable", [], {
-    blocked: (status) => blocked(status).Enable,
-    title: word("operator-enable_title"),
-    text: (status) => [word("operator-enable_text"), ...followed(status)],
+/** Ask for what needs no value. @param {string} name */
+function plain(name) {
+  const method = /** @type {keyof typeof TEXTS} */ (name);
+  void ask(method, [], {
+    blocked: (status) => blocked(status)[method],
+    title: word(TITLES[method]),
+    text: TEXTS[method],
+    ...(method === SAFE_WITHOUT_DATA ? { blind: [word("operator-disable_blind"),
+      word("operator-disable_text"), word("operator-disable_unseen")] } : {}),
   });
 }
+
+const TITLES = {
+  Enable: "operator-enable_title", Disable: "operator-disable_title", Hold: "operator-hold_title",
+  Resume: "operator-resume_title", Acknowledge: "operator-acknowledge_title",
+};
+
+/** What will happen. @type {Record<keyof typeof TITLES, (status: Status) => string[]>} */
+const TEXTS = {
+  Enable: (status) => [word("operator-enable_text"), ...followed(status)],
+  Disable: (status) => [...fades(status), word("operator-disable_text")],
+  Hold: (status) => [
+    ...axesOf(status).map(([name, axis]) => word("operator-hold_axis", {
+      axis: shortNames(name), now: signed(axis.correction_um, 1),
+    })),
+    word("operator-hold_text", { time: duration(facts.hold_operator_s) }),
+  ],
+  Resume: (status) => [word("operator-resume_text"), ...followed(status)],
+  Acknowledge: acknowledged,
+};
 
 /** Where each correction goes when it follows the model. @param {Status} status */
 function followed(status) {
@@ -132,16 +155,6 @@ function trimValues(axis) {
   return { owner: axis.trim_owner || "–", trim: signed(axis.trim_um, 1) };
 }
 
-function disable() {
-  void ask("Disable", [], {
-    blocked: (status) => blocked(status).Disable,
-    title: word("operator-disable_title"),
-    text: (status) => [...fades(status), word("operator-disable_text")],
-    blind: [word("operator-disable_blind"), word("operator-disable_text"),
-      word("operator-disable_unseen")],
-  });
-}
-
 /** @param {Status} status */
 function fades(status) {
   return axesOf(status).map(([name, axis]) => {
@@ -152,47 +165,20 @@ function fades(status) {
   });
 }
 
-function hold() {
-  void ask("Hold", [], {
-    blocked: (status) => blocked(status).Hold,
-    title: word("operator-hold_title"),
-    text: (status) => [
-      ...axesOf(status).map(([name, axis]) => word("operator-hold_axis", {
-        axis: shortNames(name), now: signed(axis.correction_um, 1),
-      })),
-      word("operator-hold_text", { time: duration(facts.hold_operator_s) }),
-    ],
-  });
-}
-
-function resume() {
-  void ask("Resume", [], {
-    blocked: (status) => blocked(status).Resume,
-    title: word("operator-resume_title"),
-    text: (status) => [word("operator-resume_text"), ...followed(status)],
-  });
-}
-
-function acknowledge() {
-  void ask("Acknowledge", [], {
-    blocked: (status) => blocked(status).Acknowledge,
-    title: word("operator-acknowledge_title"),
-    text: (status) => {
-      if (status.state === "Fault") {
-        const reason = status.reasons_said.join(" ");
-        return [word("operator-acknowledge_fault", { reason }), ...fades(status),
-          word("operator-acknowledge_after")];
-      }
-      const names = Object.entries(status.inputs)
-        .filter(([, input]) => input.quality === JUMPED)
-        .map(([name, input]) => `${shortNames(name)} (${number(input.read, 1)}\u00a0°C)`);
-      const offsets = foundElsewhere(status)
-        .map((alarm) => word("operator-acknowledge_found", { found: alarm.text }));
-      if (names.length === 0 && offsets.length > 0) return offsets;
-      const sensors = word("operator-acknowledge_sensors", { names: names.join(", ") || "–" });
-      return [...offsets, sensors];
-    },
-  });
+/** What an acknowledgement says. @param {Status} status */
+function acknowledged(status) {
+  if (status.state === "Fault") {
+    const reason = status.reasons_said.join(" ");
+    return [word("operator-acknowledge_fault", { reason }), ...fades(status),
+      word("operator-acknowledge_after")];
+  }
+  const names = Object.entries(status.inputs)
+    .filter(([, input]) => input.quality === JUMPED)
+    .map(([name, input]) => `${shortNames(name)} (${number(input.read, 1)}\u00a0°C)`);
+  const offsets = foundElsewhere(status)
+    .map((alarm) => word("operator-acknowledge_found", { found: alarm.text }));
+  if (names.length === 0 && offsets.length > 0) return offsets;
+  return [...offsets, word("operator-acknowledge_sensors", { names: names.join(", ") || "–" })];
 }
 
 // ---- trim ------------------------------------------------------------------------------------

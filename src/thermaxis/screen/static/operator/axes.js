@@ -1,115 +1,64 @@
 // @ts-check
-// The corrections: a card for each axis, which shows as much as it has room for, and all of it in
-// a dialog.
+// The offsets: what acts in large letters, beside it what is commanded and wanted, and what adds
+// up to it: the temperature difference and the signed share of every source, trim, what is held back.
 
-import { byId, made, overflows, say } from "../elements.js";
+import { byId, made, say } from "../elements.js";
 import { diameterWord, gainNow, isTrimmed, modelAsksUm } from "./parts.js";
 import { duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
-/**
- * @typedef {object} Row
- * @property {string} key
- * @property {string} label
- * @property {string} value
- * @property {number} weight what weighs most stays longest
- * @property {boolean} marked
- * @property {string} owner who set it and for how long, beside the value where there is room
- */
+/** @typedef {{key: string, name: string, k: string, um: number}} Share */
 
 const MOST_CARDS = 4;
-const NARROW_PX = 280;
-const OLD_S = 3; // an offset that is older is of the past, and not shown as what stands
-const WEIGHT_OFFSET = 8; // so much or more is never left out: the three offsets, and a trim
-const WEIGHT_TRIM = 9;
-const LIMIT_ALARMS = ["limit", "soft_limit"];
+const MOST_SOURCES = [0, 4, 3, 2]; // by the number of outputs
+const AGED_S = 3; // what was read longer ago says when
+const LEAST_REST_UM = 0.05;
+const LEAST_SPAN_UM = 10;
 const NEAR_LIMIT_UM = 1e-6;
-/** All; without the trim's owner; without the numbers of the bar; without the bar. */
-const TIGHT = ["0", "1", "2", "3"];
 
-/** @type {(() => void)[]} */
-const openers = [];
-
-/** @param {() => void} open */
-export function onCard(open) {
-  openers.push(open);
+/** Make a text as narrow as its room, never taller or lower. @param {HTMLElement} element */
+export function fit(element) {
+  const room = element.parentElement?.clientWidth ?? 0;
+  const part = room / Math.max(1, element.offsetWidth);
+  element.style.transform = part < 1 ? `scaleX(${part})` : "";
 }
 
-/**
- * What a card can say, besides value and bar; what weighs most stays longest.
- * @param {Status} status
- * @param {string} name
- * @param {string} unit empty where it stands above
- * @returns {Row[]}
- */
-function rowsOf(status, name, unit) {
-  const axis = status.outputs[name];
-  const limits = axis.limits;
-  const rateLimit = limits ? ` ${word("operator-rate_of", {
-    limit: `±${number(limits.largest_rate_um_per_s, 2)}`,
-  })}` : "";
-  const trimmed = isTrimmed(axis);
-  const inside = (axis.weight ?? 0) >= 1;
-  return [
-    row("commanded", word("operator-commanded"), offset(axis, "requested") + unit, WEIGHT_OFFSET),
-    row("accepted", word("operator-accepted"), offset(axis, "accepted") + unit, WEIGHT_OFFSET),
-    row("effective", word("operator-effective"), offset(axis, "effective") + unit, WEIGHT_OFFSET),
-    trimmed ? trimRow(axis) : row("trim", word("operator-trim"), word("operator-trim_none"), 3),
-    row("rate", word("operator-rate"),
-      `${signed(axis.rate_um_per_s, 2)}${rateLimit}\u00a0µm/s`, 6),
-    row("weight", word("operator-weight"), weightSaid(axis.weight),
-      inside ? 4 : 7, axis.weight !== null && !inside),
-    row("parts", word("operator-parts"), partsOf(status, name), 5),
-    row("model", word("operator-model_asks"), signed(modelAsksUm(axis), 1) + unit, 2),
-    row("wanted", word("operator-wanted"), signed(axis.wanted_um, 1) + unit, 1),
-  ];
+/** What acts, and whether it is known now; null where it was never read.
+ * @param {Record<string, any>} axis @param {number} sinceS time since the status, 0 while it is live */
+function actingOf(axis, sinceS) {
+  const known = axis.acting_known && axis.acting_um !== null && sinceS === 0;
+  const ageS = (axis.acting_age_s ?? NaN) + sinceS;
+  const values = { value: signed(axis.acting_um, 1), age: duration(ageS) };
+  const aged = !known || ageS > AGED_S;
+  return {
+    known,
+    big: known ? values.value : "?",
+    said: !aged ? "" : axis.acting_um === null
+      ? word("operator-never_read") : word("operator-last_read", values),
+  };
 }
 
-/** @param {any} axis @param {string} key */
-function offset(axis, key) {
-  return signed(axis[`${key}_age_s`] > OLD_S ? null : axis[`${key}_um`], 1);
-}
-
-/** @param {any} axis @returns {Row} */
-function trimRow(axis) {
-  const value = word("operator-trim_set", { value: signed(axis.trim_um, 1) });
-  const owner = word("operator-trim_by", {
-    owner: axis.trim_owner || "–", left: duration(axis.trim_left_s),
-  });
-  const found = row("trim", word("operator-trim"), value, WEIGHT_TRIM, true);
-  return { ...found, owner: `, ${owner}` };
-}
-
-/** @param {number | null} weight */
-function weightSaid(weight) {
-  if (weight === null) return number(null, 0);
-  const values = { weight: number(100 * weight, 0) };
-  return weight >= 1
-    ? word("operator-weight_full", values) : word("operator-weight_less", values);
-}
-
-/**
- * @param {string} key
- * @param {string} label
- * @param {string} value
- * @param {number} weight
- * @param {boolean} [marked]
- * @returns {Row}
- */
-function row(key, label, value, weight, marked = false) {
-  return { key, label, value, weight, marked, owner: "" };
-}
-
-/** @param {Status} status @param {string} name */
-function partsOf(status, name) {
-  const parts = Object.entries(status.outputs[name].parts_um);
-  return parts.map(([part, um]) => {
-    const gain = gainNow(status, name, part);
-    const diameter = diameterWord(status.diameter_mm);
-    const scaled = gain === null ? ""
-      : ` (${word("operator-part_gain", { gain: number(gain, 2), diameter })})`;
-    return `${part} ${signed(um, 1)}\u00a0µm${scaled}`;
-  }).join(" · ");
+/** What adds up to the correction, in the order of the model. @param {Status} status
+ * @param {string} output @param {number} most sources that are told apart */
+function sharesOf(status, output, most) {
+  const axis = status.outputs[output];
+  /** @type {Share[]} */
+  const shares = Object.entries(axis.sources_um).map(([part, um]) => ({
+    key: "source", name: part, um,
+    k: `${signed(axis.differences_k?.[part], 1)}\u00a0K`,
+  }));
+  if (shares.length > most) {
+    const others = shares.splice(most - 1);
+    shares.push({ key: "source", name: word("operator-others", { count: others.length }), k: "",
+      um: others.reduce((sum, one) => sum + one.um, 0) });
+  }
+  if (isTrimmed(axis)) {
+    shares.push({ key: "trim", name: word("operator-trim_manual"), k: "", um: axis.trim_um });
+  }
+  if (Math.abs(axis.rest_um) >= LEAST_REST_UM) {
+    shares.push({ key: "rest", name: word("operator-rest"), k: "", um: axis.rest_um });
+  }
+  return shares;
 }
 
 /**
@@ -124,31 +73,24 @@ function judged(axis) {
 }
 
 /**
- * What is said of it, long and short: first that the model asks for more than is allowed, which
- * may be long before the correction comes there.
+ * What is said of it: first that the model asks for more than is allowed, which may be long before
+ * the correction comes there.
  * @param {Status["outputs"][string]} axis
- * @returns {[string, string]}
  */
 function judgedWords(axis) {
-  if (axis.at_limit) return [word("operator-over_limit"), word("operator-over_limit_short")];
-  const said = { at_limit: word("operator-at_limit"), at_soft_limit: word("operator-at_soft_limit"),
-    within: word("operator-within") }[judged(axis)];
-  return [said, said];
+  const values = { limit: number(axis.limits?.largest_um, 0) };
+  if (axis.at_limit) return word("operator-over_limit", values);
+  return { at_limit: word("operator-at_limit", values), within: "",
+    at_soft_limit: word("operator-at_soft_limit", values) }[judged(axis)];
 }
 
-/** Priority of the alarm that says of an output what its card says; empty without one.
- * @param {Status} status @param {string} name */
-function priorityOf(status, name) {
-  const alarm = status.alarms.find((/** @type {Record<string, any>} */ one) =>
-    LIMIT_ALARMS.includes(one.code) && one.values?.name === name);
-  return alarm?.priority ?? "";
-}
+// ---- cards -----------------------------------------------------------------------------------
 
-/** @param {Status} status */
-export function showAxes(status) {
+/** @param {Status} status @param {number} sinceS time since it came, 0 while it is live */
+export function showAxes(status, sinceS) {
   const box = byId("cards");
   const names = Object.keys(status.outputs);
-  const shown = names.length > MOST_CARDS ? names.slice(0, MOST_CARDS) : names;
+  const shown = names.slice(0, MOST_CARDS);
   if (box.dataset.names !== JSON.stringify(shown)) {
     box.dataset.names = JSON.stringify(shown);
     box.dataset.count = String(shown.length);
@@ -156,11 +98,10 @@ export function showAxes(status) {
   }
   const more = byId("cards-more");
   more.hidden = names.length <= MOST_CARDS;
-  say(more, moreSaid(status, names.slice(shown.length)));
+  say(more, moreSaid(status, names.slice(MOST_CARDS)));
   shown.forEach((name, k) => {
-    fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name);
+    fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name, sinceS);
   });
-  fitCards(box);
 }
 
 /** What is said of the axes that have no card; their trims are never out of sight.
@@ -174,189 +115,143 @@ function moreSaid(status, names) {
 
 /** @param {string} name */
 function card(name) {
-  const made_ = /** @type {HTMLButtonElement} */ (made("button", "", "op-card"));
-  made_.type = "button";
-  made_.setAttribute("aria-haspopup", "dialog");
-  made_.addEventListener("click", () => { for (const open of openers) open(); });
-  const head = made("span", "", "op-card-head");
-  head.append(
+  const found = /** @type {HTMLButtonElement} */ (made("button", "", "op-card",
     made("b", shortNames(name), "op-card-name"),
-    made("span", "", "op-judged"),
-    made("span", "", "op-value"),
-  );
-  head.lastElementChild?.append(made("b", "–"), made("span", "µm"));
-  made_.append(head, bar(), made("span", "", "op-lines"));
-  return made_;
+    made("span", "", "op-value op-fit", made("b", "–")),
+    made("span", "", "op-lines"),
+    made("span", "", "op-shares")));
+  found.type = "button";
+  found.setAttribute("aria-haspopup", "dialog");
+  return found;
 }
 
-/** @param {HTMLElement} element @param {Status} status @param {string} name */
-function fillCard(element, status, name) {
+/** @param {HTMLElement} element @param {Status} status @param {string} name @param {number} sinceS */
+function fillCard(element, status, name, sinceS) {
   const axis = status.outputs[name];
-  const [long, short] = judgedWords(axis);
+  const acting = actingOf(axis, sinceS);
+  const number_ = /** @type {HTMLElement} */ (element.querySelector(".op-value b"));
   element.dataset.judged = judged(axis);
-  element.dataset.priority = priorityOf(status, name);
-  say(element.querySelector(".op-value b"), signed(axis.correction_um, 1));
-  const quiet = judged(axis) === "within" && !axis.at_limit;
-  const alone = element.parentElement?.childElementCount === 1;
-  say(element.querySelector(".op-judged"), quiet ? "" : alone ? long : short);
-  fillBar(/** @type {HTMLElement} */ (element.querySelector(".op-bar")), axis, name);
-  const lines = /** @type {HTMLElement} */ (element.querySelector(".op-lines"));
-  fillRows(lines, rowsOf(status, name, ""));
+  element.dataset.known = acting.known ? "yes" : "no";
+  if (number_.textContent !== acting.big) {
+    say(number_, acting.big);
+    fit(number_);
+  }
+  fillRows(element.querySelector(".op-lines"), [
+    ["acting", "", acting.said || judgedWords(axis) || weightSaid(axis.weight, false)
+      || word("operator-acts_now")],
+    ["commanded", word("operator-commanded"), signed(axis.correction_um, 1)],
+    ["wanted", word("operator-wanted"), signed(axis.wanted_um, 1)],
+  ]);
+  const count = Number(element.parentElement?.dataset.count);
+  const most = MOST_SOURCES[Math.min(count, MOST_SOURCES.length - 1)] ?? 0;
+  fillShares(element.querySelector(".op-shares"), sharesOf(status, name, most), axis);
 }
 
-/** @param {HTMLElement} lines @param {Row[]} rows */
-export function fillRows(lines, rows) {
-  if (lines.childElementCount !== rows.length) {
-    lines.replaceChildren(...rows.map(({ key, label }) => {
-      const line = made("span", "", "op-line");
-      line.dataset.row = key;
-      line.append(made("span", label, "op-label"), made("span", "", "op-said"));
-      line.append(made("span", "", "op-owner"));
-      return line;
-    }));
+/** Bars that begin where the one before ends: the last one ends at the correction.
+ * @param {Element | null} box @param {Share[]} shares @param {Record<string, any>} axis */
+function fillShares(box, shares, axis) {
+  if (!box) return;
+  const all = [...shares, { key: "sum", name: word("operator-commanded"), k: "",
+    um: axis.correction_um ?? 0 }];
+  if (box.childElementCount !== all.length) {
+    box.replaceChildren(...all.map(() => made("span", "", "op-share", made("span"), made("span", "", "op-kelvin"),
+      made("span", "", "op-bar", made("i"), made("i", "", "op-zero")), made("b"))));
   }
-  rows.forEach((one, k) => {
-    const line = /** @type {HTMLElement} */ (lines.children[k]);
-    line.dataset.weight = String(one.weight);
-    line.dataset.marked = one.marked ? "yes" : "no";
-    say(line.children[1], one.value);
-    say(line.children[2], one.owner);
+  let end = 0;
+  const ends = shares.map((one) => (end += one.um));
+  const sum = axis.correction_um ?? 0;
+  const [low, high] = [Math.min(0, sum, ...ends), Math.max(0, sum, ...ends)];
+  const span = Math.max(LEAST_SPAN_UM, high - low);
+  const start = (low + high - span) / 2;
+  /** @param {number} um */
+  const at = (um) => 100 * (um - start) / span;
+  all.forEach((one, k) => {
+    const row = /** @type {HTMLElement} */ (box.children[k]);
+    const [name, kelvin, bar, um] = [...row.children];
+    row.dataset.row = one.key;
+    say(name, one.name);
+    say(kelvin, one.k);
+    say(um, signed(one.um, 1));
+    const from = one.key === "sum" ? 0 : (ends[k] ?? 0) - one.um;
+    const [fill, zero] = /** @type {HTMLElement[]} */ ([...bar?.children ?? []]);
+    if (!fill || !zero) return;
+    fill.style.left = `${at(Math.min(from, from + one.um))}%`;
+    fill.style.width = `${100 * Math.abs(one.um) / span}%`;
+    zero.style.left = `${at(0)}%`;
   });
 }
 
-/** Take from all cards alike what has no room, until offsets and trims have theirs; then each
- * shows what else it can. @param {HTMLElement} box */
-function fitCards(box) {
-  const cards = /** @type {HTMLElement[]} */ ([...box.children]);
-  for (const tight of TIGHT) {
-    box.dataset.tight = tight;
-    for (const card of cards) showRows(card, (line) => Number(line.dataset.weight) >= WEIGHT_OFFSET);
-    if (!cards.some(isFull)) break;
-  }
-  for (const card of cards) {
-    fitRows(card);
-    const left = box.dataset.tight !== TIGHT[0] || card.querySelector(".op-line[hidden]") !== null;
-    card.dataset.more = left ? "yes" : "no";
-  }
-}
-
-/** @param {HTMLElement} card */
-function isFull(card) {
-  const head = card.querySelector(".op-card-head");
-  const lines = /** @type {HTMLElement} */ (card.querySelector(".op-lines"));
-  return overflows(card) || overflows(lines) || (head?.scrollWidth ?? 0) > card.clientWidth;
-}
-
-/** @param {HTMLElement} card @param {(line: HTMLElement) => boolean} shown */
-function showRows(card, shown) {
-  for (const line of card.querySelectorAll(".op-line")) {
-    const one = /** @type {HTMLElement} */ (line);
-    one.hidden = !shown(one);
-  }
-}
-
-/** Show of the other rows what has room, the most important first. @param {HTMLElement} card */
-function fitRows(card) {
-  const all = /** @type {HTMLElement[]} */ ([...card.querySelectorAll(".op-line")]);
-  const others = all.filter((line) => line.hidden);
-  for (const line of others) line.hidden = false;
-  if (!isFull(card)) return;
-  for (const line of others) line.hidden = true;
-  others.sort((a, b) => Number(b.dataset.weight) - Number(a.dataset.weight));
-  for (const line of others) {
-    line.hidden = false;
-    line.hidden = isFull(card);
-  }
-}
-
-// ---- the bar ---------------------------------------------------------------------------------
-
-export function bar() {
-  const made_ = made("span", "", "op-bar");
-  made_.setAttribute("role", "img");
-  const track = made("span", "", "op-track");
-  for (const name of ["soft-low", "soft-high", "fill", "zero", "low", "high", "goal"]) {
-    track.append(made("i", "", `op-${name}`));
-  }
-  const above = made("span", "", "op-scale op-scale-soft");
-  const below = made("span", "", "op-scale op-scale-hard");
-  above.append(made("span", ""), made("span", ""));
-  below.append(made("span", ""), made("span", "0"), made("span", ""));
-  made_.append(above, track, below);
-  return made_;
-}
-
-/** @param {HTMLElement} element @param {Status["outputs"][string]} axis @param {string} name */
-export function fillBar(element, axis, name) {
-  const { limits } = axis;
-  element.hidden = !limits;
-  if (!limits) return;
-  const now = axis.correction_um ?? 0;
-  const [soft, hard] = [limits.soft_um, limits.largest_um];
-  const end = 1.04 * Math.max(limits.total_um, hard, Math.abs(now));
-  /** @param {number} um */
-  const at = (um) => 50 + (50 * um) / end;
-  /** @param {string} part @param {number} from @param {number} to */
-  const place = (part, from, to) => {
-    const found = /** @type {HTMLElement} */ (element.querySelector(`.op-${part}`));
-    found.style.left = `${at(Math.min(from, to))}%`;
-    found.style.width = `${at(Math.max(from, to)) - at(Math.min(from, to))}%`;
-  };
-  place("soft-low", -end, -soft);
-  place("soft-high", soft, end);
-  place("fill", 0, now);
-  place("low", -hard, -hard);
-  place("high", hard, hard);
-  place("goal", axis.wanted_um ?? now, axis.wanted_um ?? now);
-  const [above, below] = [...element.querySelectorAll(".op-scale")];
-  const narrow = element.clientWidth > 0 && element.clientWidth < NARROW_PX;
-  const softWord = narrow ? "" : `${word("operator-soft")} `;
-  const hardWord = `${word("operator-hard")} `;
-  label(above?.children[0], at(-soft), `${softWord}${number(-soft, 0)}`);
-  label(above?.children[1], at(soft), `${softWord}+${number(soft, 0)}`);
-  label(below?.children[0], at(-hard), `${hardWord}${number(-hard, 0)}`);
-  label(below?.children[1], 50, "0");
-  label(below?.children[2], at(hard), `${hardWord}+${number(hard, 0)}`);
-  element.setAttribute("aria-label", word("operator-correction_bar", {
-    axis: shortNames(name), value: signed(now, 1), soft: number(soft, 0), hard: number(hard, 0),
-  }));
-}
-
-/** Beside its place, but never out of the bar. @param {Element | undefined} element
- * @param {number} percent @param {string} text */
-function label(element, percent, text) {
-  say(element, text);
-  const { style } = /** @type {HTMLElement} */ (element);
-  style.left = `${percent}%`;
-  style.transform = `translateX(-${percent}%)`;
+/** @param {number | null} weight @param {boolean} full whether that of a model is told that counts
+ * wholly */
+function weightSaid(weight, full) {
+  if (weight === null) return full ? number(null, 0) : "";
+  const values = { weight: number(100 * weight, 0) };
+  if (weight >= 1) return full ? word("operator-weight_full", values) : "";
+  return word("operator-weight_less", values);
 }
 
 // ---- all of it -------------------------------------------------------------------------------
+
+/** @param {Element | null} lines @param {[string, string, string][]} rows key, label and value */
+function fillRows(lines, rows) {
+  if (!lines) return;
+  if (lines.childElementCount !== rows.length) {
+    lines.replaceChildren(...rows.map(([key, label]) => {
+      const line = made("span", "", "op-line", made("span", label, "op-label"),
+        made("span", "", "op-said"));
+      line.dataset.row = key;
+      return line;
+    }));
+  }
+  rows.forEach(([, , value], k) => { say(lines.children[k]?.lastElementChild, value); });
+}
+
+/** @param {Status} status @param {string} name @returns {[string, string, string][]} */
+function rowsOf(status, name) {
+  const axis = status.outputs[name];
+  const limits = axis.limits;
+  /** @param {number | null} um */
+  const um = (um) => `${signed(um, 1)}\u00a0µm`;
+  const values = { owner: axis.trim_owner || "–", left: duration(axis.trim_left_s) };
+  return [
+    ["commanded", word("operator-commanded"), um(axis.correction_um)],
+    ["accepted", word("operator-accepted"), um(axis.accepted_um)],
+    ["effective", word("operator-effective"), um(axis.effective_um)],
+    ["wanted", word("operator-wanted_full"), um(axis.wanted_um)],
+    ["model", word("operator-model_asks"), um(modelAsksUm(axis))],
+    ["trim", word("operator-trim"), isTrimmed(axis)
+      ? `${um(axis.trim_um)}, ${word("operator-trim_by", values)}` : word("operator-trim_none")],
+    ["rate", word("operator-rate"), `${signed(axis.rate_um_per_s, 2)}\u00a0µm/s${limits
+      ? `, ${word("operator-rate_of", { limit: number(limits.largest_rate_um_per_s, 2) })}` : ""}`],
+    ["weight", word("operator-weight"), weightSaid(axis.weight, true)],
+    ["limits", word("operator-limits"), limits ? word("operator-limits_of", {
+      soft: number(limits.soft_um, 0), hard: number(limits.largest_um, 0) }) : "–"],
+    ["parts", word("operator-parts"), sharesOf(status, name, Infinity)
+      .map((one) => `${one.name} ${one.k} ${um(one.um)}${gainSaid(status, name, one.name)}`)
+      .join(" · ")],
+  ];
+}
+
+/** @param {Status} status @param {string} output @param {string} part */
+function gainSaid(status, output, part) {
+  const gain = gainNow(status, output, part);
+  const diameter = diameterWord(status.diameter_mm);
+  return gain === null ? ""
+    : ` (${word("operator-part_gain", { gain: number(gain, 2), diameter })})`;
+}
 
 /** @param {HTMLElement} body @param {Status} status */
 export function fillDetails(body, status) {
   const names = Object.keys(status.outputs);
   if (body.dataset.names !== JSON.stringify(names)) {
     body.dataset.names = JSON.stringify(names);
-    body.replaceChildren(...names.map((name) => {
-      const part = made("section", "", "op-full");
-      const head = made("p", "", "op-card-head");
-      head.append(made("b", shortNames(name), "op-card-name"), made("span", "", "op-judged"),
-        made("span", "", "op-value"));
-      head.lastElementChild?.append(made("b", "–"), made("span", "µm"));
-      part.append(head, bar(), made("div", "", "op-lines"));
-      return part;
-    }));
+    body.replaceChildren(made("p", word("operator-sign"), "op-quiet"),
+      ...names.map((name) => made("section", "", "op-full", made("h3", shortNames(name)),
+        made("p", "", "op-judged"), made("div", "", "op-lines"))));
   }
   names.forEach((name, k) => {
-    const part = /** @type {HTMLElement} */ (body.children[k]);
-    const axis = status.outputs[name];
-    part.dataset.judged = axis.at_limit && judged(axis) === "within" ? "" : judged(axis);
-    part.dataset.priority = priorityOf(status, name);
-    say(part.querySelector(".op-value b"), signed(axis.correction_um, 1));
-    say(part.querySelector(".op-judged"), judgedWords(axis)[0]);
-    fillBar(/** @type {HTMLElement} */ (part.querySelector(".op-bar")), axis, name);
-    const lines = /** @type {HTMLElement} */ (part.querySelector(".op-lines"));
-    fillRows(lines, rowsOf(status, name, "\u00a0µm"));
+    const part = /** @type {HTMLElement} */ (body.children[k + 1]);
+    say(part.querySelector(".op-judged"), judgedWords(status.outputs[name]));
+    fillRows(part.querySelector(".op-lines"), rowsOf(status, name));
   });
 }

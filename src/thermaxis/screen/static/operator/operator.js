@@ -1,87 +1,119 @@
 // @ts-check
-// The operator's page: state, alarms, corrections, inputs, trend, connections, interventions.
+// The operator's page: state, what is the matter, alarms, offsets, trend, connections, requests.
 
 import { openDialog } from "../ask/ask.js";
-import { byId, hasEnglish, made, overflows, say } from "../elements.js";
+import { byId, hasEnglish, made, say } from "../elements.js";
 import { alarmMark } from "../frame.js";
 import { lastKnown, latest, onNoData, onStatus } from "../live.js";
 import { showAsks, startAsks } from "./asks.js";
-import { fillDetails, onCard, showAxes } from "./axes.js";
+import { fillDetails, fit, showAxes } from "./axes.js";
 import { fillInputs, showInputs } from "./inputs.js";
+import { facts } from "./parts.js";
 import { addLive, startTrend } from "./trend.js";
-import { clock, duration, number, timeOf, word } from "../words.js";
+import { clock, duration, number, shortNames, timeOf, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 
-/** Of the list of requests, where it has no room: what is left out first. */
-const LEFT_OUT = ["ask-began", "ask-reason", "ask-taken", "ask-older", "ask-why"];
+const HELPS_MS = 60_000;
+const ACCENTED = /[^ -~]/;
+const CALM = ["off", "active"];
+/** What is said in large letters where the state's word would not be what is the matter. */
+const SAID = /** @type {Record<string, string>} */ ({
+  at_limit: "operator-look_at_limit",
+  input_lost: "operator-look_input_lost",
+  inputs_unreachable: "operator-look_inputs_unreachable",
+  interlock: "operator-look_interlock",
+  not_released: "operator-look_interlock",
+  unreachable: "operator-look_unreachable",
+});
+/** Signs that stand for more than one of what may be the matter. */
+const SIGNS = /** @type {Record<string, string>} */ ({
+  inputs_unreachable: "input_lost", not_released: "interlock", hold_expired: "held_by_person",
+});
 
-/** By this page's own clock, so that the loop's and the panel's may differ. */
-let stateBeganMs = NaN;
+/** When the last status came, and since when what is the matter lasts, by this page's clock: the
+ * loop's may differ. */
+let toldMs = NaN;
+let beganMs = NaN;
 let beatNumber = -1;
 /** @type {(() => void) | null} */
 let redraw = null;
 
+/** What is the matter, without its beginning `headline-`. @param {Status} status */
+function lookOf(status) {
+  return status.headline.code.replace(/^headline-/, "");
+}
+
+/** Show a sign and a word that differ at first sight. @param {string} look @param {string} said */
+function showLook(look, said) {
+  byId("op").dataset.look = look;
+  byId("state-sign").setAttribute("href", `#sign-${SIGNS[look] ?? look}`);
+  byId("state-word").dataset.accents = ACCENTED.test(said) ? "yes" : "no";
+  say(byId("state-word"), said);
+  fit(byId("state-word"));
+}
+
 /** @param {Status} status */
 function showState(status) {
-  const box = byId("op");
-  box.dataset.state = status.state;
-  say(byId("state-word"), status.state_said);
-  say(byId("state-since"), word("operator-since", { time: timeOf(status.state_since) }));
-  say(byId("state-reasons"), status.reasons_said.join(" ")
-    || (status.state === "Active" ? word("operator-everything_there") : ""));
-  tick();
+  const look = lookOf(status);
+  byId("op").dataset.state = status.state;
+  showLook(look, SAID[look] ? word(SAID[look] ?? "") : status.state_said);
+  say(byId("headline"), status.headline_said.text);
+  say(byId("remedy"), status.headline_said.remedy);
+  showSince(status.headline_since);
+}
+
+/** @param {string | null} since */
+function showSince(since) {
+  say(byId("state-since"), since === null ? "" : word("operator-since", { time: timeOf(since) }));
 }
 
 function tick() {
-  if (!latest()) return;
-  const passed = Math.max(0, (performance.now() - stateBeganMs) / 1000);
-  say(byId("state-for"), Number.isFinite(passed)
-    ? word("operator-for", { time: duration(passed) }) : "");
+  const known = lastKnown();
+  const passedS = Math.max(0, (performance.now() - beganMs) / 1000);
+  const counts = latest() !== null && Number.isFinite(passedS);
+  say(byId("state-for"), counts ? word("operator-for", { time: duration(passedS) }) : "");
+  if (known && latest() === null) showAxes(known, (performance.now() - toldMs) / 1000);
 }
 
 // ---- alarms ----------------------------------------------------------------------------------
 
-/** @param {string} priority */
-function markAlarm(priority) {
+/** @param {string} priority @param {string} count @param {string[]} texts */
+function showBanner(priority, count, [first, text, more]) {
   const banner = byId("alarm");
-  if (banner.dataset.priority === priority) return;
-  banner.dataset.priority = priority;
-  const known = priority !== "none" && priority !== "unknown";
-  byId("alarm-mark").replaceChildren(...(known ? [alarmMark(priority)] : []));
+  if (banner.dataset.priority !== priority) {
+    banner.dataset.priority = priority;
+    const known = !["none", "unknown"].includes(priority);
+    byId("alarm-mark").replaceChildren(...(known ? [alarmMark(priority)] : []));
+  }
+  say(byId("alarm-count"), count);
+  say(byId("alarm-word"), first ?? "");
+  say(byId("alarm-text"), text ?? "");
+  say(byId("alarm-more"), more ?? "");
 }
 
 /** Without data nobody knows of alarms; what stood before is said as such.
  * @param {Status | null} status */
 function showOldAlarm(status) {
   const first = status?.alarms[0];
-  markAlarm("unknown");
-  say(byId("alarm-count"), "?");
-  say(byId("alarm-word"), "");
-  say(byId("alarm-text"), word("operator-alarms_unknown"));
-  say(byId("alarm-more"), !status ? "" : !first ? word("operator-alarms_before_none")
+  const before = !status ? "" : !first ? word("operator-alarms_before_none")
     : word("operator-alarms_before", {
-      count: status.alarms.length, priority: first.priority_said,
-      text: first.text,
-    }));
+      count: status.alarms.length, priority: first.priority_said, text: first.text,
+    });
+  showBanner("unknown", "?", ["", word("operator-alarms_unknown"), before]);
 }
 
 /** @param {Status} status */
 function showAlarm(status) {
   const [first] = status.alarms;
-  const priority = first?.priority ?? "none";
-  say(byId("alarm-count"), String(status.alarms.length));
-  markAlarm(priority);
-  say(byId("alarm-word"), first ? `${first.priority_said}:` : "");
-  say(byId("alarm-text"), first ? first.text : word("operator-no_alarm"));
-  const more = byId("alarm-more");
   if (!first) {
-    say(more, word("operator-no_alarm_more"));
+    const calm = CALM.includes(lookOf(status)) ? word("operator-no_alarm_more") : "";
+    showBanner("none", "0", ["", word("operator-no_alarm"), calm]);
     return;
   }
-  const since = word("operator-since", { time: timeOf(first.since) });
-  const said = [since, first.cause, first.remedy];
-  say(more, said.filter(Boolean).join(" · "));
+  const more = [first.cause, first.remedy].filter(Boolean).join(" · ");
+  const count = String(status.alarms.length);
+  showBanner(first.priority, count, [`${first.priority_said}:`, first.text, more]);
 }
 
 /** @param {HTMLElement} body @param {Status} status */
@@ -90,40 +122,48 @@ function fillAlarms(body, status) {
   const drawn = JSON.stringify([old, status.alarms]);
   if (body.dataset.told === drawn) return;
   body.dataset.told = drawn;
+  /** @type {Record<string, any>[]} */
+  const alarms = status.alarms;
   const head = old
     ? [made("p", word("operator-alarms_old", { time: timeOf(status.utc) }), "ask-wrong")] : [];
-  if (!status.alarms.length) {
-    const none = old ? word("operator-alarms_before_none") : word("operator-no_alarm");
-    body.replaceChildren(...head, made("p", none));
-    return;
-  }
-  const foreign = status.alarms.some((/** @type {Record<string, any>} */ one) =>
+  const none = old ? word("operator-alarms_before_none") : word("operator-no_alarm");
+  const foreign = alarms.some((one) =>
     [one.text, one.cause, one.remedy, one.detail ?? ""].some(hasEnglish));
   const foot = foreign ? [made("p", word("common-details_english"), "op-quiet")] : [];
-  body.replaceChildren(...head, ...status.alarms.map((/** @type {Record<string, any>} */ alarm) => {
-    const item = made("section", "", "op-alarm-item");
-    const text = made("div", "");
-    const head = made("p");
-    head.append(
-      made("b", `${alarm.priority_said}: `), made("span", `${alarm.text} `),
-      made("span", word("operator-came", { time: timeOf(alarm.since) }), "op-quiet"),
-    );
-    text.append(head, pair(word("operator-cause"), alarm.cause),
-      pair(word("operator-remedy"), alarm.remedy));
-    if (alarm.detail) text.append(pair(word("operator-detail"), alarm.detail));
-    item.append(alarmMark(alarm.priority), text);
-    return item;
-  }), ...foot);
+  const items = alarms.length ? alarms.map((alarm) => made("section", "", "op-alarm-item",
+    alarmMark(alarm.priority),
+    made("div", "", "",
+      made("p", "", "", made("b", `${alarm.priority_said}: `), made("span", `${alarm.text} `),
+        made("span", word("operator-came", { time: timeOf(alarm.since) }), "op-quiet")),
+      pair(word("operator-cause"), alarm.cause), pair(word("operator-remedy"), alarm.remedy),
+      ...(alarm.detail ? [pair(word("operator-detail"), alarm.detail)] : []),
+    ))) : [made("p", none)];
+  body.replaceChildren(...head, ...items, ...foot);
 }
 
 /** @param {string} label @param {string} text */
 function pair(label, text) {
-  const line = made("p");
-  line.append(made("span", `${label}: `, "op-quiet"), made("span", text || "–"));
-  return line;
+  return made("p", "", "", made("span", `${label}: `, "op-quiet"), made("span", text || "–"));
 }
 
-// ---- connections, heartbeat, model -----------------------------------------------------------
+// ---- whether it helps, connections, heartbeat, model -----------------------------------------
+
+/** Ask the probes, and tell of the axis that still moves most. */
+async function askWhetherItHelps() {
+  const answer = await fetch("/helps", { cache: "no-store" }).catch(() => null);
+  const found = answer?.ok ? await answer.json().catch(() => ({})) : {};
+  const [worst] = Object.entries(found).filter(([, one]) => one.ratio !== null)
+    .sort(([, a], [, b]) => b.compensated_um - a.compensated_um);
+  showWhetherItHelps(worst ? word("operator-helps_by", {
+    axis: shortNames(worst[0]), without: number(worst[1].uncompensated_um, 0),
+    with: number(worst[1].compensated_um, 0),
+  }) : word("operator-helps_unknown"));
+}
+
+/** @param {string} told */
+function showWhetherItHelps(told) {
+  say(byId("helps"), `${word("operator-helps")} ${told}`);
+}
 
 /** @param {Status} status */
 function showStrip(status) {
@@ -155,18 +195,13 @@ function modelSaid(status) {
 /** @param {string} id @param {boolean} good @param {string} well @param {string} ill */
 function link(id, good, well, ill) {
   byId(id).dataset.good = good ? "yes" : "no";
-  say(byId(id), good ? well : `▲ ${ill}`);
+  say(byId(id), good ? `${well} ✓` : `▲ ${ill}`);
 }
 
 // ---- dialogs ---------------------------------------------------------------------------------
 
-/**
- * A dialog that is filled with every status while it is open.
- * @param {string} title
- * @param {(body: HTMLElement, status: Status) => void} fill
- */
+/** @param {string} title @param {(body: HTMLElement, status: Status) => void} fill */
 function openList(title, fill) {
-  if (document.querySelector("dialog[open]")) return;
   const { dialog, body } = openDialog(title, word("common-close"));
   dialog.classList.add("op-wide");
   redraw = () => {
@@ -185,48 +220,18 @@ function openAlarms() {
   openList(word("operator-alarm_list"), fillAlarms);
 }
 
-function openAxes() {
-  openList(word("operator-all_corrections"), fillDetails);
-}
-
-function openInputs() {
-  openList(word("operator-all_inputs"), (body, status) => {
-    const list = body.querySelector("ul")
-      ?? body.appendChild(made("ul", "", "op-rows op-rows-all"));
-    fillInputs(/** @type {HTMLElement} */ (list), status, Object.keys(status.inputs));
-  });
-}
-
-/** How far the last request came, where that is longer than its place. */
-function watchRequest() {
+/** How far the last requests came, which may be longer than its place. */
+function openRequests() {
   const place = byId("request");
-  const open = () => {
-    if (!place.childElementCount) return;
-    openList(word("operator-request"), (body) => {
-      if (body.textContent === place.textContent) return;
-      body.replaceChildren(...[...place.children].map((line) => {
-        const copy = made("p", "");
-        copy.append(.../** @type {Element} */ (line.cloneNode(true)).childNodes);
-        return copy;
-      }));
-    });
-  };
-  const look = () => {
-    const lines = /** @type {HTMLElement[]} */ ([...place.children]);
-    for (const line of lines) line.hidden = false;
-    place.dataset.more = "no"; // it is judged as it is whole
-    if (!overflows(place)) return;
-    place.dataset.more = "yes";
-    for (const name of LEFT_OUT) {
-      for (const line of lines.filter((one) => one.classList.contains(name)).reverse()) {
-        if (!overflows(place)) return;
-        line.hidden = true;
-      }
-    }
-  };
-  place.addEventListener("click", open);
-  new MutationObserver(look).observe(place, { childList: true });
-  new ResizeObserver(look).observe(place);
+  if (!place.childElementCount) return;
+  openList(word("operator-request"), (body) => {
+    if (body.textContent === place.textContent) return;
+    body.replaceChildren(...[...place.children].map((line) => {
+      const copy = made("p", "");
+      copy.append(.../** @type {Element} */ (line.cloneNode(true)).childNodes);
+      return copy;
+    }));
+  });
 }
 
 /** The link to the alarms in the header of every page leads here. */
@@ -238,35 +243,32 @@ function followHash() {
 
 // ---- begin -----------------------------------------------------------------------------------
 
-/** @param {Status} status */
-function showAll(status) {
+onStatus((status, ageS) => {
+  toldMs = performance.now() - 1000 * ageS;
+  const lastedS = (Date.parse(status.utc) - Date.parse(status.headline_since)) / 1000;
+  beganMs = toldMs - 1000 * lastedS;
+  byId("alarm-body").setAttribute("aria-live", "assertive");
   showState(status);
+  tick();
   showAlarm(status);
   showStrip(status);
-  showAsks(latest());
-  showAxes(status); // these two fill the room that the others leave
+  showAsks(status);
+  showAxes(status, 0);
   showInputs(status);
   redraw?.();
-}
-
-onStatus((status, ageS) => {
-  stateBeganMs = performance.now() - 1000 * (ageS + (status.in_state_s ?? NaN));
-  byId("alarm-body").setAttribute("aria-live", "assertive");
-  showAll(status);
   addLive(status);
 });
 onNoData((none) => {
   byId("alarm-body").setAttribute("aria-live", "off"); // the frame says NO DATA aloud
-  say(byId("state-word"), word("common-no_data"));
-  say(byId("state-since"), none.since === null ? ""
-    : word("operator-since", { time: timeOf(none.since) }));
   const before = lastKnown();
-  say(byId("state-for"), before
-    ? word("operator-before", { state: before.state_said }) : "");
-  say(byId("state-reasons"), none.text);
+  showLook("no_data", word("operator-look_no_data"));
+  showSince(none.since);
+  say(byId("headline"), none.text);
+  say(byId("remedy"), before ? word("operator-before", { state: before.state_said }) : "");
   showOldAlarm(before);
   if (before) showInputs(before);
   showAsks(null);
+  tick();
   redraw?.();
 });
 for (const id of ["differs", "notice"]) {
@@ -274,18 +276,24 @@ for (const id of ["differs", "notice"]) {
   if (bar) byId("trend").after(bar);
 }
 byId("alarm").addEventListener("click", openAlarms);
-byId("inputs-open").addEventListener("click", openInputs);
-onCard(openAxes);
+byId("inputs-open").addEventListener("click", () => {
+  openList(word("operator-all_inputs"), fillInputs);
+});
+byId("cards").addEventListener("click", () => {
+  openList(word("operator-all_corrections"), fillDetails);
+});
+byId("request").addEventListener("click", openRequests);
 window.addEventListener("hashchange", followHash);
 new ResizeObserver(() => {
-  const status = lastKnown();
-  if (!status) return;
-  showAxes(status);
-  showInputs(status);
+  for (const one of document.querySelectorAll(".op-fit > *")) fit(/** @type {HTMLElement} */ (one));
 }).observe(byId("op"));
 setInterval(tick, 1000);
 startAsks();
-watchRequest();
 showAsks(null);
 startTrend();
+showWhetherItHelps(word("operator-helps_unknown"));
+if (facts.probed) {
+  void askWhetherItHelps();
+  setInterval(() => { void askWhetherItHelps(); }, HELPS_MS);
+}
 followHash();
