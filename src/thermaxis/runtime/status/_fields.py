@@ -179,20 +179,15 @@ def _rest_um(status: RuntimeStatus, owner: Owner) -> float:
     return output.correction_um[k] - math.fsum(shares_um)
 
 
-def _differences_k(status: RuntimeStatus, owner: Owner) -> dict[str, float | None]:
-    """Return the input of every part: what the channels have risen from their references."""
-    read = zip(status.channels, status.output.values, strict=False)
-    rise_k: dict[str, float | None] = {"": 0.0}
-    for name, value in read:
-        rise_k[name] = None if value is None else value - status.reference_c.get(name, math.nan)
+def _differences_k(status: RuntimeStatus, owner: Owner) -> dict[str, float]:
+    """Return the input of every part: how far its channels have risen from their references."""
+    rise_k = {"": 0.0}
+    for name, value in zip(status.channels, status.output.values, strict=False):
+        value_c = math.nan if value is None else value
+        rise_k[name] = value_c - status.reference_c.get(name, math.nan)
     facts = status.facts.get(owner.name)
     rows = zip(facts.parts, facts.wires, strict=True) if facts else ()
-    return {
-        part: None
-        if (plus := rise_k[wire[0]]) is None or (minus := rise_k[wire[1]]) is None
-        else plus - minus
-        for part, wire in rows
-    }
+    return {part: rise_k[plus] - rise_k[minus] for part, (plus, minus) in rows}
 
 
 def _acting(status: RuntimeStatus, owner: Owner) -> StatusValue:
