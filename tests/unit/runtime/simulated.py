@@ -226,6 +226,8 @@ class SimulatedHistorian(Historian):
 class Memory:
     """A state file that no disk holds up."""
 
+    every_s = 1.0
+
     def __init__(self) -> None:
         self.saved: SavedState | None = None
         self.failure: Message | None = None
