@@ -15,15 +15,16 @@ from playwright.sync_api import Browser, expect
 from tests.in_time import in_time
 from tests.system.programs import Program
 from tests.system.screen.stand import PATIENCE_S, START_S
+from thermaxis.messages import sentence
 
 STARTS_S = 20.0
 """From the start to a living page, as the docs say. [s]"""
 SHOWN = {
-    "sensor": "T_spindle gives no usable value",
-    "network": "No answer from the control",
-    "server": "No answer from the control",
-    "stop": "Interlock open: no_emergency_stop",
-    "loop": "NO DATA",
+    "sensor": sentence("headline-held_for_input", {"name": "T_spindle_C"}),
+    "network": sentence("headline-unreachable"),
+    "server": sentence("headline-unreachable"),
+    "stop": sentence("headline-interlock", {"names": "no_emergency_stop"}),
+    "loop": sentence("common-no_data"),
 }
 """What the head of the page says where something is broken."""
 
