@@ -127,7 +127,9 @@ class LiveSocket:
         """Return the status with its sentences in a language; made once for all its pages."""
         known = self._said.get(language)
         if known is None or known[0] != told.text:
-            known = told.text, json.dumps(said_status(told.status, language), separators=(",", ":"))
+            names = self._parts.configuration.input_names(language)
+            said = said_status(told.status, language, names)
+            known = told.text, json.dumps(said, separators=(",", ":"))
             self._said[language] = known
         return known[1]
 

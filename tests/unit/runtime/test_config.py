@@ -115,6 +115,22 @@ def test_an_input_that_the_model_does_not_need_is_read_all_the_same(tmp_path: Pa
     assert set(found.compensation.sensors) == {"T_spindle_C", "T_column_C"}
 
 
+def test_an_input_is_called_as_people_call_it_in_their_language(tmp_path: Path) -> None:
+    def named(text: str) -> Path:
+        heads = [f"[input.{name}]\n" for name in ("T_spindle_C", "T_column_C")]
+        changes = ((heads[0], f"{heads[0]}name = {text}\n"),)
+        return machine_file(tmp_path, *changes)
+
+    found = read_machine(named('{en = "Spindle", cs = "Vřeteno"}'))
+    assert found.input_names("cs") == {"T_spindle_C": "Vřeteno"}
+    assert found.input_names("de") == found.input_names("en") == {"T_spindle_C": "Spindle"}
+    assert read_machine(named('{de = "Spindel"}')).input_names("cs") == {}
+    for wrong in ('"Spindle"', '{fr = "Broche"}', '{en = ""}', '{en = "a\\u001b"}', "{en = 1}"):
+        assert problems_of(named(wrong)), wrong
+    (problem,) = problems_of(named(f'{{en = "{"x" * 41}"}}'))
+    assert problem.place.key == "input.T_spindle_C.name.en"
+
+
 def test_no_number_of_the_rules_has_an_unlimited_default() -> None:
     for rules in (SensorRules, Limits, SupervisorRules):
         for entry in fields(rules):

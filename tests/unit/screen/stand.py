@@ -150,7 +150,9 @@ def parts(
     """Return what the pages share; whoever has a role sits before the browser without a cookie."""
     if configuration is None:
         server = SimpleNamespace(users=Path("users.toml") if users else None)
-        configuration = SimpleNamespace(name="lathe <3>", server=server)
+        configuration = SimpleNamespace(
+            name="lathe <3>", server=server, input_names=lambda _: {"T1_C": "Bearing <front>"}
+        )
     clock = clock or SystemClock()
     return ScreenParts(
         configuration=configuration,

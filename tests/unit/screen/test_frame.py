@@ -135,6 +135,19 @@ def test_a_request_after_the_end_of_a_log_in_is_told_why_it_ended() -> None:
     assert (answer.status_code, answer.json()["error"]) == (401, "login-loop_gone")
 
 
+def test_a_page_and_what_it_is_told_call_an_input_as_people_do() -> None:
+    given = parts()
+    headline = {"code": "headline-input_lost", "values": {"name": "T1_C"}}
+    cast("Feed", given.feed).tell(headline=headline)
+    page = client(given, _login_page.routes).get("/login").text
+    assert "Bearing &lt;front&gt;" in page
+    assert "Bearing <front>" not in page
+    with client(given, _live_socket.routes).websocket_connect(LIVE) as socket:
+        socket.receive_json()
+        said = socket.receive_json()["status"]["headline_said"]["text"]
+    assert said.startswith("Bearing <front> ")
+
+
 def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
     given = parts(view_without_login=False)
     browser = client(given, _live_socket.routes, name="engineer")

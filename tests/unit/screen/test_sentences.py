@@ -146,6 +146,15 @@ def test_a_status_says_its_codes_in_the_language_of_the_page(language: str) -> N
     assert (late["code"], late["priority"], late["values"]) == ("late", "high", {"lateness_s": 1.5})
 
 
+def test_an_input_is_called_in_sentences_as_people_call_it() -> None:
+    names = {"T_spindle_C": "Vřeteno"}
+    told = {"code": "headline-held_for_input", "values": {"name": "T_spindle_C, T_table_C"}}
+    found = said_status(status(headline=told), "cs", names)
+    assert "Vřeteno, T_table" in found["headline_said"]["text"]
+    assert found["headline"] == told  # what the loop says stays
+    assert "Vřeteno" not in said_status(status(headline=told), "cs")["headline_said"]["text"]
+
+
 def test_a_code_that_is_newer_than_the_screen_stays_as_the_loop_says_it() -> None:
     for language in LANGUAGES:
         found = said_status(
@@ -221,6 +230,7 @@ WRITTEN = """
 const texts = { words: { textContent: JSON.stringify(given.sentences) } };
 globalThis.document = {
   documentElement: { lang: given.locale }, getElementById: (id) => texts[id] ?? null,
+  body: { dataset: { names: '{"T_own_C": "Own name"}' } },
 };
 const { duration, number, shortNames, signed, word } = await import(given.words);
 const { labelOf } = await import(given.series);
@@ -230,6 +240,7 @@ console.log(JSON.stringify([
   given.names.map(shortNames),
   given.labels.map(labelOf),
   [word("operator-since", { time: "9:00" }), word("no_such-key", {})],
+  shortNames("T_own_C, T_b_C"),
 ]));
 """
 
@@ -238,7 +249,7 @@ console.log(JSON.stringify([
 def test_scripts_write_numbers_times_and_names_as_the_server_does(language: str) -> None:
     locale = {"en": "en-GB"}.get(language, language)
     given_ = {"numbers": NUMBERS, "seconds": SECONDS, "names": NAMES, "labels": list(LABELS)}
-    numbers, times, names, labels, said = by_script(WRITTEN, language, locale=locale, **given_)
+    numbers, times, names, labels, said, own = by_script(WRITTEN, language, locale=locale, **given_)
     assert numbers == [
         [number_text(one, spec, language) for spec in (".0f", ".1f", "+.1f")] for one in NUMBERS
     ]
@@ -247,3 +258,4 @@ def test_scripts_write_numbers_times_and_names_as_the_server_does(language: str)
     assert labels == list(LABELS.values()) or language != "en"
     since = template("operator-since", language=language).replace("{time}", "9:00")
     assert said == [since, "no_such-key"]
+    assert own == "Own name, T_b"

@@ -111,6 +111,16 @@ class MachineConfiguration(MachineFile):
         """File in which the state is kept."""
         return self.machine.state_file or self.path.with_suffix(".state.json")
 
+    def input_names(self, language: str) -> dict[str, str]:
+        """Return what people call the inputs that have a name, by channel."""
+        return {
+            channel: name
+            for wanted in ("en", language)
+            for channel, one in self.inputs.items()
+            for stated, name in one.name.items()
+            if stated == wanted
+        }
+
     def screen_connection(self, user: str, password: Secret) -> ConnectionSettings:
         """Return the connection of a person, or of every page, to the status server.
 

@@ -52,6 +52,8 @@ from thermaxis.runtime.sources import check_node
 SHORTEST_TOKEN = 16
 """Shortest token of a reader of the figures. [1]"""
 _Kind = Callable[[Path], bool]
+Shown = Annotated[Word, Field(max_length=40)]
+"""A short text for people."""
 _Rules = TypeVar("_Rules", SensorRules, Limits, SupervisorRules)
 
 
@@ -196,6 +198,12 @@ class InputSettings(SensorRules):
     change of `life_node`, which is required. Default: a time stamp says when it was measured."""
     redundant_node: Node = ""
     """Node of a redundant sensor at the same place, in the same unit and scale."""
+    name: Annotated[Mapping[Language, Shown], Field(max_length=3)] = field(
+        default_factory=dict[Language, str]
+    )
+    """What people call it on the pages, at most 40 characters in each language, such as
+    `{en = "Spindle", de = "Spindel", cs = "Vřeteno"}`; where a language is left out, the English
+    one. Without it: the channel's name without its unit."""
 
 
 @dataclass(frozen=True)

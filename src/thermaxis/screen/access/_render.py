@@ -67,6 +67,7 @@ def render(
         configuration_sha256=parts.configuration_sha256,
         program=parts.program,
         version=__version__,
+        names=json.dumps(parts.configuration.input_names(language), ensure_ascii=False),
         static=static,
         modules=modules,
         words=words,
@@ -81,6 +82,11 @@ def fragment(request: HTTPConnection, template: str | Template, **context: objec
     def word(key: str, **values: Value) -> str:
         return sentence(key, values, language=language)
 
+    names = parts_of(request).configuration.input_names(language)
+
+    def called(name: str) -> str:
+        return names.get(name) or short_names(name)
+
     def number(value: object, digits: int = 1, sign: str = "", kind: str = "f") -> str:
         return number_text(value, f"{sign}.{digits}{kind}", language)
 
@@ -90,7 +96,7 @@ def fragment(request: HTTPConnection, template: str | Template, **context: objec
         word=word,
         number=number,
         duration=duration_text,
-        short_names=short_names,
+        short_names=called,
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from thermaxis.codes import Message, values_of_json
+from thermaxis.codes import Message, Value, values_of_json
 from thermaxis.messages import (
     LANGUAGES,
     alarm_sentences,
@@ -15,16 +15,22 @@ from thermaxis.messages import (
     sentence_of,
 )
 
+_NOTHING: Final[Mapping[str, str]] = {}
 _UNSTATED: Final = {"historian": "historian_unstated"}
 """Alarms whose cause is for who looks at the details, and what is said of them at first."""
 
 
-def said_status(status: Mapping[str, Any], language: str) -> dict[str, Any]:
-    """Return a status for a page: state, reasons, qualities and alarms in its language as well."""
+def said_status(
+    status: Mapping[str, Any], language: str, names: Mapping[str, str] = _NOTHING
+) -> dict[str, Any]:
+    """Return a status for a page: state, reasons, qualities and alarms in its language as well.
+
+    Inputs that people call by a name of their own are called so in sentences.
+    """
     return {
         **status,
         "state_said": said_code("state-", status["state"], language),
-        "headline_said": _said_headline(status.get("headline") or {}, language),
+        "headline_said": _said_headline(status.get("headline") or {}, language, names),
         "reasons_said": [
             as_sentence(said_code("reason-", reason, language)) for reason in status["reasons"]
         ],
@@ -32,13 +38,28 @@ def said_status(status: Mapping[str, Any], language: str) -> dict[str, Any]:
             name: {**sample, "quality_said": said_code("quality-", sample["quality"], language)}
             for name, sample in status["inputs"].items()
         },
-        "alarms": [_said_alarm(alarm, language) for alarm in status["alarms"]],
+        "alarms": [_said_alarm(alarm, language, names) for alarm in status["alarms"]],
     }
 
 
-def _said_headline(headline: Mapping[str, Any], language: str) -> dict[str, str]:
+def _values(said: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Value]:
+    """Return the values of a message, with what people call the inputs."""
+
+    def called(value: Value) -> Value:
+        if isinstance(value, tuple):
+            return tuple(names.get(one, one) if isinstance(one, str) else one for one in value)
+        if isinstance(value, str):
+            return ", ".join(names.get(one, one) for one in value.split(", "))
+        return value
+
+    return {key: called(value) for key, value in values_of_json(said.get("values")).items()}
+
+
+def _said_headline(
+    headline: Mapping[str, Any], language: str, names: Mapping[str, str]
+) -> dict[str, str]:
     """Return what is the matter and what to do; the code itself where it is newer than this."""
-    told = Message(str(headline.get("code", "")), values_of_json(headline.get("values")))
+    told = Message(str(headline.get("code", "")), _values(headline, names))
     if told.code not in keys(LANGUAGES[0]):
         return {"text": told.code, "remedy": ""}
     text = as_sentence(sentence_of(told, language=language))
@@ -51,9 +72,11 @@ def said_code(begin: str, code: str, language: str) -> str:
     return sentence(key, language=language) if key in keys(LANGUAGES[0]) else code
 
 
-def _said_alarm(alarm: Mapping[str, Any], language: str) -> dict[str, Any]:
+def _said_alarm(
+    alarm: Mapping[str, Any], language: str, names: Mapping[str, str]
+) -> dict[str, Any]:
     """Return an alarm with its sentences; the loop's English where its code is not known here."""
-    code, values = str(alarm.get("code", "")), values_of_json(alarm.get("values"))
+    code, values = str(alarm.get("code", "")), _values(alarm, names)
     said = {**alarm, "priority_said": said_code("operator-", alarm["priority"], language)}
     if f"alarm-{code}" not in keys(LANGUAGES[0]):
         if language != LANGUAGES[0]:

@@ -79,12 +79,17 @@ export function word(key, values = {}) {
     Object.hasOwn(values, name) ? String(values[name] ?? ABSENT) : whole);
 }
 
+/** What people call the inputs. @type {Record<string, string>} */
+const called = JSON.parse(document.body?.dataset?.names || "{}");
+
 /**
- * Outputs and inputs as they are shown: the unit stands beside the value.
+ * Outputs and inputs as they are shown: as people call them, else without the unit, which stands
+ * beside the value.
  * @param {string} names one, or several with ", " between
  */
 export function shortNames(names) {
-  return names.split(", ").map((name) => name.replace(/_(um|C)$/, "")).join(", ");
+  const own = (/** @type {string} */ name) => Object.hasOwn(called, name) && called[name];
+  return names.split(", ").map((one) => own(one) || one.replace(/_(um|C)$/, "")).join(", ");
 }
 
 /** Column of a correction; its first group is the output without the unit. */
