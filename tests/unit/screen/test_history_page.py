@@ -27,7 +27,7 @@ from tests.unit.screen.stand import application, parts
 from tests.unit.screen.test_probe_page import measured
 from thermaxis.codes import Message
 from thermaxis.runtime import EventRecord, Role, Secret
-from thermaxis.screen.pages import probe_page as _probe_page
+from thermaxis.screen.pages import operator_page as _operator_page, probe_page as _probe_page
 from thermaxis.screen.pages.history import close_history, page as _history_page, to_ms
 from thermaxis.screen.work import Work
 
@@ -77,8 +77,9 @@ class Stage:
         self.parts = parts(
             configuration, feed, people=people, clock=self.clock, view_without_login=looked_at
         )
-        pages = (*_history_page.routes(self.parts), *_probe_page.routes(self.parts))
-        self.application = application(self.parts, list(pages))
+        pages = _history_page, _probe_page, _operator_page
+        routes = [route for page in pages for route in page.routes(self.parts)]
+        self.application = application(self.parts, routes)
 
     def __enter__(self) -> "Client":
         self.runner = asyncio.Runner()
@@ -232,6 +233,15 @@ def test_the_probe_is_compared_over_the_address(client: Client) -> None:
     assert found["figures"]["compensated_um"] == 1.0
     assert found["figures"]["uncompensated_um"] == 4.0  # 1 - 0 and 2 - (-3)
     assert found["figures"]["ratio"] == 0.25
+
+
+def test_whether_it_helps_is_told_of_every_probe_over_the_last_shift(client: Client) -> None:
+    found = client.get("/helps").json()
+    asked = {"first": (NOW - timedelta(hours=8)).isoformat(), "last": NOW.isoformat()}
+    assert found.keys() == {"Z_um"}
+    compared = client.get("/probe/values", params={**asked, "name": "Z_um"}).json()
+    assert found["Z_um"] == compared["figures"]
+    assert found["Z_um"]["ratio"] == 0.25
 
 
 # ---- export -------------------------------------------------------------------------------------

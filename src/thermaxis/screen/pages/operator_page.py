@@ -5,7 +5,7 @@ the person has there, the loop by its rules and limits; this page checks before 
 question is told at once and in words.
 """
 
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from http import HTTPStatus
 from typing import Final
 
@@ -99,7 +99,8 @@ async def _page(request: Request) -> Response:
 @needs(Role.VIEWER)
 async def _helps(request: Request) -> Response:
     """Tell of each probe what it measured of late with the compensation, and without it."""
-    configuration, now = parts_of(request).configuration, datetime.now(UTC)
+    parts = parts_of(request)
+    configuration, now = parts.configuration, parts.clock.utc()
     asked = (now - HELPED, now), configuration.rules.cycle_s, 2
     found = await found_in_history(
         request,
