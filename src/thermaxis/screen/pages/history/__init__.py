@@ -1,5 +1,6 @@
 """The page of past hours."""
 
+from thermaxis.screen.pages.history._aside import Aside as Aside
 from thermaxis.screen.pages.history._events import said_event as said_event
 from thermaxis.screen.pages.history._rows import (
     Kept as Kept,

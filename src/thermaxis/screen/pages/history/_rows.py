@@ -1,15 +1,13 @@
-"""The historian, asked by the pages: one thread, one reader, a time limit; nothing is written."""
+"""The historian, asked by the pages: one reader, a time limit; nothing is written."""
 
 import asyncio
+import contextlib
 import math
-import threading
 import time
 from collections.abc import AsyncGenerator, Awaitable, Callable
-from concurrent.futures import Future
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from queue import SimpleQueue
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast, final
+from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast, final
 
 from starlette.datastructures import State
 from starlette.requests import HTTPConnection
@@ -18,6 +16,7 @@ from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime import Clock
 from thermaxis.screen.access import RefusedError, parts_of, visitor_of
+from thermaxis.screen.pages.history._aside import aside
 
 if TYPE_CHECKING:
     from thermaxis.runtime.history import HistoryReader
@@ -54,10 +53,12 @@ def cause_for_people(error: ThermaxisError | OSError, url: str) -> Value:
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class _Question(Generic[T]):
-    work: "Callable[[HistoryReader], T]"
-    answer: "Future[T]" = field(default_factory=Future)
+@dataclass(eq=False, slots=True)
+class _Question:
+    given_up: bool = False
+    """Whether nobody waits for it any more."""
+    interrupt: "asyncio.Future[None] | None" = None
+    """What ends it in the database."""
 
 
 @dataclass(slots=True)
@@ -78,10 +79,10 @@ def _opened(url: str, password: str) -> "HistoryReader":
 
 @final
 class History:
-    """Asks the historian in a thread of its own, so that a slow database stops no page.
+    """Asks the historian beside the pages, one question at a time: a slow database stops no page.
 
     One reader is kept open. It is opened anew when another file has taken the place of the one
-    that is read, and after every error. Waiting is counted in real time, as the thread works in it.
+    that is read, and after every error. Waiting is counted in real time, as a thread works in it.
     """
 
     def __init__(
@@ -96,19 +97,17 @@ class History:
         self._password = password
         self._limit_s = limit_s
         self._opened = opened
-        self._questions: SimpleQueue[_Question[Any] | None] = SimpleQueue()
-        self._thread: threading.Thread | None = None
-        self._since_s: float | None = None
         self._reader: HistoryReader | None = None
-        self._ended = False
         self._turns: dict[str, _Turn] = {}
-        self._lock = threading.Lock()
-        self._current: _Question[Any] | None = None
-        self._interrupted = False
+        self._one = asyncio.Lock()
+        self._waiting: set[_Question] = set()
+        self._asked: _Question | None = None
+        self._since_s: float | None = None
+        self._ended = False
 
     @property
     def hangs(self) -> bool:
-        """Whether the thread has been busy with one question for longer than the limit."""
+        """Whether one question has taken longer than the limit, in the database too."""
         since_s = self._since_s
         return since_s is not None and time.monotonic() - since_s > self._limit_s
 
@@ -116,7 +115,7 @@ class History:
         """Return what a question finds; one for which nobody waits any more is interrupted."""
         try:
             async with asyncio.timeout(self._limit_s), self._turn(who):
-                return await self._asked(work)
+                return await self._found(work)
         except TimeoutError:
             raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s})) from None
 
@@ -137,86 +136,69 @@ class History:
             if not turn.count:
                 del self._turns[who]
 
-    async def _asked(self, work: "Callable[[HistoryReader], T]") -> T:
+    async def _found(self, work: "Callable[[HistoryReader], T]") -> T:
         if self.hangs:
             raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s}))
-        if self._ended or self._questions.qsize() >= _MOST_WAITING:
+        if self._ended or len(self._waiting) >= _MOST_WAITING:
             raise NoHistoryError(_BUSY)
-        question = _Question(work)
-        self._questions.put(question)
-        if self._thread is None or not self._thread.is_alive():
-            self._thread = threading.Thread(target=self._run, name="history", daemon=True)
-            self._thread.start()
+        question = _Question()
+        self._waiting.add(question)
+        task = asyncio.ensure_future(self._in_turn(question, work))
         try:
-            return await asyncio.wrap_future(question.answer)
+            return await asyncio.shield(task)
         except (ThermaxisError, OSError) as error:
             why = cause_for_people(error, self._url)
             raise NoHistoryError(Message("history-unreadable", {"why": why})) from error
         finally:
-            if not question.answer.done() and not question.answer.cancel():
-                # in a thread: a database's server is told through the network
-                asyncio.get_running_loop().run_in_executor(None, self._interrupt, question)
+            self._give_up(question, task)
 
-    def _interrupt(self, question: _Question[Any]) -> None:
-        """End a question that is being asked; the reader is opened anew after it."""
-        with self._lock:
-            if self._current is question:
-                self._interrupted = True
-                if self._reader is not None:
-                    self._reader.interrupt()
+    def _give_up(self, question: _Question, task: "asyncio.Task[T]") -> None:
+        """Ask no more for what was not answered; what is being asked is interrupted."""
+        question.given_up = True
+        if question in self._waiting:
+            self._waiting.remove(question)
+            task.cancel()
+        elif self._asked is question:
+            task.add_done_callback(lambda ended: ended.cancelled() or ended.exception())
+            if (reader := self._reader) is not None:  # a database's server is told by network
+                question.interrupt = aside(reader.interrupt)
 
-    async def close(self, deadline_s: float = 1.0) -> None:
-        """End the thread; one that hangs is left behind and ends with the program."""
-        self._ended = True
-        self._questions.put(None)
-        if self._thread is not None:
-            await asyncio.to_thread(self._thread.join, deadline_s)
+    async def _in_turn(self, question: _Question, work: "Callable[[HistoryReader], T]") -> T:
+        """Ask when the question before has ended; this one ends when the database has ended it."""
+        async with self._one:
+            self._waiting.discard(question)
+            self._asked, self._since_s = question, time.monotonic()
+            answer = aside(lambda: self._answer(question, work))
+            try:
+                return await answer
+            finally:
+                self._asked = None
+                if question.interrupt is not None:  # a reader is not closed while it is told
+                    await asyncio.gather(question.interrupt, return_exceptions=True)
+                ended = not answer.cancelled()  # it goes on where the program ends before it
+                if ended and (question.given_up or answer.exception()):
+                    await aside(self._close_reader)
+                self._since_s = None
 
-    # ---- the thread's side ----------------------------------------------------------------------
-
-    def _run(self) -> None:
-        try:
-            while (question := self._questions.get()) is not None:
-                with self._lock:
-                    self._current = question
-                if question.answer.set_running_or_notify_cancel():
-                    self._answer(question)
-        finally:
+    def _answer(self, question: _Question, work: "Callable[[HistoryReader], T]") -> T:
+        if self._reader is not None and not self._reader.in_place:
             self._close_reader()
-
-    def _answer(self, question: _Question[Any]) -> None:
-        self._since_s = time.monotonic()
-        try:
-            if self._reader is not None and not self._reader.in_place:
-                self._close_reader()
-            reader = self._open_reader() if self._reader is None else self._reader
-            question.answer.set_result(question.work(reader))
-        except (ThermaxisError, OSError) as error:
-            self._close_reader()
-            question.answer.set_exception(error)
-        finally:
-            with self._lock:
-                self._current = None
-                interrupted, self._interrupted = self._interrupted, False
-            if interrupted:
-                self._close_reader()
-            self._since_s = None
-            if not question.answer.done():  # a fault of the program: the thread ends with it
-                question.answer.set_exception(OSError("the reader has failed"))
-
-    def _open_reader(self) -> "HistoryReader":
-        reader = self._opened(self._url, self._password)
-        with self._lock:
-            self._reader = reader
-            if self._interrupted:  # nobody waits any more
-                reader.interrupt()
-        return reader
+        reader = self._reader = self._reader or self._opened(self._url, self._password)
+        if question.given_up:  # while it was opened
+            raise TimeoutError
+        return work(reader)
 
     def _close_reader(self) -> None:
-        with self._lock:
-            reader, self._reader = self._reader, None
+        reader, self._reader = self._reader, None
         if reader is not None:
             reader.close()
+
+    async def close(self, deadline_s: float = 1.0) -> None:
+        """End the reader; a question that hangs is left behind and ends with the program."""
+        self._ended = True
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(deadline_s), self._one:
+                await aside(self._close_reader)
 
 
 @final
