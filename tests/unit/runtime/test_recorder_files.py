@@ -267,6 +267,31 @@ def test_old_files_are_deleted_and_those_of_others_stay(tmp_path: Path) -> None:
     ]
 
 
+def test_a_row_of_the_log_that_a_kill_leaves_has_its_status_and_time_stamp(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Killed(BaseException):
+        pass
+
+    files, write, ends = recording(tmp_path), os.write, list[int]()
+    store(files, row(0))
+
+    def write_once(descriptor: int, content: bytes) -> int:
+        if ends:
+            raise Killed
+        ends.append(write(descriptor, content))
+        return ends[0]
+
+    monkeypatch.setattr(os, "write", write_once)
+    with pytest.raises(Killed):
+        files.store(row(1))
+    monkeypatch.undo()
+    again = recording(tmp_path)
+    store(again, row(2))
+    assert times(tmp_path / NAME) == [at(0), at(2)]
+    assert {at(0), at(2)} <= set(times(tmp_path / "sources" / NAME))
+
+
 # Full disks --------------------------------------------------------------------------------------
 
 

@@ -2,11 +2,13 @@
 
 import argparse
 import asyncio
+import queue
 import re
 import signal
 import sqlite3
 import sys
 import threading
+import traceback
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -107,24 +109,49 @@ async def test_an_alarm_that_comes_or_goes_is_a_line_and_the_end_says_why_it_fad
         assert said[-1].startswith("Fading (the program is being ended); "), said
 
 
-def test_a_reader_that_stands_still_stops_no_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
-    reads, printed = threading.Event(), list[tuple[int, bytes]]()
+def test_a_reader_that_stands_still_stops_no_cycle_and_takes_nothing_from_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reads, told = threading.Event(), threading.Event()
+    printed: dict[int, list[str]] = {1: [], 2: []}
 
-    def write(descriptor: int, line: bytes) -> None:
-        reads.wait()
-        printed.append((descriptor, line))
+    def write(descriptor: int, text: bytes) -> None:
+        if descriptor == 1:
+            reads.wait()
+        printed[descriptor].append(text.decode())
+        if text == b"last\n":
+            told.set()
 
+    def fail(depth: int) -> None:
+        if depth:
+            again(depth - 1)
+        raise ValueError("the cause")
+
+    def again(depth: int) -> None:
+        fail(depth)  # by turns: no line is left out as one that repeats
+
+    most = run.MOST_WAITING
+    waiting = {descriptor: queue.Queue[str](most) for descriptor in printed}
+    monkeypatch.setattr(run, "_WAITING", waiting)  # no thread of another run takes from these
     monkeypatch.setattr(run.os, "write", write)
-    threading.Thread(target=run._print_lines, daemon=True).start()
+    for descriptor in printed:
+        threading.Thread(target=run._print_waiting, args=(descriptor,), daemon=True).start()
     with redirect_stdout(run._Beside(1)), redirect_stderr(run._Beside(2)):
-        for k in range(300):
-            sys.stderr.write(f"{k}\n")
+        for k in range(most + 100):
             run._say(f"{k}", quiet=False)
+        try:
+            fail(250)
+        except ValueError:
+            traceback.print_exc()
+        sys.stderr.write("last\n")
+    assert told.wait(60.0), "standard error is read while standard output stands still"
+    said = "".join(printed[2])
+    assert said.startswith("Traceback")
+    assert said.endswith("ValueError: the cause\nlast\n")
     reads.set()
-    run._LINES.join()
-    assert 100 <= len(printed) <= 101, "lines for which no room is left are left out"
-    both = ((2 - i % 2, f"{i // 2}\n".encode()) for i in range(100))
-    assert printed[:100] == list(both)
+    waiting[1].join()
+    assert printed[1][:most] == [f"{k}\n" for k in range(most)]
+    assert len(printed[1]) <= most + 1, "lines for which no room is left are left out"
 
 
 @pytest.mark.usefixtures("in_a_terminal")

@@ -46,7 +46,10 @@ ALARMS_AFTER: Final = timedelta(seconds=5.0)
 """What stands so long after the start is told: a connection takes a moment."""
 ALARM_EVERY: Final = timedelta(seconds=10.0)
 """An alarm is told so often at most, its going too."""
-_LINES: queue.Queue[tuple[int, str]] = queue.Queue(maxsize=100)
+MOST_WAITING: Final = 2000
+"""So many texts wait to be printed, of each kind: more than a traceback has. [1]"""
+_WAITING: Final = {1: queue.Queue[str](MOST_WAITING), 2: queue.Queue[str](MOST_WAITING)}
+"""What waits for standard output and for standard error: who reads one only misses nothing."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
             told = f"{name}: an offset of {value:+.2f} um stands in the machine"
             sys.stderr.write(f"thermaxis: {told}\n")
     until_s = time.monotonic() + LAST_LINES_S
-    while _LINES.unfinished_tasks and time.monotonic() < until_s:
+    while any(texts.unfinished_tasks for texts in _WAITING.values()) and time.monotonic() < until_s:
         time.sleep(0.01)
     return 1 if standing and configuration.supervisor.at_stop == "fade" else 0
 
@@ -112,7 +115,8 @@ async def _run(
         servers.push_async_callback(publisher.close, 5.0)
         publisher.loop = loop
         opened = await publisher.begin()
-        threading.Thread(target=_print_lines, daemon=True).start()
+        for descriptor in _WAITING:
+            threading.Thread(target=_print_waiting, args=(descriptor,), daemon=True).start()
         if opened.unrecorded is not None:  # no reason to leave a machine alone
             why = sentence_of(opened.unrecorded)
             sys.stderr.write(f"thermaxis: nothing is recorded: {why}\n")
@@ -240,21 +244,23 @@ class _Beside(io.TextIOBase):
     """Hands what anybody prints to a thread; that for which no room is left is left out."""
 
     def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
+        self._texts = _WAITING[descriptor]
 
     def write(self, text: str) -> int:
-        with suppress(queue.Full):
-            _LINES.put_nowait((self._descriptor, text))
+        if text:
+            with suppress(queue.Full):
+                self._texts.put_nowait(text)
         return len(text)
 
 
-def _print_lines() -> None:
+def _print_waiting(descriptor: int) -> None:
     """Print what waits; a reader that stands still (Ctrl+S, a full pipe) stops nothing else."""
+    texts = _WAITING[descriptor]
     while True:
-        descriptor, text = _LINES.get()
+        text = texts.get()
         with suppress(OSError):  # nobody reads any more
             os.write(descriptor, text.encode(errors="replace"))  # a buffer would be waited for
-        _LINES.task_done()
+        texts.task_done()
 
 
 class _Teller:

@@ -102,12 +102,12 @@ class _Pair:
     """Lines that stand before the next entry in the log."""
 
     def append(self, *lines: bytes, sync: bool) -> None:
-        """Write to both, or nothing."""
+        """Write to both, or nothing; a row of the log that a kill leaves has its sources."""
         lines = self.note + lines[0], lines[1]
         with ExitStack() as opened:
             files = [opened.enter_context(path.open("r+b", buffering=0)) for path in self.paths]
             try:
-                for file, content in zip(files, lines, strict=True):
+                for file, content in reversed([*zip(files, lines, strict=True)]):
                     file.seek(0, os.SEEK_END)
                     left = memoryview(content)
                     while left:
