@@ -26,6 +26,7 @@ AIMS_S = {1: 1.0, 6: 3.0}
 """Time to the state, by how many times slower the browser's processor is made. [s]"""
 AIM_KB = 300.0
 """What the page may weigh. [kB]"""
+LONGEST_MS = 120_000
 WATCH = """
 window.seen = {};
 new MutationObserver(() => {
@@ -80,7 +81,8 @@ def visits(browser: Browser, address: str, slower: int) -> list[Visit]:
     for _ in range(2):
         sizes.clear()
         page.goto(address)
-        page.wait_for_function("seen.live && seen.trend", timeout=120_000, polling=200)
+        page.wait_for_selector('body[data-live="yes"]', timeout=LONGEST_MS)
+        page.wait_for_selector("#trend svg", state="attached", timeout=LONGEST_MS)
         page.wait_for_load_state("networkidle")
         seen = page.evaluate("seen")
         times = (1e-3 * seen["live"], 1e-3 * seen["trend"])

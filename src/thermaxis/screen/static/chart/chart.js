@@ -12,45 +12,40 @@ import { button, made, style } from "../elements.js";
 import { moment, number, word } from "../words.js";
 
 /**
+ * @typedef {import("./draw.js").Axis} Axis
+ * @typedef {import("./marks.js").Cluster} Cluster
+ * @typedef {import("./scale.js").Scale} Scale
  * @typedef {string | number} X ISO time, milliseconds since 1970 with `time`, or a number
  * @typedef {(number | null)[]} Values
- * @typedef {object} Line
- * @property {string} name
- * @property {X[]} x rising
- * @property {Values} y
- * @property {"left" | "right"} [axis]
- * @property {string} [unit]
- * @property {string} [dash] solid, dash, dot, dashdot, longdash, longdashdot; else by its place
- * @property {string} [marker] circle, square, diamond, triangle-up, cross, x, none
- * @property {number} [markers] most markers along the line; 12
- * @property {number} [color] number of the colour, 1 to 6; else by its place
- * @property {number} [digits] decimals in the legend
- * @property {Values} [low] lower edge of a band around the line
- * @property {Values} [high] upper edge of it
- * @property {boolean} [unlisted] whether the legend leaves it out
  *
- * @typedef {object} Mark
- * @property {X} x
- * @property {string} text
- * @property {string} [kind] `alarm` stands out; `request` stands in a row of its own, with numbers
- * @property {number} [rank] what has no room goes by it, the largest first; 1
+ * x is rising; dash is solid, dash, dot, dashdot, longdash or longdashdot, marker circle, square,
+ * diamond, triangle-up, cross, x or none, at most so many markers (12), color 1 to 6: else by its
+ * place. low and high are the edges of a band around it; the legend leaves out what is unlisted.
+ * @typedef {{name: string, x: X[], y: Values, low?: Values, high?: Values, unit?: string,
+ *   axis?: "left" | "right", dash?: string, marker?: string, markers?: number, color?: number,
+ *   digits?: number, unlisted?: boolean}} Line
  *
+ * An `alarm` stands out, a `request` stands in a row of its own, with numbers. What has no room
+ * goes by its rank, the largest first; 1.
+ * @typedef {{x: X, text: string, kind?: string, rank?: number}} Mark
+ *
+ * A band with one edge is a limit. A still chart has no tools and no zoom: it is only looked at.
  * @typedef {object} Chart
  * @property {Line[]} lines
  * @property {Mark[]} [marks]
- * @property {{low?: number, high?: number, text?: string}[]} [bands] one edge: a limit
+ * @property {{low?: number, high?: number, text?: string}[]} [bands]
  * @property {string} [xTitle]
  * @property {string} [yTitle]
  * @property {string} [rightTitle]
- * @property {boolean} [still] no tools, no zoom: for a page that is only looked at
+ * @property {boolean} [still]
  * @property {boolean} [time] whether x is a time
  * @property {X} [first] begin of the x axis
  * @property {X} [last] end of it
  * @property {number} [leastSpan] the left axis shows at least so much: noise stays small
  * @property {number} [marksListed] marks with a letter, the weightiest ones; 8 in a still chart
  * @property {string} [label] what the chart shows, for who cannot see it
- * @property {(span: {first: number, last: number} | null) => void} [onSpan] the span was changed
- *   by a person [ms, or the axis' unit]; null: all of it
+ * @property {(span: {first: number, last: number} | null) => void} [onSpan] a person has chosen a
+ *   span [ms, or the axis' unit]; null: all of it
  */
 
 const TEXTS_SHOWN = 3;
@@ -58,11 +53,7 @@ const LEAST_DRAG_PX = 8;
 const EVENTS = ["down", "move", "up", "leave", "cancel"].map((one) => `pointer${one}`);
 const DRAWN = /** @type {WeakMap<HTMLElement, Drawn>} */ (new WeakMap());
 
-/**
- * Draw a chart, or draw it anew.
- * @param {HTMLElement} element takes the height that its style gives it
- * @param {Chart} chart
- */
+/** Draw a chart, or anew. @param {HTMLElement} element of a stated height @param {Chart} chart */
 export function drawChart(element, chart) {
   const drawn = DRAWN.get(element) ?? new Drawn(element);
   DRAWN.set(element, drawn);
@@ -78,7 +69,7 @@ class Drawn {
   at = /** @type {number | null} */ (null); // what is pointed at
   from = /** @type {number | null} */ (null); // where a drag began [px]
   axis = axisOf(this.chart, null);
-  marks = /** @type {import("./marks.js").Cluster[]} */ ([]);
+  marks = /** @type {Cluster[]} */ ([]);
   frame = { begin: 0, end: 1, top: 0, bottom: 1 };
   size = "";
   plot = made("div", "", "chart-plot");
@@ -146,8 +137,8 @@ class Drawn {
       return [row("line", sample(color, dash, marker), name, at === null ? "" : value)];
     });
     for (const { text, low, high } of bands) {
-      const kind = low === undefined || high === undefined ? "limit" : "band";
-      if (text) rows.push(row(kind, sample(`chart-of-${kind}`, kind === "limit" ? "2 5" : "", ""), text));
+      const [kind, dash] = isNumber(low) && isNumber(high) ? ["band", ""] : ["limit", "2 5"];
+      if (text) rows.push(row(kind, sample(`chart-of-${kind}`, dash, ""), text));
     }
     this.legend.replaceChildren(...rows, ...markRows(this.marks, Boolean(still), axis.time));
     for (const [name, value] of Object.entries(still
@@ -163,7 +154,7 @@ class Drawn {
       svg("text", { x: x + side, y: bottom - 5, "text-anchor": anchor }, place(at)));
   }
 
-  /** @param {(x: number) => number} cost point at the value where it is least */
+  /** Point at the value where the cost is least. @param {Scale} cost */
   point(cost) {
     this.at = pick(this.axis, cost);
     this.tell();
@@ -189,7 +180,7 @@ class Drawn {
     const { axis: { first, last }, frame: { begin, end, top, bottom }, plot } = this;
     const px = Math.min(end, Math.max(begin, clientX - plot.getBoundingClientRect().left));
     const [from, to] = [Math.min(this.from ?? px, px), Math.max(this.from ?? px, px)];
-    const xAt = (/** @type {number} */ one) => first + (one - begin) / (end - begin) * (last - first);
+    const xAt = (/** @type {number} */ at) => first + (at - begin) / (end - begin) * (last - first);
     if (type === "pointerdown") plot.setPointerCapture(pointerId);
     if (type !== "pointermove") this.from = type === "pointerdown" ? px : null;
     if (type === "pointerleave" || type === "pointercancel") {
@@ -206,7 +197,7 @@ class Drawn {
     const { at, axis } = this;
     const step = 0.01 * (axis.last - axis.first);
     const now = at ?? axis.last + step;
-    const cost = /** @type {Record<string, (x: number) => number>} */ ({
+    const cost = /** @type {Record<string, Scale>} */ ({
       ArrowLeft: (x) => (x <= now - step ? -x : Infinity),
       ArrowRight: (x) => (x >= now + step ? x : Infinity),
       Home: (x) => x,
@@ -218,7 +209,7 @@ class Drawn {
   }
 }
 
-/** @param {Chart} chart @param {[number, number] | null} view @returns {import("./draw.js").Axis} */
+/** @param {Chart} chart @param {[number, number] | null} view @returns {Axis} */
 function axisOf(chart, view) {
   const lines = chart.lines.map((line) => line.x.map(milliseconds));
   const ends = lines.flatMap((x) => [x[0], x.at(-1)]).filter(isNumber);
@@ -231,10 +222,7 @@ function axisOf(chart, view) {
   return { time: Boolean(chart.time), first, last, unknown, empty, lines };
 }
 
-/**
- * Return the place of a value that costs least, or null.
- * @param {import("./draw.js").Axis} axis @param {(x: number) => number} cost
- */
+/** Where it costs least, of all that is shown. @param {Axis} axis @param {Scale} cost */
 function pick({ lines, first, last }, cost) {
   let [found, least] = [/** @type {number | null} */ (null), Infinity];
   for (const x of lines.flat()) {
@@ -244,8 +232,8 @@ function pick({ lines, first, last }, cost) {
 }
 
 /**
- * The value of a line at the nearest place that it has; beyond its ends there is none.
- * @param {import("./draw.js").Axis} axis @param {Line} line @param {number} k @param {number | null} at
+ * The value of a line at the place of it that is nearest; beyond its ends there is none.
+ * @param {Axis} axis @param {Line} line @param {number} k its place @param {number | null} at
  */
 function valueAt(axis, { y }, k, at) {
   const [x, margin] = [axis.lines[k] ?? [], 0.01 * (axis.last - axis.first)];
@@ -254,7 +242,7 @@ function valueAt(axis, { y }, k, at) {
   return y[x.indexOf(nearest ?? NaN)];
 }
 
-/** @param {import("./marks.js").Cluster[]} clusters @param {boolean} still @param {boolean} time */
+/** @param {Cluster[]} clusters @param {boolean} still @param {boolean} time */
 function markRows(clusters, still, time) {
   const most = still ? 1 : TEXTS_SHOWN;
   const rows = clusters.filter((one) => one.letter).map(({ letter, marks, grave }) => {

@@ -3,7 +3,7 @@
 
 import { lookOf, svg } from "./legend.js";
 import { areaPath, isNumber, linePath, numberTicks, rangeOf } from "./scale.js";
-import { timeTicks, zoneName } from "./time.js";
+import { timeTicks, zoneNames } from "./time.js";
 import { number, pageLocale, word } from "../words.js";
 
 /**
@@ -16,16 +16,15 @@ const MOST_MARKERS = 12;
 const TICK_PX = { time: 84, x: 64, y: 32 };
 
 /**
- * Return a drawing, where its data are [px], and the place of an x.
- * @param {Chart} chart
- * @param {Axis} axis
- * @param {import("./marks.js").Cluster[]} marks
- * @param {number} width
- * @param {number} height
+ * Return a drawing, and where its data are [px].
+ * @param {Chart} chart @param {Axis} axis @param {import("./marks.js").Cluster[]} marks
+ * @param {number} width @param {number} height
  */
 export function drawingOf(chart, axis, marks, width, height) {
   const em = 0.8125 * (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16);
-  const below = chart.xTitle ?? (axis.time && !axis.unknown && !chart.still ? zoneTitle(axis) : "");
+  const zone = zoneNames([axis.first, axis.last], pageLocale);
+  const local = axis.time && !axis.unknown && !chart.still;
+  const below = chart.xTitle ?? (local ? word("chart-local_time", { zone }) : "");
   const bottom = height - em * ((axis.time ? 2.7 : 1.6) + (below ? 1.4 : 0));
   const top = marks.length ? 22 : 8;
   const left = sideOf(chart, "left", axis.empty, bottom, top);
@@ -43,8 +42,9 @@ export function drawingOf(chart, axis, marks, width, height) {
   const ticks = xTicks(axis, width);
   ticks.at.forEach((at, k) => {
     path("grid", `M${toX(at)} ${top}V${bottom}`);
-    (ticks.texts[k] ?? "").split("\n").forEach((said, line) => {
-      text(Math.min(toX(at), width - 0.3 * em * said.length), bottom + em * (1.3 + 1.1 * line), said);
+    ticks.texts[k]?.split("\n").forEach((said, line) => {
+      const x = Math.min(toX(at), width - 0.3 * em * said.length);
+      text(x, bottom + em * (1.3 + 1.1 * line), said);
     });
   });
   for (const at of left.at) {
@@ -73,7 +73,8 @@ export function drawingOf(chart, axis, marks, width, height) {
   const lines = chart.lines.map((line, k) => {
     const all = axis.lines[k] ?? [];
     const from = Math.max(0, all.findIndex((x) => x >= axis.first) - 1); // with neighbours outside
-    const cut = (/** @type {any[]} */ some) => some.slice(from, all.findLastIndex((x) => x <= axis.last) + 2);
+    const to = all.findLastIndex((x) => x <= axis.last) + 2;
+    const cut = (/** @type {any[]} */ some) => some.slice(from, to);
     const { low, high, markers, axis: side } = line;
     const toY = side === "right" ? right.toY : left.toY;
     const [x, y, look] = [cut(all), cut(line.y), lookOf(line, k)];
@@ -96,7 +97,7 @@ export function drawingOf(chart, axis, marks, width, height) {
     path(grave ? "box chart-grave" : "box", `M${x - half} ${y - 8}h${2 * half}v16h${-2 * half}z`);
     text(x, y + 4, letter, { class: "chart-mark-letter", "font-size": 11 });
   }
-  return { drawing, frame: { begin, end, top, bottom }, toX };
+  return { drawing, frame: { begin, end, top, bottom } };
 }
 
 /**
@@ -107,8 +108,8 @@ export function drawingOf(chart, axis, marks, width, height) {
 function sideOf(chart, side, empty, bottom, top) {
   const left = side === "left";
   const own = chart.lines.filter((line) => (line.axis ?? "left") === side);
-  const edges = left ? (chart.bands ?? []).map(({ low, high }) => ({ y: [], low: [low], high: [high] })) : [];
-  const values = [...own, ...edges].flatMap(({ y, low, high }) => [y, low ?? [], high ?? []]).flat();
+  const edges = left ? (chart.bands ?? []).flatMap(({ low, high }) => [low, high]) : [];
+  const values = own.flatMap(({ y, low = [], high = [] }) => [y, low, high]).flat().concat(edges);
   const found = empty ? null : rangeOf(values, left ? chart.leastSpan : 0);
   const [low, high] = found ?? [0, 1];
   const { at, digits } = numberTicks(low, high, (bottom - top) / TICK_PX.y);
@@ -125,10 +126,4 @@ function xTicks({ first, last, time, unknown }, width) {
   if (time) return timeTicks(first, last, Math.floor((width - 90) / TICK_PX.time), pageLocale);
   const { at, digits } = numberTicks(first, last, width / TICK_PX.x);
   return { at, texts: at.map((x) => number(x, digits)) };
-}
-
-/** @param {Axis} axis */
-function zoneTitle({ first, last }) {
-  const zones = [first, last].map((at) => zoneName(at, pageLocale));
-  return word("chart-local_time", { zone: [...new Set(zones)].join(", ") });
 }

@@ -29,7 +29,8 @@ export function numberTicks(low, high, most) {
  */
 export function rangeOf(values, least = 0) {
   const there = values.filter(isNumber);
-  const [low, high] = [Math.min, Math.max].map((one) => there.reduce((a, b) => one(a, b), there[0]));
+  const low = there.reduce((a, b) => Math.min(a, b), Infinity);
+  const high = there.reduce((a, b) => Math.max(a, b), -Infinity);
   const margin = Math.max(0.05 * (high - low), (least - (high - low)) / 2) || 1;
   return there.length ? [low - margin, high + margin] : null;
 }
@@ -44,10 +45,10 @@ function stretchesOf(x, low, high, toX) {
     const [at, down, up] = [Math.round(2 * toX(value)) / 2, low[k], high[k]];
     const [stretch, there] = [found.at(-1) ?? [], isNumber(down) && isNumber(up)];
     const same = stretch.at(-1);
-    if (!there && same) found.push([]);
-    if (!there) return;
-    if (same?.at !== at) stretch.push({ at, first: down, low: down, high: up, last: up });
-    else Object.assign(same, { low: Math.min(same.low, down), high: Math.max(same.high, up), last: up });
+    if (there && same?.at === at) {
+      [same.low, same.high, same.last] = [Math.min(same.low, down), Math.max(same.high, up), up];
+    } else if (there) stretch.push({ at, first: down, low: down, high: up, last: up });
+    else if (same) found.push([]);
   });
   return found.filter((stretch) => stretch.length);
 }
@@ -66,7 +67,8 @@ export function linePath(x, y, toX, toY) {
 
 /**
  * Return the outline of what lies between two lines.
- * @param {number[]} x @param {Values} low @param {Values} high @param {Scale} toX @param {Scale} toY
+ * @param {number[]} x @param {Values} low @param {Values} high @param {Scale} toX
+ * @param {Scale} toY
  */
 export function areaPath(x, low, high, toX, toY) {
   return stretchesOf(x, low, high, toX).map((stretch) => {

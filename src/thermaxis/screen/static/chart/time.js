@@ -25,8 +25,8 @@ export function milliseconds(time) {
  */
 export function timeTicks(first, last, most, language) {
   const least = (last - first) / Math.max(2, most);
-  const [ms, days, months] =
-    STEPS.find(([ms, days, months]) => ms + 24 * HOUR * (days + 30 * months) >= least) ?? [0, 0, 600];
+  const [ms, days, months] = STEPS.find(([some, d, m]) =>
+    some + 24 * HOUR * (d + 30 * m) >= least) ?? [0, 0, 600];
   const begin = new Date(first);
   const month = months ? Math.floor(begin.getMonth() / months) * months : begin.getMonth();
   const [year, day] = [begin.getFullYear(), months ? 1 : begin.getDate()];
@@ -50,8 +50,10 @@ export function timeTicks(first, last, most, language) {
   }) };
 }
 
-/** Return the name of the local zone at a time, such as CET. @param {number} time [ms] */
-export function zoneName(time, language = "en") {
-  const parts = new Intl.DateTimeFormat(language, { timeZoneName: "short" }).formatToParts(time);
-  return parts.find((part) => part.type === "timeZoneName")?.value ?? "UTC";
+/** Name the zones of local times, such as CET. @param {number[]} times @param {string} language */
+export function zoneNames(times, language) {
+  const form = new Intl.DateTimeFormat(language, { timeZoneName: "short" });
+  const names = times.map((time) =>
+    form.formatToParts(time).find((part) => part.type === "timeZoneName")?.value ?? "UTC");
+  return [...new Set(names)].join(", ");
 }
