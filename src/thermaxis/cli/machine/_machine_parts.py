@@ -102,12 +102,7 @@ def build_parts(
     if historian is None:
         historian = history.SqlHistorian(configuration.historian, clock)
     sink = build_sink(configuration, sessions, clock)
-    one_server = (
-        configuration.source.kind == configuration.sink.kind == "opcua"
-        and configuration.source.connection == configuration.sink.connection
-    )
-    ports = runtime.Ports(source, sink, historian, clock, one_server)
-    return MachineParts(sessions, ports, probes, pins)
+    return MachineParts(sessions, runtime.Ports(source, sink, historian, clock), probes, pins)
 
 
 def sole_runner(configuration: "MachineConfiguration") -> "AbstractContextManager[None]":

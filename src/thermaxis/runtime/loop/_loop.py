@@ -118,7 +118,6 @@ class CompensationLoop:
         self.compensation = with_self_test(compensation) if own else compensation
         self.source, self.sink = ports.source, ports.sink
         self.historian, self.clock = ports.historian, ports.clock
-        self._one_server = ports.one_server
         self.status: RuntimeStatus | None = None
         self.certificates: Mapping[str, datetime] = {}  # until when they are valid, by key
         self.listeners: list[Callable[[RuntimeStatus], None]] = []
@@ -264,13 +263,8 @@ class CompensationLoop:
         """Read, judge and compute, write, read back, record."""
         self._number += 1
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
-        if self._one_server:  # one request asks for both
-            samples, found = await asyncio.gather(
-                self.source.read(wait_s), self._machine.look(self._number, wait_s)
-            )
-        else:
-            samples = await self.source.read(wait_s)
-            found = await self._machine.look(self._number, wait_s)
+        samples = await self.source.read(wait_s)
+        found = await self._machine.look(self._number, wait_s)
         self._test.watch(now_s, there=self.source.connected and self.sink.connected)
         output = self._compute(now_s, samples, found)
         await self._machine.write(output, wait_s, ready=self._ready)

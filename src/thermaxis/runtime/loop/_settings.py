@@ -63,8 +63,6 @@ class Ports:
     """Who remembers."""
     clock: Clock
     """Time."""
-    one_server: bool = False
-    """Whether source and sink ask the same server, so that one request reads and looks."""
 
 
 class Models(Protocol):

@@ -73,10 +73,6 @@ def quiet_library() -> None:
         library.setLevel(logging.CRITICAL)
 
 
-class OtherLengthError(ValueError):
-    """An answer has another length than its question."""
-
-
 class ReadRequest(NamedTuple):
     """A read request that was made ready once for a connection."""
 
@@ -98,9 +94,7 @@ class Link:
         self.server_ahead_s: float | None = None
         self.seen_s = 0.0
         self.used_s = 0.0
-        self.requests: dict[tuple[str, ...], ReadRequest] = {}
-        self.asked: list[str] = []
-        self.reading: asyncio.Task[list[ua.DataValue]] | None = None
+        self.readings: dict[tuple[str, ...], ReadRequest] = {}
         self.types: dict[str, ua.VariantType | None] = {}
         self.ids: dict[str, ua.NodeId | None] = {}
         self.under_way: set[asyncio.Task[Any]] = set()
@@ -128,25 +122,23 @@ class Link:
         An answer that comes after the deadline is thrown away, never taken for a fresh one. One
         that does not come within the connection's own time costs the connection.
         """
-        task = self.begin(request)
+        task = asyncio.create_task(request)
+        self.under_way.add(task)
         if writes:
             self.writing = task
+        task.add_done_callback(self._answered)
         try:
-            found = await answer(task, deadline_s)
+            await asyncio.wait((task,), timeout=max(0.0, deadline_s))
         except asyncio.CancelledError:
             task.cancel()
             raise
-        if found is not None and len(found) != count:
-            self.lose(OtherLengthError())
+        if not task.done() or task.cancelled() or task.exception() is not None:
+            return None
+        found = task.result()
+        if len(found) != count:
+            self.lose(ValueError("the answer has another length than the question"))
             return None
         return found
-
-    def begin(self, request: Coroutine[Any, Any, T]) -> "asyncio.Task[T]":
-        """Send a request; the connection is lost with it."""
-        task = asyncio.create_task(request)
-        self.under_way.add(task)
-        task.add_done_callback(self._answered)
-        return task
 
     def _answered(self, task: "asyncio.Task[Any]") -> None:
         self.under_way.discard(task)
@@ -164,16 +156,16 @@ class Link:
             self.ids[node] = node_id(parse_node(node), self.namespaces)
         return self.ids[node]
 
-    def read_request(self, nodes: Sequence[str]) -> ReadRequest:
+    def reading(self, nodes: Sequence[str]) -> ReadRequest:
         """Return the read request for nodes; the last one it asks for is the server's time."""
         key = tuple(nodes)
-        found = self.requests.get(key)
+        found = self.readings.get(key)
         if found is None:
             ids = [self.id_of(node) for node in nodes]
             known = tuple(i for i, one in enumerate(ids) if one is not None)
             asked = [one for one in ids if one is not None]
             found = ReadRequest(value_request([*asked, SERVER_TIME]), known)
-            self.requests[key] = found
+            self.readings[key] = found
         return found
 
     def see_time(self, value: ua.DataValue, sent_s: float, now_s: float) -> None:
@@ -191,14 +183,6 @@ class Link:
         if before_s is not None and 0.0 <= before_s - ahead_s <= CLOCK_SLACK_S:
             ahead_s = max(ahead_s, before_s - CLOCK_DRIFT * (now_s - self.seen_s))
         self.server_ahead_s, self.seen_s = ahead_s, now_s
-
-
-async def answer(task: "asyncio.Task[T]", deadline_s: float) -> T | None:
-    """Wait for what was begun; None: it failed, or is not answered in time."""
-    await asyncio.wait((task,), timeout=max(0.0, deadline_s))
-    if not task.done() or task.cancelled() or task.exception() is not None:
-        return None
-    return task.result()
 
 
 async def connect_once(
@@ -254,7 +238,7 @@ async def _look_around(link: Link, clock: Clock) -> None:
     found = await link.client.uaclient.session.read(value_request([_NAMESPACES, SERVER_TIME]))
     now_s = clock.monotonic_s()
     if len(found) != 2:
-        raise OtherLengthError
+        raise ValueError("the answer has another length than the question")
     link.namespaces = texts(found[0])
     link.see_time(found[1], sent_s, now_s)
     link.used_s = now_s

@@ -32,8 +32,6 @@ from thermaxis.runtime.opcua._link import (
     CLOCK_SLACK_S,
     Link,
     MethodAnswer,
-    OtherLengthError,
-    answer,
     attribute_request,
     aware_time,
     call_method,
@@ -254,35 +252,24 @@ class OpcUaSession:
     # ---- requests -------------------------------------------------------------------------------
 
     async def read(self, nodes: Sequence[str], deadline_s: float) -> list[ua.DataValue] | None:
-        """Read the values of nodes, each with status and source's time stamp.
-
-        All who ask in the same turn of the event loop are answered by one request.
-        """
+        """Read the values of nodes with one request, each with status and source's time stamp."""
         link = self._current()
         return None if link is None else await self._read(link, nodes, deadline_s)
 
     async def _read(
         self, link: Link, nodes: Sequence[str], deadline_s: float
     ) -> list[ua.DataValue] | None:
-        if link.reading is None or link.reading.done():
-            link.asked, link.reading = [], link.begin(self._read_together(link))
-        first = len(link.asked)
-        link.asked += nodes
-        found = await self._answer(link, answer(link.reading, deadline_s))
-        return None if found is None else found[first : first + len(nodes)]
-
-    async def _read_together(self, link: Link) -> list[ua.DataValue]:
-        nodes, link.reading = link.asked, None
-        request = link.read_request(nodes)
+        reading = link.reading(nodes)
         sent_s = self._clock.monotonic_s()
-        found = await link.client.uaclient.session.read(request.parameters)
-        if len(found) != len(request.known) + 1:
-            raise OtherLengthError
+        request = link.client.uaclient.session.read(reading.parameters)
+        found = await self._ask(link, request, deadline_s, len(reading.known) + 1)
+        if found is None:
+            return None
         link.see_time(found.pop(), sent_s, self._clock.monotonic_s())
         if len(found) == len(nodes):
             return found
         values = [_UNKNOWN_NODE] * len(nodes)
-        for index, value in zip(request.known, found, strict=True):
+        for index, value in zip(reading.known, found, strict=True):
             values[index] = value
         return values
 
@@ -407,11 +394,8 @@ class OpcUaSession:
         *,
         writes: bool = False,
     ) -> list[T] | None:
-        return await self._answer(link, link.ask(request, deadline_s, count, writes=writes))
-
-    async def _answer(self, link: Link, asked: Coroutine[Any, Any, T]) -> T:
         link.used_s = self._clock.monotonic_s()
-        found = await asked
+        found = await link.ask(request, deadline_s, count, writes=writes)
         if link.refusal is not None:
             self._failure = explain(link.refusal, self.settings)
         return found
