@@ -17,12 +17,6 @@ it look by look; any other A is another writer's.
 While own writes may still be under way, by the largest time that one took so far, A outside of the
 path says nothing of what will stand: nothing is written until A is back on the path, or has stood
 still for as long; then the correction goes on from the newest own write, or from A.
-
-Where what is accepted is told by another node than the one that is written, that one is looked at
-as well: what stands there outside of the path is another writer's, and A may go there. Nothing is
-written until it has stood for a silence; then the correction goes on from it. A gateway that is
-late shows it shorter, as an own write has followed it. Zero there may be a control's that clears
-what it has taken over, and is left to A.
 """
 
 import math
@@ -53,6 +47,9 @@ FOLLOWS_S: Final = 10.0
 """What acts stands when it has come no nearer to what was accepted for so long. [s]"""
 REST_SHARE: Final = 1.5
 """An own write may be under way for so many times the largest time that one took. [1]"""
+STOOD_SHARE: Final = 0.5
+"""Drives are off, and what acts is no more late, when it has stood for this share of `read_back_s`
+while an interlock is open. [1]"""
 _UNKNOWN = Applied(None, None)
 
 
@@ -109,10 +106,6 @@ class OutputOffset(NamedTuple):
     """Since when nothing is written as it is off its path, and where it was seen last."""
     aside: Mark | None = None
     """Where it was accepted off its path; what acts may still go there."""
-    foreign: Mark | None = None
-    """What another writer's value is that stands where offsets are written, and since when."""
-    others: tuple[Mark, ...] = ()
-    """Other writers' values that stood there: what is accepted may go there yet."""
 
 
 class OffsetsState(NamedTuple):
@@ -256,7 +249,7 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
         row = [look.news_um.get(name) for name in rules.names]
     elif not (state.known or stale):  # the sink has not told yet what it found
         return state, Found()
-    rested = _rest(state)
+    rested = any(one.resting is not None for one in state.outputs)
     if not anew and None in row:
         return state._replace(doubtful=True), Found(rests=rested)
     if anew:
@@ -267,7 +260,7 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
     state, gone, told = _compared(rules, state, look, said, row if anew else None)
     if anew:
         return state, Found(_snapped(rules, row), told=told)
-    rests = _rest(state)
+    rests = any(one.resting is not None for one in state.outputs)
     if rests or rested:
         newest_um = _snapped(rules, (one.path[-1].um for one in state.outputs))
         return state, Found(newest_um, told=told, rests=rests)
@@ -275,7 +268,7 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
     read_back = tuple(_believed(rules, *pair, look.time_s) for pair in pairs)
     if look.interlocked:  # it goes on from where it acts, so that nothing is let go afterwards
         rows = zip(gone, state.outputs, said, read_back, strict=True)
-        gone = [_stood_um(rules, a, b, c) if um is None else um for um, a, b, c in rows]
+        gone = [_stood_um(rules, *a, look.time_s) if um is None else um for um, *a in rows]
     found_um = _snapped(rules, gone) if any(um is not None for um in gone) else None
     return state, Found(found_um, read_back, told)
 
@@ -293,16 +286,10 @@ def _compared(
     gone: list[float | None] = []
     told: list[OffsetMismatch] = []
     late_s, until_s = state.late_s, state.written_s + _rest_s(rules, state.late_s)
-    for k, before in enumerate(state.outputs):
-        one = before if anew_um is not None else _overwritten(rules, before, said[k], look.time_s)
+    for k, one in enumerate(state.outputs):
         um, mismatch = _judged(
             rules, k, one, said[k], look, None if anew_um is None else anew_um[k]
         )
-        if one.foreign is not None and one.foreign.since_s == look.time_s:
-            left_um = before.path[-1].um
-            mismatch = OffsetMismatch(
-                rules.names[k], one.foreign.um, left_um, look.number, another=True
-            )
         goes_on = one.resting is not None and anew_um is None  # it is told already
         if goes_on and um is not None and one.moved is not None:
             um = _rested_um(rules, one, said[k], look.time_s, um)
@@ -334,11 +321,6 @@ def _compared(
     return state, gone, tuple(told)
 
 
-def _rest(state: OffsetsState) -> bool:
-    """Whether nothing may be written."""
-    return any(one.resting is not None or one.foreign is not None for one in state.outputs)
-
-
 def _snapped(rules: OffsetRules, row: Iterable[float | None]) -> tuple[float | None, ...]:
     """Return offsets of which those beyond their total by a rounding of the machine are there."""
     return tuple(
@@ -350,25 +332,6 @@ def _snapped(rules: OffsetRules, row: Iterable[float | None]) -> tuple[float | N
 
 
 # ---- one offset ---------------------------------------------------------------------------------
-
-
-def _overwritten(
-    rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float
-) -> OutputOffset:
-    """Return an offset with what stands where it is written, if that is another writer's."""
-    um, foreign = said.written_um, one.foreign
-    others = tuple(mark for mark in one.others if time_s - mark.since_s <= rules.read_back_s)
-    one = one._replace(foreign=None, others=others)
-    if um is None or abs(um) <= rules.tolerance_um or not one.path:
-        return one
-    if foreign is not None and abs(um - foreign.um) <= rules.rounding_um:
-        if time_s - foreign.since_s <= rules.silence_s:
-            return one._replace(foreign=foreign)
-        return one._replace(path=(*one.path, Mark(time_s, um)))
-    if any(abs(mark.um - um) <= rules.tolerance_um for mark in one.path) or _own(rules, one, um):
-        return one
-    seen = Mark(time_s, um)
-    return one._replace(foreign=seen, others=(*others, seen))
 
 
 def _judged(
@@ -397,14 +360,16 @@ def _gone(
     um = said.accepted_um
     if um is None:
         return None, False
-    path_um, tolerance_um = _way_um(one), rules.tolerance_um
+    path_um, tolerance_um = [mark.um for mark in one.path], rules.tolerance_um
     beyond_um, moved = _beyond_um(path_um, um), one.moved
     if moved is not None and beyond_um > rules.rounding_um and not moved.another:
         nearer_um = abs(moved.found_um) - abs(um)
         if nearer_um > rules.rounding_um and _beyond_um((0.0, moved.found_um), um) <= tolerance_um:
             return um, False  # a watchdog's way
     if beyond_um > tolerance_um:
-        if _own(rules, one, um) or abs(um) <= tolerance_um:
+        pairs = zip(one.late[::2], one.late[1::2], strict=True)
+        own = any(_beyond_um((low.um, high.um), um) <= tolerance_um for low, high in pairs)
+        if own or abs(um) <= tolerance_um:
             newer = one.path[0].since_s > max((mark.since_s for mark in one.late), default=0.0)
             return um if newer or abs(um) <= tolerance_um else None, False
         nearer = _beyond_um((0.0, *path_um), um) <= tolerance_um
@@ -424,7 +389,7 @@ def _going_on(
     mismatch: OffsetMismatch | None,
 ) -> OutputOffset:
     """Return an offset that goes on as it was led, or from where it has gone."""
-    accepted_um, effective_um = said.accepted_um, said.effective_um
+    _, accepted_um, effective_um = said
     late = tuple(mark for mark in one.late if time_s - mark.since_s <= rules.read_back_s)
     followed = _followed(rules, one, said, time_s)
     if um is None:
@@ -437,8 +402,6 @@ def _going_on(
             followed,
             one.moved if undecided else None,
             aside=one.aside if kept else None,
-            foreign=one.foreign,
-            others=one.others,
         )
     begin = Mark(time_s, um if accepted_um is None else accepted_um)
     others = mismatch is not None and mismatch.another is not False
@@ -478,8 +441,8 @@ def _late_s(
 
 def _astray_um(rules: OffsetRules, one: OutputOffset, said: Applied) -> float | None:
     """Return what is accepted, or acts, where it lies outside of what was led."""
-    um, effective_um = said.accepted_um, said.effective_um
-    path_um = _way_um(one)
+    _, um, effective_um = said
+    path_um = [mark.um for mark in one.path]
     if um is None or not path_um or _beyond_um(path_um, um) > rules.tolerance_um:
         return um if path_um else None
     if effective_um is None or one.followed is None:
@@ -535,7 +498,7 @@ def _rested_um(
 
 def _followed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float) -> Mark | None:
     """Return where what acts was last seen to have come nearer to what was accepted."""
-    accepted_um, effective_um = said.accepted_um, said.effective_um
+    _, accepted_um, effective_um = said
     if accepted_um is None or effective_um is None:
         return None
     seen = Mark(time_s, effective_um)
@@ -548,7 +511,7 @@ def _followed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: floa
 
 def _believed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: float) -> float | None:
     """Return what counts as read back: what acts, too, where it stands and should move."""
-    accepted_um, effective_um = said.accepted_um, said.effective_um
+    _, accepted_um, effective_um = said
     if accepted_um is None or effective_um is None or one.followed is None:
         return accepted_um
     there = abs(effective_um - accepted_um) <= rules.tolerance_um
@@ -558,10 +521,12 @@ def _believed(rules: OffsetRules, one: OutputOffset, said: Applied, time_s: floa
 
 
 def _stood_um(
-    rules: OffsetRules, one: OutputOffset, said: Applied, read_um: float | None
+    rules: OffsetRules, one: OutputOffset, said: Applied, read_um: float | None, time_s: float
 ) -> float | None:
-    """Return what acts, if it is what is read back though what was written was accepted."""
+    """Return what acts, if it has stood long though what was written was accepted."""
     accepted_um = said.accepted_um
+    if one.followed is None or time_s - one.followed.since_s <= STOOD_SHARE * rules.read_back_s:
+        return None  # it may be late
     if accepted_um is None or abs(accepted_um - one.path[-1].um) > rules.tolerance_um:
         return None
     return None if read_um == accepted_um else read_um
@@ -589,17 +554,6 @@ def _reached(
         if _beyond_um((one.um, other.um), um) <= rules.rounding_um:
             return (Mark(time_s, um), *path[k:])
     return path
-
-
-def _own(rules: OffsetRules, one: OutputOffset, um: float) -> bool:
-    """Whether a value lies among own ones that were written before it was found anew."""
-    pairs = zip(one.late[::2], one.late[1::2], strict=True)
-    return any(_beyond_um((low.um, high.um), um) <= rules.tolerance_um for low, high in pairs)
-
-
-def _way_um(one: OutputOffset) -> list[float]:
-    """Return where what is accepted may be on its way. [µm]"""
-    return [mark.um for mark in (*one.path, *one.others)]
 
 
 def _beyond_um(values_um: Sequence[float], um: float) -> float:

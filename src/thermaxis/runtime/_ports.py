@@ -95,7 +95,7 @@ class Source(ABC):
 
 
 class Applied(NamedTuple):
-    """What the machine says about one offset. Several numbers, never one."""
+    """What the machine says about one offset. Three numbers, never one."""
 
     requested_um: float | None
     """What was written last. [µm]"""
@@ -103,9 +103,6 @@ class Applied(NamedTuple):
     """What it reports as set; None where it cannot be read. [µm]"""
     effective_um: float | None = None
     """What it reports as acting now; None where it does not say. [µm]"""
-    written_um: float | None = None
-    """What stands where offsets are written; None where that cannot be read, or is the accepted
-    one itself. [µm]"""
 
 
 class Sink(ABC):

@@ -5,7 +5,6 @@ The loop is made of the pure steps alone, so that hours at ten cycles a second t
 
 import math
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
@@ -54,8 +53,6 @@ class LateControl:
     """Whether it keeps whole tenths of a micrometre, as an Int16 does."""
     watchdog_s: float = math.inf
     """After so long without a new value it goes to zero. [s]"""
-    apart: bool = False
-    """Whether it tells what it accepted by another node than the one that is written."""
     node_um: float = 0.0
     accepted_um: float = 0.0
     effective_um: float = 0.0
@@ -84,10 +81,10 @@ class LateControl:
         self.effective_um += share * (self.accepted_um - self.effective_um)
 
     def said(self) -> Applied:
-        said = self.accepted_um, self.effective_um
-        if self.tenths:
-            said = round(10.0 * said[0]) / 10.0, round(10.0 * said[1]) / 10.0
-        return Applied(None, *said, self.node_um if self.apart else None)
+        if not self.tenths:
+            return Applied(None, self.accepted_um, self.effective_um)
+        said = (round(10.0 * um) / 10.0 for um in (self.accepted_um, self.effective_um))
+        return Applied(None, *said)
 
 
 class Shift(NamedTuple):
@@ -101,8 +98,6 @@ class Shift(NamedTuple):
     """Cycles in which the correction waited for the control. [1]"""
     changed: list[float]
     """Where the correction went on from somewhere else than its newest write: the steps. [µm]"""
-    steps: list[float]
-    """Where what was written was further than allowed from what stood there: the steps. [µm]"""
 
 
 def compensate(
@@ -110,11 +105,11 @@ def compensate(
     control: LateControl,
     hours: float,
     freeze_s: float = 0.0,
-    others: Sequence[tuple[float, float]] = (),
+    other: tuple[float, float] = (math.inf, 0.0),
 ) -> Shift:
     """Compensate a machine whose spindle warms up and cools; the loop stands still at 40 s.
 
-    Another writer sets values, each just after a time.
+    Another writer sets a value once, just after a time.
     """
     rules, cycle_s = offset_rules(compensation), compensation.cycle_s
     state: CycleState = cycle_state(compensation)
@@ -123,16 +118,14 @@ def compensate(
     states: set[SupervisorState] = set()
     furthest_um, stale = 0.0, 0
     changed: list[float] = []
-    steps: list[float] = []
     written_um, written_s = 0.0, 0.0
     news: dict[str, float | None] | None = {"Z_um": 0.0}
     requests: tuple[Request, ...] = (Request(RequestKind.ENABLE, "Jana"),)
     for number in range(1, round(3600.0 * hours / cycle_s)):
         now_s = number * cycle_s
         at = now_s, NOON + timedelta(seconds=now_s)
-        for other_s, um in others:
-            if now_s - cycle_s <= other_s < now_s:
-                control.write(um, other_s)
+        if now_s - cycle_s <= other[0] < now_s:
+            control.write(other[1], other[0])
         control.advance(now_s, cycle_s)
         if 40.0 < now_s < 40.0 + freeze_s:
             continue
@@ -165,9 +158,7 @@ def compensate(
         allowed_um = compensation.bounds[0].largest_rate_um_per_s * (now_s - written_s)
         if abs(um - written_um) > allowed_um + rules.tolerance_um:
             changed.append(um - written_um)
-        if abs(um - control.node_um) > allowed_um + rules.tolerance_um:
-            steps.append(um - control.node_um)
         written_um, written_s = um, now_s
         control.write(um, now_s)
         offsets = write_step(rules, offsets, output.correction_um, at)
-    return Shift(told, states, furthest_um, stale, changed, steps)
+    return Shift(told, states, furthest_um, stale, changed)

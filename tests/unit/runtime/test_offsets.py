@@ -396,13 +396,12 @@ class Steps:
         effective_um: float | None = None,
         *,
         news_um: float | None = None,
-        written_um: float | None = None,
         connected: bool = True,
         after_s: float = 0.1,
     ) -> Found:
         self.now_s, self.number = self.now_s + after_s, self.number + 1
         news = None if news_um is None else {"Z_um": news_um}
-        applied = {"Z_um": Applied(None, accepted_um, effective_um, written_um)}
+        applied = {"Z_um": Applied(None, accepted_um, effective_um)}
         utc = NOON + timedelta(seconds=self.now_s)
         look = Look(self.number, self.now_s, utc, connected, news, applied)
         self.state, found = look_step(self.rules, self.state, look)
@@ -476,7 +475,6 @@ def test_a_control_that_takes_offsets_over_late_is_never_taken_for_another_write
     sampled=st.booleans(),
     ramp=st.sampled_from((10.0, math.inf)),
     tenths=st.booleans(),
-    apart=st.booleans(),
     other=st.tuples(st.floats(25.0, 60.0), st.floats(-50.0, 50.0)),
     cycle_s=st.sampled_from((0.1, 0.2, 1.0)),
 )
@@ -485,38 +483,16 @@ def test_one_foreign_write_between_late_own_ones_never_makes_the_loop_go_back_an
     sampled: bool,
     ramp: float,
     tenths: bool,
-    apart: bool,
     other: tuple[float, float],
     cycle_s: float,
 ) -> None:
     plant = compensation(cycle_s=cycle_s, limits=Limits(60.0, 1.0))
-    control = LateControl(late_s, sampled, ramp, tenths=tenths, apart=apart)
-    shift = compensate(plant, control, hours=0.03, others=[other])
+    control = LateControl(late_s, sampled, ramp, tenths=tenths)
+    shift = compensate(plant, control, hours=0.03, other=other)
     assert len(shift.changed) <= 1, "it goes on from there, or from its newest own write"
     assert len({one.key for one in shift.told}) <= 1
     assert all(abs(one.found_um - one.left_um) > TOLERANCE_UM for one in shift.told)
     assert SupervisorState.FAULT not in shift.states
-    if apart and abs(other[1]) > 2.0 * TOLERANCE_UM:
-        way_um = 1.0 * (late_s + 4.0 * cycle_s)
-        assert all(abs(um) <= way_um for um in shift.steps), "what stands there is no step away"
-
-
-@settings(max_examples=40)
-@given(
-    late_s=st.floats(0.05, 1.0),
-    sampled=st.booleans(),
-    cycles_apart=st.floats(1.2, 30.0),
-    cycle_s=st.sampled_from((0.1, 0.2, 1.0)),
-    values_um=st.permutations([7.0 * k for k in range(-7, 8) if k]).map(lambda um: um[:3]),
-)
-def test_what_others_write_three_times_is_never_written_over_in_one_step(
-    late_s: float, sampled: bool, cycles_apart: float, cycle_s: float, values_um: list[float]
-) -> None:
-    plant = compensation(cycle_s=cycle_s, limits=Limits(60.0, 1.0))
-    others = [(30.0 + k * cycles_apart * cycle_s, um) for k, um in enumerate(values_um)]
-    shift = compensate(plant, LateControl(late_s, sampled, apart=True), hours=0.03, others=others)
-    way_um = 1.0 * (late_s + 4.0 * cycle_s)
-    assert all(abs(um) <= way_um for um in shift.steps)
 
 
 def test_nothing_is_written_while_an_own_write_may_still_be_under_way() -> None:
@@ -537,43 +513,6 @@ def test_nothing_is_written_while_an_own_write_may_still_be_under_way() -> None:
         assert not found.rests
         assert steps.state.outputs[0].path[-1].um == (-7.0 if comes_back else 25.0)
         assert len(steps.state.others_s) == 1
-
-
-@pytest.mark.parametrize("stays", [True, False])
-def test_what_another_wrote_is_gone_on_from_once_it_stood_longer_than_a_late_gateway_shows_it(
-    stays: bool,
-) -> None:
-    steps = Steps().begin(0.0)
-    steps.write(-2.0)
-    assert steps.look(0.0, written_um=-2.0) == Found(None, (0.0,))
-    found = steps.look(0.0, written_um=30.0)
-    assert found.rests
-    assert found.told == (("Z_um", 30.0, -2.0, 3, True),)
-    for _ in range(6 if stays else 1):
-        last, found = found, steps.look(0.0, written_um=30.0 if stays else -2.0)
-        assert found.told == ()
-        assert last.rests
-    assert (found.rests, found.found_um) == (False, (30.0,) if stays else (-2.0,))
-    steps.write(29.9 if stays else -2.1)
-    assert steps.look(30.0, written_um=29.9 if stays else -2.1).told == (), "it may arrive yet"
-
-
-def test_an_own_write_that_was_under_way_is_no_other_writer_s_after_what_acts_has_moved() -> None:
-    steps = Steps().begin(10.0)
-    for um in (11.0, 12.0, 13.0):
-        steps.write(um)
-        assert steps.look(um - 1.0, um - 1.0, written_um=um).told == ()
-    found = steps.look(12.0, 8.0, written_um=13.0)  # the release was taken away
-    assert [one.another for one in found.told] == [False]
-    for _ in range(3):
-        assert steps.look(12.0, 8.0, written_um=13.0).told == ()
-
-
-def test_a_control_that_clears_what_it_has_taken_over_is_no_other_writer() -> None:
-    steps = Steps().begin(0.0)
-    for k in range(1, 50):
-        steps.write(0.5 * k)
-        assert steps.look(0.5 * k, written_um=0.0) == Found(None, (0.5 * k,))
 
 
 def test_a_write_before_a_silence_may_have_arrived_or_not() -> None:

@@ -259,7 +259,7 @@ class _Mover:
     @property
     def agrees(self) -> bool:
         """Whether the machine was seen to report what stands, and to act by it where it tells."""
-        _, accepted_um, effective_um, *_ = self.applied
+        _, accepted_um, effective_um = self.applied
         seen = (self.now_um if um is None else um for um in (accepted_um, effective_um))
         return all(abs(um - self.now_um) <= self.plan.tolerance_um for um in seen)
 
@@ -277,7 +277,7 @@ class _Mover:
         now_s = self.clock.monotonic_s()
         while now_s - begin_s < self.plan.read_back_s:
             await self._cycle(self.now_um)
-            _, accepted_um, effective_um, *_ = self.applied
+            _, accepted_um, effective_um = self.applied
             if _shown(found_um, by_um, accepted_um, effective_um):
                 if self._settle_s is None and effective_um is not None:
                     self._settle_s = min(SETTLE_S, SOONEST_S + TAKEOVERS * (now_s - begin_s))

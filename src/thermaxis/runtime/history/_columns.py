@@ -184,7 +184,7 @@ class Columns:
             *[s.age_s for s in samples],
             *output.values,
             *chain.from_iterable(vectors),
-            *chain.from_iterable(one[:3] for one in applied),
+            *chain.from_iterable(applied),
             *chain.from_iterable(output.contribution_um),
         ]
         texts = (

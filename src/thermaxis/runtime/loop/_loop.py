@@ -304,7 +304,7 @@ class CompensationLoop:
         )
         met = dict(zip(self.compensation.interlocks, reading.interlocks, strict=True))
         self._interlocks = {name: one for name, one in met.items() if name != SELF_TEST}
-        if not all(self._interlocks.values()):
+        if False in self._interlocks.values():
             self._machine.interlocked_s = now_s
         waiting = self._requests.without_unseen(waiting, self._doubted(reading, waiting))
         asked = [one.request for one in waiting if one.change is None]

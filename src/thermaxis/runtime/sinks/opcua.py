@@ -257,9 +257,7 @@ class OpcUaSink(Sink):
             factor = self._factors[name]
             accepted_um = _good(next(values), factor)
             effective_um = _good(next(values), factor) if output.effective_node else None
-            written_um = _good(next(values), factor) if _apart(output) else None
-            requested_um = self._requested.get(name)
-            result[name] = Applied(requested_um, accepted_um, effective_um, written_um)
+            result[name] = Applied(self._requested.get(name), accepted_um, effective_um)
         if self._token is not None:
             self._token.look(_good(next(values)))
             if self._token.hindrance is not None:
@@ -273,13 +271,6 @@ def _asked(outputs: Mapping[str, OpcUaOutput]) -> Iterator[str]:
         yield output.read_back_node or output.node
         if output.effective_node:
             yield output.effective_node
-        if _apart(output):
-            yield output.node
-
-
-def _apart(output: OpcUaOutput) -> bool:
-    """Whether what is accepted is told by another node than the one that is written."""
-    return output.read_back_node not in {"", output.node}
 
 
 def _good(value: ua.DataValue, factor: float = 1.0) -> float | None:
