@@ -92,17 +92,6 @@ export function shortNames(names) {
   return names.split(", ").map((one) => own(one) || one.replace(/_(um|C)$/, "")).join(", ");
 }
 
-/** Column of a correction; its first group is the output without the unit. */
-export const CORRECTION = /^(.+)_correction(_um)?$/;
-
-/**
- * Column that the history has of an output's correction.
- * @param {string} output
- */
-export function correctionOf(output) {
-  return output.endsWith("_um") ? `${output.slice(0, -3)}_correction_um` : `${output}_correction`;
-}
-
 const clockFormat = new Intl.DateTimeFormat(pageLocale, {
   hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23",
 });

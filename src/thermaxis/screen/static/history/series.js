@@ -1,7 +1,7 @@
 // @ts-check
 // Names of series, which are the columns of the history, in words and in groups.
 
-import { CORRECTION, shortNames, word } from "../words.js";
+import { shortNames, word } from "../words.js";
 
 /** @type {Record<string, string>} */
 const QUANTITIES = {
@@ -28,6 +28,7 @@ const PROBE = "probe_";
 const USED = /_used(_[A-Za-z]+)?$/;
 
 const QUANTITY = new RegExp(`^(.+)_(${Object.keys(QUANTITIES).join("|")})(_um)?$`);
+const CORRECTION = /^(.+)_correction(_um)?$/;
 const OF_A_PART = /^(.+?)_part_(.+?)(_um)?$/;
 
 /**
