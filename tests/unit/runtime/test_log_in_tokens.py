@@ -31,7 +31,7 @@ from thermaxis.runtime import (
     write_users,
 )
 from thermaxis.runtime.users import ANONYMOUS, TOKEN_S, Users
-from thermaxis.runtime.users._tokens import MOST_TOKENS, IssuedTokens
+from thermaxis.runtime.users._tokens import MOST_OF_HOLDER, MOST_TOKENS, IssuedTokens
 
 
 class Loop:
@@ -281,12 +281,17 @@ async def test_a_token_is_kept_as_its_hash_where_the_owner_alone_reads_and_in_no
 def test_no_more_tokens_are_kept_than_the_bound_and_the_youngest_hold(tmp_path: Path) -> None:
     path = tmp_path / "tokens"
     issued = IssuedTokens(path)
-    given_out = [issued.issue("holder", NOW) for _ in range(MOST_TOKENS + 2)]
+    given_out = [issued.issue(f"holder {i}", NOW) for i in range(MOST_TOKENS + 2)]
     again = IssuedTokens(path)
     again.read()
     for tokens in (issued, again):
         stand = [tokens.find(one, NOW) is not None for one in given_out]
         assert stand == [False] * 2 + [True] * MOST_TOKENS
+    greedy = [issued.issue("greedy", NOW) for _ in range(3 * MOST_OF_HOLDER)]
+    stand = [issued.find(one, NOW) is not None for one in greedy]
+    assert stand == [False] * 2 * MOST_OF_HOLDER + [True] * MOST_OF_HOLDER
+    held = [issued.find(one, NOW) is not None for one in given_out]
+    assert held == [False] * (2 + MOST_OF_HOLDER) + [True] * (MOST_TOKENS - MOST_OF_HOLDER)
     later = NOW + timedelta(seconds=TOKEN_S)
     issued.issue("holder", later)
     assert path.read_text("utf-8").count("sha256") == 1  # those that have ended go

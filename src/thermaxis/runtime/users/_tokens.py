@@ -21,6 +21,8 @@ TOKEN_BYTES: Final = 32
 no slow hash as passwords do. [byte]"""
 MOST_TOKENS: Final = 100
 """Tokens that are known at once; with the next one the oldest ends. [1]"""
+MOST_OF_HOLDER: Final = 8
+"""... of one person: nobody ends the tokens of others. [1]"""
 _LARGEST_FILE_BYTES = 100_000
 _Text = Annotated[str, Field(max_length=64)]
 
@@ -68,7 +70,12 @@ class IssuedTokens:
         """Return a new token for somebody."""
         token = secrets.token_urlsafe(TOKEN_BYTES)
         until = now + timedelta(seconds=TOKEN_S)
-        valid = [one for one in self._issued if _stands(one, now)]
+        own = [one for one in self._issued if one.holder == holder][1 - MOST_OF_HOLDER :]
+        valid = [
+            one
+            for one in self._issued
+            if _stands(one, now) and (one.holder != holder or one in own)
+        ]
         self._keep([*valid, IssuedToken(_hash(token), holder, until)][-MOST_TOKENS:])
         return token
 
