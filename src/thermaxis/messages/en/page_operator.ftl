@@ -114,7 +114,7 @@ operator-why_fault = acknowledge first
 operator-why_disabled = is not enabled
 operator-why_held = is held
 operator-why_not_held = is not held
-operator-why_calm = nothing to acknowledge
+operator-why_calm = nothing waits
 operator-why_no_trim = no trim is set
 operator-why_no_output = this output is no more
 

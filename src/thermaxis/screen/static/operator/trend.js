@@ -19,7 +19,7 @@ const LIVE_MS = 5_000;
 const AHEAD_MS = 60_000;
 const SPAN_MS = 8 * 3600 * 1000;
 const MOST_LINES = 6;
-const LEAST_MS = 10 * 60 * 1000; // of time the axis shows at least so much, and grows with the data
+const LEAST_MS = 5 * 60 * 1000; // of time the axis shows at least so much, and grows with the data
 const LEAST_UM = 10;
 
 /** @type {{series: Record<string, Series>, events: Record<string, any>[], error?: string}} */
