@@ -14,7 +14,7 @@ import { clock, duration, number, shortNames, timeOf, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 
-const HELPS_MS = 60_000;
+const HELPS_MS = 300_000;
 const ACCENTED = /[^ -~]/;
 const CALM = ["off", "active"];
 /** What is said in large letters where the state's word would not be what is the matter. */
