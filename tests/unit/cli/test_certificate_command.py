@@ -122,8 +122,9 @@ def test_a_machines_certificate_is_stored_after_a_yes(machine, tmp_path, monkeyp
 
 def test_the_table_of_the_connection_is_written_but_for_the_user(machine, tmp_path):
     url, certificate = machine
-    own, key = make(tmp_path / "pki", "own", "--uri", "urn:works:ipc")
-    stored, file = tmp_path / "pki" / "machine.der", tmp_path / "connection.toml"
+    pki = tmp_path / "pki\N{WRENCH}"
+    own, key = make(pki, "own", "--uri", "urn:works:ipc")
+    stored, file = pki / "machine.der", tmp_path / "connection.toml"
     words = ("fetch", url, "-o", stored, "--fingerprint", certificate_of(certificate).sha256)
     assert run(*words, "--connection", file) == 0
     with pytest.raises(ConfigurationError) as kept:
@@ -138,6 +139,14 @@ def test_the_table_of_the_connection_is_written_but_for_the_user(machine, tmp_pa
     assert (found.url, found.security, found.user) == (url, "Basic256Sha256", "a")
     assert (found.certificate, found.private_key, found.server_certificate) == (own, key, stored)
     assert (found.password_file, found.application_uri) == (tmp_path / "secret", "urn:works:ipc")
+
+
+def test_no_certificate_is_stored_where_its_table_cannot_be(machine, tmp_path):
+    url, certificate = machine
+    words = ("fetch", url, "--fingerprint", certificate_of(certificate).sha256)
+    with pytest.raises(FileNotFoundError):
+        run(*words, "-o", tmp_path / "machine.der", "--connection", tmp_path / "no" / "a.toml")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("text", ["", "y\n", "x" * 500 + "\nyes\n"])

@@ -43,6 +43,7 @@ from thermaxis.files import (
     write_model,
     write_plan,
 )
+from thermaxis.files.settings import read_toml
 from thermaxis.positioning import BACKWARD, FORWARD, Cycle, TestPlan
 from thermaxis.quantities import AxisKind
 
@@ -383,10 +384,17 @@ def test_what_is_no_toml_is_refused(path: Path) -> None:
         b"a = " + b"[" * 20_000: "line 1: not_toml",
         b"a = " + b"9" * 9_000: "not_toml",
         b"a." * 200 + b"b = 1": "line 1: not_toml",
+        b"11." * 300 + b"b = 1": "line 1: not_toml",
         b"#" * 1_000_001: "file_too_large",
     }
     for read in TOML_READERS:
         check_refusals(read, path, wrong)
+
+
+def test_a_line_may_have_hundreds_of_decimals(path: Path) -> None:
+    numbers = [k / 8 for k in range(1000)]
+    path.write_text(f"a = {numbers}\n", encoding="utf-8")
+    assert read_toml(path) == {"a": numbers}
 
 
 LIMITS = "[Z_um]\nlargest_um = 100\nlargest_rate_um_per_s = 0.05\n"

@@ -162,6 +162,13 @@ def test_an_unknown_key_is_named_with_its_line_and_the_nearest_known_one(tmp_pat
         assert problem.place.line == line_of(path, wrong)
 
 
+def test_the_line_of_a_mistake_is_found_beside_a_list_of_long_numbers(tmp_path: Path) -> None:
+    wrong = "higest_c = 60.0\nnumbers = [\n[" + "1" * 4_000 + ", 1],\n]"
+    path = machine_file(tmp_path, ("highest_c = 60.0", wrong))
+    problem = next(p for p in problems_of(path) if p.code == "error-unknown_key_near")
+    assert problem.place.line == line_of(path, "higest_c")
+
+
 def test_an_unknown_key_never_shows_its_value(tmp_path: Path) -> None:
     path = machine_file(tmp_path, ("[sink]", '[sink]\npasword = "hunter2"'))
     with pytest.raises(ConfigurationError) as caught:
@@ -179,6 +186,7 @@ def test_a_file_that_is_no_configuration_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "machine.toml"
     for content, code in (
         *((b"\xff\xfe", "not_utf8"), (b"a = [" * 1_900, "not_toml")),
+        (b"a = 0x" + b"f" * 9_000, "not_toml"),
         (b"x" * 1_000_001, "file_too_large"),
         *((b"a = " + b"9" * 900_000, "not_toml"), (b"a = " + b"9" * 9_000, "not_toml")),
         *((b"a." * 300_000 + b"b = 1", "not_toml"), (b"a." * 4_000 + b"b = 1", "not_toml")),

@@ -47,6 +47,10 @@ def test_a_short_configuration_has_sensible_values_for_the_rest(tmp_path: Path) 
     assert settings.fastest_ms == 1000
 
 
+def test_a_number_of_thousands_of_digits_is_refused(tmp_path: Path) -> None:
+    assert refusal(tmp_path, f"a = 0x{'f' * 9_000}") == [("not_toml", "")]
+
+
 def test_rates_and_repetition_are_those_of_the_channel_before_those_of_the_record(
     tmp_path: Path,
 ) -> None:

@@ -14,6 +14,7 @@ import os
 import socket
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime import SECURITIES, Certificate, CertificateUse, opcua
+from thermaxis.runtime.host import whole_file
 
 _ANSWER_LIMIT = 100
 
@@ -154,10 +156,13 @@ def _fetch(arguments: argparse.Namespace) -> None:
     sys.stdout.write(f"users         {', '.join(offer.users) or 'not stated'}\n")
     if arguments.fingerprint is None and not _confirmed():
         raise ConfigurationError("fingerprint_not_confirmed", place=place)
-    opcua.write_certificate(Path(arguments.output), offer.certificate, replace=arguments.replace)
+    with nullcontext() if table is None else whole_file(table) as stream:  # both or neither
+        if stream is not None:
+            stream.write(_table(arguments, offer).encode())
+        path = Path(arguments.output)
+        opcua.write_certificate(path, offer.certificate, replace=arguments.replace)
     sys.stdout.write(f"stored        {arguments.output}\n")
     if table is not None:
-        table.write_text(_table(arguments, offer), encoding="utf-8")
         sys.stdout.write(f"written       {table}\n")
 
 
@@ -181,7 +186,7 @@ def _table(arguments: argparse.Namespace, offer: opcua.ServerOffer) -> str:
     if "anonymous" not in offer.users:
         values |= {"user": "", "password_file": ""}
     lines = (
-        f"{key} = {json.dumps(value)}{'' if value else '  # decide'}\n"
+        f"{key} = {json.dumps(value, ensure_ascii=False)}{'' if value else '  # decide'}\n"
         for key, value in values.items()
     )
     return f"[connection.control]\n{''.join(lines)}"

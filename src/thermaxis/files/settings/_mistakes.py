@@ -46,7 +46,7 @@ _BOUNDS: Final[Mapping[str, tuple[str, str]]] = {
     "string_too_long": ("text_long", "max_length"),
 }
 """The same for what has a bound, and pydantic's name of the bound."""
-_TABLE = re.compile(r"""^\s*\[\s*((?:[\w-]+|"[^"]*"|'[^']*'|\s*\.\s*)+)\s*\]\s*(?:\#.*)?$""")
+_TABLE = re.compile(r"""^\s*\[\s*+((?:[\w-]++|"[^"]*+"|'[^']*+'|\s*+\.\s*+)++)\s*\]\s*(?:\#.*)?$""")
 _KEY = re.compile(r"""^\s*([\w-]+|"[^"]*"|'[^']*')\s*=""")
 
 

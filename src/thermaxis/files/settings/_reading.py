@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
@@ -20,7 +21,8 @@ LARGEST_TOML_BYTES = 1_000_000
 LONGEST_TOML_LINE = 10_000
 """Longest line of a TOML file. [character]"""
 MOST_TOML_POINTS = 100
-"""Most points of a line of a TOML file: keys of thousands of parts are read for minutes. [1]"""
+"""Most points of a line beside those of numbers: keys of thousands of parts take minutes. [1]"""
+_NUMBER = re.compile(r"(?<!\d)\d++\.\d")
 LONGEST_TEXT = 2000
 """Longest text. [character]"""
 LARGEST_NUMBER = 1e12
@@ -45,11 +47,13 @@ def parse_toml(content: bytes | str, *, file: str) -> dict[str, object]:
     text = content if isinstance(content, str) else _decoded(content, file)
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > LONGEST_TOML_LINE or (
-            line.count(".") > MOST_TOML_POINTS and not line.lstrip().startswith("#")
+            line.count(".") > MOST_TOML_POINTS
+            and line.count(".") - len(_NUMBER.findall(line)) > MOST_TOML_POINTS
+            and not line.lstrip().startswith("#")
         ):
             cause = f"the line has {len(line)} characters, and {LONGEST_TOML_LINE} are the most"
             if len(line) <= LONGEST_TOML_LINE:
-                cause = f"the line has more than {MOST_TOML_POINTS} points"
+                cause = f"the line has more than {MOST_TOML_POINTS} points beside those of numbers"
             raise ConfigurationError("not_toml", cause=cause, place=Place(file, line=number))
     try:
         return tomllib.loads(text)
@@ -142,6 +146,8 @@ def tree_of(kind: type[_T], content: object, folder: Path | None = None) -> _T |
         return explained(error, kind)
     except RecursionError:
         return [problem("not_toml", "", cause=DEEP)]
+    except ValueError:
+        return [problem("not_toml", "", cause="a whole number of thousands of digits")]
 
 
 @cache

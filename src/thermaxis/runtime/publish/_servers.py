@@ -7,7 +7,7 @@ import asyncio
 import json
 import pickle
 import socket
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 TOLD_EVERY_S: Final = 0.5
 """How the history fares is told so often. [s]"""
-_SERVERS_EVERY: Final = round(60.0 / TOLD_EVERY_S)
+_SERVERS_EVERY: Final = round(60.0 / TOLD_EVERY_S)  # at most: one that has ended is opened at once
 _CERTIFICATES_EVERY: Final = round(3600.0 / TOLD_EVERY_S)
 STORE_S: Final = 5.0
 """Time in which what is left must be stored at the end. [s]"""
@@ -89,8 +89,8 @@ async def _serve(
     if configuration.metrics is not None:
         makers[_METRICS] = partial(status.MetricsServer, configuration.metrics, clock)
     opened: dict[str, _Server] = {}
-    servers, opening = opened.values(), partial(_open, makers, opened)
-    refused = await opening()
+    servers = opened.values()
+    refused = await _open(makers, opened)
     unrecorded = None if refused else await asyncio.to_thread(_unrecorded, configuration)
     loop.say(
         {
@@ -104,7 +104,7 @@ async def _serve(
         message = Message("event-server_unopened", {"reason": refused})
         history.event(EventRecord.of(records.utc(), "alarm", "", message))
     outputs = [output.name for output in configuration.compensation.model.outputs]
-    telling = asyncio.create_task(_tell(loop, history, configuration, opening))
+    telling = asyncio.create_task(_tell(loop, history, configuration, makers, opened))
     with suppress(OSError, asyncio.IncompleteReadError):
         while True:
             size = int.from_bytes(await reader.readexactly(HEADER))
@@ -126,13 +126,18 @@ async def _serve(
     await writer.drain()
 
 
+def _closed(makers: _Makers, opened: Mapping[str, _Server]) -> Sequence[str]:
+    """Return those that are not open, or have failed."""
+    return [name for name in makers if name not in opened or not opened[name].port]
+
+
 async def _open(makers: _Makers, opened: dict[str, _Server]) -> Message | None:
     """Open those that are not, or have failed, and return why one does not open."""
     refused = None
-    for name, make in makers.items():
-        if name in opened and opened[name].port:
-            continue
-        server = make()
+    for name in _closed(makers, opened):
+        if name in opened:
+            await opened[name].close()  # what failed may still have the port
+        server = makers[name]()
         try:
             await server.open()
         except ConfigurationError as error:
@@ -148,15 +153,18 @@ async def _tell(
     loop: _Loop,
     history: SqlHistorian,
     configuration: MachineConfiguration,
-    opening: Callable[[], Awaitable[object]],
+    makers: _Makers,
+    opened: dict[str, _Server],
 ) -> None:
     """Say how the history fares, and until when certificates are valid; try servers again."""
+    opened_at = -_SERVERS_EVERY
     for number in count():
         if number % _CERTIFICATES_EVERY == 0:
             ends = await asyncio.to_thread(certificate_ends, configuration)
             loop.say({"certificates": {key: end.isoformat() for key, end in ends.items()}})
-        elif number % _SERVERS_EVERY == 0:
-            await opening()
+        if number >= opened_at + _SERVERS_EVERY and _closed(makers, opened):
+            opened_at = number
+            await _open(makers, opened)
         _tell_history(loop, history)
         await asyncio.sleep(TOLD_EVERY_S)
 
