@@ -16,7 +16,7 @@ from thermaxis.codes import Message
 from thermaxis.compensation import Reason, RequestKind, SampleQuality, SupervisorState
 from thermaxis.messages import ISOLATE, LANGUAGES, remedy_of, sentence_of
 from thermaxis.runtime import OTHER_COMPENSATION, CompensationLoop, RuntimeStatus
-from thermaxis.runtime.status import Headlines, as_json, leaves_of, shape_of
+from thermaxis.runtime.status import Headlines, as_json, leaves_of, shape_of, state_message
 
 VIRTUAL_TIME = True
 STATES, REASONS = tuple(SupervisorState), tuple(Reason)
@@ -157,6 +157,8 @@ async def test_a_loop_names_who_holds_it_and_what_keeps_it() -> None:
         assert loop.status is not None
         began = loop.status.headline_since
         assert of(loop) == ("headline-held_for_input", {"name": "s"})
+        text = bench.said("state")[-1].text
+        assert text == "Hold: an input has no usable value (s)"
         await asyncio.sleep(30.0)
         assert state_of(loop) is SupervisorState.FADING
         assert of(loop) == ("headline-input_lost", {"name": "s"})
@@ -164,6 +166,14 @@ async def test_a_loop_names_who_holds_it_and_what_keeps_it() -> None:
         bench.machine.lose()
         await asyncio.sleep(2.0)
         assert of(loop) == ("headline-unreachable", {})
+
+
+def test_an_event_names_the_interlock_that_is_open() -> None:
+    fades = output(state=SupervisorState.FADING, reasons=(Reason.INTERLOCK_OPEN,))
+    told = state_message(status(output=fades, interlocks={"door": False, "drives": True}))
+    assert sentence_of(told, language="de") == (
+        "Läuft aus: eine Verriegelung ist nicht erfüllt (door)"
+    )
 
 
 # ---- what acts, and what it is made of ----------------------------------------------------------

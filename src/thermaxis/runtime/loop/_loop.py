@@ -369,8 +369,6 @@ class CompensationLoop:
         changed = self.status is None or self.status.output.state is not output.state
         if changed:
             self._state_since = utc
-            told = state_message(output)
-            self._journal.event("state", told.code, told.values)
         status = status_of(
             self.compensation,
             self.settings,
@@ -393,6 +391,9 @@ class CompensationLoop:
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
         )
+        if changed:
+            told = state_message(status)
+            self._journal.event("state", told.code, told.values)
         self.historian.record(record_of(status, now_s, self._machine.applied))
         self._journal.connections(self.status, status)
         if changed or now_s - self._alarms_s >= ALARMS_EVERY_S:

@@ -42,6 +42,23 @@ class Headlines:
         return Message(f"headline-{code}", values), self._since[key]
 
 
+def state_message(status: RuntimeStatus) -> Message:
+    """Return the state with its reasons, and the names of interlocks and inputs that matter."""
+    output = status.output
+    state, reasons = output.state.value, tuple(reason.value for reason in output.reasons)
+    if not reasons:
+        return Message("event-state", {"state": state})
+    names: tuple[str, ...] = ()
+    if Reason.INTERLOCK_OPEN in output.reasons:
+        names = status.open_interlocks
+    if Reason.INPUT_BAD in output.reasons and status.source_connected:
+        names += tuple(_lost_inputs(status))
+    values: dict[str, Value] = {"state": state, "reasons": reasons}
+    if not names:
+        return Message("event-state_reasons", values)
+    return Message("event-state_named", {**values, "names": names})
+
+
 def _causes(status: RuntimeStatus, left_s: float, held_by: str) -> _Causes:
     """Yield what is the matter, what matters most first: what it is, its code and its values.
 

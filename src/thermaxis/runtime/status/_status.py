@@ -96,14 +96,6 @@ def facts_of(compensation: Compensation) -> dict[str, OutputFacts]:
     }
 
 
-def state_message(output: CycleOutput) -> Message:
-    """Return the state with its reasons."""
-    state, reasons = output.state.value, tuple(reason.value for reason in output.reasons)
-    if not reasons:
-        return Message("event-state", {"state": state})
-    return Message("event-state_reasons", {"state": state, "reasons": reasons})
-
-
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuntimeStatus:
