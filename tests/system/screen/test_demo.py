@@ -46,7 +46,7 @@ def sent(address: str, given: object, origin: str) -> int:
     body, headers = json.dumps(given).encode(), {"Origin": origin}
     request = urllib.request.Request(f"{address}demo/break", body, headers)  # noqa: S310 - our own
     try:
-        with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:  # noqa: S310
+        with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:  # noqa: S310 - our own
             return int(answer.status)
     except urllib.error.HTTPError as error:
         with error:
