@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.stand import Feed, application
 from thermaxis.screen import Assets
-from thermaxis.screen.access import ScreenParts, for_script, render
+from thermaxis.screen.access import ScreenParts, render
 from thermaxis.screen.feed import said_status
 from thermaxis.screen.pages import sensors_page as _sensors_page
 from thermaxis.screen.pages.model import page as _model_page
@@ -27,7 +27,13 @@ CSP = (
     "form-action 'self'; base-uri 'none'"
 )
 
-NO_SENSOR = {"channels": [], "interlocks": [], "other_compensation": None, "diameter_read": False}
+NO_SENSOR: Mapping[str, Any] = {
+    "channels": [],
+    "interlocks": [],
+    "other_compensation": None,
+    "diameter_read": False,
+    "others": [],
+}
 """Facts of a page that has all that charts need, and none of its own."""
 
 
@@ -47,7 +53,7 @@ class Pages:
             return assets.answer(request)
 
         async def blank(request: Request) -> Response:
-            return render(request, "sensors.html", page="sensors", facts=for_script(NO_SENSOR))
+            return render(request, "sensors.html", page="sensors", **NO_SENSOR)
 
         async def ask(request: Request) -> Response:
             self.asked.append((request.headers["x-thermaxis-token"], await request.json()))
