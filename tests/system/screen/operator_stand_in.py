@@ -104,6 +104,7 @@ def an_output(k: int = 0, **changed: Any) -> dict[str, Any]:
         "wanted_um": correction_um - 0.3,
         "rate_um_per_s": -0.01,
         "requested_um": correction_um,
+        "requested_age_s": 0.3,
         "accepted_um": correction_um,
         "effective_um": correction_um + 0.1,
         "acting_um": correction_um + 0.1,

@@ -133,10 +133,14 @@ def test_what_acts_is_a_number_only_while_it_is_known(
         page, _ = opened(context, stand_in)
         number, said = page.locator(".op-value b"), page.locator('.op-card [data-row="acting"]')
         told = made_up()
-        told["outputs"]["Z_um"] |= {"acting_um": -30.5, "correction_um": 18.0}
+        told["outputs"]["Z_um"] |= {"acting_um": -30.5, "requested_um": 18.0}
         shown(page, stand_in, told)
         assert number.inner_text() == minus  # not what is commanded
-        assert "+18" in page.inner_text('.op-card [data-row="commanded"]')
+        commanded = page.locator('.op-card [data-row="commanded"] .op-said')
+        assert "+18" in commanded.inner_text()
+        told["outputs"]["Z_um"] |= {"requested_age_s": 20.0}  # what is computed goes on
+        shown(page, stand_in, told)
+        assert commanded.inner_text() == "–"
         shown(page, stand_in, looks()["unreachable"])
         assert number.inner_text() == "?"
         assert minus in said.inner_text()
@@ -146,6 +150,7 @@ def test_what_acts_is_a_number_only_while_it_is_known(
         shown(page, stand_in, never)
         assert number.inner_text() == "?"
         assert not any(c.isdigit() for c in said.inner_text())
+        told["outputs"]["Z_um"] |= {"requested_age_s": 0.1}
         shown(page, stand_in, told)
         stand_in.live = False
         page.wait_for_selector('body[data-live="no"]')
@@ -153,7 +158,7 @@ def test_what_acts_is_a_number_only_while_it_is_known(
         assert minus in said.inner_text()
 
 
-def test_the_shares_are_bars_that_add_up_to_what_is_commanded(
+def test_the_shares_are_bars_that_add_up_to_what_is_computed(
     browser: Browser, stand_in: StandIn
 ) -> None:
     script = """() => [...document.querySelectorAll(".op-card .op-share")].map((row) => {

@@ -33,6 +33,7 @@ operator-helps_unknown = neměřeno
 operator-rate = Změna
 operator-rate_of = nejvýše ±{ $limit } µm/s
 operator-commanded = Zadáno
+operator-computed = Vypočteno
 operator-accepted = Převzato
 operator-effective = Účinné
 operator-acts_now = působí nyní

@@ -33,6 +33,7 @@ operator-helps_unknown = nicht gemessen
 operator-rate = Änderung
 operator-rate_of = höchstens ±{ $limit } µm/s
 operator-commanded = Vorgegeben
+operator-computed = Berechnet
 operator-accepted = Übernommen
 operator-effective = Wirksam
 operator-acts_now = wirkt jetzt

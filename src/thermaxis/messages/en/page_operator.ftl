@@ -43,6 +43,7 @@ operator-helps_unknown = not measured
 operator-rate = Change
 operator-rate_of = at most ±{ $limit } µm/s
 operator-commanded = Commanded
+operator-computed = Computed
 operator-accepted = Accepted
 operator-effective = Effective
 operator-acts_now = acts now

@@ -38,6 +38,12 @@ function actingOf(axis, sinceS) {
   };
 }
 
+/** What was written a moment ago; null where nothing is. @param {Record<string, any>} axis
+ * @returns {number | null} */
+function commandedUm(axis) {
+  return axis.requested_age_s === null || axis.requested_age_s > AGED_S ? null : axis.requested_um;
+}
+
 /** What adds up to the correction, in the order of the model. @param {Status} status
  * @param {string} output @param {number} most sources that are told apart */
 function sharesOf(status, output, most) {
@@ -139,7 +145,7 @@ function fillCard(element, status, name, sinceS) {
   fillRows(element.querySelector(".op-lines"), [
     ["acting", "", acting.said || judgedWords(axis) || weightSaid(axis.weight, false)
       || word("operator-acts_now")],
-    ["commanded", word("operator-commanded"), signed(axis.correction_um, 1)],
+    ["commanded", word("operator-commanded"), signed(commandedUm(axis), 1)],
     ["wanted", word("operator-wanted"), signed(axis.wanted_um, 1)],
   ]);
   const count = Number(element.parentElement?.dataset.count);
@@ -151,7 +157,7 @@ function fillCard(element, status, name, sinceS) {
  * @param {Element | null} box @param {Share[]} shares @param {Record<string, any>} axis */
 function fillShares(box, shares, axis) {
   if (!box) return;
-  const all = [...shares, { key: "sum", name: word("operator-commanded"), k: "",
+  const all = [...shares, { key: "sum", name: word("operator-computed"), k: "",
     um: axis.correction_um ?? 0 }];
   if (box.childElementCount !== all.length) {
     box.replaceChildren(...all.map(() => made("span", "", "op-share", made("span"), made("span", "", "op-kelvin"),
@@ -214,7 +220,8 @@ function rowsOf(status, name) {
   const um = (um) => `${signed(um, 1)}\u00a0µm`;
   const values = { owner: axis.trim_owner || "–", left: duration(axis.trim_left_s) };
   return [
-    ["commanded", word("operator-commanded"), um(axis.correction_um)],
+    ["commanded", word("operator-commanded"), um(commandedUm(axis))],
+    ["computed", word("operator-computed"), um(axis.correction_um)],
     ["accepted", word("operator-accepted"), um(axis.accepted_um)],
     ["effective", word("operator-effective"), um(axis.effective_um)],
     ["wanted", word("operator-wanted_full"), um(axis.wanted_um)],
