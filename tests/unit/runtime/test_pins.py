@@ -134,6 +134,7 @@ def test_a_pin_is_taken_from_this_computer_and_from_panels_that_are_named() -> N
     for address in ("10.0.0.8", "::ffff:10.0.0.8", "", "localhost", "testclient", "10.0.0.70"):
         assert not here.takes_pin(address), address
     assert here.takes_pin("::ffff:10.0.0.7")
-    behind_a_proxy = ScreenSettings(hosts=("lathe-3.shop",))
-    assert not behind_a_proxy.takes_pin("127.0.0.1")  # everybody comes from there
-    assert ScreenSettings(hosts=("a",), pin_from=("127.0.0.1",)).takes_pin("127.0.0.1")
+    for address in ("127.0.0.1", "10.0.0.5", "::"):  # everybody comes from this computer's proxy
+        behind_a_proxy = ScreenSettings(address=address, hosts=("lathe-3.shop",))
+        assert not behind_a_proxy.takes_pin("127.0.0.1"), address
+        assert replace(behind_a_proxy, pin_from=("127.0.0.1",)).takes_pin("127.0.0.1")

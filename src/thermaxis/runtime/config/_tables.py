@@ -439,8 +439,8 @@ class ScreenSettings:
     to this computer only, by no further name."""
     pin_from: Annotated[tuple[Word, ...], Field(max_length=20, strict=False)] = ()
     """Addresses of panels where an operator may log in by a PIN, such as `"10.0.0.7"`, at most 20.
-    Default: this computer itself always, unless the pages are served to it alone and have `hosts`:
-    a proxy stands before them then."""
+    Default: this computer itself where the pages are served to it alone and have no `hosts`;
+    else whoever comes through a proxy on it comes from it, too."""
     language: Language = "en"
     """Language for browsers that ask for none of them: `en`, `de` or `cs`."""
     user: Text = ""
@@ -482,7 +482,7 @@ class ScreenSettings:
 
     def takes_pin(self, address: str) -> bool:
         """Return whether a PIN is taken from an address."""
-        here = not (is_loopback(self.address) and self.hosts)
+        here = is_loopback(self.address) and not self.hosts
         own = parsed_address(address)
         panels = [parsed_address(panel) for panel in self.pin_from]
         return own is not None and (own in panels or (own.is_loopback and here))
