@@ -109,6 +109,21 @@ def test_another_pin_or_role_ends_what_the_old_one_allowed_and_its_token(
 
 
 @scenes.scene
+async def test_a_token_for_a_pin_is_taken_where_the_pin_is_and_one_for_a_password_everywhere(
+    tmp_path: Path,
+) -> None:
+    users = Users(with_pins(tmp_path), HandClock())
+    await users.open()
+    for secret, far in ((PIN_MARK + PIN, False), (PASSWORD, True)):
+        found = await users.identify("operator", secret)
+        assert found is not None
+        token = await users.issue_token(found)
+        assert (await users.identify("operator", token, "10.0.0.9") is not None) is far
+        assert await users.identify("operator", token) is not None
+    await users.close()
+
+
+@scenes.scene
 async def test_after_five_wrong_pins_the_right_one_waits_five_minutes_and_the_password_not(
     tmp_path: Path,
 ) -> None:

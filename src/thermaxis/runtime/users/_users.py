@@ -328,7 +328,7 @@ class Users:
         """
         now_s = self._clock.monotonic_s()
         name = name[: LONGEST_NAME + 1]
-        renewed = await self._in_turn(self._renewed, name, password)
+        renewed = await self._in_turn(self._renewed, name, password, address)
         if renewed is not None:
             self._told(name, right=True)
             return renewed
@@ -363,12 +363,17 @@ class Users:
             right = PasswordHasher().verify(known or self._nobody, password if fits else "")
         return Identity(name, known) if known and right and fits else None
 
-    def _renewed(self, name: str, token: str) -> Identity | None:
-        """Return whose token it is, if user, password and role are those that it was issued to."""
+    def _renewed(self, name: str, token: str, address: str) -> Identity | None:
+        """Return whose token it is, if user, password and role are those that it was issued to.
+
+        One that was issued after a PIN is taken where the PIN is.
+        """
         self._read_again()
         found, user = self._tokens.find(token, self._clock.utc()), self._users.get(name)
-        for known in (user.hash, user.pin) if found and user else ():
-            if found and user and hmac.compare_digest(found.holder, _holder(user, known)):
+        if found is None or user is None:
+            return None
+        for known in (user.hash,) if address else (user.hash, user.pin):
+            if hmac.compare_digest(found.holder, _holder(user, known)):
                 return Identity(name, known, found.until)
         return None
 
