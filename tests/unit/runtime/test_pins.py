@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from argon2 import PasswordHasher
 
 from tests import scenes
 from tests.refusals import refused
@@ -140,6 +141,29 @@ async def test_after_five_wrong_pins_the_right_one_waits_five_minutes_and_the_pa
     assert await users.identify("operator", PIN_MARK + PIN) is not None
     await users.close()
     assert (FAILURES_BY_NAME, PIN_REFUSED_S) == (5, 300.0)
+
+
+def wrong(*_: object) -> bool:
+    return False
+
+
+@scenes.scene
+async def test_what_other_names_fail_neither_frees_a_name_nor_refuses_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = HandClock()
+    users = Users(with_pins(tmp_path), clock)
+    await users.open()
+    for _ in range(FAILURES_BY_NAME):
+        assert await users.identify("operator", f"{PIN_MARK}000000") is None
+    monkeypatch.setattr(PasswordHasher, "verify", wrong)  # which is slow by design
+    for i in range(400):
+        assert await users.identify(f"name {i}", f"{PIN_MARK}000000") is None
+    monkeypatch.undo()
+    assert await users.identify("operator", PIN_MARK + PIN) is None
+    clock.now_s += PIN_REFUSED_S + 0.1
+    assert await users.identify("operator", PIN_MARK + PIN) is not None
+    await users.close()
 
 
 def test_a_pin_is_taken_from_this_computer_and_from_panels_that_are_named() -> None:

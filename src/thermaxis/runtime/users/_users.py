@@ -281,7 +281,7 @@ class Users:
         self._clock = clock
         self._tell = tell
         self._throttle = LogInThrottle()
-        self._pins = LogInThrottle(PIN_REFUSED_S, local_share=1)
+        self._pins: dict[str, LogInThrottle] = {}
         self._users: Mapping[str, User] = {}
         self._stamp: object = None
         self._problem: Message | None = Message("why-no_file")
@@ -333,7 +333,7 @@ class Users:
             self._told(name, right=True)
             return renewed
         pin = password.startswith(PIN_MARK)
-        throttle = self._pins if pin else self._throttle
+        throttle = self._throttle_of_pins(name) if pin else self._throttle
         if (pin and address) or throttle.refused(name, address, now_s) is not None:
             return None
         throttle.count(name, address, now_s)
@@ -345,6 +345,11 @@ class Users:
 
     async def _in_turn(self, act: Callable[[*_Ts], _T], *given: *_Ts) -> _T:
         return await asyncio.get_running_loop().run_in_executor(self._thread, act, *given)
+
+    def _throttle_of_pins(self, name: str) -> LogInThrottle:
+        """Return what counts the PINs of a name; of one that has none, nothing is kept."""
+        user, new = self._users.get(name), LogInThrottle(PIN_REFUSED_S, local_share=1)
+        return self._pins.setdefault(name, new) if user is not None and user.pin else new
 
     def _told(self, name: str, *, right: bool) -> None:
         if self._tell is not None:
