@@ -4,17 +4,20 @@ import asyncio
 import hashlib
 import logging
 import stat
+import threading
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from argon2 import PasswordHasher
 from asyncua import ua
 from hypothesis import given, strategies as st
 
 from tests import scenes
 from tests.unit.runtime.status_server_parts import (
+    ANSWER_S,
     NOW,
     PASSWORD,
     HandClock,
@@ -257,6 +260,31 @@ async def test_guesses_at_the_name_keep_no_token_out_and_a_token_helps_no_guesse
         assert await loop.users.identify("operator", "wrong", far) is None
     assert await loop.users.identify("operator", token, far) is not None
     assert await loop.users.identify("operator", PASSWORD, far) is None
+    await loop.users.close()
+
+
+@scenes.scene
+async def test_neither_a_token_nor_a_refusal_waits_for_a_password_that_is_being_checked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop = await Loop(tmp_path).begin()
+    token, far = await loop.token(), "10.0.0.9"
+    for _ in range(FAILURES_BY_NAME):
+        assert await loop.users.identify("operator", "wrong", far) is None
+    begun, checked = threading.Event(), threading.Event()
+
+    def verify(*_: object) -> bool:
+        begun.set()
+        return checked.wait(ANSWER_S)
+
+    monkeypatch.setattr(PasswordHasher, "verify", verify)
+    other = asyncio.create_task(loop.users.identify("engineer", PASSWORD))
+    await asyncio.to_thread(begun.wait)
+    assert await loop.users.identify("operator", token) is not None
+    assert await loop.users.identify("operator", PASSWORD, far) is None
+    assert not other.done()
+    checked.set()
+    assert await other is not None
     await loop.users.close()
 
 

@@ -328,7 +328,7 @@ class Users:
         """
         now_s = self._clock.monotonic_s()
         name = name[: LONGEST_NAME + 1]
-        renewed = await self._in_turn(self._renewed, name, password, address)
+        renewed = await asyncio.to_thread(self._renewed, name, password, address)
         if renewed is not None:
             self._told(name, right=True)
             return renewed
