@@ -6,9 +6,11 @@ import logging
 import stat
 import threading
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 from argon2 import PasswordHasher
@@ -28,12 +30,14 @@ from tests.unit.runtime.status_server_parts import (
 )
 from thermaxis.runtime import (
     FAILURES_BY_NAME,
+    REFUSED_S,
     Role,
     hash_password,
     read_users,
     write_users,
 )
-from thermaxis.runtime.users import ANONYMOUS, TOKEN_S, Users
+from thermaxis.runtime.users import ANONYMOUS, TOKEN_S, Users, _tokens
+from thermaxis.runtime.users._throttle import LOCAL_SHARE
 from thermaxis.runtime.users._tokens import MOST_OF_HOLDER, MOST_TOKENS, IssuedTokens
 
 
@@ -236,6 +240,34 @@ async def test_a_token_buys_no_other_and_nobody_gets_one(tmp_path: Path) -> None
     assert await loop.users.issue_token(ANONYMOUS) == ""
     loop.change("operator", role=Role.NONE)
     assert await loop.users.issue_token(by_password) == ""
+    await loop.users.close()
+
+
+@scenes.scene
+async def test_who_asks_for_tokens_on_and_on_has_the_file_written_so_often_and_no_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop = await Loop(tmp_path).begin()
+    found, other = [await loop.users.identify(one, PASSWORD) for one in ("operator", "engineer")]
+    assert found is not None
+    assert other is not None
+    most, writes = LOCAL_SHARE * FAILURES_BY_NAME, list[Path]()
+    written = _tokens.whole_file
+
+    def counted(path: Path, *, mode: int) -> AbstractContextManager[BinaryIO]:
+        writes.append(path)
+        return written(path, mode=mode)
+
+    monkeypatch.setattr(_tokens, "whole_file", counted)
+    for i in range(2 * most):
+        token = await loop.users.issue_token(found)
+        assert bool(token) is (i < most)
+        await loop.users.revoke_token(found, token)
+        await loop.users.revoke_token(found, "no token")
+    assert len(writes) == 2 * most
+    assert await loop.users.issue_token(other)
+    loop.clock.now_s += REFUSED_S
+    assert await loop.users.issue_token(found)
     await loop.users.close()
 
 

@@ -88,7 +88,9 @@ class IssuedTokens:
     def revoke(self, token: str, holder: str) -> None:
         """End a token of somebody."""
         one = _hash(token), holder
-        self._keep([kept for kept in self._issued if (kept.sha256, kept.holder) != one])
+        kept = [kept for kept in self._issued if (kept.sha256, kept.holder) != one]
+        if len(kept) < len(self._issued):
+            self._keep(kept)
 
     def _keep(self, issued: list[IssuedToken]) -> None:
         self._issued = issued

@@ -282,6 +282,7 @@ class Users:
         self._tell = tell
         self._throttle = LogInThrottle()
         self._pins: dict[str, LogInThrottle] = {}
+        self._issued = LogInThrottle()
         self._users: Mapping[str, User] = {}
         self._stamp: object = None
         self._problem: Message | None = Message("why-no_file")
@@ -400,11 +401,14 @@ class Users:
 
         It ends with `revoke_token`, and as soon as the user, the password or the role is another
         one. A token buys no other: nothing is issued to whoever has logged in by one, nor to
-        whoever is nobody now.
+        whoever is nobody now, nor more often than passwords of a name are tried: each is written.
         """
-        user = await self._user_of(identity)
+        user, now_s = await self._user_of(identity), self._clock.monotonic_s()
         if user is None or identity.until is not None:
             return ""
+        if self._issued.refused(user.name, "", now_s) is not None:
+            return ""
+        self._issued.count(user.name, "", now_s)
         return await self._in_turn(
             self._tokens.issue, _holder(user, identity.hash), self._clock.utc()
         )
