@@ -268,7 +268,10 @@ def _looked(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offset
     read_back = tuple(_believed(rules, *pair, look.time_s) for pair in pairs)
     if look.interlocked:  # it goes on from where it acts, so that nothing is let go afterwards
         rows = zip(gone, state.outputs, said, read_back, strict=True)
-        gone = [_stood_um(rules, *a, look.time_s) if um is None else um for um, *a in rows]
+        gone = [
+            _stood_um(rules, one, told, read_um, look.time_s) if um is None else um
+            for um, one, told, read_um in rows
+        ]
     found_um = _snapped(rules, gone) if any(um is not None for um in gone) else None
     return state, Found(found_um, read_back, told)
 
