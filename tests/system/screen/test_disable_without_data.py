@@ -131,7 +131,7 @@ def test_a_session_that_is_gone_refuses_and_a_silent_loop_leaves_it_open(
     stand_in.answer = Outcome(Answer.REFUSED, Message(LOOP_GONE))
     disable(page)
     page.wait_for_selector('[data-requests][data-answer="refused"]')
-    assert "to act, log in again" in (page.text_content("[data-requests]") or "")
+    assert "it is opened again by itself" in (page.text_content("[data-requests]") or "")
     stand_in.answer = Outcome(Answer.UNKNOWN, Message(NO_ANSWER))
     disable(page)
     page.wait_for_selector('[data-requests][data-answer="unknown"]')

@@ -618,6 +618,7 @@ def test_the_model_page_shows_a_diameter_as_it_was_stated(
     points = [{"diameter_mm": d, "gain": g} for d, g in ((0.0, 1.0), (1200.25, 1.5), (3e3, 2.0))]
     part = {"name": "table", "gain_by_diameter": points, "tool_gain": 1.0}
     script = """async (part) => {
+      document.getElementById("words").textContent = '{"model-diameter_now": "{diameter} mm"}';
       const { drawGains } = await import("/static/model/charts.js");
       const chart = document.createElement("div");
       chart.className = "gain-chart";

@@ -7,6 +7,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.system.screen.operator_browser import context_of, opened, shown, trimmed
 from tests.system.screen.operator_stand_in import StandIn, made_up
+from thermaxis.screen.access import static_address
 
 pytestmark = pytest.mark.system
 
@@ -97,7 +98,7 @@ def test_a_confirmation_that_cannot_be_drawn_cannot_be_confirmed(
     browser: Browser, stand_in: StandIn
 ) -> None:
     script = """async () => {
-      const { ask } = await import("/static/ask/ask.js");
+      const { ask } = await import("ASK");
       let known = true;
       const text = () => { if (known) return ["it is known"]; throw new Error("not any more"); };
       void ask("Hold", [], { title: "Hold", text });
@@ -106,7 +107,7 @@ def test_a_confirmation_that_cannot_be_drawn_cannot_be_confirmed(
       known = false;
       await new Promise((go) => { addEventListener("error", go, { once: true }); });
       return [before, confirm.disabled];
-    }"""
+    }""".replace("ASK", static_address("ask/ask.js"))
     with context_of(browser, "en") as context:
         page, wrong = opened(context, stand_in)
         page.wait_for_selector('body[data-live="yes"]')
