@@ -14,7 +14,7 @@ TRIM = {"trim_um": 5.0, "trim_owner": "svoboda", "trim_left_s": 2400.0}
 # What stands out of its box: text cut at its right, or a part that leaves its section.
 CUT = """() => {
   const found = [];
-  const may = ".op-card-name, .op-open, .op-fit *, .op-alarm-line, .op-alarm-line *,"
+  const may = ".op-card-name *, .op-open, .op-fit *, .op-alarm-line, .op-alarm-line *,"
     + " .chart-legend *, .op-request *, .unseen";
   const seen = (e) => e.getClientRects().length > 0 && getComputedStyle(e).visibility !== "hidden";
   for (const e of document.querySelectorAll(".op *")) {

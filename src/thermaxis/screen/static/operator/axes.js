@@ -122,7 +122,7 @@ function moreSaid(status, names) {
 /** @param {string} name */
 function card(name) {
   const found = /** @type {HTMLButtonElement} */ (made("button", "", "op-card",
-    made("b", shortNames(name), "op-card-name", made("small", " µm")),
+    made("b", "", "op-card-name", made("span", shortNames(name)), made("small", "µm")),
     made("span", "", "op-value op-fit", made("b", "–")),
     made("span", "", "op-lines"),
     made("span", "", "op-shares")));
