@@ -370,10 +370,10 @@ def judged(
             breaches.append(f"a step of {one.step_um:.2f} of {allowed_um:.2f} um: {one}")
         one_after = before.met and one.met and one.began_s - before.began_s == one.step_s
         if one_after and not any(before.began_s < m.until_s for m in mine):
-            moved_um = abs(one.told_um - before.told_um)
-            ahead_um = max(ahead_um, moved_um - RULES.rate_um_per_s * one.step_s)
-    if ahead_um > ROUNDED_UM:
-        breaches.append(f"a write is {ahead_um:.2f} um ahead of its rate")
+            moved_um = abs(one.told_um - before.told_um) - RULES.rate_um_per_s * one.step_s
+            if moved_um > ROUNDED_UM:
+                breaches.append(f"{moved_um:.2f} um ahead of the rate: {one}, after {before}")
+            ahead_um = max(ahead_um, moved_um)
     if beyond_um > ROUNDED_UM:
         breaches.append(f"a write is {beyond_um:.2f} um beyond the limit")
     breaches += untold(cycles, events, happened, writes, moves)
