@@ -82,7 +82,7 @@ async def test_a_pin_lets_an_operator_in_from_this_computer_and_nobody_else(
         {"role": Role.ENGINEER},
         {"role": Role.VIEWER},
     ],
-    ids=str,
+    ids=["another pin", "no pin", "engineer", "viewer"],
 )
 def test_another_pin_or_role_ends_what_the_old_one_allowed_and_its_token(
     tmp_path: Path, changes: dict[str, object]
