@@ -10,11 +10,10 @@ from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, Response
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from thermaxis.messages import sentence
 from thermaxis.screen import _live_socket
 from thermaxis.screen._assets import Assets
 from thermaxis.screen.access import (
@@ -22,11 +21,9 @@ from thermaxis.screen.access import (
     ScreenParts,
     _login_page,
     answer_json,
-    plain_page,
     reference_of,
     refuse,
     render,
-    spoken,
     wants_page,
 )
 from thermaxis.screen.pages import (
@@ -124,7 +121,7 @@ async def _no_route(request: Request, error: Exception) -> Response:
         answer = refuse(request, status, "common-refused_method")
         answer.headers.update(getattr(error, "headers", None) or {})
         return answer
-    if not wants_page(request.headers.get("accept")):
+    if not wants_page(request):
         return refuse(request, status, "common-no_page")
     found = render(request, "missing.html", page="missing")
     found.status_code = status
@@ -133,10 +130,4 @@ async def _no_route(request: Request, error: Exception) -> Response:
 
 async def _mistake(request: Request, error: Exception) -> Response:
     """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
-    language = spoken(request)
-    text = sentence("common-mistake", {"reference": reference_of(error)}, language=language)
-    if not wants_page(request.headers.get("accept")):
-        return answer_json({"error": "common-mistake", "text": text}, _MISTAKE)
-    title = sentence("common-not_shown", language=language)
-    back = sentence("common-to_the_machine", language=language)
-    return HTMLResponse(plain_page(language, title, text, back=back), _MISTAKE)
+    return refuse(request, _MISTAKE, "common-mistake", reference=reference_of(error))

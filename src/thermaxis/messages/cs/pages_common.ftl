@@ -34,7 +34,6 @@ common-mistake = Program obrazovky udělal chybu. Sdělte technologovi značku {
 common-refused_origin = Požadavek nepochází ze stránky této obrazovky.
 common-refused_long = Adresa je příliš dlouhá.
 common-refused_method = Stránky se vyžádají, nebo se na ně něco odešle; toto není ani jedno.
-common-refused_length = Požadavek neříká jednoznačně, jak je dlouhý.
 common-refused_kind = Požadavek není odeslán jako JSON.
 common-refused_large = Požadavek je větší, než smí být.
 common-refused_slow = Požadavek přicházel příliš dlouho.

@@ -34,7 +34,6 @@ common-mistake = Dem Bildschirmprogramm ist ein Fehler unterlaufen. Dem Einricht
 common-refused_origin = Die Anforderung stammt nicht von einer Seite dieses Bildschirms.
 common-refused_long = Die Adresse ist zu lang.
 common-refused_method = Seiten werden abgerufen, oder es wird etwas an sie gesendet; dies ist keins von beiden.
-common-refused_length = Die Anforderung sagt nicht eindeutig, wie lang sie ist.
 common-refused_kind = Die Anforderung ist nicht als JSON gesendet.
 common-refused_large = Die Anforderung ist größer, als sie sein darf.
 common-refused_slow = Die Anforderung kam zu langsam an.

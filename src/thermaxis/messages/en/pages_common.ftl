@@ -62,7 +62,6 @@ common-mistake = The screen's program has made a mistake. Tell an engineer the r
 common-refused_origin = The request does not come from a page of this screen.
 common-refused_long = The address is too long.
 common-refused_method = Pages are asked for, or something is sent to them; this is neither.
-common-refused_length = The request does not say plainly how long it is.
 common-refused_kind = The request is not sent as JSON.
 common-refused_large = The request is larger than it may be.
 common-refused_slow = The request took too long to come.

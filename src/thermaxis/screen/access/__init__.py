@@ -3,7 +3,6 @@
 from thermaxis.screen.access._access import (
     RefusedError as RefusedError,
     Visitor as Visitor,
-    answer_json as answer_json,
     json_of as json_of,
     needs as needs,
     refuse as refuse,
@@ -27,9 +26,9 @@ from thermaxis.screen.access._parts import (
     parts_of as parts_of,
 )
 from thermaxis.screen.access._plain_page import (
+    answer_json as answer_json,
     kind_of_mistake as kind_of_mistake,
     place_of_mistake as place_of_mistake,
-    plain_page as plain_page,
     reference_of as reference_of,
     wants_page as wants_page,
 )

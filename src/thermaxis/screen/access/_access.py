@@ -4,21 +4,19 @@ import hmac
 import json
 from collections.abc import Awaitable, Callable
 from functools import wraps
-from typing import Any, NamedTuple, final
+from typing import NamedTuple
 from urllib.parse import quote
 
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import JSONResponse, RedirectResponse, Response
+from starlette.responses import RedirectResponse, Response
 
 from thermaxis.codes import Message, Value
-from thermaxis.messages import sentence
 from thermaxis.runtime import Role
-from thermaxis.screen.access._language import language_of
+from thermaxis.screen.access._language import LANGUAGE_COOKIE, language_of
 from thermaxis.screen.access._parts import ScreenParts, parts_of
+from thermaxis.screen.access._plain_page import refusal
 from thermaxis.screen.access._user_sessions import UserSession
 
-LANGUAGE_COOKIE = "thermaxis_language"
-"""Cookie with the language that somebody has chosen."""
 TOKEN_HEADER = "x-thermaxis-token"  # noqa: S105 - the header's name
 """Header that proves that a request comes from one of our pages."""
 STARTED_ANEW = "login-started_anew"
@@ -112,25 +110,9 @@ def _single(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
-@final
-class _Json(JSONResponse):
-    """An answer that can be written whatever texts it is made of."""
-
-    def render(self, content: Any) -> bytes:
-        """Return the JSON; half a pair of surrogates, which is no text, as a question mark."""
-        text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        return text.encode("utf-8", "replace")
-
-
-def answer_json(value: object, status: int = 200) -> JSONResponse:
-    """Return an answer as JSON."""
-    return _Json(value, status)
-
-
-def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -> JSONResponse:
+def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -> Response:
     """Return a refusal in the language of who asks."""
-    text = sentence(key, values, language=spoken(connection))
-    return _Json({"error": key, "text": text}, status)
+    return refusal(connection, spoken(connection), status, key, **values)
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:

@@ -1,11 +1,15 @@
 """The language of a visitor."""
 
+import re
 from typing import Final
 
 from thermaxis.messages import LANGUAGES
 
+LANGUAGE_COOKIE: Final = "thermaxis_language"
+"""Cookie with the language that somebody has chosen."""
 LONGEST_HEADER: Final = 400
 """Longest part of a header that is looked at. [1]"""
+_LIKED: Final = re.compile(r"\s*([a-z]+)(?:-[a-z0-9-]+)?\s*(?:;\s*q\s*=\s*([01](?:\.\d*)?)\s*)?")
 
 
 def language_of(cookie: str | None, accept_language: str | None, default: str) -> str:
@@ -17,24 +21,8 @@ def language_of(cookie: str | None, accept_language: str | None, default: str) -
     """
     if cookie in LANGUAGES:
         return cookie
-    liked: dict[str, float] = {}
-    for entry in (accept_language or "")[:LONGEST_HEADER].split(","):
-        tag, *parameters = (part.strip().lower() for part in entry.split(";"))
-        language = tag.split("-")[0]
-        if language in LANGUAGES:
-            liked[language] = max(liked.get(language, 0.0), _weight(parameters))
-    best = max(liked, key=lambda one: liked[one], default=None)
-    return best if best is not None and liked[best] > 0.0 else default
-
-
-def _weight(parameters: list[str]) -> float:
-    """Return the weight of an entry; 0 where it is none."""
-    for parameter in parameters:
-        name, _, text = parameter.partition("=")
-        if name.strip() == "q":
-            try:
-                weight = float(text)
-            except ValueError:
-                return 0.0
-            return weight if 0.0 <= weight <= 1.0 else 0.0
-    return 1.0
+    entries = (accept_language or "")[:LONGEST_HEADER].lower().split(",")
+    found = [entry for entry in map(_LIKED.fullmatch, entries) if entry and entry[1] in LANGUAGES]
+    liked = [(float(entry[2] or 1.0), entry[1]) for entry in found]
+    weight, language = max(liked, key=lambda one: one[0], default=(0.0, default))
+    return language if weight else default

@@ -10,8 +10,6 @@ from starlette.routing import BaseRoute, Route
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
 from thermaxis.screen.access._access import (
-    LANGUAGE_COOKIE,
-    answer_json,
     cookie_name,
     json_of,
     needs,
@@ -19,7 +17,9 @@ from thermaxis.screen.access._access import (
     visitor_of,
     why_out,
 )
+from thermaxis.screen.access._language import LANGUAGE_COOKIE
 from thermaxis.screen.access._parts import ScreenParts, parts_of
+from thermaxis.screen.access._plain_page import answer_json
 from thermaxis.screen.access._render import render
 from thermaxis.screen.access._user_sessions import (
     BUSY,

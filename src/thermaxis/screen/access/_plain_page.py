@@ -1,44 +1,71 @@
-"""Small pages without script, picture or template: for what is refused before any page is made."""
+"""Answers that refuse: a small page without a template for a person, JSON for a script."""
 
-import base64
 import hashlib
-import re
+import json
 import traceback
 from html import escape
 from pathlib import Path
-from typing import Final, cast
+from typing import Any, cast, final
 
-_HTML = re.compile(r"(?:^|,)\s*text/html\s*(?:;|,|$)", re.IGNORECASE)
-_STYLE = (
-    ":root{color-scheme:light dark;font:1.1rem/1.5 system-ui,sans-serif}"
-    "body{margin:3rem auto;max-width:36rem;padding:0 1rem}"
-    "a{display:inline-block;padding:.8rem 1.2rem;border:2px solid;color:inherit}"
-)
-STYLE_SOURCE: Final = (
-    f"'sha256-{base64.b64encode(hashlib.sha256(_STYLE.encode()).digest()).decode()}'"
-)
-"""By which a policy allows the style of a plain page, and no other that stands in a page."""
+from starlette.requests import HTTPConnection
+from starlette.responses import HTMLResponse, JSONResponse, Response
+
+from thermaxis.codes import Value
+from thermaxis.messages import sentence
+
+_MISDIRECTED = 421
 
 
-def wants_page(accept: str | None) -> bool:
+@final
+class _Json(JSONResponse):
+    """An answer that can be written whatever texts it is made of."""
+
+    def render(self, content: Any) -> bytes:
+        """Return the JSON; half a pair of surrogates, which is no text, as a question mark."""
+        text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        return text.encode("utf-8", "replace")
+
+
+def answer_json(value: object, status: int = 200) -> JSONResponse:
+    """Return an answer as JSON."""
+    return _Json(value, status)
+
+
+def wants_page(connection: HTTPConnection) -> bool:
     """Return whether somebody looks at the answer, and not a script."""
-    return accept is not None and _HTML.search(accept) is not None
+    return "text/html" in connection.headers.get("accept", "").lower()
+
+
+def refusal(
+    connection: HTTPConnection, language: str, status: int, key: str, **values: Value
+) -> Response:
+    """Return why something is not answered, in words."""
+    text = sentence(key, values, language=language)
+    if not wants_page(connection):
+        return answer_json({"error": key, "text": text}, status)
+    own = status != _MISDIRECTED
+    back = sentence("common-to_the_machine", language=language) if own else ""
+    title = sentence("common-not_shown", language=language)
+    return HTMLResponse(plain_page(language, title, text, back=back), status)
 
 
 def plain_page(language: str, title: str, text: str, *, back: str = "") -> bytes:
     """Return a page that says one thing."""
-    link = f'<p><a href="/">{escape(back)}</a></p>' if back else ""
+    link = f'<p><a class="button" href="/">{escape(back)}</a></p>' if back else ""
     return (
         f'<!doctype html><html lang="{escape(language)}"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{_STYLE}</style></head>"
-        f"<body><h1>{escape(title)}</h1><p>{escape(text)}</p>{link}</body></html>"
+        '<link rel="stylesheet" href="/static/base.css"><script src="/static/theme.js"></script>'
+        f"<title>{escape(title)}</title></head>"
+        f'<body><main id="content"><section class="login"><h1>{escape(title)}</h1>'
+        f"<p>{escape(text)}</p>{link}</section></main></body></html>"
     ).encode()
 
 
 def reference_of(error: BaseException) -> str:
     """Return a short name of a mistake in the program, the same whenever it happens again."""
-    return hashlib.sha256("|".join(_ways(error)).encode()).hexdigest()[:8]
+    named = f"{kind_of_mistake(error)} {place_of_mistake(error)}"
+    return hashlib.sha256(named.encode()).hexdigest()[:8]
 
 
 def place_of_mistake(error: BaseException) -> str:
@@ -50,14 +77,6 @@ def place_of_mistake(error: BaseException) -> str:
 def kind_of_mistake(error: BaseException) -> str:
     """Return the kind of a mistake; of several at once, that of the first."""
     return type(_first(error)).__name__
-
-
-def _ways(error: BaseException) -> list[str]:
-    """Return kind and innermost lines of a mistake: the outer ones depend on who has caught it."""
-    first = _first(error)
-    frames = traceback.extract_tb(first.__traceback__)[-2:]
-    lines = [f"{Path(frame.filename).name}:{frame.lineno}" for frame in frames]
-    return [type(first).__name__, *lines]
 
 
 def _first(error: BaseException) -> BaseException:
