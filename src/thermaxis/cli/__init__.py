@@ -67,12 +67,7 @@ _EXTRAS = {
     "argon2": "runtime",
     "asyncua": "runtime",
     "cryptography": "runtime",
-    "filelock": "runtime",
-    "pydantic": "runtime",
     "sqlalchemy": "runtime",
-    "jinja2": "screen",
-    "starlette": "screen",
-    "uvicorn": "screen",
     "websockets": "screen",
     "psycopg": "postgresql",
 }

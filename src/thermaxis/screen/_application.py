@@ -15,17 +15,7 @@ from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from thermaxis.screen import _live_socket
-from thermaxis.screen._assets import Assets
-from thermaxis.screen.access import (
-    Guard,
-    ScreenParts,
-    _login_page,
-    answer_json,
-    reference_of,
-    refuse,
-    render,
-    wants_page,
-)
+from thermaxis.screen.access import ScreenParts, _login_page, render
 from thermaxis.screen.pages import (
     operator_page as _operator_page,
     probe_page as _probe_page,
@@ -34,7 +24,8 @@ from thermaxis.screen.pages import (
 from thermaxis.screen.pages.history import close_history, page as _history_page
 from thermaxis.screen.pages.model import page as _model_page
 from thermaxis.screen.pages.positioning import page as _positioning_page
-from thermaxis.screen.work import close_work
+from thermaxis.web import Assets, Guard, answer_json, reference_of, refuse, wants_page
+from thermaxis.web.work import close_work
 
 PACKED_BYTES = 1000
 """Answers that are no shorter are packed. [byte]"""

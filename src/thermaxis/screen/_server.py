@@ -18,10 +18,10 @@ from thermaxis.runtime import Clock, MachineConfiguration, ScreenSettings
 from thermaxis.runtime.config import configuration_sha256
 from thermaxis.runtime.host import is_loopback, server_context
 from thermaxis.screen._application import build_application
-from thermaxis.screen._connections import MOST_CONNECTIONS, Connection, Listener
-from thermaxis.screen._log_lines import speak_plainly
 from thermaxis.screen.access import ScreenParts, UserSessions
 from thermaxis.screen.feed import StatusFeed
+from thermaxis.web._connections import MOST_CONNECTIONS, Connection, Listener
+from thermaxis.web._log_lines import speak_plainly
 
 _KEEP_ALIVE_S = 15
 _LEAVE_S = 2

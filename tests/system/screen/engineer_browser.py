@@ -14,11 +14,11 @@ from starlette.testclient import TestClient
 
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.stand import Feed, application
-from thermaxis.screen import Assets
 from thermaxis.screen.access import ScreenParts, render
 from thermaxis.screen.feed import said_status
 from thermaxis.screen.pages import sensors_page as _sensors_page
 from thermaxis.screen.pages.model import page as _model_page
+from thermaxis.web import Assets
 
 HOST = "http://screen.test"
 CSP = (

@@ -21,11 +21,12 @@ from tests.unit.screen.people import People
 from tests.unit.screen.stand import application as around, parts
 from thermaxis.codes import Message
 from thermaxis.runtime import EventRecord, Role, read_machine
-from thermaxis.screen import Assets, _live_socket
-from thermaxis.screen.access import Outcome, _login_page, spoken
+from thermaxis.screen import _live_socket
+from thermaxis.screen.access import Outcome, _login_page
 from thermaxis.screen.feed import StatusSnapshot
 from thermaxis.screen.pages import operator_page as _operator_page
 from thermaxis.screen.pages.history import said_event
+from thermaxis.web import Assets, spoken
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 STARTED = datetime.now(UTC) - timedelta(hours=2)

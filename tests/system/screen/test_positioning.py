@@ -25,9 +25,8 @@ from tests.unit.screen.people import People
 from tests.unit.screen.stand import application, parts
 from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Role
-from thermaxis.screen import Assets
-from thermaxis.screen.access import Guard
 from thermaxis.screen.pages.positioning import page as _positioning_page
+from thermaxis.web import Assets, Guard
 
 pytestmark = [
     pytest.mark.system,

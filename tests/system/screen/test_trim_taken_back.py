@@ -7,7 +7,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.system.screen.operator_browser import context_of, opened, shown, trimmed
 from tests.system.screen.operator_stand_in import StandIn, made_up
-from thermaxis.screen.access import static_address
+from thermaxis.web import static_address
 
 pytestmark = pytest.mark.system
 

@@ -22,11 +22,10 @@ from tests.unit.screen.stand import parts
 from tests.unit.screen.web_server import served
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
-from thermaxis.screen import _log_lines
 from thermaxis.screen._application import build_application
-from thermaxis.screen._log_lines import LOGGERS, SAME_LINE_S, PlainLines, speak_plainly
-from thermaxis.screen.access import Guard
-from thermaxis.screen.access._plain_page import plain_page
+from thermaxis.web import Guard, _log_lines
+from thermaxis.web._log_lines import LOGGERS, SAME_LINE_S, PlainLines, speak_plainly
+from thermaxis.web._plain_page import plain_page
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette

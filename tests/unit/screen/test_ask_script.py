@@ -3,7 +3,7 @@
 from typing import Any
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen.access import asset_folder
+from thermaxis.web import asset_folder
 
 STATIC = asset_folder()
 MINUTES_MS = 60_000

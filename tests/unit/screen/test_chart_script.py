@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen.access import asset_folder
+from thermaxis.web import asset_folder
 
 BENCH = """
 import { readFileSync } from "node:fs";

@@ -16,8 +16,8 @@ import uvicorn
 
 from tests.opcua_server import until
 from tests.scenes import scene
-from thermaxis.screen import _connections
-from thermaxis.screen._connections import Connection, Listener
+from thermaxis.web import _connections
+from thermaxis.web._connections import Connection, Listener
 
 LOOPBACK = "127.0.0.1"
 ASKS = b"GET / HTTP/1.1\r\nHost: x\r\n"

@@ -25,19 +25,13 @@ from tests.unit.screen.stand import (
 )
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
-from thermaxis.screen import Assets, _live_socket
+from thermaxis.screen import _live_socket
 from thermaxis.screen._application import build_application
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._server import allowed_hosts
-from thermaxis.screen.access import (
-    ScreenParts,
-    _login_page,
-    for_script,
-    modules_of,
-    needs,
-    static_address,
-)
+from thermaxis.screen.access import ScreenParts, _login_page, needs
 from thermaxis.screen.access._user_sessions import FULL, TOO_MANY, TOO_MANY_FROM_HERE, Refusal
+from thermaxis.web import Assets, for_script, modules_of, static_address
 
 LIVE = "ws://127.0.0.1:8450/live"
 HOSTS = ("127.0.0.1:8450",)

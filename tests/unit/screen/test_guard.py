@@ -20,8 +20,8 @@ from websockets.asyncio.client import connect
 from tests.scenes import scene
 from tests.unit.screen.web_server import served
 from thermaxis.runtime import run_in_virtual_time
-from thermaxis.screen.access import Guard
-from thermaxis.screen.access._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES
+from thermaxis.web import Guard
+from thermaxis.web._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES
 
 HOSTS = ("127.0.0.1:8450", "localhost:8450", "[::1]:8450", "lathe-3.shop:8450")
 HERE = "http://127.0.0.1:8450"

@@ -27,7 +27,6 @@ from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import EventRecord, VirtualClock, run_in_virtual_time
 from thermaxis.runtime.history import HistoryReader, Trend
-from thermaxis.screen.access import RefusedError
 from thermaxis.screen.pages.history import (
     Kept,
     NoHistoryError,
@@ -40,6 +39,7 @@ from thermaxis.screen.pages.history import (
 from thermaxis.screen.pages.history._events import events_of, names_now, trend8
 from thermaxis.screen.pages.history._rows import History, cause_for_people
 from thermaxis.screen.pages.history._series import lines_of, moment_of
+from thermaxis.web import RefusedError
 
 HOUR = timedelta(hours=1)
 

@@ -29,7 +29,7 @@ from thermaxis.codes import Message
 from thermaxis.runtime import EventRecord, Role, Secret
 from thermaxis.screen.pages import operator_page as _operator_page, probe_page as _probe_page
 from thermaxis.screen.pages.history import close_history, page as _history_page, to_ms
-from thermaxis.screen.work import Work
+from thermaxis.web.work import Work
 
 NOW = BEGIN + timedelta(hours=1)
 SPAN = {"first": BEGIN.isoformat(), "last": NOW.isoformat()}

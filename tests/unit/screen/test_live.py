@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen.access import asset_folder
+from thermaxis.web import asset_folder
 
 STATIC = asset_folder()
 BENCH = """

@@ -4,7 +4,7 @@ import random
 from typing import Any
 
 from tests.unit.screen.page_script import said_by
-from thermaxis.screen.access import asset_folder
+from thermaxis.web import asset_folder
 
 SCRIPT = asset_folder() / "live_points.js"
 

@@ -14,9 +14,10 @@ from tests.unit.screen.people import HERE, People
 from tests.unit.screen.stand import Feed, client, copied_lathe, parts
 from tests.unit.screen.test_failed_log_ins import Door, played
 from thermaxis.runtime import FAILURES_BY_ADDRESS, LONGEST_NAME, LONGEST_PASSWORD
-from thermaxis.screen.access import _login_page, answer_json
+from thermaxis.screen.access import _login_page
 from thermaxis.screen.access._user_sessions import REFUSED, TOO_MANY_FROM_HERE
 from thermaxis.screen.pages.model import page as _model_page
+from thermaxis.web import answer_json
 
 SCREEN = Path(_login_page.__file__).parents[1]
 WRONG = {
@@ -72,6 +73,8 @@ def test_a_file_whose_name_is_no_text_is_not_offered_as_a_model(tmp_path: Path) 
 
 
 def test_every_answer_as_json_is_made_in_the_one_way_that_writes_any_text() -> None:
-    modules = {path.name: path.read_text("utf-8") for path in SCREEN.rglob("*.py")}
+    folders = (SCREEN, SCREEN.with_name("web"), SCREEN.with_name("app"))
+    files = [path for folder in folders for path in folder.rglob("*.py")]
+    modules = {path.name: path.read_text("utf-8") for path in files}
     assert len(modules) > 20
     assert [name for name, text in modules.items() if "JSONResponse(" in text] == []

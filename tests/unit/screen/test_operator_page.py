@@ -11,6 +11,7 @@ from thermaxis.runtime import Role
 from thermaxis.runtime.status import ASKS
 from thermaxis.screen.pages import operator_page as _operator_page
 from thermaxis.screen.pages.operator_page import EXPIRIES_S, expiries_of, facts_of, gains_of
+from thermaxis.web import asset_folder
 
 FOLDER = Path(_operator_page.__file__).parents[1]
 
@@ -92,7 +93,7 @@ def test_no_word_of_a_language_stands_in_the_template() -> None:
 
 
 def test_every_method_that_an_operator_may_call_has_a_way_on_the_page() -> None:
-    script = (FOLDER / "static" / "operator/asks.js").read_text("utf-8")
+    script = (asset_folder() / "operator/asks.js").read_text("utf-8")
     page = Somebody().send("GET", "/").text
     for ask in ASKS:
         if ask.role is Role.OPERATOR:
@@ -102,7 +103,7 @@ def test_every_method_that_an_operator_may_call_has_a_way_on_the_page() -> None:
 
 
 def test_the_page_asks_nothing_of_any_other_address() -> None:
-    for source in [*FOLDER.glob("static/operator/*"), *FOLDER.glob("static/ask/*")]:
+    for source in [*asset_folder().glob("operator/*"), *asset_folder().glob("ask/*")]:
         text = source.read_text("utf-8")
         assert "//" not in re.sub(r"(?m)^\s*//.*$|/\*.*?\*/|; // .*$", "", text)
         assert "innerHTML" not in text

@@ -34,7 +34,7 @@ from thermaxis.screen.pages.positioning.page import (
     shown_name,
     stored_name,
 )
-from thermaxis.screen.work._work import MOST_WAITING, Work
+from thermaxis.web.work._work import MOST_WAITING, Work
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 

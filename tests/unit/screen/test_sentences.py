@@ -23,16 +23,10 @@ from thermaxis.messages import (
     template,
 )
 from thermaxis.runtime import EventRecord, Role
-from thermaxis.screen.access import (
-    Answer,
-    Outcome,
-    asset_folder,
-    language_of,
-    modules_of,
-    sentences_of,
-)
+from thermaxis.screen.access import Answer, Outcome
 from thermaxis.screen.feed import parse_status, said_status
 from thermaxis.screen.pages.history import said_event
+from thermaxis.web import asset_folder, language_of, modules_of, sentences_of
 
 STATIC = asset_folder()
 NOW = datetime(2026, 11, 20, tzinfo=UTC)
@@ -53,7 +47,12 @@ KINDS = ("ask", "chart", "common", "feed", "history", "login", "model", "operato
 OF_PAGES = {key for key in keys("en") if key.split("-")[0] in {*KINDS, "probe", "sensors"}}
 KEY = re.compile(r"""["'`]([a-z]+-[a-z0-9_]*)["'`]""")
 SAID = re.compile(r"""\bword\(\s*["'`]([a-z]+-[a-z0-9_]*)["'`]""")
-FILES = [p for p in STATIC.parent.rglob("*") if p.suffix in {".py", ".html", ".js"}]
+FILES = [
+    path
+    for name in ("app", "screen", "web")
+    for path in (STATIC.parents[1] / name).rglob("*")
+    if path.suffix in {".py", ".html", ".js"}
+]
 
 
 def test_every_key_that_a_page_names_has_a_sentence_and_every_sentence_is_named() -> None:

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from thermaxis.screen.work import BusyError, Ending, Limits, Outcome
-from thermaxis.screen.work._work import MOST_WAITING, Work, remove_leftovers
+from thermaxis.web.work import BusyError, Ending, Limits, Outcome
+from thermaxis.web.work._work import MOST_WAITING, Work, remove_leftovers
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 
@@ -324,7 +324,7 @@ def test_a_cancelled_command_is_ended_and_its_folder_removed(tmp_path: Path) -> 
 KILLED_SCREEN = """
 import asyncio, sys
 from pathlib import Path
-from thermaxis.screen.work._work import Limits, Work
+from thermaxis.web.work._work import Limits, Work
 
 async def main():
     work = Work((sys.executable, "-I", "-S", sys.argv[1]), where=Path(sys.argv[2]))

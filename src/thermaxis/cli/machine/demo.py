@@ -35,15 +35,8 @@ from thermaxis.compensation import CompensationModel, Output, Part, Section
 from thermaxis.runtime import CertificateUse, Role, User, opcua
 from thermaxis.runtime.history import SqlHistorian
 from thermaxis.screen import serve
-from thermaxis.screen.access import (
-    answer_json,
-    json_of,
-    needs,
-    page_of,
-    refuse,
-    render,
-    static_address,
-)
+from thermaxis.screen.access import needs, render
+from thermaxis.web import answer_json, json_of, page_of, refuse, static_address
 
 SHIFT_H: Final = 8.0
 """Length of the history that is there at the start. [h]"""

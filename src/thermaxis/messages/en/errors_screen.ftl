@@ -4,4 +4,3 @@ error-no_screen = The configuration has no table [screen].
     .remedy = Add [screen].
 error-screen_cannot_listen = The screen cannot listen: { $cause }.
     .remedy = Take another port, or end the program that has it.
-error-work_folder_taken = Another program works in this folder.

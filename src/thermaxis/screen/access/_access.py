@@ -1,7 +1,6 @@
 """Who looks at a page, in which language, and what they may do."""
 
 import hmac
-import json
 from collections.abc import Awaitable, Callable
 from functools import wraps
 from typing import NamedTuple
@@ -10,12 +9,11 @@ from urllib.parse import quote
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import RedirectResponse, Response
 
-from thermaxis.codes import Message, Value
+from thermaxis.codes import Message
 from thermaxis.runtime import Role
-from thermaxis.screen.access._language import LANGUAGE_COOKIE, language_of
 from thermaxis.screen.access._parts import ScreenParts, parts_of
-from thermaxis.screen.access._plain_page import refusal
 from thermaxis.screen.access._user_sessions import UserSession
+from thermaxis.web import RefusedError, refuse, spoken
 
 TOKEN_HEADER = "x-thermaxis-token"  # noqa: S105 - the header's name
 """Header that proves that a request comes from one of our pages."""
@@ -26,16 +24,6 @@ _UNAUTHORIZED, _FORBIDDEN = 401, 403
 
 Endpoint = Callable[[Request], Awaitable[Response]]
 """What answers a request."""
-
-
-class RefusedError(Exception):
-    """A request is refused in words."""
-
-    def __init__(self, status: int, key: str, **values: Value) -> None:
-        super().__init__(key)
-        self.status = status
-        self.key = key
-        self.values = values
 
 
 class Visitor(NamedTuple):
@@ -74,15 +62,6 @@ def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
     return Visitor("", role, language, "", None)
 
 
-def spoken(connection: HTTPConnection) -> str:
-    """Return the language of who asks, known without a look at who it is."""
-    return language_of(
-        connection.cookies.get(LANGUAGE_COOKIE),
-        connection.headers.get("accept-language"),
-        parts_of(connection).settings.language,
-    )
-
-
 def why_out(connection: HTTPConnection) -> str:
     """Return why somebody has to log in anew."""
     parts = parts_of(connection)
@@ -91,28 +70,6 @@ def why_out(connection: HTTPConnection) -> str:
         return ""
     person = parts.persons.of(cookie)
     return "" if person is not None else parts.persons.why_ended(cookie) or STARTED_ANEW
-
-
-async def json_of(request: Request) -> object:
-    """Return the JSON value of a request."""
-    try:
-        return json.loads(await request.body(), object_pairs_hook=_single)
-    except RecursionError:
-        return None
-    except ValueError:  # no JSON, no text, or an integer of more digits than are read
-        return None
-
-
-def _single(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
-        raise ValueError("a key stands twice")
-    return found
-
-
-def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -> Response:
-    """Return a refusal in the language of who asks."""
-    return refusal(connection, spoken(connection), status, key, **values)
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:

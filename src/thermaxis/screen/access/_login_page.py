@@ -9,17 +9,8 @@ from starlette.routing import BaseRoute, Route
 
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
-from thermaxis.screen.access._access import (
-    cookie_name,
-    json_of,
-    needs,
-    refuse,
-    visitor_of,
-    why_out,
-)
-from thermaxis.screen.access._language import LANGUAGE_COOKIE
+from thermaxis.screen.access._access import cookie_name, needs, visitor_of, why_out
 from thermaxis.screen.access._parts import ScreenParts, parts_of
-from thermaxis.screen.access._plain_page import answer_json
 from thermaxis.screen.access._render import render
 from thermaxis.screen.access._user_sessions import (
     BUSY,
@@ -31,6 +22,7 @@ from thermaxis.screen.access._user_sessions import (
     TOO_MANY_FROM_HERE,
     Refusal,
 )
+from thermaxis.web import LANGUAGE_COOKIE, answer_json, json_of, refuse
 
 _YEAR_S = 31_536_000
 _STATUS = {

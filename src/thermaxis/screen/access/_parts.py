@@ -1,7 +1,6 @@
 """What the pages share: configuration, feed and people."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import cast, final
 
 from starlette.requests import HTTPConnection
@@ -34,12 +33,12 @@ class ScreenParts:
     """Hash of the configuration's rules; a loop that tells another one works by others. Empty:
     pages do not compare it."""
 
+    @property
+    def language(self) -> str:
+        """Language of who has chosen none."""
+        return self.settings.language
+
 
 def parts_of(connection: HTTPConnection) -> ScreenParts:
     """Return what the pages share."""
     return cast("ScreenParts", connection.app.state.parts)
-
-
-def asset_folder() -> Path:
-    """Return the folder of the scripts and styles."""
-    return Path(__file__).parents[1] / "static"

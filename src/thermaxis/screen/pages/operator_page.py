@@ -17,20 +17,10 @@ from thermaxis.codes import Message, values_as_json
 from thermaxis.compensation import CompensationModel
 from thermaxis.messages import as_sentence, sentence_of
 from thermaxis.runtime import MachineConfiguration, Role
-from thermaxis.screen.access import (
-    ScreenParts,
-    answer_json,
-    for_script,
-    json_of,
-    needs,
-    parts_of,
-    question_of,
-    refuse,
-    render,
-    visitor_of,
-)
+from thermaxis.screen.access import ScreenParts, needs, parts_of, question_of, render, visitor_of
 from thermaxis.screen.pages.history import found_in_history
 from thermaxis.screen.pages.probe_page import comparison
+from thermaxis.web import answer_json, for_script, json_of, refuse
 
 EXPIRIES_S: Final = (1800.0, 3600.0, 14_400.0, 28_800.0)
 """Times after which a trim may expire, to choose from: half an hour to a shift. [s]"""

@@ -20,7 +20,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.runtime import Role, probe_name
-from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render
+from thermaxis.screen.access import needs, parts_of, render
 from thermaxis.screen.pages.history import (
     LENGTHS,
     Json,
@@ -32,6 +32,7 @@ from thermaxis.screen.pages.history import (
     span_of,
     to_ms,
 )
+from thermaxis.web import answer_json, refuse
 
 if TYPE_CHECKING:
     from thermaxis.runtime.history import HistoryReader, Trend

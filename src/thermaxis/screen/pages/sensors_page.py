@@ -19,8 +19,9 @@ from thermaxis.runtime import (
     probe_name,
     redundant_name,
 )
-from thermaxis.screen.access import answer_json, needs, parts_of, render
+from thermaxis.screen.access import needs, parts_of, render
 from thermaxis.screen.pages.history import Json
+from thermaxis.web import answer_json
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import ScreenParts

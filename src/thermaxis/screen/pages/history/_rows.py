@@ -15,8 +15,9 @@ from starlette.requests import HTTPConnection
 from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime import Clock
-from thermaxis.screen.access import RefusedError, parts_of, visitor_of
+from thermaxis.screen.access import parts_of, visitor_of
 from thermaxis.screen.pages.history._aside import aside
+from thermaxis.web import RefusedError
 
 if TYPE_CHECKING:
     from thermaxis.runtime.history import HistoryReader

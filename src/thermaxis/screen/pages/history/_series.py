@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from starlette.requests import HTTPConnection
 
-from thermaxis.screen.access import RefusedError
+from thermaxis.web import RefusedError
 
 if TYPE_CHECKING:
     from thermaxis.runtime.history import HistoryReader, Trend

@@ -17,7 +17,7 @@ from thermaxis.codes import printable
 from thermaxis.messages import sentence_of
 from thermaxis.runtime import EventRecord, Role
 from thermaxis.runtime.host import whole_file
-from thermaxis.screen.access import answer_json, needs, parts_of, refuse, render, visitor_of
+from thermaxis.screen.access import needs, parts_of, render, visitor_of
 from thermaxis.screen.pages.history._events import (
     EVENT_KINDS,
     TREND_KEPT_S,
@@ -29,7 +29,8 @@ from thermaxis.screen.pages.history._events import (
 )
 from thermaxis.screen.pages.history._rows import Kept, NoHistoryError, found_in_history, history_of
 from thermaxis.screen.pages.history._series import Json, lines_of, span_of, to_ms, unit_of
-from thermaxis.screen.work import (
+from thermaxis.web import answer_json, refuse
+from thermaxis.web.work import (
     BusyError,
     Ending,
     Limits,

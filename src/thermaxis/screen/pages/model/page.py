@@ -15,10 +15,11 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of, text_of
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
 from thermaxis.runtime.config import read_model_file
-from thermaxis.screen.access import answer_json, fragment, needs, parts_of, render, visitor_of
+from thermaxis.screen.access import fragment, needs, parts_of, render, visitor_of
 from thermaxis.screen.pages.history import Aside, Json, Kept
 from thermaxis.screen.pages.model._choices import Choice, ModelChoices
 from thermaxis.screen.pages.model._facts import facts_of_model
+from thermaxis.web import answer_json
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import ScreenParts

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast, final
 
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import Clock
-from thermaxis.screen.work import WorkFolder
+from thermaxis.web.work import WorkFolder
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import UserSession

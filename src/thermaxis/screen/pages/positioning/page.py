@@ -23,16 +23,7 @@ from starlette.routing import BaseRoute, Route
 from thermaxis.codes import Message, printable, value_of_json, values_of_json
 from thermaxis.messages import sentence, text_of
 from thermaxis.runtime import Role
-from thermaxis.screen.access import (
-    RefusedError,
-    answer_json,
-    needs,
-    parts_of,
-    refuse,
-    render,
-    spoken,
-    visitor_of,
-)
+from thermaxis.screen.access import needs, parts_of, render, visitor_of
 from thermaxis.screen.pages.positioning._results import (
     MOST_OF_A_PERSON,
     Json,
@@ -40,7 +31,8 @@ from thermaxis.screen.pages.positioning._results import (
     Result,
     shown_of,
 )
-from thermaxis.screen.work import (
+from thermaxis.web import RefusedError, answer_json, refuse, spoken
+from thermaxis.web.work import (
     BusyError,
     Ending,
     Limits,

@@ -1,7 +1,7 @@
 """The language of a visitor."""
 
 import re
-from typing import Final
+from typing import Final, Protocol
 
 from thermaxis.messages import LANGUAGES
 
@@ -10,6 +10,15 @@ LANGUAGE_COOKIE: Final = "thermaxis_language"
 LONGEST_HEADER: Final = 400
 """Longest part of a header that is looked at. [1]"""
 _LIKED: Final = re.compile(r"\s*([a-z]+)(?:-[a-z0-9-]+)?\s*(?:;\s*q\s*=\s*([01](?:\.\d*)?)\s*)?")
+
+
+class LanguageOfParts(Protocol):
+    """What the parts of a program tell its pages, as ``app.state.parts``."""
+
+    @property
+    def language(self) -> str:
+        """Language of who has chosen none and asks for none that there is."""
+        ...
 
 
 def language_of(cookie: str | None, accept_language: str | None, default: str) -> str:

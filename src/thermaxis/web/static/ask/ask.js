@@ -7,7 +7,7 @@ import { keep, kept } from "./kept.js";
 import { modelOf } from "./effects.js";
 import { LATE_MS, watch } from "./watch.js";
 import { button, made, style } from "../elements.js";
-import { post } from "../frame.js";
+import { post } from "../page.js";
 import { latest, onNoData, onStatus } from "../live.js";
 import { clock, duration, word } from "../words.js";
 

@@ -8,7 +8,7 @@ from typing import NamedTuple, final
 from starlette.requests import Request
 from starlette.responses import Response
 
-from thermaxis.screen.access import asset_folder, static_version
+from thermaxis.web._scripts import asset_folder, static_version
 
 _KINDS = {
     ".js": "text/javascript; charset=utf-8",

@@ -1,7 +1,7 @@
 // @ts-check
 // The log-in: why it is needed, whether the loop is there, and the form.
 
-import { post } from "./frame.js";
+import { post } from "./page.js";
 import { noDataWords } from "./live.js";
 import { word } from "./words.js";
 

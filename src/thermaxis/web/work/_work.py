@@ -18,13 +18,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final, NamedTuple, cast, final
 
-from filelock import BaseFileLock
+from filelock import FileLock, Timeout
 from starlette.datastructures import State
 from starlette.requests import HTTPConnection
-
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
-from thermaxis.runtime.host import file_lock, held_lock
 
 MEMORY_BYTES: Final = 2 << 30
 """Address space of a command: an evaluation of 20 MB needs a part of it. [byte]"""
@@ -279,7 +275,9 @@ class Work:
         """Return the folder of all folders; it is made, and locked, when it is first needed."""
         if self._root is None:
             root = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=self._where))
-            lock = file_lock(root / _LOCK, _taken(root), required=False)
+            lock = _lock_of(root)
+            with contextlib.suppress(OSError):  # a disk without locks: it goes with this program
+                lock.acquire()
             self._close = weakref.finalize(self, _remove_locked, root, lock)
             (root / _SETTINGS).mkdir(mode=0o700)
             self._root = root
@@ -322,18 +320,19 @@ def _remove_if_left(root: Path) -> bool:
             return False
         if not (root / _LOCK).exists() and time.time() - status.st_mtime < _YOUNG_S:
             return False  # being made just now
-        with held_lock(root / _LOCK, _taken(root), required=True):
+        with _lock_of(root):
             shutil.rmtree(root, ignore_errors=True)
-    except (OSError, ConfigurationError):
+    except (OSError, Timeout):
         return False
     return True
 
 
-def _taken(root: Path) -> ConfigurationError:
-    return ConfigurationError("work_folder_taken", place=Place(file=str(root)))
+def _lock_of(root: Path) -> FileLock:
+    """Return the lock of a folder, not yet held; gone with the program, however it ends."""
+    return FileLock(root / _LOCK, blocking=False, thread_local=False, fallback_to_soft=False)
 
 
-def _remove_locked(root: Path, lock: BaseFileLock) -> None:
+def _remove_locked(root: Path, lock: FileLock) -> None:
     shutil.rmtree(root, ignore_errors=True)
     lock.release()
 

@@ -3,13 +3,18 @@
 import re
 from functools import cache
 from hashlib import sha256
+from pathlib import Path
 from posixpath import dirname, join, normpath
 
 from thermaxis.messages import LANGUAGES, keys, template
-from thermaxis.screen.access._parts import asset_folder
 
 _IMPORT = re.compile(r'^import [^;]*?"(\.[^"]+)";', re.MULTILINE)
 _NAMED = re.compile(r"""["'`]([a-z_]+-\w*)(\$\{)?""")
+
+
+def asset_folder() -> Path:
+    """Return the folder of the scripts and styles of all pages: they load each other."""
+    return Path(__file__).with_name("static")
 
 
 @cache

@@ -16,8 +16,8 @@ from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from thermaxis.screen.access._language import LANGUAGE_COOKIE, language_of
-from thermaxis.screen.access._plain_page import refusal
+from thermaxis.web._language import LANGUAGE_COOKIE, language_of
+from thermaxis.web._plain_page import refusal
 
 LARGEST_BODY_BYTES: Final = 16 * 1024
 """Largest body of a request; a log-in or a request to the loop has some hundred. [byte]"""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final, final
 
 from thermaxis.codes import printable
-from thermaxis.screen.access import kind_of_mistake, place_of_mistake, reference_of
+from thermaxis.web._plain_page import kind_of_mistake, place_of_mistake, reference_of
 
 SAME_LINE_S: Final = 60.0
 """The same line is not told again for so long. [s]"""

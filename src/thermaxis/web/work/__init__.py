@@ -1,6 +1,6 @@
 """Commands of this program in processes of their own, with limits."""
 
-from thermaxis.screen.work._work import (
+from thermaxis.web.work._work import (
     BusyError as BusyError,
     Ending as Ending,
     Limits as Limits,
