@@ -198,6 +198,9 @@ def looks() -> dict[str, dict[str, Any]]:
             "unreachable",
             gone,
         ),
+        "not_acting": _with(
+            made_up(), "not_acting", {"acting_um": 0.0, "effective_um": 0.0}, names=["Z_um"]
+        ),
         "inputs_unreachable": _with(
             made_up(state="Holding", source_connected=False), "inputs_unreachable", {}
         ),
@@ -219,6 +222,8 @@ class StandIn:
     """Whoever looks."""
     address: str = ""
     """Where the page is."""
+    old_s: float = 0.0
+    """How long ago the loop said it. [s]"""
     looks: int = 0
 
     # ---- as StatusFeed
@@ -231,7 +236,7 @@ class StandIn:
             self.status["number"] += 1
             self.status["utc"] = datetime.now(UTC).isoformat(timespec="milliseconds")
         why = "" if self.live else "feed-no_connection"
-        now_s = time.monotonic()
+        now_s = time.monotonic() - self.old_s
         text = json.dumps(self.status)
         return StatusSnapshot(self.looks, text, self.status, now_s, START, self.live, why)
 

@@ -4,6 +4,7 @@
 """
 
 import io
+import re
 from itertools import combinations
 from pathlib import Path
 from typing import cast
@@ -156,6 +157,52 @@ def test_what_acts_is_a_number_only_while_it_is_known(
         page.wait_for_selector('body[data-live="no"]')
         assert number.inner_text() == "?"
         assert minus in said.inner_text()
+
+
+def test_what_acts_is_as_old_as_its_read_and_the_status_together(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        told = made_up(cycle_s=10.0)
+        told["outputs"]["Z_um"] |= {"acting_um": -30.5, "acting_age_s": 1.5}
+        stand_in.old_s = 9.0
+        shown(page, stand_in, told)
+        said = page.locator('.op-card [data-row="acting"]').inner_text()
+        age = re.search(r"(\d+)\xa0s ago", said)
+        assert age is not None, said
+        assert 10 <= int(age[1]) < 60
+        assert page.inner_text(".op-value b") == "−30.5"  # the next cycle is not due yet
+
+
+def test_what_is_not_known_of_one_source_is_not_known_of_their_sum(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    parts = ("spindle", "table", "column", "ram", "head")
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        told = made_up()
+        told["outputs"]["Z_um"] |= {
+            "sources_um": dict.fromkeys(parts),
+            "differences_k": dict.fromkeys(parts),
+            "rest_um": None,
+        }
+        shown(page, stand_in, told)
+        shares = page.locator('.op-share[data-row="source"] b').all_inner_texts()
+        assert set(shares) == {"–"}
+        assert len(shares) < len(parts)
+
+
+def test_what_stood_when_the_loop_began_is_said_to_have_stood_since_then_at_least(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        told = made_up()
+        for since, words in ((told["headline_since"], "since "), (told["started"], "since at ")):
+            shown(page, stand_in, told | {"headline_since": since})
+            assert page.inner_text("#state-since").startswith(words)
+            assert ("at least" in page.inner_text("#state-since")) is (since == told["started"])
 
 
 def test_the_shares_are_bars_that_add_up_to_what_is_computed(

@@ -9,8 +9,10 @@ operator-look_at_limit = At the limit
 operator-look_input_lost = Sensor lost
 operator-look_inputs_unreachable = No sensors
 operator-look_interlock = Interlock
+operator-look_not_acting = Not acting
 operator-look_unreachable = Disconnected
 operator-since = since { $time }
+operator-since_start = since at least { $time }
 operator-for = ({ $time })
 operator-before = Before: { $state }.
 

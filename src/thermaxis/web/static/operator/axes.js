@@ -7,7 +7,7 @@ import { diameterWord, gainNow, isTrimmed, modelAsksUm } from "./parts.js";
 import { duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
-/** @typedef {{key: string, name: string, k: string, um: number}} Share */
+/** @typedef {{key: string, name: string, k: string, um: number | null}} Share */
 
 const MOST_CARDS = 4;
 const MOST_SOURCES = [0, 4, 3, 2]; // by the number of outputs
@@ -24,9 +24,9 @@ export function fit(element) {
 }
 
 /** What acts, and whether it is known now; null where it was never read.
- * @param {Record<string, any>} axis @param {number} sinceS time since the status, 0 while it is live */
-function actingOf(axis, sinceS) {
-  const known = axis.acting_known && axis.acting_um !== null && sinceS === 0;
+ * @param {Record<string, any>} axis @param {number} sinceS time since the status @param {boolean} live */
+function actingOf(axis, sinceS, live) {
+  const known = axis.acting_known && axis.acting_um !== null && live;
   const ageS = (axis.acting_age_s ?? NaN) + sinceS;
   const values = { value: signed(axis.acting_um, 1), age: duration(ageS) };
   const aged = !known || ageS > AGED_S;
@@ -44,6 +44,12 @@ function commandedUm(axis) {
   return axis.requested_age_s === null || axis.requested_age_s > AGED_S ? null : axis.requested_um;
 }
 
+/** What is not known makes a sum unknown.
+ * @param {number | null} sum @param {{um: number | null}} one */
+function plus(sum, one) {
+  return sum === null || one.um === null ? null : sum + one.um;
+}
+
 /** What adds up to the correction, in the order of the model. @param {Status} status
  * @param {string} output @param {number} most sources that are told apart */
 function sharesOf(status, output, most) {
@@ -56,7 +62,7 @@ function sharesOf(status, output, most) {
   if (shares.length > most) {
     const others = shares.splice(most - 1);
     shares.push({ key: "source", name: word("operator-others", { count: others.length }), k: "",
-      um: others.reduce((sum, one) => sum + one.um, 0) });
+      um: others.reduce(plus, 0) });
   }
   if (isTrimmed(axis)) {
     shares.push({ key: "trim", name: word("operator-trim_manual"), k: "", um: axis.trim_um });
@@ -92,8 +98,8 @@ function judgedWords(axis) {
 
 // ---- cards -----------------------------------------------------------------------------------
 
-/** @param {Status} status @param {number} sinceS time since it came, 0 while it is live */
-export function showAxes(status, sinceS) {
+/** @param {Status} status @param {number} sinceS time since it was made @param {boolean} live */
+export function showAxes(status, sinceS, live) {
   const box = byId("cards");
   const names = Object.keys(status.outputs);
   const shown = names.slice(0, MOST_CARDS);
@@ -106,7 +112,8 @@ export function showAxes(status, sinceS) {
   more.hidden = names.length <= MOST_CARDS;
   say(more, moreSaid(status, names.slice(MOST_CARDS)));
   shown.forEach((name, k) => {
-    fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name, sinceS);
+    const acting = actingOf(status.outputs[name], sinceS, live);
+    fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name, acting);
   });
 }
 
@@ -131,10 +138,10 @@ function card(name) {
   return found;
 }
 
-/** @param {HTMLElement} element @param {Status} status @param {string} name @param {number} sinceS */
-function fillCard(element, status, name, sinceS) {
+/** @param {HTMLElement} element @param {Status} status @param {string} name
+ * @param {ReturnType<typeof actingOf>} acting */
+function fillCard(element, status, name, acting) {
   const axis = status.outputs[name];
-  const acting = actingOf(axis, sinceS);
   const number_ = /** @type {HTMLElement} */ (element.querySelector(".op-value b"));
   element.dataset.judged = judged(axis);
   element.dataset.known = acting.known ? "yes" : "no";
@@ -164,7 +171,7 @@ function fillShares(box, shares, axis) {
       made("span", "", "op-bar", made("i"), made("i", "", "op-zero")), made("b"))));
   }
   let end = 0;
-  const ends = shares.map((one) => (end += one.um));
+  const ends = shares.map((one) => (end += one.um ?? 0));
   const sum = axis.correction_um ?? 0;
   const [low, high] = [Math.min(0, sum, ...ends), Math.max(0, sum, ...ends)];
   const span = Math.max(LEAST_SPAN_UM, high - low);
@@ -178,11 +185,12 @@ function fillShares(box, shares, axis) {
     say(name, one.name);
     say(kelvin, one.k);
     say(um, signed(one.um, 1));
-    const from = one.key === "sum" ? 0 : (ends[k] ?? 0) - one.um;
+    const long = one.um ?? 0;
+    const from = one.key === "sum" ? 0 : (ends[k] ?? 0) - long;
     const [fill, zero] = /** @type {HTMLElement[]} */ ([...bar?.children ?? []]);
     if (!fill || !zero) return;
-    fill.style.left = `${at(Math.min(from, from + one.um))}%`;
-    fill.style.width = `${100 * Math.abs(one.um) / span}%`;
+    fill.style.left = `${at(Math.min(from, from + long))}%`;
+    fill.style.width = `${100 * Math.abs(long) / span}%`;
     zero.style.left = `${at(0)}%`;
   });
 }

@@ -23,6 +23,7 @@ const SAID = /** @type {Record<string, string>} */ ({
   input_lost: "operator-look_input_lost",
   inputs_unreachable: "operator-look_inputs_unreachable",
   interlock: "operator-look_interlock",
+  not_acting: "operator-look_not_acting",
   not_released: "operator-look_interlock",
   unreachable: "operator-look_unreachable",
 });
@@ -60,12 +61,13 @@ function showState(status) {
   showLook(look, SAID[look] ? word(SAID[look] ?? "") : status.state_said);
   say(byId("headline"), status.headline_said.text);
   say(byId("remedy"), status.headline_said.remedy);
-  showSince(status.headline_since);
+  showSince(status.headline_since, status.headline_since === status.started);
 }
 
-/** @param {string | null} since */
-function showSince(since) {
-  say(byId("state-since"), since === null ? "" : word("operator-since", { time: timeOf(since) }));
+/** @param {string | null} since @param {boolean} [longer] whether it may have been so before */
+function showSince(since, longer = false) {
+  const key = longer ? "operator-since_start" : "operator-since";
+  say(byId("state-since"), since === null ? "" : word(key, { time: timeOf(since) }));
 }
 
 function tick() {
@@ -73,7 +75,7 @@ function tick() {
   const passedS = Math.max(0, (performance.now() - beganMs) / 1000);
   const counts = latest() !== null && Number.isFinite(passedS);
   say(byId("state-for"), counts ? word("operator-for", { time: duration(passedS) }) : "");
-  if (known && latest() === null) showAxes(known, (performance.now() - toldMs) / 1000);
+  if (known) showAxes(known, (performance.now() - toldMs) / 1000, latest() !== null);
 }
 
 // ---- alarms ----------------------------------------------------------------------------------
@@ -253,7 +255,6 @@ onStatus((status, ageS) => {
   showAlarm(status);
   showStrip(status);
   showAsks(status);
-  showAxes(status, 0);
   showInputs(status);
   redraw?.();
   addLive(status);
