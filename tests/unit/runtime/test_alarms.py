@@ -273,7 +273,7 @@ def test_an_alarm_tells_its_numbers_beside_its_sentence() -> None:
     one = found(with_output(correction_um=(-45.04,)))["soft limit Z_um"]
     assert one.code == "soft_limit"
     assert one.values == {"name": "Z_um", "correction_um": -45.04, "soft_um": 40.0}
-    assert one.text == "The correction of Z is −45.0 µm, beyond its soft limit of 40.0 µm."
+    assert one.text == "The correction of Z is −45.0 µm, beyond the warning limit of 40.0 µm."
 
 
 def test_a_bad_sensor_that_was_read_is_told_with_what_was_read() -> None:

@@ -20,21 +20,29 @@ headline-held_by_person = Held by a person ({ $who }).
 headline-hold_expired = Held for too long: the correction fades out.
     .remedy = Resume, or disable.
 headline-held_for_input = Held: { NAME($name) } gives no usable value.
-    .remedy = Check sensor and wire; it goes on by itself.
+    .remedy = Check sensor and wire; { CODE($then, "then") }.
 headline-input_lost = { NAME($name) } gives no usable value.
-    .remedy = Check sensor and wire; it goes on by itself.
+    .remedy = Check sensor and wire; { CODE($then, "then") }.
 headline-interlock = Interlock open: { $names }.
-    .remedy = Release it at the machine; what is enabled goes on by itself.
+    .remedy = Release it at the machine; { CODE($then, "then") }.
 headline-not_released = Not released yet.
     .remedy = Do what the alarms say.
 headline-fading = Switched off: the correction fades out.
     .remedy = Enable to compensate again.
 headline-unreachable = The control cannot be read: what acts is not known.
     .remedy = The machine's watchdog may have set the offset to zero. Check network and control.
+headline-not_acting = Not acting as commanded: { NAME($names) }.
+    .remedy = Look at the control: release, watchdog, who else writes.
 headline-inputs_unreachable = The temperatures cannot be read.
-    .remedy = Check network and control; it goes on by itself.
+    .remedy = Check network and control; { CODE($then, "then") }.
 headline-fault = { CODE($reason, "reason") }
     .remedy = Remove the cause, then acknowledge.
+
+## What it takes to go on once the cause is gone
+
+then-wait = it goes on by itself
+then-resume = then resume to go on
+then-enable = then enable to compensate again
 
 ## Why the compensation is not active
 

@@ -35,7 +35,7 @@ from thermaxis.runtime.loop._requests import Requests, Waiting
 from thermaxis.runtime.loop._saved_state import SavedState, Saver, StateFile, take_up
 from thermaxis.runtime.loop._self_test import SELF_TEST, SelfTest, with_self_test
 from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
-from thermaxis.runtime.loop._telling import active_in_s, record_of, status_of
+from thermaxis.runtime.loop._telling import differing, record_of, status_of
 from thermaxis.runtime.status import (
     Alarm,
     Headlines,
@@ -57,7 +57,7 @@ PAST_EVERY_S = 60.0
 PAST_ROWS = 1440
 """So many of them: a day. [1]"""
 ALARMS_EVERY_S = 1.0
-"""Alarms are looked for so often, and whenever the state changes. [s]"""
+"""Alarms are looked for so often, and whenever state or headline change. [s]"""
 UNREAD_AFTER_S = 5.0
 """It is told when a machine that is there does not tell its offsets for so long. [s]"""
 _DECIDES: Final = frozenset({RequestKind.ENABLE, RequestKind.DISABLE, RequestKind.ACKNOWLEDGE})
@@ -130,7 +130,7 @@ class CompensationLoop:
         self._machine = Machine(ports, self._journal, self.compensation)
         self._headlines = Headlines()
         self._interlocks: Mapping[str, bool | None] = {}
-        self._held_by = ""
+        self._held_by, self._differing = "", tuple[str, ...]()
         self._known_s = 0.0
         self._test = SelfTest(self_test, self._journal)
         self._diameter: float | None = None
@@ -203,6 +203,7 @@ class CompensationLoop:
         if taken.state is None:
             return
         self._state, self._diameter = taken.state, taken.state.diameter_mm
+        self._held_by = taken.held_by
         memory, latches = self._state.memory, self.settings.latch_offset_mismatch
         if memory.held or (memory.enabled and latches):  # it should stand where it was
             self._machine.left_at(self._state.correction_um)
@@ -310,6 +311,9 @@ class CompensationLoop:
         asked = [one.request for one in waiting if one.change is None]
         reading = reading._replace(requests=(*asked, *own))
         self._state, output = cycle(self.compensation, self._state, reading)
+        unlike = {*differing(self.compensation, self._state.memory, found, output)}
+        unlike |= standing(self._machine.rules, self._machine.offsets)
+        self._differing = tuple(name for name in self._names if name in unlike)
         self._requests.answer(waiting, output.answers)
         self._heed(waiting, output.answers)
         return output
@@ -388,6 +392,8 @@ class CompensationLoop:
             certificates=self.certificates,
             offsets=self._machine.aged(),
             interlocks=self._interlocks,
+            held_by=self._held_by,
+            differing=self._differing,
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
         )
@@ -396,6 +402,9 @@ class CompensationLoop:
             self._journal.event("state", told.code, told.values)
         self.historian.record(record_of(status, now_s, self._machine.applied))
         self._journal.connections(self.status, status)
+        headline, since = self._headlines.headline_of(status)
+        status = replace(status, headline=headline, headline_since=since)
+        changed = changed or headline.code != (self.status and self.status.headline.code)
         if changed or now_s - self._alarms_s >= ALARMS_EVERY_S:
             self._alarms_s = now_s
             self._alarms = alarms_of(
@@ -408,9 +417,7 @@ class CompensationLoop:
                 other_state=self._other_state,
             )
             self._journal.alarms(status.alarms, self._alarms)
-        left_s = active_in_s(self.compensation, self._state.memory)
-        headline, since = self._headlines.headline_of(status, left_s, self._held_by)
-        status = replace(status, alarms=self._alarms, headline=headline, headline_since=since)
+        status = replace(status, alarms=self._alarms)
         if now_s - self._past_s >= PAST_EVERY_S and None not in output.values:
             self._past_s = now_s
             rows = zip(status.channels, output.values, strict=True)
@@ -427,4 +434,5 @@ class CompensationLoop:
             self.settings.model_file,
             not self._latched and (self._resume if self._stopping else self._state.memory.enabled),
             self._state,
+            self._held_by,
         )

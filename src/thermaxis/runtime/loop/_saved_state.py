@@ -78,6 +78,8 @@ class SavedState:
     """Whether the compensation was enabled."""
     state: CycleState
     """State of the cycle."""
+    held_by: str = ""
+    """Who held it last."""
 
 
 @final
@@ -148,6 +150,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
         "model_sha256": saved.model_sha256,
         "model_file": saved.model_file,
         "enabled": saved.enabled,
+        "held_by": saved.held_by,
         "channels": compensation.model.channels,
         "outputs": [output.name for output in compensation.model.outputs],
         "state": {**state._asdict(), "thermal": state.thermal._asdict()},
@@ -174,6 +177,7 @@ def _read(place: Path, compensation: Compensation) -> SavedState:
         str(saved["model_file"]),
         bool(saved["enabled"]),
         _fitted(saved, compensation),
+        str(saved.get("held_by", "")),
     )
 
 
@@ -231,6 +235,8 @@ class TakenUp(NamedTuple):
     """What was taken up, or why nothing was."""
     other_version: Message | None = None
     """Why a saved state of another version was not used."""
+    held_by: str = ""
+    """Who held it last."""
 
 
 def take_up(
@@ -250,7 +256,8 @@ def take_up(
         return TakenUp(state, Message("event-saved_state_newer_fault", {"reason": old.fault}))
     age_s = max(0.0, age_s)
     state, taken = resumed(saved, compensation, settings, now_s=clock.monotonic_s(), age_s=age_s)
-    return TakenUp(state, Message("event-saved_state", {"age_s": age_s, "resumed": taken}))
+    event = Message("event-saved_state", {"age_s": age_s, "resumed": taken})
+    return TakenUp(state, event, held_by=saved.held_by)
 
 
 def resumed(

@@ -1,10 +1,11 @@
 """What is told of a cycle: the status for everybody, and its record for the history."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from thermaxis.codes import Message
 from thermaxis.compensation import Compensation, CycleOutput, CycleState, Memory
+from thermaxis.runtime._offsets import Found
 from thermaxis.runtime._ports import Applied, CycleRecord
 from thermaxis.runtime.loop._settings import LoopSettings
 from thermaxis.runtime.status import RuntimeStatus, facts_of
@@ -31,6 +32,8 @@ def status_of(
         model_sha256=settings.model_sha256,
         diameter_mm=state.diameter_mm,
         reference_c=dict(zip(channels, state.thermal.reference, strict=False)),
+        held_s=state.memory.held_s,
+        active_in_s=_active_in_s(compensation, state.memory),
         trim_owner={name: trim.who for name, trim in zip(names, state.trims, strict=True)},
         trim_left_s={name: trim.left_s for name, trim in zip(names, state.trims, strict=True)},
         facts=facts_of(compensation),
@@ -39,7 +42,21 @@ def status_of(
     )
 
 
-def active_in_s(compensation: Compensation, memory: Memory) -> float:
+def differing(
+    compensation: Compensation, memory: Memory, found: Found, output: CycleOutput
+) -> Iterator[str]:
+    """Yield the outputs that are not read back as they were written."""
+    if not memory.differs_s:
+        return
+    nothing = (None,) * len(output.before_um)
+    rows = (found.found_um or nothing, found.read_back_um or nothing, output.before_um)
+    tolerance_um = compensation.supervisor.read_back_tolerance_um
+    for of, anew_um, said_um, um in zip(compensation.model.outputs, *rows, strict=True):
+        if anew_um is None and (said_um is None or abs(said_um - um) > tolerance_um):
+            yield of.name
+
+
+def _active_in_s(compensation: Compensation, memory: Memory) -> float:
     """Return the time after which the compensation is active if nothing else blocks. [s]"""
     rules = compensation.supervisor
     return max(rules.settle_s - memory.running_s, rules.recovery_delay_s - memory.ready_s, 0.0)

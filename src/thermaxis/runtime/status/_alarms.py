@@ -182,7 +182,7 @@ def _of_connections(status: RuntimeStatus, compensation: Compensation, *, unread
     hold = _duration("hold", compensation.supervisor.hold_connection_s)
     if not status.sink_connected:
         yield "sink_lost", "", {**hold, "reason": status.sink_reason or _SILENT}
-    elif status.enabled and status.sink_reason is not None:
+    elif status.output.state is not SupervisorState.OFF and status.sink_reason is not None:
         yield "write_refused", "", {"reason": status.sink_reason}
     elif unread:
         yield "offset_unread", "", hold

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple, cast, final
 
 from thermaxis import __version__
 from thermaxis.codes import Message, value_as_json, values_as_json
-from thermaxis.compensation import SampleQuality, SupervisorState
+from thermaxis.compensation import Outcome, SampleQuality, SupervisorState
 from thermaxis.messages import as_sentence, sentence, sentence_of
 from thermaxis.runtime._ports import NOT_READ
 from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
@@ -158,9 +158,22 @@ def _beyond_soft_limit(status: RuntimeStatus, owner: Owner) -> bool | None:
     return facts and abs(status.output.correction_um[owner.number]) > facts.limits.soft_um
 
 
+def _is_silent(status: RuntimeStatus) -> bool:
+    """Whether the model says nothing: it waits for its first values, or has led to no number."""
+    outcomes = status.output.outcomes
+    return Outcome.WAITING in outcomes or outcomes == (Outcome.STATE_UNUSABLE,)
+
+
+def _of_model(key: str) -> Callable[[RuntimeStatus, Owner], object]:
+    """Return what reads a value of the model, which is not known while that says nothing."""
+    return lambda s, o: None if _is_silent(s) else getattr(s.output, key)[o.number]
+
+
 def _parts_um(status: RuntimeStatus, owner: Owner) -> dict[str, float]:
     """Return what every part contributes, by its name, or by its number where that is not known."""
     contribution, facts = status.output.contribution_um[owner.number], status.facts.get(owner.name)
+    if _is_silent(status):
+        contribution = (math.nan,) * len(contribution)
     named = facts is not None and len(facts.parts) == len(contribution)
     parts = facts.parts if facts is not None and named else range(1, len(contribution) + 1)
     return {str(part): um for part, um in zip(parts, contribution, strict=True)}
@@ -224,7 +237,8 @@ _OF_THE_LOOP = (
        "What is the matter, a code: the cause goes before the state.", prompt=True),
     _F("", "headline", "", _K.MESSAGE, "", "headline", "The same, with its values."),
     _F("Status/HeadlineSince", "headline_since", "", _K.TIME, "", "headline_since",
-       "Since when that is so.", prompt=True),
+       "Since when that is so; the start of the loop where it may have been so before.",
+       prompt=True),
     _F("Status/OpenInterlocks", "open_interlocks", "", _K.TEXTS, "", "open_interlocks",
        "Names of the interlocks that are not met.", prompt=True),
     _F("Status/Reasons", "reasons", "", _K.TEXTS, "", "output.reasons",
@@ -316,7 +330,7 @@ _OF_AN_OUTPUT = (
        "What the machine reports as acting now; no value where it does not say."),
     _F("EffectiveAge", "effective_age_s", "effective_age_seconds", _K.NUMBER, "s",
        _effective("age_s"), "Time since the machine said it."),
-    _F("Model", "model_um", "model_micrometres", _K.NUMBER, "µm", "output.model_um.*",
+    _F("Model", "model_um", "model_micrometres", _K.NUMBER, "µm", _of_model("model_um"),
        f"Displacement by the model. {SIGN}"),
     _F("Weight", "weight", "weight_ratio", _K.NUMBER, "1", "output.weight.*",
        "Weight of the model; below 1 outside the range of its training logs."),
@@ -330,7 +344,7 @@ _OF_AN_OUTPUT = (
        "Who set the trim; empty without one."),
     _F("TrimLeft", "trim_left_s", "", _K.NUMBER, "s", "trim_left_s.*",
        "Time until the trim expires; 0 without one."),
-    _F("Parts", "", "", _K.NUMBERS, "µm", "output.contribution_um.*",
+    _F("Parts", "", "", _K.NUMBERS, "µm", _of_model("contribution_um"),
        "What every part of the model contributes."),
     _F("PartNames", "", "", _K.TEXTS, "", "facts.*.parts",
        "Names of the parts, in the same order.", missing=NONE_STATED),

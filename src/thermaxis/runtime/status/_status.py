@@ -153,10 +153,18 @@ class RuntimeStatus:
     """Commanded, accepted and effective offset of every output, each with its age."""
     interlocks: Mapping[str, bool | None] = field(default_factory=dict[str, bool | None])
     """Whether each interlock is met, by its name; None where that could not be read."""
+    held_by: str = ""
+    """Who holds it; empty where that is not known."""
+    held_s: float = 0.0
+    """For how long it has been held, also before a restart. [s]"""
+    active_in_s: float = 0.0
+    """Time after which it is active if nothing else blocks. [s]"""
+    differing: tuple[str, ...] = ()
+    """Outputs that are not read back as they were written, or where what acts does not follow."""
     headline: Message = field(default_factory=partial(Message, "headline-off"))
     """What is the matter, in one line."""
     headline_since: datetime | None = None
-    """Since when that is so, aware, in UTC."""
+    """Since when that is so, aware, in UTC; `started` for what may have been so before."""
     source_reason: Message | None = None
     """Why the values' machine is not reached; None while it is."""
     sink_reason: Message | None = None
@@ -173,8 +181,12 @@ class RuntimeStatus:
         """Names of the interlocks that are not met."""
         return tuple(name for name, met in self.interlocks.items() if met is False)
 
+    @property
+    def patience_s(self) -> float:
+        """Time for which a look may fail before what it told may be so no more. [s]"""
+        return max(SILENCE_CYCLES * self.cycle_s, SHORTEST_SILENCE_S) + LOOK_S
+
     def acting_known(self, output: str) -> bool:
         """Whether what acts at an output was read at the last look: else it may be gone."""
         age_s = self.offsets.get(output, OutputOffsets()).acting.age_s
-        longest_s = max(SILENCE_CYCLES * self.cycle_s, SHORTEST_SILENCE_S) + LOOK_S
-        return self.sink_connected and age_s is not None and age_s <= longest_s
+        return self.sink_connected and age_s is not None and age_s <= self.patience_s
