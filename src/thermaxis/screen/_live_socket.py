@@ -3,6 +3,7 @@
 import contextlib
 import json
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any, final
 
 import anyio
@@ -21,7 +22,7 @@ KEPT_FOR_PERSONS = 16
 """Of these, those that only somebody who has logged in can have. [1]"""
 MOST_OF_ONE = 24
 """Pages that one address has open without a log-in, or one person with it. [1]"""
-_POLICY, _TOO_MANY = 1008, 1013
+_TOO_MANY = 1013
 
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
@@ -35,20 +36,19 @@ class LiveSocket:
 
     A page that is slow gets the newest look when it is ready, and none in between; it delays no
     other. A page has nothing to say here: whatever it sends ends its connection. When its log-in
-    ends, or the role changes, it is told so once, and loads itself again.
+    ends, or the role changes, it is told so once, and loads itself again. Whoever may not look is
+    told the state, how many alarms there are and how grave, for a log-in page must not hide them;
+    no value, no name and no reason.
     """
 
     def __init__(self, parts: ScreenParts) -> None:
         self._parts = parts
         self._open: Counter[tuple[bool, str]] = Counter()
-        self._said: dict[str, tuple[str, str]] = {}
+        self._said: dict[tuple[str, bool], tuple[str, str]] = {}
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one page until it is closed."""
         visitor = visitor_of(socket)
-        if not visitor.role.at_least(Role.VIEWER):
-            await socket.close(_POLICY)
-            return
         await socket.accept()
         whose = _whose(socket, visitor)
         if not self._has_room(whose):
@@ -98,49 +98,57 @@ class LiveSocket:
             told, last = self._parts.feed.latest, True
             while True:
                 now = visitor_of(socket)
-                if visitor.person is not None and now.person is None:
-                    await socket.send_text(self._ended(visitor.person, visitor.language))
+                if (now.person, now.role) != (visitor.person, visitor.role):
+                    await socket.send_text(_ended(visitor.person, now))
                     return
-                if now.role is not visitor.role:
-                    await socket.send_text(self._changed(now))
-                    return
-                await socket.send_text(self._message(told, visitor.language, last=last))
+                await socket.send_text(self._message(told, visitor, last=last))
                 last = False
                 told = await self._parts.feed.after(told.number)
 
-    def _message(self, told: StatusSnapshot, language: str, *, last: bool) -> str:
+    def _message(self, told: StatusSnapshot, visitor: Visitor, *, last: bool) -> str:
         """Return a look; without data with the status of before, for a page that has seen none."""
         said: dict[str, Any] = {"kind": "status"}
         if not told.live:
             key = told.why or "feed-starting"
-            text, since = sentence(key, language=language), told.status.get("utc")
+            text, since = sentence(key, language=visitor.language), told.status.get("utc")
             said = {"kind": "no_data", "key": key, "text": text, "since": since}
         if told.live or (last and told.text):
             now_s = self._parts.clock.monotonic_s()
             age_s = round(max(0.0, now_s - told.received_s), 3)
             said |= {"age_s": age_s, "sent_s": round(now_s, 3)}
             head = json.dumps(said, separators=(",", ":"))[:-1]
-            return f'{head},"status":{self._status(told, language)}}}'
+            return f'{head},"status":{self._status(told, visitor)}}}'
         return json.dumps(said)
 
-    def _status(self, told: StatusSnapshot, language: str) -> str:
+    def _status(self, told: StatusSnapshot, visitor: Visitor) -> str:
         """Return the status with its sentences in a language; made once for all its pages."""
-        known = self._said.get(language)
+        looks = visitor.role.at_least(Role.VIEWER)
+        whose = visitor.language, looks
+        known = self._said.get(whose)
         if known is None or known[0] != told.text:
-            names = self._parts.configuration.input_names(language)
-            said = said_status(told.status, language, names)
-            known = told.text, json.dumps(said, separators=(",", ":"))
-            self._said[language] = known
+            names = self._parts.configuration.input_names(visitor.language)
+            said = said_status(told.status, visitor.language, names)
+            shown = said if looks else _gist(said, visitor.language)
+            known = told.text, json.dumps(shown, separators=(",", ":"))
+            self._said[whose] = known
         return known[1]
 
-    def _changed(self, now: Visitor) -> str:
-        role = Message(f"common-role_{now.role.value}")
-        text = sentence("login-role_changed", {"role": role}, language=now.language)
-        return json.dumps({"kind": "role", "role": now.role.value, "text": text})
 
-    def _ended(self, person: UserSession, language: str) -> str:
-        text = sentence(person.ended or OUT, language=language)
-        return json.dumps({"kind": "ended", "text": text})
+def _gist(said: Mapping[str, Any], language: str) -> dict[str, Any]:
+    """Return what stands at the head of a log-in page."""
+    gravest, count = said["alarms"][:1], len(said["alarms"])
+    text = sentence("common-alarms", {"count": count}, language=language)
+    shown = {key: said[key] for key in ("number", "utc", "cycle_s", "state", "state_said")}
+    alarms = [{"priority": one["priority"], "text": text} for one in gravest]
+    return {**shown, "reasons_said": [], "alarms": alarms}
+
+
+def _ended(before: UserSession | None, now: Visitor) -> str:
+    """Return why a page is another one's now: its log-in has ended, or the role has changed."""
+    key, values = "login-role_changed", {"role": Message(f"common-role_{now.role.value}")}
+    if before is not None and now.person is not before:
+        key, values = before.ended or OUT, {}
+    return json.dumps({"kind": "ended", "text": sentence(key, values, language=now.language)})
 
 
 def _whose(socket: WebSocket, visitor: Visitor) -> tuple[bool, str]:

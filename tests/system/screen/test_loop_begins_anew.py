@@ -49,7 +49,7 @@ def role_of(seen: Looked) -> str | None:
 def test_whoever_is_logged_in_stays_so_when_the_loop_begins_anew(look: Look, closed: Rig) -> None:
     seen = look(of=closed)
     page = seen.open("/sensors")
-    page.wait_for_selector("#loop[data-live=yes]")
+    page.wait_for_selector("body[data-live=yes]")
     log_in(seen, closed, "operator")
     page.wait_for_url("**/sensors")
     seen.wait_live()
@@ -86,7 +86,7 @@ def test_whoever_was_struck_off_while_the_loop_was_away_is_logged_out(
     write_users([one for one in read_users(users) if one.name != "viewer"], users)
     closed.start_loop()
     page.wait_for_url("**/login**")
-    page.wait_for_selector("#why:not([hidden])")
+    page.wait_for_selector("#why")
     assert "was changed" in page.locator("#why").inner_text()
     users.write_bytes(before)
 
@@ -102,14 +102,14 @@ def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
     closed.kill("screen")
     closed.start_screen()
     page.wait_for_url("**/login?next=/history")
-    page.wait_for_selector("#why:not([hidden])")
+    page.wait_for_selector("#why")
     assert "started anew" in page.locator("#why").inner_text()
-    page.wait_for_selector("#loop[data-live=yes]")
+    page.wait_for_selector("body[data-live=yes]")
     closed.kill("run")
-    page.wait_for_selector("#loop[data-live=no]")
-    assert page.locator("#loop").inner_text().startswith("NO DATA since")
+    page.wait_for_selector("body[data-live=no]")
+    assert page.locator("#no-data").inner_text().startswith("NO DATA since")
     closed.start_loop()
-    page.wait_for_selector("#loop[data-live=yes]")
+    page.wait_for_selector("body[data-live=yes]")
     log_in(seen, closed, "operator")
     page.wait_for_url("**/history")
     seen.wait_live()
@@ -126,7 +126,7 @@ def test_no_page_and_no_answer_tells_the_folders_of_the_computer(closed: Rig) ->
     span = "first=2026-01-01T00:00:00Z&last=2100-01-01T00:00:00Z"
     asked = [
         *PAGES,
-        *("/login", "/login/state", "/nowhere", "/alive", "/trend8", "/model/values"),
+        *("/login", "/nowhere", "/alive", "/trend8", "/model/values"),
         *("/sensors/values", "/history/series", "/probe/values", f"/history/events?{span}"),
         f"/history/trend?names=correction.Z_um&points=100&{span}",
     ]

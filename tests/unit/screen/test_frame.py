@@ -17,6 +17,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from tests.unit.screen.people import PASSWORD, TOKEN, People
 from tests.unit.screen.stand import (
+    SMALL,
     Feed,
     client,
     lathe,
@@ -36,6 +37,13 @@ from thermaxis.web import Assets, for_script, modules_of, static_address
 LIVE = "ws://127.0.0.1:8450/live"
 HOSTS = ("127.0.0.1:8450",)
 ROLES = (Role.VIEWER, Role.OPERATOR, Role.ENGINEER)
+
+
+SAMPLE = {"quality": "good", "value_c": 21.5}
+
+
+def alarm(priority: str) -> dict[str, object]:
+    return {"code": "late", "priority": priority, "since": "", "values": {"lateness_s": 1.5}}
 
 
 def guarded(role: Role, **more: bool) -> Callable[[ScreenParts], list[BaseRoute]]:
@@ -151,51 +159,49 @@ def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
         cast("People", given.persons).standing["cookie-engineer"].role = Role.OPERATOR
         cast("Feed", given.feed).tell()
         said = socket.receive_json()
-    assert (said["kind"], said["role"]) == ("role", "operator")
+    assert said["kind"] == "ended"
     assert "operator" in said["text"]
 
 
 # ---- why a log-in is needed ---------------------------------------------------------------------
 
 
-def state_of(given: ScreenParts, cookie: str | None) -> dict[str, object]:
+def why_of(given: ScreenParts, cookie: str | None) -> str:
     browser = client(given, _login_page.routes)
     if cookie is not None:
         browser.cookies.set("thermaxis_8450", cookie)
-    found: dict[str, object] = browser.get("/login/state").json()
-    return found
+    found = re.search(r'id="why"[^>]*>([^<]*)<', browser.get("/login").text)
+    return "" if found is None else found[1]
 
 
 def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
     given = parts(view_without_login=False)
     people = cast("People", given.persons)
-    assert state_of(given, None)["why"] == ""
-    assert state_of(given, "of another run")["why"] == sentence("login-started_anew")
+    assert why_of(given, None) == ""
+    assert why_of(given, "of another run") == sentence("login-started_anew")
     people.end_cookie("cookie-x", "login-idle")
-    assert state_of(given, "cookie-x")["why"] == sentence("login-idle")
+    assert why_of(given, "cookie-x") == sentence("login-idle")
     client(given, _login_page.routes, name="operator")
-    assert state_of(given, "cookie-operator")["why"] == ""
+    assert why_of(given, "cookie-operator") == ""
 
 
-def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() -> None:
+def test_whoever_may_not_look_is_told_the_state_and_how_many_alarms_and_nothing_else() -> None:
     given = parts(view_without_login=False)
     feed = cast("Feed", given.feed)
-    there = state_of(given, None)
-    assert there == {
-        "program": "run-1",
-        "viewing": False,
-        "why": "",
-        "live": True,
-        "text": sentence("login-loop_there"),
-        "since": None,
+    alarms = [alarm("high"), alarm("low")]
+    feed.tell(alarms=alarms, state="Holding", reasons=["input_bad"], inputs={"T1_C": SAMPLE})
+    with client(given, _live_socket.routes).websocket_connect(LIVE) as socket:
+        assert socket.receive_json()["role"] == "none"
+        said = socket.receive_json()["status"]
+        feed.tell(why="feed-no_connection")
+        assert socket.receive_json()["text"] == sentence("feed-no_connection")
+    assert said == {
+        **{key: SMALL[key] for key in ("number", "utc", "cycle_s")},
+        "state": "Holding",
+        "state_said": sentence("state-Holding"),
+        "reasons_said": [],
+        "alarms": [{"priority": "high", "text": sentence("common-alarms", {"count": 2})}],
     }
-    feed.tell(why="feed-no_connection")
-    away = state_of(given, None)
-    assert away["live"] is False
-    assert away["since"] == "2026-11-20T10:00:00.000+00:00"
-    assert away["text"] == sentence("feed-no_connection")
-    feed.tell()
-    assert state_of(given, None) == there
 
 
 # ---- log-in -------------------------------------------------------------------------------------
@@ -414,14 +420,6 @@ def test_an_open_page_is_told_when_its_log_in_ends() -> None:
         assert ended == {"kind": "ended", "text": sentence("login-idle")}
         with pytest.raises(WebSocketDisconnect):
             socket.receive_json()
-
-
-def test_a_page_that_may_not_look_is_not_connected() -> None:
-    with (
-        pytest.raises(WebSocketDisconnect),
-        client(parts(view_without_login=False), _live_socket.routes).websocket_connect(LIVE),
-    ):
-        pass
 
 
 def test_a_page_that_says_something_is_cut_off() -> None:

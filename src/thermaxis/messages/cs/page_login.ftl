@@ -14,7 +14,6 @@ login-no_role = Tento uživatel nesmí ani prohlížet.
 login-loop_gone = Spojení s kompenzací se ztratilo; naváže se znovu samo.
 login-role_changed = Vaše role je nyní: { $role }.
 login-started_anew = Obrazovka byla spuštěna znovu: přihlaste se znovu.
-login-loop_there = Kompenzace je připojena.
 login-role_too_low = K tomu je nutná role { $needed }.
 login-token = Požadavek nepochází z této stránky. Načtěte stránku znovu.
 login-host = Pod touto adresou obrazovka není známa. Technolog ji doplní v konfiguraci do hosts.

@@ -14,7 +14,6 @@ login-no_role = Dieser Benutzer darf auch nicht ansehen.
 login-loop_gone = Die Verbindung zur Kompensation ging verloren; sie wird von selbst neu aufgebaut.
 login-role_changed = Ihre Rolle ist jetzt: { $role }.
 login-started_anew = Der Bildschirm wurde neu gestartet: bitte neu anmelden.
-login-loop_there = Die Kompensation ist verbunden.
 login-role_too_low = Dafür ist die Rolle { $needed } nötig.
 login-token = Die Anforderung stammt nicht von dieser Seite. Seite neu laden.
 login-host = Der Bildschirm ist unter dieser Adresse nicht bekannt. Der Einrichter trägt sie in der Konfiguration unter hosts ein.

@@ -16,7 +16,6 @@ login-no_role = This user may not even look.
 login-loop_gone = The connection to the compensation is lost; it is opened again by itself.
 login-role_changed = Your role is now: { $role }.
 login-started_anew = The screen was started anew: log in again.
-login-loop_there = The compensation is connected.
 login-role_too_low = This needs the role { $needed }.
 login-token = The request does not come from this page. Load the page again.
 login-host = The screen is not known by this address. An engineer adds it to hosts in the configuration.

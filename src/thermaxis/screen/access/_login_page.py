@@ -7,7 +7,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.messages import LANGUAGES, sentence
+from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Role
 from thermaxis.screen.access._access import cookie_name, needs, visitor_of, why_out
 from thermaxis.screen.access._parts import ScreenParts, parts_of
@@ -42,7 +42,6 @@ def routes(parts: ScreenParts) -> list[BaseRoute]:
     return [
         Route("/login", _page, methods=["GET"]),
         Route("/login", _log_in, methods=["POST"]),
-        Route("/login/state", _state, methods=["GET"]),
         Route("/logout", _log_out, methods=["POST"]),
         Route("/language", _choose_language, methods=["POST"]),
     ]
@@ -50,28 +49,7 @@ def routes(parts: ScreenParts) -> list[BaseRoute]:
 
 async def _page(request: Request) -> Response:
     panel = parts_of(request).settings.takes_pin(_address(request))
-    return render(request, "login.html", page="login", panel=panel)
-
-
-async def _state(request: Request) -> Response:
-    """Tell why a log-in is needed, and whether the loop is there: to anybody, so no value of it.
-
-    Pages that are open ask by themselves, so it is no sign of a person.
-    """
-    parts, told = parts_of(request), parts_of(request).feed.latest
-    visitor = visitor_of(request)
-    language = visitor.language
-    out, why = why_out(request), "" if told.live else told.why or "feed-starting"
-    return answer_json(
-        {
-            "program": parts.program,
-            "viewing": visitor.role.at_least(Role.VIEWER),
-            "why": sentence(out, language=language) if out else "",
-            "live": told.live,
-            "text": sentence(why or "login-loop_there", language=language),
-            "since": None if told.live else told.status.get("utc"),
-        }
-    )
+    return render(request, "login.html", page="login", panel=panel, why=why_out(request))
 
 
 async def _log_in(request: Request) -> Response:

@@ -86,7 +86,5 @@ byId("logout")?.addEventListener("click", async () => {
 });
 tick();
 setInterval(tick, 1000);
-if (document.body.dataset.viewing === "yes") {
-  watch();
-  startLive();
-}
+watch();
+startLive();

@@ -96,9 +96,7 @@ function connect() {
   heardMs = openedMs;
   shortest = { lagS: Infinity, atS: 0 };
   const mine = new WebSocket(`${scheme}//${location.host}/live`);
-  let opened = false;
   socket = mine;
-  mine.addEventListener("open", () => { opened = true; });
   mine.addEventListener("message", (event) => hear(String(event.data)));
   mine.addEventListener("close", (event) => {
     if (socket !== mine || leaving) return;
@@ -106,25 +104,9 @@ function connect() {
     const full = event.code === TOO_MANY_PAGES;
     whyKnown = full && whyKnown;
     if (full) retryMs = LONGEST_RETRY_MS;
-    if (!opened) void lookAround();
     setTimeout(connect, retryMs);
     retryMs = Math.min(LONGEST_RETRY_MS, 1.5 * retryMs);
   });
-}
-
-/** Ask why there is no connection: a server that began anew knows the log-in no more. */
-async function lookAround() {
-  try {
-    const answer = await fetch("/login/state", { cache: "no-store" });
-    if (!answer.ok) return;
-    const state = await answer.json();
-    const { program, viewing } = document.body.dataset;
-    if (state.program === program && state.viewing === (viewing === "yes")) return;
-    if (state.why) leaveNotice(state.why);
-    location.reload();
-  } catch {
-    // it is not there; the next attempt follows
-  }
 }
 
 /** @param {string} text */
@@ -144,7 +126,7 @@ function hear(text) {
     tellNone(toldSince);
   } else if (message.kind === "hello") {
     if (isOld(message)) location.reload();
-  } else if (message.kind === "ended" || message.kind === "role") {
+  } else if (message.kind === "ended") {
     leaveNotice(message.text);
     location.reload();
   }
