@@ -57,7 +57,7 @@ class People:
     def person(self, role: Role, name: str = "novak") -> UserSession:
         """Return somebody with a session."""
         now_s = self._clock.monotonic_s()
-        return UserSession(name, role, TOKEN, HERE, now_s, now_s, cast("LoopSession", Session()))
+        return UserSession(name, role, TOKEN, now_s, now_s, cast("LoopSession", Session()))
 
     def come(self, role: Role | None, name: str = "novak") -> "People":
         """Put somebody in front of the browser, who logs in without a cookie; None for nobody."""
@@ -110,7 +110,6 @@ class People:
         if not role.at_least(Role.VIEWER):
             return Refusal(NO_ROLE)
         person = self.person(role, name)
-        person.address = address
         cookie = f"cookie-{name}"
         self.standing[cookie] = person
         self._ended.pop(cookie, None)

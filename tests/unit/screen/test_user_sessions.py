@@ -22,6 +22,7 @@ from tests.unit.screen.person_parts import (
     Shop,
     Stage,
     appoint,
+    asks,
     shop,
 )
 from thermaxis.codes import Message
@@ -51,7 +52,6 @@ from thermaxis.screen.access._user_sessions import (
     KEEP_ALIVE_S,
     MOST_AT_ONCE,
     MOST_OF_ONE,
-    MOST_WAITING,
     Refusal,
 )
 
@@ -123,7 +123,7 @@ async def test_cookie_and_token_are_secrets_and_a_cookie_is_kept_as_its_hash(
     assert not any(secret in shown for secret in cookies | tokens)
     cookie, person = found[0]
     assert place.persons.of(person.token) is None
-    for known in place.persons._user_sessions:
+    for known in place.persons._standing:
         assert place.persons.of(known.hex()) is None
         assert place.persons.of(known.decode("latin-1")) is None
     for other in (None, "", cookie[:-1], cookie + "x", cookie.upper(), "é" * 43, "x" * 10_000):
@@ -211,13 +211,13 @@ async def test_no_more_persons_than_may_be_and_a_place_that_is_free_is_free(plac
 
 
 @at_the_shop()
-async def test_a_flood_of_log_ins_waits_within_a_bound(place: Shop) -> None:
-    wanted = MOST_AT_ONCE + MOST_WAITING + 5
+async def test_a_flood_of_log_ins_is_bounded(place: Shop) -> None:
+    wanted = MOST_AT_ONCE + 5
     found = await asyncio.gather(
         *(place.persons.log_in(f"n{i}", PASSWORD, f"10.0.0.{i}") for i in range(wanted))
     )
     assert found.count(Refusal("login-busy")) == 5
-    assert found.count(Refusal("login-refused")) == wanted - 5
+    assert found.count(Refusal("login-refused")) == MOST_AT_ONCE
 
 
 @at_the_shop()
@@ -604,6 +604,41 @@ async def test_who_logs_out_while_a_session_is_renewed_leaves_none(place: Shop) 
 
 
 @at_the_shop()
+async def test_a_log_out_ends_every_session_that_was_opened_by_its_token(place: Shop) -> None:
+    cookie, person = await place.log_in("novak")
+    thief = await place.persons._session_of("novak", person.session.token)
+    assert not isinstance(thief, Refusal)
+    held = asks("Hold")
+    for status in ("Good", "BadUserAccessDenied"):
+        answer = await thief.call(held.ask.name, held.variants, 10.0)
+        assert answer is not None
+        assert answer.status == status
+        await place.persons.log_out(cookie)
+    await thief.close()
+
+
+@at_the_shop()
+async def test_who_logs_out_without_the_loop_has_the_token_ended_when_it_is_back(
+    place: Shop,
+) -> None:
+    users = place.server._users
+    assert users is not None
+    cookie, person = await without_session(place)
+    token = person.session.token.reveal()
+    await place.persons.log_out(cookie)
+    assert place.persons.of(cookie) is None
+    await place.clock.move(KEEP_ALIVE_S)  # it is not there yet
+    await until(lambda: not person.renewing)
+    assert await users.identify("novak", token) is not None
+    await place.cable.mend()
+    await place.clock.move(KEEP_ALIVE_S)
+    await until(lambda: not person.session.token)
+    assert await users.identify("novak", token) is None
+    assert (person.ended, place.persons.count) == ("login-out", 0)
+    await place.empty()
+
+
+@at_the_shop()
 async def test_a_server_that_freezes_costs_nobody_the_log_in(
     place: Shop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -625,11 +660,11 @@ async def test_a_server_that_freezes_costs_nobody_the_log_in(
 async def test_what_is_remembered_of_ended_log_ins_is_bounded(place: Shop) -> None:
     cookie, person = await place.log_in("novak")
     await place.persons.log_out(cookie)
-    for number in range(1000):
-        known = number.to_bytes(32, "big")
-        place.persons._user_sessions[known] = person
-        place.persons._end(known, "login-out")
-    assert len(place.persons._ended) == 64
+    for number in range(100):
+        other = replace(person, ended="")
+        place.persons._standing[number.to_bytes(32, "big")] = other
+        place.persons._end(other, "login-out")
+    assert len(place.persons._ended) == 16
     assert place.persons.why_ended(cookie) == ""
     await asyncio.gather(*place.persons._leaving)
 
@@ -751,7 +786,7 @@ async def test_a_request_that_waits_for_the_loop_costs_nobody_the_log_in(
     for _ in range(3):
         await place.clock.move(KEEP_ALIVE_S)
     assert len(person.session._link.under_way) == 1  # nothing is heaped up behind it
-    await place.persons._ask_role(person)  # and one that is asked for ends nothing
+    await place.persons._refresh(person)  # and one that is asked for ends nothing
     assert place.persons.of(cookie) is person
     place.box.gate.set()
     assert (await asking).answer is Answer.ACCEPTED

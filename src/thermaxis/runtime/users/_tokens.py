@@ -85,6 +85,10 @@ class IssuedTokens:
         found = [one for one in self._issued if hmac.compare_digest(one.sha256, known)]
         return found[0] if found and _stands(found[0], now) else None
 
+    def stands(self, one: IssuedToken, now: datetime) -> bool:
+        """Return whether a token has not ended, nor anybody ended it."""
+        return one in self._issued and _stands(one, now)
+
     def revoke(self, token: str, holder: str) -> None:
         """End a token of somebody."""
         one = _hash(token), holder

@@ -19,7 +19,6 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from datetime import datetime
 from enum import StrEnum
 from hashlib import sha256
 from pathlib import Path
@@ -34,7 +33,7 @@ from thermaxis.files.settings import parse_toml
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.host import read_private, whole_file
 from thermaxis.runtime.users._throttle import PIN_REFUSED_S, LogInThrottle
-from thermaxis.runtime.users._tokens import IssuedTokens
+from thermaxis.runtime.users._tokens import IssuedToken, IssuedTokens
 
 LONGEST_NAME = 64
 """Longest name of a user. [1]"""
@@ -110,8 +109,8 @@ class Identity(NamedTuple):
     """Name of the user; empty for somebody without one."""
     hash: str = ""
     """Hash that the password was checked against."""
-    until: datetime | None = None
-    """When it ends, where a token stood for the password."""
+    token: IssuedToken | None = None
+    """What stood for the password, if a token did: it ends with that."""
 
 
 ANONYMOUS = Identity("")
@@ -380,7 +379,7 @@ class Users:
             return None
         for known in (user.hash,) if address else (user.hash, user.pin):
             if hmac.compare_digest(found.holder, _holder(user, known)):
-                return Identity(name, known, found.until)
+                return Identity(name, known, found)
         return None
 
     async def role_now(self, identity: Identity) -> Role:
@@ -390,8 +389,10 @@ class Users:
 
     async def _user_of(self, identity: Identity) -> User | None:
         await asyncio.to_thread(self._read_again)  # never behind a password that is being checked
-        user, until = self._users.get(identity.name), identity.until
-        if user is None or not identity.hash or (until and until <= self._clock.utc()):
+        user, token = self._users.get(identity.name), identity.token
+        if user is None or not identity.hash:
+            return None
+        if token is not None and not self._tokens.stands(token, self._clock.utc()):
             return None
         by_pin = identity.hash == user.pin and user.role is Role.OPERATOR
         return user if by_pin or identity.hash == user.hash else None
@@ -404,7 +405,7 @@ class Users:
         whoever is nobody now, nor more often than passwords of a name are tried: each is written.
         """
         user, now_s = await self._user_of(identity), self._clock.monotonic_s()
-        if user is None or identity.until is not None:
+        if user is None or identity.token is not None:
             return ""
         if self._issued.refused(user.name, "", now_s) is not None:
             return ""
@@ -414,7 +415,7 @@ class Users:
         )
 
     async def revoke_token(self, identity: Identity, token: str) -> None:
-        """End a token of somebody."""
+        """End a token of somebody, and what every session that was opened by it allows."""
         user = await self._user_of(identity)
         if user is not None:
             await self._in_turn(self._tokens.revoke, token, _holder(user, identity.hash))

@@ -118,10 +118,13 @@ class LoopSession:
         return await call_method(self._link, REQUESTS, method, arguments, deadline_s)
 
     async def close(self) -> None:
-        """Log out at the server, its token too, and end the connection; nothing of it runs on."""
+        """Log out at the server, its token too, and end the connection; nothing of it runs on.
+
+        The token stays where the server has not taken its end.
+        """
         link, token = self._link, self.token.reveal()
-        if token:
-            await self._call(_REVOKE, (ua.Variant(token),), _LEAVE_S)
+        if token and await self._call(_REVOKE, (ua.Variant(token),), _LEAVE_S) is not None:
+            self.token = Secret("")
         gone = self.lost
         self.give_up()
         waiting = tuple(link.under_way)

@@ -11,6 +11,7 @@ import hashlib
 import math
 import secrets
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple, final
 
@@ -56,45 +57,28 @@ MOST_OF_ONE: Final = 4
 """Log-ins of one name at once; with the next one the oldest ends. [1]"""
 MOST_AT_ONCE: Final = 4
 """Log-ins whose passwords are being checked, and requests of one person that wait. [1]"""
-MOST_WAITING: Final = 8
-"""Log-ins that wait for that. [1]"""
 _LONGEST_COOKIE: Final = 128
-_MOST_ENDED: Final = 64
+_MOST_ENDED: Final = 16
 
+# why nobody is logged in
 REFUSED: Final = "login-refused"
-"""Name or password is wrong."""
 TOO_MANY: Final = "login-too_many"
-"""Too many failures of this name from this address."""
 TOO_MANY_FROM_HERE: Final = "login-too_many_from_here"
-"""Too many failures from this address, whatever the names."""
 FULL: Final = "login-full"
-"""As many persons have logged in as may at once."""
 BUSY: Final = "login-busy"
-"""Too many log-ins wait for their passwords to be checked."""
 NO_CONNECTION: Final = "login-no_connection"
-"""The loop's server cannot be reached."""
 IMPOSSIBLE: Final = "login-impossible"
-"""The configuration lets nobody log in: without encryption, or with certificates that cannot be
-used."""
 NO_PANEL: Final = "login-no_panel"
-"""A PIN is not taken from this address."""
 NO_ROLE: Final = "login-no_role"
-"""The password is right and the user may not even look, or the server says another name."""
+# why a log-in has ended
 OUT: Final = "login-out"
-"""The person has logged out."""
 IDLE: Final = "login-idle"
-"""Nothing was heard of the person for the longest time."""
 TOO_LONG: Final = "login-too_long"
-"""The log-in has lasted as long as any may."""
-LOOP_GONE: Final = "login-loop_gone"
-"""The session at the loop is gone: the loop, its server or the connection ended. It is opened
-again as soon as the loop is back."""
 ROLE_GONE: Final = "login-role_gone"
-"""The user was struck off, password or role were changed, or the token has ended."""
 ELSEWHERE: Final = "login-elsewhere"
-"""The same user has logged in too often elsewhere."""
 SCREEN_ENDS: Final = "login-screen_ends"
-"""The screen is being ended."""
+# why nothing can be asked for a while
+LOOP_GONE: Final = "login-loop_gone"
 
 
 class Refusal(NamedTuple):
@@ -117,10 +101,8 @@ class UserSession:
     """What the user may do, as the server said last."""
     token: str = field(repr=False)
     """Secret that every request of the person's pages carries besides the cookie."""
-    address: str
-    """Address from which the log-in came."""
     began_s: float
-    """When it was, monotonic. [s]"""
+    """When the log-in was, monotonic. [s]"""
     seen_s: float
     """Last sign of the person, monotonic. [s]"""
     session: LoopSession = field(repr=False)
@@ -137,8 +119,12 @@ class UserSession:
 class UserSessions:
     """Logs people in and out, and asks the loop what they ask.
 
+    With a log-in ends the token that the loop has issued for it, there too: at once, or as soon as
+    the loop can be asked.
+
     Not protected: while the loop is away nobody can ask it who somebody is. Whoever had logged in
     looks on in the role of before, at most until the ends of every log-in, and asks for nothing.
+    A token whose log-in ends while loop or screen are away for good ends by its own time.
 
     Also not protected: whoever has a person's cookie and reads a page with it is that person until
     the log-in ends, by log-out, after `idle_s` without a sign or after `longest_s` in any case; the
@@ -167,32 +153,28 @@ class UserSessions:
         self._longest_s = longest_s
         self._most = most
         self._answer_s = answer_s
-        self._user_sessions: dict[bytes, UserSession] = {}
-        self._ended: dict[bytes, str] = {}
+        self._standing: dict[bytes, UserSession] = {}
+        self._ended: dict[bytes, UserSession] = {}
         self._takes_pin = takes_pin
         self._throttle, self._pins = LogInThrottle(), LogInThrottle(PIN_REFUSED_S)
-        self._checking = asyncio.Semaphore(MOST_AT_ONCE)
         self._coming = 0
         self._leaving: set[asyncio.Task[None]] = set()
-        self._open = False
         self._task: asyncio.Task[None] | None = None
 
     # ---- life -----------------------------------------------------------------------------------
 
     async def open(self) -> None:
         """Begin to keep sessions alive."""
-        self._open = True
         self._task = asyncio.create_task(self._keep_alive(), name="persons")
 
     async def close(self) -> None:
         """Log everybody out; nothing runs on."""
-        self._open = False
         task, self._task = self._task, None
         if task is not None:
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)
-        for known in tuple(self._user_sessions):
-            self._end(known, SCREEN_ENDS)
+        for person in tuple(self._standing.values()):
+            self._end(person, SCREEN_ENDS)
         await asyncio.gather(*self._leaving)
         if task is not None and not task.cancelled() and (error := task.exception()) is not None:
             raise error  # a mistake in the program is not hidden
@@ -201,15 +183,14 @@ class UserSessions:
         async with asyncio.TaskGroup() as group:
             while True:
                 await self._clock.sleep_until(self._clock.monotonic_s() + KEEP_ALIVE_S)
-                for known, person in tuple(self._user_sessions.items()):
-                    if self._end_if_over(known, person):
-                        continue
-                    if person.session.lost:
-                        group.create_task(self._renew(known, person))
-                    elif not person.session.busy:
-                        group.create_task(self._refresh(known, person))
+                for person in (*self._standing.values(), *self._ended.values()):
+                    over, session = self._over(person), person.session
+                    if session.lost and (session.token or not over) and not person.renewing:
+                        group.create_task(self._renew(person))
+                    elif not (over or session.lost or session.busy):
+                        group.create_task(self._refresh(person))
 
-    async def _refresh(self, known: bytes, person: UserSession) -> None:
+    async def _refresh(self, person: UserSession) -> None:
         """Ask the server who a person is now; end the log-in of somebody who is nobody."""
         session = person.session
         waits = session.busy  # the server answers one after the other, and the loop takes its time
@@ -219,44 +200,43 @@ class UserSessions:
         if caller is None:
             session.give_up()
         elif caller.name != person.name or caller.role is Role.NONE:
-            self._end(known, ROLE_GONE)
+            self._end(person, ROLE_GONE)
         else:
             person.role = caller.role
 
-    async def _renew(self, known: bytes, person: UserSession) -> None:
-        """Open a session anew in place of a lost one; end the log-in of somebody who is refused."""
-        if person.renewing:
-            return
+    async def _renew(self, person: UserSession) -> None:
+        """Open a session in place of a lost one: to go on, or to end the token of who has gone."""
         person.renewing, lost = True, person.session
         try:
             found = await self._session_of(person.name, lost.token)
             if isinstance(found, Refusal):
                 if found.key == REFUSED:
-                    self._end(known, ROLE_GONE)
+                    lost.token = Secret("")
+                    self._end(person, ROLE_GONE)
                 return
             found.token, lost.token = lost.token, Secret("")
             person.session = found
             await (found if person.ended else lost).close()
         finally:
             person.renewing = False
-        await self._refresh(known, person)
+        await self._refresh(person)
 
-    def _end_if_over(self, known: bytes, person: UserSession) -> bool:
-        """End a log-in that lasted too long, and return whether it did."""
+    def _over(self, person: UserSession) -> bool:
+        """End a log-in that lasted too long, and return whether it has ended."""
         now_s = self._clock.monotonic_s()
         if now_s - person.began_s >= self._longest_s:
-            self._end(known, TOO_LONG)
+            self._end(person, TOO_LONG)
         elif now_s - person.seen_s >= self._idle_s:
-            self._end(known, IDLE)
+            self._end(person, IDLE)
         return bool(person.ended)
 
-    def _end(self, known: bytes, key: str) -> None:
+    def _end(self, person: UserSession, key: str) -> None:
         """End a log-in; its session is closed at the server meanwhile."""
-        person = self._user_sessions.pop(known, None)
-        if person is None:
+        known = next((known for known, one in self._standing.items() if one is person), None)
+        if known is None:
             return
         person.ended = key
-        self._ended[known] = key
+        self._ended[known] = self._standing.pop(known)
         if len(self._ended) > _MOST_ENDED:
             del self._ended[next(iter(self._ended))]
         leaving = asyncio.create_task(person.session.close(), name="log-out")
@@ -272,51 +252,28 @@ class UserSessions:
         if pin and not self._takes_pin(address):
             return Refusal(NO_PANEL)
         password = PIN_MARK + password if pin else password.lstrip(PIN_MARK[0])
-        refused = self._too_many(name[: LONGEST_NAME + 1], address, pin=pin)
-        if refused is not None:  # whoever is refused takes no place among those who wait
-            return refused
-        if self._coming >= MOST_AT_ONCE + MOST_WAITING or not self._open:
-            return Refusal(BUSY)
-        self._coming += 1
-        try:
-            async with self._checking:
-                return await self._log_in(name, password, address, pin=pin)
-        finally:
-            self._coming -= 1
-
-    async def _log_in(
-        self, name: str, password: str, address: str, *, pin: bool
-    ) -> tuple[str, UserSession] | Refusal:
-        name = name[: LONGEST_NAME + 1]
-        refused = self._too_many(name, address, pin=pin)
+        name, now_s = name[: LONGEST_NAME + 1], self._clock.monotonic_s()
+        throttle = self._pins if pin else self._throttle
+        refused = throttle.refused(name, address, now_s)
         if refused is not None:
-            return refused
-        self._sweep()
+            key = TOO_MANY_FROM_HERE if refused.address else TOO_MANY
+            return Refusal(key, math.ceil(refused.left_s))
+        if self._coming >= MOST_AT_ONCE or self._task is None:
+            return Refusal(BUSY)
         if self.count >= self._most:
             return Refusal(FULL)
-        now_s = self._clock.monotonic_s()
-        throttle = self._pins if pin else self._throttle
         throttle.count(name, address, now_s)
-        found = await self._session_of(name, Secret(password))
+        self._coming += 1
+        try:
+            found = await self._session_of(name, Secret(password))
+        finally:
+            self._coming -= 1
         if isinstance(found, Refusal):
             if found.key != REFUSED:
                 throttle.take_back(name, address, now_s)
             return found
         throttle.succeeded(name, address)
-        return await self._admit(found, name, address)
-
-    def _too_many(self, name: str, address: str, *, pin: bool) -> Refusal | None:
-        """Return why no password is looked at after too many failures; None where one is."""
-        now_s = self._clock.monotonic_s()
-        refused = (self._pins if pin else self._throttle).refused(name, address, now_s)
-        if refused is None:
-            return None
-        key = TOO_MANY_FROM_HERE if refused.address else TOO_MANY
-        return Refusal(key, math.ceil(refused.left_s))
-
-    def _sweep(self) -> None:
-        for known, person in tuple(self._user_sessions.items()):
-            self._end_if_over(known, person)
+        return await self._admit(found, name)
 
     async def _session_of(self, name: str, password: Secret) -> LoopSession | Refusal:
         """Return a session under a name and a password, or why there is none."""
@@ -338,43 +295,33 @@ class UserSessions:
                 return Refusal(REFUSED)
             return Refusal(IMPOSSIBLE if isinstance(error, ThermaxisError) else NO_CONNECTION)
 
-    async def _admit(
-        self, session: LoopSession, name: str, address: str
-    ) -> tuple[str, UserSession] | Refusal:
+    async def _admit(self, session: LoopSession, name: str) -> tuple[str, UserSession] | Refusal:
         """Give a session that is logged in a cookie, if the server says that it may look."""
-        admitted = False
-        try:
+        async with AsyncExitStack() as undone:
+            undone.push_async_callback(session.close)
             caller = await session.who_am_i(NO_SIGN_S)
             if caller is None:
                 return Refusal(NO_CONNECTION)
             if caller.name != name or not caller.role.at_least(Role.VIEWER):
                 return Refusal(NO_ROLE)
             await session.take_token(NO_SIGN_S)
-            if not self._open or self.count >= self._most:
+            if self._task is None or self.count >= self._most:
                 return Refusal(FULL)
-            admitted = True
-        finally:
-            if not admitted:
-                await session.close()
-        self._make_room(name)
+            undone.pop_all()
+        own = [person for person in self._standing.values() if person.name == name]
+        if len(own) >= MOST_OF_ONE:
+            self._end(own[0], ELSEWHERE)
         now_s = self._clock.monotonic_s()
-        cookie = secrets.token_urlsafe(COOKIE_BYTES)
-        token = secrets.token_urlsafe(TOKEN_BYTES)
-        person = UserSession(name, caller.role, token, address, now_s, now_s, session)
-        self._user_sessions[_hash(cookie)] = person
+        cookie, token = (secrets.token_urlsafe(size) for size in (COOKIE_BYTES, TOKEN_BYTES))
+        person = UserSession(name, caller.role, token, now_s, now_s, session)
+        self._standing[_hash(cookie)] = person
         return cookie, person
 
-    def _make_room(self, name: str) -> None:
-        own = [known for known, person in self._user_sessions.items() if person.name == name]
-        for known in own[: max(0, len(own) + 1 - MOST_OF_ONE)]:
-            self._end(known, ELSEWHERE)
-
     async def log_out(self, cookie: str | None) -> None:
-        """End a log-in; the session is closed at the server when this returns."""
-        known = _hash(cookie)
-        person = self._user_sessions.get(known)
+        """End a log-in; session and token are gone at the server, if it is there, afterwards."""
+        person = self._standing.get(_hash(cookie))
         if person is not None:
-            self._end(known, OUT)
+            self._end(person, OUT)
             await asyncio.gather(*self._leaving)
 
     # ---- requests -------------------------------------------------------------------------------
@@ -382,15 +329,14 @@ class UserSessions:
     @property
     def count(self) -> int:
         """How many log-ins stand. [1]"""
-        return len(self._user_sessions)
+        return sum(not self._over(person) for person in tuple(self._standing.values()))
 
     def of(self, cookie: str | None, *, touch: bool = False) -> UserSession | None:
         """Return whose cookie it is."""
         if self._task is not None and self._task.done():
             self._task.result()
-        known = _hash(cookie)
-        person = self._user_sessions.get(known)
-        if person is None or self._end_if_over(known, person):
+        person = self._standing.get(_hash(cookie))
+        if person is None or self._over(person):
             return None
         if touch:
             person.seen_s = self._clock.monotonic_s()
@@ -398,13 +344,13 @@ class UserSessions:
 
     def why_ended(self, cookie: str | None) -> str:
         """Return why the log-in of a cookie has ended."""
-        return self._ended.get(_hash(cookie), "")
+        person = self._ended.get(_hash(cookie))
+        return "" if person is None else person.ended
 
     async def ask(self, person: UserSession, question: Question) -> Outcome:
         """Ask the loop for something under the name of a person."""
-        ended = self._over(person)
-        if ended or person.session.lost:
-            return refused(ended or LOOP_GONE)
+        if self._over(person) or person.session.lost:
+            return refused(person.ended or LOOP_GONE)
         if person.waiting >= MOST_AT_ONCE:
             return refused(TOO_MANY_ASKED)
         person.seen_s = self._clock.monotonic_s()
@@ -417,23 +363,8 @@ class UserSessions:
         if answer is None:
             return unknown(LOST if self._over(person) or session.lost else NO_ANSWER)
         if answer.status == "BadUserAccessDenied":
-            await self._ask_role(person)
+            await self._refresh(person)
         return outcome_of(answer)
-
-    def _over(self, person: UserSession) -> str:
-        """Return why a log-in is over, after ending one that should be; empty if it stands."""
-        known = self._known(person)
-        if known is not None:
-            self._end_if_over(known, person)
-        return person.ended
-
-    def _known(self, person: UserSession) -> bytes | None:
-        return next((known for known, one in self._user_sessions.items() if one is person), None)
-
-    async def _ask_role(self, person: UserSession) -> None:
-        known = self._known(person)
-        if known is not None:
-            await self._refresh(known, person)
 
 
 def _hash(cookie: str | None) -> bytes:
