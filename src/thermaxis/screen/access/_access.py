@@ -50,11 +50,15 @@ def cookie_name(parts: ScreenParts, port: int | None) -> str:
     return f"{prefix}thermaxis_{port or 0}"
 
 
+def cookie_of(connection: HTTPConnection) -> str | None:
+    """Return the cookie of a log-in."""
+    return connection.cookies.get(cookie_name(parts_of(connection), connection.url.port))
+
+
 def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
     """Return who looks."""
     parts = parts_of(connection)
-    cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
-    person = parts.persons.of(cookie, touch=touch)
+    person = parts.persons.of(cookie_of(connection), touch=touch)
     language = spoken(connection)
     if person is not None:
         return Visitor(person.name, person.role, language, person.token, person)
@@ -64,12 +68,10 @@ def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
 
 def why_out(connection: HTTPConnection) -> str:
     """Return why somebody has to log in anew."""
-    parts = parts_of(connection)
-    cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
-    if cookie is None:
+    persons, cookie = parts_of(connection).persons, cookie_of(connection)
+    if cookie is None or persons.of(cookie) is not None:
         return ""
-    person = parts.persons.of(cookie)
-    return "" if person is not None else parts.persons.why_ended(cookie) or STARTED_ANEW
+    return persons.why_ended(cookie) or STARTED_ANEW
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:

@@ -18,16 +18,12 @@ NO_ANSWER: Final = "ask-no_answer"
 LOST: Final = "ask-lost"
 """The connection was lost before the answer; the request may still take effect."""
 NOT_ALLOWED: Final = "ask-role"
-"""The server says that the person may not."""
 ARGUMENTS: Final = "ask-arguments"
-"""The server says that the arguments are of the wrong number or kind."""
 TOO_MANY_ASKED: Final = "ask-too_many"
-"""The person already waits for the answers to several requests."""
 NOT_TAKEN: Final = "ask-not_taken"
-"""The server refuses for another reason."""
-
 TOLD: Final = "ask-told"
 """The loop answers by a code that is newer than this screen: its own English words."""
+
 _ASKS: Final[Mapping[str, Ask]] = {ask.name: ask for ask in ASKS}
 _MAY_HAVE_RUN: Final = frozenset(
     {"Good", "BadInternalError", "BadUnexpectedError", "BadTimeout", "BadRequestTimeout"}
@@ -68,12 +64,7 @@ class Question(NamedTuple):
     @property
     def variants(self) -> list[ua.Variant]:
         """The arguments as the server takes them."""
-        return [
-            ua.Variant(
-                value, ua.VariantType.String if isinstance(value, str) else ua.VariantType.Double
-            )
-            for value in self.arguments
-        ]
+        return [ua.Variant(value) for value in self.arguments]
 
 
 def question_of(found: object) -> Question | Message:
@@ -127,12 +118,11 @@ def unknown(code: str) -> Outcome:
 
 def _told(values: Sequence[object]) -> Outcome | None:
     """Return what the loop itself answered; None where that is not understood."""
-    if len(values) != 4 or not isinstance(values[0], bool):
-        return None
-    texts = [one for one in values[1:] if isinstance(one, str)]
-    if len(texts) != 3:
-        return None
-    reason, code, given = texts
+    match values:
+        case (bool() as accepted, str() as reason, str() as code, str() as given):
+            pass
+        case _:
+            return None
     try:
         said = values_of_json(json.loads(given))
     except (ValueError, RecursionError):
@@ -142,4 +132,4 @@ def _told(values: Sequence[object]) -> Outcome | None:
     message = Message(f"answer-{code}", said)
     if message.code not in keys(LANGUAGES[0]):
         message = Message(TOLD, {"said": printable(reason, 400)})
-    return Outcome(Answer.ACCEPTED if values[0] else Answer.REFUSED, message)
+    return Outcome(Answer.ACCEPTED if accepted else Answer.REFUSED, message)

@@ -9,7 +9,7 @@ from starlette.routing import BaseRoute, Route
 
 from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Role
-from thermaxis.screen.access._access import cookie_name, needs, visitor_of, why_out
+from thermaxis.screen.access._access import cookie_name, cookie_of, needs, visitor_of, why_out
 from thermaxis.screen.access._parts import ScreenParts, parts_of
 from thermaxis.screen.access._render import render
 from thermaxis.screen.access._user_sessions import (
@@ -59,7 +59,7 @@ async def _log_in(request: Request) -> Response:
     name, password = said.get("name"), said.get("pin" if pin else "password")
     if not (isinstance(name, str) and isinstance(password, str) and name and password):
         return refuse(request, HTTPStatus.BAD_REQUEST, "login-incomplete")
-    await parts.persons.log_out(_cookie(request))
+    await parts.persons.log_out(cookie_of(request))
     found = await parts.persons.log_in(name, password, _address(request), pin=pin)
     if isinstance(found, Refusal):
         return _refused(request, found)
@@ -84,7 +84,7 @@ def _refused(request: Request, found: Refusal) -> Response:
 @needs(Role.NONE)
 async def _log_out(request: Request) -> Response:
     parts = parts_of(request)
-    await parts.persons.log_out(_cookie(request))
+    await parts.persons.log_out(cookie_of(request))
     answer = answer_json({})
     answer.delete_cookie(cookie_name(parts, request.url.port), **_marks(parts))
     return answer
@@ -104,10 +104,6 @@ async def _choose_language(request: Request) -> Response:
 def _marks(parts: ScreenParts) -> dict[str, Any]:
     """Return what keeps a cookie from scripts and from other sites."""
     return {"path": "/", "secure": parts.secure, "httponly": True, "samesite": "strict"}
-
-
-def _cookie(request: Request) -> str | None:
-    return request.cookies.get(cookie_name(parts_of(request), request.url.port))
 
 
 async def _object_of(request: Request) -> dict[str, object]:
