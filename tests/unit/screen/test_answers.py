@@ -106,25 +106,6 @@ def test_a_chosen_language_counts_more_than_that_of_the_browser() -> None:
     assert sentence("common-refused_long", language="cs") in answer.text
 
 
-def test_what_is_sent_to_ask_or_to_log_in_calls_itself_json() -> None:
-    for path, (kind, through) in product(
-        ("/ask", "/login"),
-        (
-            ("application/json", True),
-            ("Application/JSON; charset=utf-8", True),
-            ("text/plain", False),
-            ("multipart/form-data; boundary=x", False),
-            ("application/json5", False),
-            ("", False),
-        ),
-    ):
-        headers = {"Origin": HERE, "Content-Type": kind} if kind else {"Origin": HERE}
-        answer = browser().post(path, content=b"{}", headers=headers)
-        assert (answer.status_code != 415) is through, kind
-        if not through:
-            assert answer.json()["error"] == "common-refused_kind"
-
-
 def test_what_a_plain_page_says_is_text() -> None:
     page = plain_page("en", "<b>", "a < b & c", back='"').decode()
     assert "<h1>&lt;b&gt;</h1>" in page

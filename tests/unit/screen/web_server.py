@@ -11,6 +11,7 @@ from starlette.types import ASGIApp
 from uvicorn.server import ServerState
 
 from tests.opcua_server import until
+from thermaxis.screen._connections import Connection
 
 
 class Served(NamedTuple):
@@ -31,6 +32,7 @@ async def served(application_at: Callable[[int], ASGIApp]) -> AsyncIterator[Serv
             application_at(port),
             log_config=None,
             lifespan="off",
+            http=Connection,
             ws="websockets-sansio",
             proxy_headers=False,
         )
