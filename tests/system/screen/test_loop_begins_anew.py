@@ -29,6 +29,7 @@ def log_in(seen: Looked, stand: Rig, role: str) -> None:
     page.fill("input[name=name]", role)
     page.fill("input[name=password]", stand.passwords[role])
     page.click("button.main")
+    page.wait_for_selector(f"body[data-role={role}]")
 
 
 def asked(page: Page, method: str) -> dict[str, str]:

@@ -11,7 +11,7 @@ from starlette.types import ASGIApp
 from uvicorn.server import ServerState
 
 from tests.opcua_server import until
-from thermaxis.screen._connections import Connection
+from thermaxis.web import Connection
 
 
 class Served(NamedTuple):
