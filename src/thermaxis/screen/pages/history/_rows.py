@@ -1,13 +1,13 @@
 """The historian, asked by the pages: one reader, a time limit; nothing is written."""
 
 import asyncio
-import contextlib
 import math
+import threading
 import time
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast, final
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast, final
 
 from starlette.datastructures import State
 from starlette.requests import HTTPConnection
@@ -53,15 +53,6 @@ def cause_for_people(error: ThermaxisError | OSError, url: str) -> Value:
     return error.strerror or Message("history-fails")
 
 
-@final
-@dataclass(eq=False, slots=True)
-class _Question:
-    given_up: bool = False
-    """Whether nobody waits for it any more."""
-    interrupt: "asyncio.Future[None] | None" = None
-    """What ends it in the database."""
-
-
 @dataclass(slots=True)
 class _Turn:
     """Questions of one visitor: one is asked at a time."""
@@ -99,10 +90,12 @@ class History:
         self._limit_s = limit_s
         self._opened = opened
         self._reader: HistoryReader | None = None
+        self._telling = threading.Lock()  # a reader is not closed while it is told to end
         self._turns: dict[str, _Turn] = {}
-        self._one = asyncio.Lock()
-        self._waiting: set[_Question] = set()
-        self._asked: _Question | None = None
+        self._free = asyncio.Lock()
+        self._waiting = 0
+        self._asked: threading.Event | None = None
+        self._answer: asyncio.Future[Any] | None = None
         self._since_s: float | None = None
         self._ended = False
 
@@ -119,6 +112,9 @@ class History:
                 return await self._found(work)
         except TimeoutError:
             raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s})) from None
+        except (ThermaxisError, OSError) as error:
+            why = cause_for_people(error, self._url)
+            raise NoHistoryError(Message("history-unreadable", {"why": why})) from error
 
     @asynccontextmanager
     async def _turn(self, who: str) -> AsyncGenerator[None]:
@@ -139,55 +135,55 @@ class History:
 
     async def _found(self, work: "Callable[[HistoryReader], T]") -> T:
         if self.hangs:
-            raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s}))
-        if self._ended or len(self._waiting) >= _MOST_WAITING:
-            raise NoHistoryError(_BUSY)
-        question = _Question()
-        self._waiting.add(question)
-        task = asyncio.ensure_future(self._in_turn(question, work))
-        try:
-            return await asyncio.shield(task)
-        except (ThermaxisError, OSError) as error:
-            why = cause_for_people(error, self._url)
-            raise NoHistoryError(Message("history-unreadable", {"why": why})) from error
-        finally:
-            self._give_up(question, task)
-
-    def _give_up(self, question: _Question, task: "asyncio.Task[T]") -> None:
-        """Ask no more for what was not answered; what is being asked is interrupted."""
-        question.given_up = True
-        if question in self._waiting:
-            self._waiting.remove(question)
-            task.cancel()
-        elif self._asked is question:
-            task.add_done_callback(lambda ended: ended.cancelled() or ended.exception())
-            if (reader := self._reader) is not None:  # a database's server is told by network
-                question.interrupt = aside(reader.interrupt)
-
-    async def _in_turn(self, question: _Question, work: "Callable[[HistoryReader], T]") -> T:
-        """Ask when the question before has ended; this one ends when the database has ended it."""
-        async with self._one:
-            self._waiting.discard(question)
-            self._asked, self._since_s = question, time.monotonic()
-            answer = aside(lambda: self._answer(question, work))
-            try:
-                return await answer
-            finally:
-                self._asked = None
-                if question.interrupt is not None:  # a reader is not closed while it is told
-                    await asyncio.gather(question.interrupt, return_exceptions=True)
-                ended = not answer.cancelled()  # it goes on where the program ends before it
-                if ended and (question.given_up or answer.exception()):
-                    await aside(self._close_reader)
-                self._since_s = None
-
-    def _answer(self, question: _Question, work: "Callable[[HistoryReader], T]") -> T:
-        if self._reader is not None and not self._reader.in_place:
-            self._close_reader()
-        reader = self._reader = self._reader or self._opened(self._url, self._password)
-        if question.given_up:  # while it was opened
             raise TimeoutError
-        return work(reader)
+        if self._ended or self._waiting >= _MOST_WAITING:
+            raise NoHistoryError(_BUSY)
+        self._waiting += 1
+        try:
+            await self._free.acquire()
+        finally:
+            self._waiting -= 1
+        given_up = threading.Event()
+        self._since_s = time.monotonic()
+        self._answer = answer = aside(lambda: self._answered(work, given_up))
+        answer.add_done_callback(self._is_free)  # when the database has ended it, too
+        try:
+            await asyncio.wait([answer])
+        finally:
+            if not answer.done():
+                given_up.set()
+                threading.Thread(target=self._interrupt, args=[given_up], daemon=True).start()
+        return answer.result()
+
+    def _is_free(self, answer: "asyncio.Future[Any]") -> None:
+        self._since_s = None
+        self._free.release()
+        _ = answer.cancelled() or answer.exception()  # nobody may wait for it any more
+
+    def _answered(self, work: "Callable[[HistoryReader], T]", given_up: threading.Event) -> T:
+        """Ask, in a thread; the reader is kept for the next question where all went well."""
+        self._asked = given_up
+        try:
+            if self._reader is not None and not self._reader.in_place:
+                self._close_reader()
+            reader = self._reader = self._reader or self._opened(self._url, self._password)
+            if given_up.is_set():  # while it was opened
+                reader.interrupt()
+            return work(reader)
+        except BaseException:
+            given_up.set()
+            raise
+        finally:
+            with self._telling:
+                self._asked = None
+                if given_up.is_set():
+                    self._close_reader()
+
+    def _interrupt(self, given_up: threading.Event) -> None:
+        """End a question in the database too, in a thread: a server is told by network."""
+        with self._telling:
+            if self._asked is given_up and self._reader is not None:
+                self._reader.interrupt()
 
     def _close_reader(self) -> None:
         reader, self._reader = self._reader, None
@@ -197,9 +193,12 @@ class History:
     async def close(self, deadline_s: float = 1.0) -> None:
         """End the reader; a question that hangs is left behind and ends with the program."""
         self._ended = True
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(deadline_s), self._one:
+        try:
+            async with asyncio.timeout(deadline_s), self._free:
                 await aside(self._close_reader)
+        except TimeoutError:
+            if self._answer is not None:
+                self._answer.cancel()
 
 
 @final
