@@ -1,4 +1,4 @@
-"""The history and the probe in a real browser: spans, zoom, second span, exports, events."""
+"""The history and the probe in a real browser: spans, zoom, earlier time, exports, events."""
 
 import csv
 import re
@@ -84,20 +84,21 @@ def test_zooming_asks_anew_for_the_finer_span(look: Look, way: str) -> None:
     assert seen.wrong == []
 
 
-def test_a_second_span_is_laid_over_and_it_is_said_by_how_much_it_is_moved(look: Look) -> None:
+def test_an_earlier_time_is_laid_over_dashed_and_it_is_said_from_when_it_is(look: Look) -> None:
     seen = opened(look, "/history")
     page = seen.page
     lines = page.locator("#chart .chart-line").count()
-    after(page, lambda: page.click("#second-day"))
-    told = page.inner_text("#second-told")
-    assert "Nothing was recorded" in told
-    assert "the second span is empty" in told
-    first = datetime.fromisoformat(page.input_value("#from")) + timedelta(seconds=10)
-    after(page, lambda: page.fill("#second-from", first.isoformat()))
-    assert "10\N{NO-BREAK SPACE}s earlier" in page.inner_text("#second-told")
-    assert page.inner_text("#second-from-said") == f"{first:%d/%m/%Y, %H:%M:%S}"
-    after(page, lambda: page.click("#second-off"))
-    assert page.inner_text("#second-told") == ""
+
+    def compare(days: str) -> str:
+        page.fill("#days", days)
+        after(page, lambda: page.press("#days", "Enter"))
+        return page.inner_text("#second-told")
+
+    assert "Nothing was recorded" in compare("1")
+    first = datetime.fromisoformat(page.input_value("#from")) - timedelta(seconds=10)
+    assert f"Dashed: what was recorded from {first:%d/%m/%Y, %H:%M:%S}" in compare(str(10 / 86400))
+    assert page.locator("#chart .chart-line").count() > lines
+    assert compare("") == ""
     assert page.locator("#chart .chart-line").count() == lines
     assert seen.wrong == []
 

@@ -19,9 +19,8 @@ globalThis.document = {
   getElementById: (id) => id === "words" ? null : (places[id] ??= new Place()),
 };
 const past = await import("file://SCRIPT");
-const { asked, Refused, refused, shows, told } = past;
-const span = (first) => ({ first, last: first + 10 });
-const of = (at, ...chosen) => ({ span: at, of: chosen, said: chosen.join() });
+const { asked, Refused } = await import("file://ASKED");
+const { refused, shows } = past;
 const isFormer = () => places.content.dataset.former === "yes";
 process.stdout.write(JSON.stringify(await (async () => { BODY })()));
 """
@@ -29,26 +28,24 @@ process.stdout.write(JSON.stringify(await (async () => { BODY })()));
 
 def said(body: str) -> Any:
     """Return what a script says that has the module's functions."""
-    return said_by(BENCH.replace("SCRIPT", str(SCRIPT)).replace("BODY", body))
+    bench = BENCH.replace("SCRIPT", str(SCRIPT)).replace("ASKED", str(asset_folder() / "asked.js"))
+    return said_by(bench.replace("BODY", body))
 
 
-def test_what_stands_there_is_marked_unless_it_is_of_just_what_was_asked() -> None:
-    for stated, former in (
-        ("of(span(0), 'A')", False),
-        ("of(span(1), 'A')", True),
-        ("of(span(0), 'A', 'B')", True),
-        ("of(null, 'A')", True),
-    ):
-        found = said(
-            f"""
-            shows(of(span(0), 'A'));
-            refused(new Refused("no"), {stated});
-            const marked = isFormer();
-            shows({stated});
-            return [marked, isFormer(), places.wrong.textContent];
-            """
-        )
-        assert found == [former, False, "no"], stated
+def test_what_stands_there_is_marked_from_a_refusal_until_an_answer() -> None:
+    found = said(
+        """
+        refused(new Refused("no"));
+        const first = [isFormer(), places.wrong.textContent];
+        shows({ first: 0, last: 10 });
+        const shown = [isFormer(), places.wrong.textContent];
+        refused(new Refused("no"));
+        const marked = [isFormer(), places.wrong.textContent];
+        shows({ first: 1, last: 11 });
+        return [first, shown, marked, isFormer()];
+        """
+    )
+    assert found == [[False, "no"], [False, ""], [True, "no history-former"], False]
 
 
 def test_an_answer_that_breaks_off_is_a_refusal_in_words() -> None:

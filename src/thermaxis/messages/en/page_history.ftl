@@ -25,8 +25,7 @@ history-length_all = All
 history-from = From
 history-to = To
 history-show = Show
-history-former_choice = Not of what is chosen: chart, numbers and events below are still those from { $first } to { $last } of { $what }.
-history-former = Not of the span in the fields: chart, numbers and events below are still those from { $first } to { $last }.
+history-former = Chart, numbers and events are still those of before, from { $first } to { $last }.
 history-loading = The history is being read ...
 history-told = { $first } to { $last }, { $length }. One step: { $step }; line: mean, band: lowest to highest value.
 history-told_cycles = { $first } to { $last }, { $length }. Every cycle is shown.
@@ -53,13 +52,9 @@ history-active = share of time compensating
 
 ## second span
 
-history-second = Second span laid over
-history-second_from = It begins
-history-second_day = A day before
-history-second_week = A week before
-history-second_off = Without
-history-second_told_later = Dashed: the span from { $first }, shown { $length } later than recorded, so that both begin together.
-history-second_told_earlier = Dashed: the span from { $first }, shown { $length } earlier than recorded, so that both begin together.
+history-second = Compared with an earlier time
+history-second_days = days before (dashed)
+history-second_told = Dashed: what was recorded from { $first } to { $last }.
 
 ## export
 
@@ -92,7 +87,7 @@ history-ask_trim = Trim { NAME($output) } { SIGNED($value, decimals: 1) } µm fo
 history-ask_diameter = Workpiece diameter { $value } mm
 history-ask_no_diameter = No workpiece diameter
 history-ask_model = Choose the model { $file }
-history-second_empty = Nothing was recorded from { $first } to { $last }: the second span is empty.
+history-second_empty = Nothing was recorded from { $first } to { $last }: there is no dashed line.
 history-group_loop = Loop and workpiece
 history-lateness = lateness of the cycle
 history-diameter = workpiece diameter

@@ -1,10 +1,12 @@
 // @ts-check
-// What history and probe share: asking the server, spans, local times in fields.
+// What history and probe share: spans, local times in fields, and what stays after a refusal.
 
+import { asked, Refused } from "../asked.js";
 import { byId, say } from "../elements.js";
 import { moment, word } from "../words.js";
 
 /** @typedef {{first: number, last: number}} Span */
+/** @typedef {{first: number | null, last: number | null}} Recorded */
 /**
  * @typedef {object} Past
  * @property {string} unit
@@ -15,147 +17,62 @@ import { moment, word } from "../words.js";
  * @property {(number | null)[]} highest
  */
 
-/**
- * What a page has asked for.
- * @typedef {object} Question
- * @property {Span | null} span null: the fields state none
- * @property {string[]} of what else was chosen, to be compared
- * @property {string} said the same in words
- */
+const HOUR_MS = 3_600_000;
 
-/** What the server, or the page itself, refuses in words that are told to people. */
-export class Refused extends Error {}
-
-/** @type {Question | null} what chart, numbers and events are of */
+/** @type {Span | null} what chart, numbers and events are of */
 let drawn = null;
-/** @type {AbortController | null} */
-let asking = null;
-
-/** Give up what was asked before, and return the signal of the next questions. */
-function newQuestion() {
-  asking?.abort();
-  asking = new AbortController();
-  return asking.signal;
-}
+let asking = new AbortController();
 
 /**
- * Ask the server; what it refuses is thrown in words.
+ * Ask for values of a span.
  * @param {string} path
- * @param {RequestInit} [how]
+ * @param {Span} span
+ * @param {Record<string, string | string[]>} more
+ * @param {AbortSignal} signal
  */
-async function answered(path, how = {}) {
-  let answer;
-  try {
-    answer = await fetch(path, how);
-  } catch (error) {
-    if (how.signal?.aborted) throw error;
-    throw new Refused(word("history-no_answer"));
-  }
-  if (answer.ok) return answer;
-  const found = await answer.json().catch(() => ({}));
-  throw new Refused(found.text ?? word("history-no_answer"));
-}
-
-/**
- * @param {string} path
- * @param {AbortSignal} [signal]
- * @returns {Promise<any>}
- */
-export async function asked(path, signal) {
-  const answer = await answered(path, { signal });
-  try {
-    return await answer.json();
-  } catch (error) {
-    if (signal?.aborted) throw error;
-    throw new Refused(word("history-no_answer")); // it broke off, or is none of the screen's
-  }
-}
-
-/**
- * Save a file that the server makes, and return its name.
- * @param {string} path
- */
-export async function saved(path) {
-  const headers = { "X-Thermaxis-Token": document.body.dataset.token ?? "" };
-  const answer = await answered(path, { method: "POST", headers });
-  const stated = answer.headers.get("content-disposition") ?? "";
-  const link = document.createElement("a");
-  link.download = /filename="([^"]+)"/.exec(stated)?.[1] ?? "";
-  link.href = URL.createObjectURL(await answer.blob());
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
-  return link.download;
+export function askedOf(path, span, more, signal) {
+  return asked(`${path}?${query(span, more)}`, { signal });
 }
 
 /** @param {Span} span @param {Record<string, string | string[]>} more */
-export function query(span, more) {
-  const found = new URLSearchParams({ first: iso(span.first), last: iso(span.last) });
-  for (const [name, values] of Object.entries(more)) {
+export function query({ first, last }, more) {
+  const found = new URLSearchParams();
+  const all = { first: new Date(first).toISOString(), last: new Date(last).toISOString(), ...more };
+  for (const [name, values] of Object.entries(all)) {
     for (const value of [values].flat()) found.append(name, value);
   }
   return found.toString();
 }
 
-/** @param {number} ms */
-function iso(ms) {
-  return new Date(Math.round(ms)).toISOString();
-}
-
-/**
- * A time as a field of local time shows it.
- * @param {number} ms
- */
-export function fieldText(ms) {
-  const two = (/** @type {number} */ n) => String(n).padStart(2, "0");
-  const at = new Date(ms);
-  const day = `${at.getFullYear()}-${two(at.getMonth() + 1)}-${two(at.getDate())}`;
-  return `${day}T${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`;
-}
-
-/**
- * The time in a field of local time; NaN where there is none.
- * @param {string} id
- */
-export function fieldTime(id) {
+/** @param {string} id of a field of local time @returns {number} NaN where there is none [ms] */
+function fieldTime(id) {
   return Date.parse(/** @type {HTMLInputElement} */ (byId(id)).value);
 }
 
-/** @param {string} id @param {number} ms */
-export function setField(id, ms) {
-  /** @type {HTMLInputElement} */ (byId(id)).value = fieldText(ms);
-  sayField(id);
-}
-
-/** @param {string} id */
-export function clearField(id) {
-  /** @type {HTMLInputElement} */ (byId(id)).value = "";
-  sayField(id);
-}
-
-/** A field has the form of the browser's language; beside it stands that of the page's.
- * @param {string} id */
-function sayField(id) {
-  const time = fieldTime(id);
-  byId(`${id}-said`).textContent = Number.isFinite(time) ? moment(time) : "";
-}
-
 /**
- * Show in the fields which span is asked for, and return it as they show it: in whole seconds.
+ * Show which span is asked for, and return it as the fields show it: in whole seconds.
  * @param {Span} wanted
  * @param {number | null} hours which length it is; null: none of them
  * @returns {Span}
  */
 function stateSpan(wanted, hours) {
-  const span = {
-    first: Math.floor(wanted.first / 1000) * 1000,
-    last: Math.ceil(wanted.last / 1000) * 1000,
-  };
-  for (const button of byId("lengths").querySelectorAll("button")) {
-    button.setAttribute("aria-pressed", String(Number(button.dataset.hours) === hours));
+  for (const one of byId("lengths").querySelectorAll("button")) {
+    one.setAttribute("aria-pressed", String(Number(one.dataset.hours) === hours));
   }
-  setField("from", span.first);
-  setField("to", span.last);
-  return span;
+  const ends = [Math.floor(wanted.first / 1000), Math.ceil(wanted.last / 1000)];
+  const [first, last] = ends.map((second, k) => {
+    const local = 1000 * second - 60_000 * new Date(1000 * second).getTimezoneOffset();
+    const field = /** @type {HTMLInputElement} */ (byId(k ? "to" : "from"));
+    field.value = new Date(local).toISOString().slice(0, 19);
+    return 1000 * second;
+  });
+  sayFields();
+  return { first, last };
+}
+
+/** A field has the form of the browser's language; beside it stands that of the page's. */
+function sayFields() {
+  for (const id of ["from", "to"]) byId(`${id}-said`).textContent = moment(fieldTime(id));
 }
 
 /** @param {string} text an empty one takes it away */
@@ -166,87 +83,47 @@ export function tellWrong(text) {
 }
 
 /**
- * What a question brings; a refusal is told to people, and brings nothing.
+ * Say that nothing came; what is shown stays, marked as that of before.
+ * @param {unknown} error anything else than a refusal is a fault of the page, and no word for people
+ */
+export function refused(error) {
+  if (!(error instanceof Refused)) throw error;
+  const [first, last] = [moment(drawn?.first), moment(drawn?.last)];
+  tellWrong(error.message + (drawn ? ` ${word("history-former", { first, last })}` : ""));
+  byId("content").dataset.former = drawn ? "yes" : "no";
+  byId("told").textContent = "";
+}
+
+/** What was asked for is shown now. @param {Span} span */
+export function shows(span) {
+  drawn = span;
+  tellWrong("");
+  byId("content").dataset.former = "no";
+}
+
+/**
+ * What a question brings, which ends the one before; null where it brings nothing.
  * @template T
- * @param {() => Promise<T>} ask
- * @param {AbortSignal} [signal] of a question that may be given up
+ * @param {(signal: AbortSignal) => Promise<T>} ask
  * @returns {Promise<T | null>}
  */
-export async function told(ask, signal) {
+async function answerTo(ask) {
+  asking.abort();
+  asking = new AbortController();
+  const { signal } = asking;
+  byId("told").textContent = word("history-loading");
   try {
-    return await ask();
+    const found = await ask(signal);
+    return signal.aborted ? null : found;
   } catch (error) {
-    if (signal?.aborted) return null;
-    if (!(error instanceof Refused)) throw error;
-    tellWrong(error.message);
+    if (!signal.aborted) refused(error);
     return null;
   }
 }
 
-/** What was asked is shown now. @param {Question} question */
-export function shows(question) {
-  drawn = question;
-  markFormer(null);
-}
-
-/**
- * What is shown stays, marked where it is not of what was asked.
- * @param {unknown} error anything else than a refusal is a fault of the page, and no word for people
- * @param {Question} question
- */
-export function refused(error, question) {
-  if (!(error instanceof Refused)) throw error;
-  byId("told").textContent = "";
-  tellWrong(error.message);
-  markFormer(drawn && isSame(drawn, question) ? null : drawn, question);
-}
-
-/** @param {Question} one @param {Question} other */
-function isSame(one, other) {
-  return one.span?.first === other.span?.first && one.span?.last === other.span?.last
-    && isSameChoice(one, other);
-}
-
-/** @param {Question} one @param {Question} other */
-function isSameChoice(one, other) {
-  return JSON.stringify(one.of) === JSON.stringify(other.of);
-}
-
-/**
- * Say of what is shown that it is of something else than what is stated and chosen.
- * @param {Question | null} former what is shown; null: it is of what is stated
- * @param {Question | null} [question] what is stated
- */
-function markFormer(former, question = null) {
-  byId("content").dataset.former = former === null ? "no" : "yes";
-  const place = byId("former");
-  place.hidden = former === null;
-  if (former === null || former.span === null) return;
-  const values = {
-    first: moment(former.span.first), last: moment(former.span.last), what: former.said,
-  };
-  place.textContent = question === null || isSameChoice(former, question)
-    ? word("history-former", values) : word("history-former_choice", values);
-}
-
-/**
- * Points that a chart has room for.
- * @param {HTMLElement} chart
- */
+/** Points that a chart has room for. @param {HTMLElement} chart */
 export function pointsFor(chart) {
   return String(Math.min(2000, Math.max(300, Math.round(chart.clientWidth))));
-}
-
-/**
- * The span of a length at the end of what is recorded.
- * @param {number} hours 0: everything
- * @param {{first: number | null, last: number | null}} recorded
- * @returns {Span | null}
- */
-function spanOf(hours, recorded) {
-  if (recorded.first === null || recorded.last === null) return null;
-  const last = Math.ceil((recorded.last + 1) / 1000) * 1000;
-  return { first: hours ? last - hours * 3_600_000 : recorded.first, last };
 }
 
 /**
@@ -254,13 +131,13 @@ function spanOf(hours, recorded) {
  * @template T
  * @param {object} page
  * @param {HTMLElement} page.chart
- * @param {(span: Span | null) => Question} page.question null: the fields state no span
- * @param {(signal: AbortSignal) => Promise<{first: number | null, last: number | null}>} page.recorded
+ * @param {(signal: AbortSignal) => Promise<Recorded>} page.recorded
  * @param {(shown: Span, signal: AbortSignal) => Promise<T>} page.find
  * @param {(shown: Span, found: T) => void} page.draw the chart
- * @param {(found: T) => void} page.tell what stands beside it: a fault there takes no chart
+ * @param {(shown: Span, found: T) => void} page.tell what stands beside it: a fault there takes no
+ *   chart
  */
-export function pageOfPast({ chart, question, recorded, find, draw, tell }) {
+export function pageOfPast({ chart, recorded, find, draw, tell }) {
   /** @type {Span | null} */
   let span = null;
   /** @type {Span | null} what was shown before somebody pointed at a part of it */
@@ -268,50 +145,40 @@ export function pageOfPast({ chart, question, recorded, find, draw, tell }) {
 
   /** @param {Span} wanted @param {number | null} hours */
   async function show(wanted, hours = null) {
-    const shown = stateSpan(wanted, hours);
-    span = shown;
-    const asks = question(shown);
-    const signal = newQuestion();
-    byId("told").textContent = word("history-loading");
-    let found;
-    try {
-      found = await find(shown, signal);
-    } catch (error) {
-      if (!signal.aborted) refused(error, asks);
-      return;
-    }
-    tellWrong("");
+    const shown = span = stateSpan(wanted, hours);
+    const found = await answerTo((signal) => find(shown, signal));
+    if (found === null) return;
     draw(shown, found);
+    shows(shown);
     chart.dataset.drawn = String(Number(chart.dataset.drawn ?? "0") + 1);
-    tell(found);
-    shows(asks);
+    tell(shown, found);
   }
 
-  /** @param {number} hours 0: everything */
+  /** Show a length at the end of what is recorded. @param {number} hours 0: everything */
   async function showLength(hours) {
-    const signal = newQuestion();
-    const all = await told(() => recorded(signal), signal);
-    if (!all || signal.aborted) return; // another length was pressed meanwhile
-    const found = spanOf(hours, all);
+    const found = await answerTo(recorded);
+    if (found === null) return;
     before = null;
-    if (found) await show(found, hours);
-    else tellWrong(word("history-nothing_recorded"));
+    if (found.first === null || found.last === null) {
+      refused(new Refused(word("history-nothing_recorded")));
+      return;
+    }
+    const last = 1000 * Math.ceil((found.last + 1) / 1000);
+    await show({ first: hours ? last - hours * HOUR_MS : found.first, last }, hours);
   }
 
   /** Go into a part of what is shown, and with null back. @param {Span | null} wanted */
   function pointedAt(wanted) {
-    before ??= drawn?.span ?? span;
+    before ??= drawn ?? span;
     if (before) void show(wanted ?? before);
     if (wanted === null) before = null;
   }
 
-  for (const field of document.querySelectorAll("input[type=datetime-local]")) {
-    field.addEventListener("input", () => sayField(field.id));
-  }
   byId("lengths").addEventListener("click", (event) => {
-    const button = /** @type {HTMLElement} */ (event.target).closest("button");
-    if (button) void showLength(Number(button.dataset.hours));
+    const one = /** @type {HTMLElement} */ (event.target).closest("button");
+    if (one) void showLength(Number(one.dataset.hours));
   });
+  byId("span").addEventListener("input", sayFields);
   byId("span").addEventListener("submit", (event) => {
     event.preventDefault();
     const stated = { first: fieldTime("from"), last: fieldTime("to") };
@@ -319,12 +186,14 @@ export function pageOfPast({ chart, question, recorded, find, draw, tell }) {
       before = null;
       void show(stated);
     } else {
-      refused(new Refused(word("history-no_span")), question(null));
+      refused(new Refused(word("history-no_span")));
     }
   });
   return {
     span: () => span,
-    show,
+    begin: async (/** @type {Span} */ wanted) => {
+      if (await answerTo(recorded)) await show(wanted);
+    },
     showLength,
     showAgain: () => { if (span) void show(span); },
     pointedAt,

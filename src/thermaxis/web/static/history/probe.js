@@ -1,11 +1,12 @@
 // @ts-check
 // What a probe measures with the compensation beside what it would measure without it.
 
+import { asked } from "../asked.js";
 import { drawChart } from "../chart/chart.js";
 import { byId } from "../elements.js";
 import { onNoData, onStatus } from "../live.js";
-import { asked, pageOfPast, pointsFor, query } from "./past.js";
-import { duration, moment, number, shortNames, word } from "../words.js";
+import { askedOf, pageOfPast, pointsFor } from "./past.js";
+import { duration, moment, number, word } from "../words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */
@@ -22,14 +23,13 @@ const DASHES = { uncompensated: "solid", compensated: "solid", model: "dash" };
 
 const page = pageOfPast({
   chart,
-  question: (span) => ({ span, of: [which.value], said: shortNames(which.value) }),
-  recorded: (signal) => asked("/history/series", signal),
+  recorded: (signal) => asked("/history/series", { signal }),
   find: (shown, signal) => {
     const more = { name: which.value, points: pointsFor(chart) };
-    return asked(`/probe/values?${query(shown, more)}`, signal);
+    return askedOf("/probe/values", shown, more, signal);
   },
   draw: (shown, found) => draw(shown, found.series),
-  tell: (found) => tell(found.figures, found.means_s),
+  tell: (_, found) => tell(found.figures, found.means_s),
 });
 
 /** @param {Span} shown @param {Record<string, Past>} series */

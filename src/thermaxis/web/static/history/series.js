@@ -3,8 +3,7 @@
 
 import { shortNames, word } from "../words.js";
 
-/** @type {Record<string, string>} */
-const QUANTITIES = {
+const QUANTITIES = /** @type {Record<string, string>} */ ({
   correction: word("history-correction"),
   wanted: word("history-wanted"),
   model: word("history-model"),
@@ -13,50 +12,34 @@ const QUANTITIES = {
   commanded: word("history-commanded"),
   accepted: word("history-accepted"),
   effective: word("history-effective"),
-};
-
-/** What the loop records beside inputs and outputs. @type {Record<string, string>} */
-const OF_THE_LOOP = {
+});
+const OF_THE_LOOP = /** @type {Record<string, string>} */ ({
   active: word("history-active"),
   lateness_s: word("history-lateness"),
   diameter_mm: word("history-diameter"),
   other_compensation: word("history-other_compensation"),
-};
-const INTERLOCK = "interlock_";
-const PROBE = "probe_";
-/** What the model was given, beside what was read. */
-const USED = /_used(_[A-Za-z]+)?$/;
+});
+const LOOP = word("history-group_loop");
+const NAMED = new RegExp(
+  "^(?:interlock_(?<interlock>.+)|probe_(?<probe>.+?)(?:_um)?|(?<output>.+?)_"
+  + `(?:part_(?<part>.+?)|(?<quantity>${Object.keys(QUANTITIES).join("|")}))(?:_um)?)$`,
+);
+const USED = /_used(_[A-Za-z]+)?$/; // what the model was given, beside what was read
 
-const QUANTITY = new RegExp(`^(.+)_(${Object.keys(QUANTITIES).join("|")})(_um)?$`);
-const CORRECTION = /^(.+)_correction(_um)?$/;
-const OF_A_PART = /^(.+?)_part_(.+?)(_um)?$/;
-
-/**
- * The short name of an output, and the quantity or the part of it that a column has.
- * @param {string} name
- */
-function quantityOf(name) {
-  const found = QUANTITY.exec(name);
-  if (found) return { output: found[1], said: QUANTITIES[found[2]] };
-  const part = OF_A_PART.exec(name);
-  return part && { output: part[1], said: word("history-part", { name: part[2] }) };
+/** The group of a series, and its name in words. @param {string} name @returns {[string, string]} */
+function placeOf(name) {
+  const { interlock, probe, output, part, quantity } = NAMED.exec(name)?.groups ?? {};
+  if (OF_THE_LOOP[name]) return [LOOP, OF_THE_LOOP[name]];
+  if (interlock) return [LOOP, word("history-interlock", { name: interlock })];
+  if (probe) return [probe, `${probe} ${word("history-probe")}`];
+  if (part) return [output, `${output} ${word("history-part", { name: part })}`];
+  if (quantity) return [output, `${output} ${QUANTITIES[quantity]}`];
+  return ["", shortNames(name)];
 }
 
-/**
- * A series' name in words, outputs and inputs by the names that every page shows.
- * @param {string} name
- */
+/** A series' name as every page shows it. @param {string} name */
 export function labelOf(name) {
-  const own = OF_THE_LOOP[name];
-  if (own) return own;
-  if (name.startsWith(INTERLOCK)) {
-    return word("history-interlock", { name: name.slice(INTERLOCK.length) });
-  }
-  if (name.startsWith(PROBE)) {
-    return `${shortNames(name.slice(PROBE.length))} ${word("history-probe")}`;
-  }
-  const found = quantityOf(name);
-  return found ? `${found.output} ${found.said}` : shortNames(name);
+  return placeOf(name)[1];
 }
 
 /**
@@ -67,22 +50,14 @@ export function labelOf(name) {
  */
 export function bySeries(units) {
   const names = Object.keys(units).filter((name) => !USED.test(name));
-  const corrections = names.filter((name) => CORRECTION.test(name));
-  const outputs = corrections.map((name) => shortNames(name.replace(CORRECTION, "$1")));
-  /** @type {Map<string, string[]>} */
-  const groups = new Map(outputs.map((output) => [output, []]));
-  const inputs = word("history-group_inputs");
-  const others = word("history-group_others");
-  const loop = word("history-group_loop");
-  groups.set(inputs, []);
-  groups.set(loop, []);
-  groups.set(others, []);
+  const corrections = names.filter((name) => /_correction(_um)?$/.test(name));
+  const [inputs, others] = [word("history-group_inputs"), word("history-group_others")];
+  const titles = [...corrections.map((name) => placeOf(name)[0]), inputs, LOOP, others];
+  const groups = new Map(titles.map((title) => [title, /** @type {string[]} */ ([])]));
   for (const name of names) {
-    const whole = name.startsWith(PROBE) ? name.slice(PROBE.length) : quantityOf(name)?.output;
-    const output = outputs.find((one) => one === shortNames(whole ?? ""));
-    const own = name in OF_THE_LOOP || name.startsWith(INTERLOCK);
+    const [group] = placeOf(name);
     const plain = units[name] !== "" && units[name] !== "µm" && units[name] !== "s";
-    groups.get(output ?? (own ? loop : plain ? inputs : others))?.push(name);
+    (groups.get(group) ?? groups.get(plain ? inputs : others))?.push(name);
   }
   return [...groups].filter(([, some]) => some.length > 0);
 }
