@@ -98,7 +98,7 @@ def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
     seen = look(of=closed)
     page = seen.open("/history")
     log_in(seen, closed, "operator")
-    page.wait_for_url("**/history")
+    page.wait_for_url("**/history*")
     seen.wait_live()
     closed.kill("screen")
     closed.start_screen()
@@ -112,7 +112,7 @@ def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
     closed.start_loop()
     page.wait_for_selector("body[data-live=yes]")
     log_in(seen, closed, "operator")
-    page.wait_for_url("**/history")
+    page.wait_for_url("**/history*")
     seen.wait_live()
 
 

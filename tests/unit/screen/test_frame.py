@@ -72,7 +72,7 @@ def test_a_role_lets_through_whoever_has_it_or_more() -> None:
 
 PAGES = ("", "model", "sensors", "history", "probe", "positioning")
 VALUES = (
-    *("/model/values", "/model/choice", "/sensors/values", "/history/series", "/history/trend"),
+    *("/model/values", "/sensors/values", "/history/series", "/history/trend"),
     *("/history/events", "/trend8", "/probe/values"),
 )
 OF_ENGINEERS = tuple(

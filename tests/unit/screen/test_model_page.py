@@ -19,7 +19,7 @@ from tests.unit.screen.stand import Feed, client, copied_lathe, lathe, parts
 from thermaxis.compensation import GainPoint
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_model, write_model
-from thermaxis.messages import ISOLATE, sentence_of
+from thermaxis.messages import sentence_of
 from thermaxis.runtime import MachineConfiguration, Role, VirtualClock
 from thermaxis.screen.pages.model import page as _model_page
 from thermaxis.screen.pages.model._choices import (
@@ -33,6 +33,7 @@ from thermaxis.screen.pages.model.page import (
     HANGS,
     MOST_READING,
     NO_FILE,
+    OTHER_FILE,
     Found,
     ReadModels,
     model_in_force,
@@ -62,6 +63,12 @@ def looking(
     return client(parts(machine, Feed(status), role), _model_page.routes)
 
 
+def options(found: dict[str, Any]) -> dict[str, str]:
+    """Return the files that may be chosen, with the hash by which a page sees which is in force."""
+    shown = re.findall(r'<option data-sha256="(\w*)"[^>]*>(.*?)<', found["choices"])
+    return {name: sha256 for sha256, name in shown}
+
+
 def test_the_model_in_force_is_shown_when_its_hash_is_the_loops(
     machine: MachineConfiguration,
 ) -> None:
@@ -70,7 +77,7 @@ def test_the_model_in_force_is_shown_when_its_hash_is_the_loops(
     assert [output["name"] for output in found["model"]["outputs"]] == ["Z_um"]
     assert found["model"]["diameter_mm"] == STATUS["diameter_mm"] == 1200.0
     assert found["text"] == ""
-    assert [choice["name"] for choice in found["choices"] if choice["model"]] == ["lathe.json"]
+    assert options(found) == {"lathe.json": machine.model.sha256}
 
 
 def test_nothing_is_shown_of_a_file_that_is_another_one_than_the_model_in_force(
@@ -98,19 +105,7 @@ def test_a_file_that_is_gone_or_no_model_is_said_in_words(machine: MachineConfig
     found = looking(machine).get("/model/values").json()
     assert found["model"] is None
     assert "cannot be read" in found["text"]
-    assert found["choices"] == []
-
-
-def test_the_hash_of_a_model_that_may_be_chosen_is_told_and_of_nothing_else(
-    machine: MachineConfiguration,
-) -> None:
-    asker = looking(machine)
-    change_model(machine.model.path)
-    write_model(read_model(machine.model.path), machine.model.path)
-    told = asker.get("/model/choice", params={"name": "lathe.json"}).json()
-    assert told == {"sha256": json.loads(machine.model.path.read_text("utf-8"))["sha256"]}
-    for name in ("", "missing.json", "../machine.toml", str(machine.path)):
-        assert asker.get("/model/choice", params={"name": name}).json() == {"sha256": None}
+    assert found["choices"] == ""
 
 
 def test_a_model_chosen_from_the_folder_is_found_there(machine: MachineConfiguration) -> None:
@@ -168,10 +163,14 @@ def test_a_name_in_a_model_is_text_of_the_page_and_nothing_else(
 
 
 def test_only_an_engineer_may_choose_another_model(machine: MachineConfiguration) -> None:
-    for role in (None, *Role):
-        page = looking(machine, role=role).get("/model").text
-        may = "yes" if role is Role.ENGINEER else "no"
-        assert role is Role.NONE or f'data-may-choose="{may}"' in page
+    for role in Role:
+        answer = looking(machine, role=role).get("/model/values")
+        if answer.status_code == 200:
+            may = role is Role.ENGINEER
+            shown = answer.json()["choices"]
+            assert (shown.count(" disabled"), "choose-why" in shown) == (2 - 2 * may, not may), role
+        else:
+            assert role is Role.NONE
 
 
 def test_a_model_is_read_once_for_all_who_look_and_again_for_another_diameter(
@@ -233,17 +232,20 @@ def test_a_file_that_is_no_model_or_does_not_fit_is_listed_with_why_before_it_is
         ("cs", "nebyl předem"),
     ):
         asked = looking(machine).get("/model/values", headers={"accept-language": language}).json()
-        found = {choice["name"]: choice for choice in asked["choices"]}
-        assert list(found) == ["foreign.json", "large.json", "lathe.json", "notes.json"]
-        assert [name for name, one in found.items() if one["model"]] == ["large.json", "lathe.json"]
-        assert found["lathe.json"]["reason"] == ""
-        assert not_read in found["large.json"]["reason"]
+        assert list(options(asked).items()) == [
+            ("large.json", ""),
+            ("lathe.json", machine.model.sha256),
+        ]
+        rows = re.findall("<li><b>(.*?)</b>: (.*?)</li>", asked["choices"])
+        assert [name for name, _ in rows] == ["foreign.json", "large.json", "notes.json"]
+        why = dict(rows)
+        assert not_read in why["large.json"]
         for name in ("foreign.json", "notes.json"):
-            assert (ISOLATE in found[name]["reason"]) is (language != "en")
+            assert ('<span lang="en">' in why[name]) is (language != "en")
             with pytest.raises(ThermaxisError) as refused:  # the loop would say the same
                 machine.other_model(name)
-            assert sentence_of(refused.value.message) in found[name]["reason"]
-        assert "X_um" in found["foreign.json"]["reason"]
+            assert escape(sentence_of(refused.value.message)) in why[name]
+        assert "X_um" in why["foreign.json"]
         assert str(folder) not in json.dumps(asked)
 
 
@@ -263,12 +265,12 @@ def test_a_file_is_read_for_the_list_once_for_each_content_and_little_at_once(
         (folder / f"padded{k}.json").write_text("{}" + " " * 900_000, "utf-8")
     choices = ModelChoices(machine)
     looks = [choices.look() for _ in range(4)]
-    assert looks[0][5:] == tuple(Choice(f"padded{k}.json", judged=False) for k in (4, 5, 6))
-    assert all(choice.judged for choice in looks[1])
+    assert looks[0][5:] == tuple(Choice(f"padded{k}.json") for k in (4, 5, 6))
+    assert all(choice.refused or choice.sha256 for choice in looks[1])
     assert looks[1] == looks[2] == looks[3]
     assert sorted(read) == sorted(choice.name for choice in looks[1]), "each once"
     shutil.copy(machine.model.path, folder / "padded3.json")
-    assert Choice("padded3.json") in choices.look()
+    assert Choice("padded3.json", machine.model.sha256) in choices.look()
     (folder / "padded0.json").unlink()
     assert "padded0.json" not in [choice.name for choice in choices.look()]
     assert len(read) == len(looks[1]) + 1
@@ -303,20 +305,19 @@ def test_a_folder_that_hangs_stops_nobody_and_leaves_few_threads_behind(
     async def scene() -> None:
         models = ReadModels(machine, VirtualClock(), limit_s=0.05)
         before = await models.of(*in_force, None)
-        assert before.choices
+        choices = await models.choices()
+        assert choices
         hung.set()
         async with asyncio.timeout(10.0):
             known = await asyncio.gather(*(models.of(*in_force, None) for _ in range(20)))
             unknown = await asyncio.gather(*(models.of(*other, None) for _ in range(20)))
-            with pytest.raises(TimeoutError):
-                await models.hash_of("lathe.json")
+            assert await models.choices() == choices
         assert all(one == before for one in known)
-        assert all(one.found == Found(None, NO_FILE, HANGS) for one in unknown)
-        assert all(one.choices == before.choices for one in unknown)
+        assert all(one == (Found(None, NO_FILE, HANGS), None) for one in unknown)
         assert 0 < left_behind() <= 1 + MOST_READING
         answers.set()
         await until(lambda: left_behind() == 0)
-        assert await models.hash_of("lathe.json") == machine.model.sha256
+        assert (await models.of(*other, None))[0].key == OTHER_FILE
 
     asyncio.run(scene())
 
@@ -329,5 +330,5 @@ def test_only_so_many_files_of_a_folder_are_listed_and_fewer_judged(
     found = ModelChoices(machine).look()
     assert [choice.name for choice in found] == [f"{k:03d}.json" for k in range(MOST_LISTED)]
     assert sum(choice.refused is not None for choice in found) == MOST_JUDGED
-    assert sum(not choice.judged for choice in found) == MOST_LISTED - MOST_JUDGED
+    assert sum(choice == Choice(choice.name) for choice in found) == MOST_LISTED - MOST_JUDGED
     assert len(machine.models_to_choose()) == MOST_LISTED + 6

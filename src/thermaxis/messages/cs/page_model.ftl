@@ -85,4 +85,3 @@ model-sign = Znaménko: kladné posunutí vzdaluje bod nástroje od obrobku; kor
 model-contribution = Podíl na korekci nyní [µm]
 model-contributions_title = { NAME($output) }: příspěvek každé složky
 model-before = Čísla níže patří předchozímu modelu: platí jiný a načítá se.
-model-not_told = Program obrazovky teď čísla modelu neuvádí. Dotaz se opakuje.

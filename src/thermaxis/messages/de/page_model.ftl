@@ -85,4 +85,3 @@ model-sign = Vorzeichen: eine positive Verlagerung bewegt den Werkzeugpunkt vom 
 model-contribution = Anteil an der Korrektur jetzt [µm]
 model-contributions_title = { NAME($output) }: Beitrag jedes Anteils
 model-before = Die Zahlen unten sind die des Modells davor: Ein anderes ist wirksam und wird gelesen.
-model-not_told = Das Bildschirmprogramm nennt die Zahlen des Modells jetzt nicht. Es wird weiter gefragt.

@@ -87,4 +87,3 @@ model-sign = Sign: a positive displacement moves the tool point away from the wo
 model-contribution = Share of the correction now [µm]
 model-contributions_title = { NAME($output) }: contribution of every part
 model-before = The numbers below are those of the model before: another one is in force, and is being read.
-model-not_told = The screen's program does not tell the model's numbers now. It is asked again.

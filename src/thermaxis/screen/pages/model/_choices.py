@@ -25,18 +25,10 @@ class Choice(NamedTuple):
 
     name: str
     """Its name."""
+    sha256: str = ""
+    """Hash of the model; empty where it cannot be chosen, or was not read."""
     refused: Message | None = None
-    """Why it cannot be chosen; None where it can be, or was not judged."""
-    judged: bool = True
-    """Whether it was read; one that was not may be chosen all the same."""
-
-
-class _Stamp(NamedTuple):
-    """What tells one content of a file from another one without reading it."""
-
-    changed_ns: int
-    size_bytes: int
-    number: int
+    """Why it cannot be chosen; None where it can be, or was not read: the loop may take it."""
 
 
 @final
@@ -49,41 +41,32 @@ class ModelChoices:
 
     def __init__(self, configuration: "MachineConfiguration") -> None:
         self._configuration = configuration
-        self._known: dict[str, tuple[_Stamp, Message | None]] = {}
+        self._known: dict[tuple[str | int, ...], Choice] = {}
 
     def look(self) -> tuple[Choice, ...]:
         """Return the files of the folder as they are now; it reads those that are new."""
-        names = self._configuration.models_to_choose(MOST_LISTED)
-        self._known = {name: known for name, known in self._known.items() if name in names}
+        folder = self._configuration.machine.model_folder or Path()
+        before, self._known = self._known, {}
         left_bytes = MOST_BYTES_AT_ONCE
         found: list[Choice] = []
-        for i, name in enumerate(names):
-            stamp = self._stamp(name)
-            if stamp is None:  # gone meanwhile
+        for i, name in enumerate(self._configuration.models_to_choose(MOST_LISTED)):
+            try:
+                at = (folder / name).stat()
+            except OSError:  # gone meanwhile
                 continue
-            known = self._known.get(name)
-            if known is not None and known[0] == stamp:
-                found.append(Choice(name, known[1]))
-            elif i >= MOST_JUDGED or stamp.size_bytes > min(left_bytes, LARGEST_JUDGED_BYTES):
-                found.append(Choice(name, judged=False))
-            else:
-                left_bytes -= stamp.size_bytes
-                refused = self._refusal(name)
-                self._known[name] = stamp, refused
-                found.append(Choice(name, refused))
+            content = name, at.st_mtime_ns, at.st_size, at.st_ino
+            choice = before.get(content)
+            small = at.st_size <= min(left_bytes, LARGEST_JUDGED_BYTES)
+            if choice is None and small and i < MOST_JUDGED:
+                left_bytes -= at.st_size
+                choice = self._judged(name)
+            if choice is not None:
+                self._known[content] = choice
+            found.append(choice or Choice(name))
         return tuple(found)
 
-    def _stamp(self, name: str) -> _Stamp | None:
-        folder = self._configuration.machine.model_folder
+    def _judged(self, name: str) -> Choice:
         try:
-            found = ((folder or Path()) / name).stat()
-        except OSError:
-            return None
-        return _Stamp(found.st_mtime_ns, found.st_size, found.st_ino)
-
-    def _refusal(self, name: str) -> Message | None:
-        try:
-            self._configuration.other_model(name)
+            return Choice(name, self._configuration.other_model(name)[1])
         except ThermaxisError as error:
-            return error.message
-        return None
+            return Choice(name, refused=error.message)

@@ -6,13 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, cast, final
 
+from markupsafe import Markup, escape
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
-from thermaxis.messages import sentence, sentence_of, text_of
+from thermaxis.messages import END_OF_ISOLATE, ISOLATE, sentence, sentence_of, text_of
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
 from thermaxis.runtime.config import read_model_file
 from thermaxis.screen.access import fragment, needs, parts_of, render, visitor_of
@@ -61,7 +62,6 @@ def routes(parts: "ScreenParts") -> list[BaseRoute]:
     return [
         Route("/model", _page, methods=["GET"]),
         Route("/model/values", _values, methods=["GET"]),
-        Route("/model/choice", _choice, methods=["GET"]),
     ]
 
 
@@ -101,12 +101,7 @@ def _places_of(configuration: MachineConfiguration, name: str) -> list[Path]:
 
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
-    return render(
-        request,
-        "model.html",
-        page="model",
-        may_choose=visitor_of(request).role.at_least(Role.ENGINEER),
-    )
+    return render(request, "model.html", page="model")
 
 
 @needs(Role.VIEWER)
@@ -117,8 +112,9 @@ async def _values(request: Request) -> Response:
     name, sha256 = str(status.get("model_file", "")), str(status.get("model_sha256", ""))
     diameter = status.get("diameter_mm")
     diameter_mm = float(diameter) if isinstance(diameter, int | float) else None
-    found, facts, choices = await _read_models(request).of(name, sha256, diameter_mm)
-    language = visitor_of(request).language
+    models, language = _read_models(request), visitor_of(request).language
+    choices = await models.choices()
+    found, facts = await models.of(name, sha256, diameter_mm)
     shown = {"file": name, "hash": f"{sha256[:_HASH_SHOWN]}…"}
     said = [sentence(found.key, shown, language=language)] if found.key else []
     if found.detail is not None:  # without the path: a viewer need not know it
@@ -128,45 +124,32 @@ async def _values(request: Request) -> Response:
     }
     return answer_json(
         {
-            "file": name,
             "sha256": sha256,
             "model": facts,
             "text": " ".join(said),
-            "choices": [_told(choice, language) for choice in choices],
+            "choices": fragment(
+                request,
+                "model_choices.html",
+                file=name,
+                fit=[one for one in choices if one.refused is None],
+                others=[(one.name, _why(one, language)) for one in choices if not one.sha256],
+                may_choose=visitor_of(request).role.at_least(Role.ENGINEER),
+            )
+            if choices
+            else "",
             "html": fragment(request, "model_values.html", model=facts, told=told),
         }
     )
 
 
-def _told(choice: Choice, language: str) -> Json:
-    """Return a file of the folder with why it cannot be chosen, in the language of who asks."""
-    reason = "" if choice.judged else sentence("model-choice_not_read", language=language)
-    if choice.refused is not None:
-        place = choice.refused.place._replace(file="")
-        reason = text_of(replace(choice.refused, place=place), language=language)
-    return {"name": choice.name, "model": choice.refused is None, "reason": reason}
-
-
-@needs(Role.VIEWER)
-async def _choice(request: Request) -> Response:
-    """Tell the hash of a model that may be chosen, by which a page sees that it is in force."""
-    name = request.query_params.get("name", "")
-    try:
-        sha256 = await _read_models(request).hash_of(name)
-    except (ConfigurationError, TimeoutError):  # the loop says what is wrong, when it is asked
-        return answer_json({"sha256": None})
-    return answer_json({"sha256": sha256})
-
-
-class Read(NamedTuple):
-    """What the page is made of."""
-
-    found: Found
-    """The model in force, or why there is none."""
-    facts: Json | None
-    """What is shown of it."""
-    choices: tuple[Choice, ...]
-    """Files of the folder, those that cannot be chosen with the reason."""
+def _why(choice: Choice, language: str) -> Markup:
+    """Return why a file cannot be chosen, or was not read; what of it is English is marked so."""
+    if choice.refused is None:
+        return escape(sentence("model-choice_not_read", language=language))
+    place = choice.refused.place._replace(file="")
+    said = escape(text_of(replace(choice.refused, place=place), language=language))
+    english, end = Markup('<span lang="en">'), Markup("</span>")
+    return said.replace(ISOLATE, english).replace(END_OF_ISOLATE, end)
 
 
 @final
@@ -191,31 +174,29 @@ class ReadModels:
         self._known: dict[tuple[str, str, float | None], tuple[Found, Json]] = {}
         self._turn = asyncio.Lock()
 
-    async def of(self, name: str, sha256: str, diameter_mm: float | None) -> Read:
-        """Return the model that the loop tells to be in force."""
+    async def choices(self) -> tuple[Choice, ...]:
+        """Return the files of the folder, those that cannot be chosen with the reason."""
+        return await self._kept.get()
+
+    async def of(
+        self, name: str, sha256: str, diameter_mm: float | None
+    ) -> tuple[Found, Json | None]:
+        """Return the model that the loop tells to be in force, and what is shown of it."""
         key = (name, sha256, diameter_mm)
-        choices = await self._kept.get()
-        known = self._known.get(key)
-        if known is not None:
-            return Read(*known, choices)
+        if key in self._known:
+            return self._known[key]
         try:
             async with asyncio.timeout(self._limit_s), self._turn:
-                known = self._known.get(key)  # who waited finds what the one before has read
-                if known is not None:
-                    return Read(*known, choices)
+                if key in self._known:  # who waited finds what the one before has read
+                    return self._known[key]
                 found, facts = await self._reading.run(lambda: self._read(*key))
         except TimeoutError:
-            return Read(Found(None, NO_FILE, HANGS), None, choices)
+            return Found(None, NO_FILE, HANGS), None
         if facts is not None:
             self._known[key] = found, facts
             for oldest in list(self._known)[:-MOST_KNOWN]:
                 del self._known[oldest]
-        return Read(found, facts, choices)
-
-    async def hash_of(self, name: str) -> str:
-        """Return the hash of a model of the folder."""
-        find = self._configuration.find_model
-        return await self._reading.run(lambda: read_model_file(find(name)).sha256)
+        return found, facts
 
     async def _look(self) -> tuple[Choice, ...]:
         with contextlib.suppress(OSError):  # such as no answer in time: the list of before stands

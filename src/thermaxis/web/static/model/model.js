@@ -1,7 +1,8 @@
 // @ts-check
 /** The model in force: its numbers once, where its inputs stand in their ranges every second. */
 import { ask } from "../ask/ask.js";
-import { byId, made, say } from "../elements.js";
+import { asked, Refused } from "../asked.js";
+import { byId, say } from "../elements.js";
 import { latest, onNoData, onStatus } from "../live.js";
 import { fillLive } from "./cells.js";
 import { drawGains, drawStep } from "./charts.js";
@@ -9,47 +10,43 @@ import { word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 
-const LONGEST_MS = 5000; // without the hash the effect is judged by the name
-
-let wanted = "";
-let shownSha256 = "";
+let shown = ""; // model and diameter of what is shown
+let sha256 = "";
+let choices = "";
 let loading = false;
-let mayAsk = false;
 let asking = false;
 
 onStatus((status) => {
-  const key = `${status.model_file} ${status.model_sha256} ${status.diameter_mm}`;
-  showFile(status.model_file, status.model_sha256);
-  const same = status.model_sha256 === shownSha256;
-  markOld(shownSha256 !== "" && !same);
-  if (!(same && key === wanted) && !loading) void load(key);
+  markOld(sha256 !== "" && status.model_sha256 !== sha256);
+  if (keyOf(status) !== shown || status.model_sha256 !== sha256) void load(keyOf(status));
   fillLive(status);
 });
 onNoData(() => {
-  if (wanted === "" && !loading) void load("");
+  if (shown === "") void load("");
 });
-byId("choice").addEventListener("change", () => { byId("choice").dataset.touched = "yes"; });
+byId("choose").addEventListener("change", () => { byId("choice").dataset.touched = "yes"; });
 byId("choose").addEventListener("submit", (event) => {
   event.preventDefault();
-  void choose();
+  if (!asking) void choose();
 });
+
+/** @param {Data} status */
+function keyOf(status) {
+  return `${status.model_file} ${status.model_sha256} ${status.diameter_mm}`;
+}
 
 /** @param {string} key model and diameter that the values are of */
 async function load(key) {
+  if (loading) return;
   loading = true;
   try {
-    const answer = await fetch("/model/values");
-    const values = await answer.json().catch(() => ({}));
-    if (!answer.ok) {
-      clear(values.text ?? word("model-not_told"));
-      return;
-    }
-    wanted = key;
-    shownSha256 = values.sha256;
-    markOld(false);
+    const values = await asked("/model/values");
+    [shown, sha256] = [key, values.sha256];
     show(values);
-  } catch (error) {
-    if (!(error instanceof TypeError)) throw error; // not reached: asked again with the next status
+  } catch (error) { // asked again with the next status
+    if (!(error instanceof Refused)) throw error;
+    [shown, sha256] = ["", ""];
+    show({ model: null, text: error.message, choices: "", html: "" });
   } finally {
     loading = false;
   }
@@ -61,126 +58,63 @@ function markOld(old) {
   byId("model").dataset.old = old ? "yes" : "no";
 }
 
-/** Show nothing, and why. @param {string} text */
-function clear(text) {
-  wanted = "";
-  shownSha256 = "";
-  markOld(false);
-  show({ model: null, file: "", sha256: "", text, choices: [], html: "" });
-}
-
 /** @param {Data} values */
-function show(values) {
-  showFile(values.file, values.sha256);
-  const wrong = byId("model-wrong");
-  wrong.hidden = values.model !== null;
-  say(wrong, values.text);
-  showChoices(values);
-  byId("model-outputs").innerHTML = values.html;
-  document.querySelectorAll("#model-outputs > .output").forEach((section, k) => {
-    const output = values.model?.outputs[k];
-    const [steps, gains] = [".step-chart", ".gain-chart"].map((one) => section.querySelector(one));
-    if (steps instanceof HTMLElement) drawStep(steps, output, values.model);
-    if (gains instanceof HTMLElement) drawGains(gains, output, values.model);
-  });
+function show({ model, text, choices: files, html }) {
   const now = latest();
+  const wrong = byId("model-wrong");
+  wrong.hidden = model !== null;
+  say(wrong, text);
+  markOld(false);
+  showChoices(files);
+  byId("model-outputs").innerHTML = html;
+  document.querySelectorAll("#model-outputs > .output").forEach((section, k) => {
+    const [steps, gains] = [".step-chart", ".gain-chart"].map((one) => section.querySelector(one));
+    if (steps instanceof HTMLElement) drawStep(steps, model.outputs[k], model);
+    if (gains instanceof HTMLElement) drawGains(gains, model.outputs[k], model);
+  });
   if (now) fillLive(now);
-}
-
-/** @param {string} file @param {string} sha256 */
-function showFile(file, sha256) {
-  say(byId("model-file"), file || "–");
-  say(byId("model-hash"), sha256 ? `sha256 ${sha256.slice(0, 16)}…` : "");
 }
 
 // ---- another model ---------------------------------------------------------------------------
 
-/** @param {Data} values */
-function showChoices(values) {
-  const form = byId("choose");
-  const select = /** @type {HTMLSelectElement} */ (byId("choice"));
-  const may = byId("model").dataset.mayChoose === "yes";
-  const chosen = fileChosen(select, values);
-  form.hidden = values.choices.length === 0;
-  select.replaceChildren(
-    ...values.choices.filter((/** @type {Data} */ one) => one.model).map(
-      (/** @type {Data} */ { name }) => {
-        const option = /** @type {HTMLOptionElement} */ (made("option", name));
-        option.value = name;
-        option.selected = name === chosen;
-        return option;
-      }),
-  );
-  const none = select.options.length === 0;
-  select.disabled = !may || none;
-  mayAsk = may && !none;
-  turnAsk();
-  showRefused(values.choices.filter((/** @type {Data} */ one) => one.reason));
-  byId("choose-why").hidden = may;
+/** @param {string} file */
+function optionOf(file) {
+  const options = /** @type {NodeListOf<HTMLOptionElement>} */ (
+    document.querySelectorAll("#choice option"));
+  return [...options].find((one) => one.value === file);
 }
 
-/**
- * What a person has chosen stays when the values come anew; else it is the model in force.
- * @param {HTMLSelectElement} select
- * @param {Data} values
- * @returns {string}
- */
-function fileChosen(select, values) {
-  const stays = select.dataset.touched === "yes"
-    && values.choices.some((/** @type {Data} */ one) => one.model && one.name === select.value);
-  if (!stays) delete select.dataset.touched;
-  return stays ? select.value : values.file;
+/** What a person has chosen stays while it is there. @param {string} html */
+function showChoices(html) {
+  if (html === choices) return;
+  const before = document.querySelector("#choice[data-touched]") ? chosen() : "";
+  choices = html;
+  byId("choose").hidden = html === "";
+  byId("choose").innerHTML = html;
+  const option = optionOf(before);
+  if (!option) return;
+  option.selected = true;
+  byId("choice").dataset.touched = "yes";
 }
 
-function turnAsk() {
-  /** @type {HTMLButtonElement} */ (byId("choose-ask")).disabled = !mayAsk || asking;
-}
-
-/** Files that cannot be chosen, or were not read, each with why. @param {Data[]} files */
-function showRefused(files) {
-  byId("choose-refused").hidden = files.length === 0;
-  const lines = files.map((one) => {
-    const line = made("li");
-    line.append(made("b", one.name), ": ", made("span", one.reason));
-    return line;
-  });
-  byId("choose-refused-list").replaceChildren(...lines);
+function chosen() {
+  return /** @type {HTMLSelectElement} */ (byId("choice")).value;
 }
 
 async function choose() {
-  const select = /** @type {HTMLSelectElement} */ (byId("choice"));
-  const file = select.value;
-  if (!file || asking) return;
+  const file = chosen();
   asking = true;
-  turnAsk();
   try {
-    const sha256 = await hashOf(file);
+    await load(shown); // the hash of the file as it is now
     const answer = await ask("ChooseModel", [file], {
       title: word("model-choose"),
       text: [word("model-choose_text", { file }), word("model-choose_effect")],
-      sha256,
+      sha256: optionOf(file)?.dataset.sha256 || null,
     });
-    if (answer?.accepted) delete select.dataset.touched; // from now on it shows what is in force
+    if (!answer?.accepted) return;
+    choices = ""; // from now on it shows what is in force
+    document.getElementById("choice")?.removeAttribute("data-touched");
   } finally {
     asking = false;
-    turnAsk();
-  }
-}
-
-/**
- * Hash of a file that may be chosen; null where the screen cannot read it: the loop may.
- * @param {string} file
- * @returns {Promise<string | null>}
- */
-async function hashOf(file) {
-  try {
-    const answer = await fetch(`/model/choice?name=${encodeURIComponent(file)}`, {
-      signal: AbortSignal.timeout(LONGEST_MS),
-    });
-    return answer.ok ? (await answer.json()).sha256 : null;
-  } catch (error) {
-    const late = error instanceof DOMException && error.name === "TimeoutError";
-    if (!late && !(error instanceof TypeError)) throw error;
-    return null;
   }
 }
