@@ -27,6 +27,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
@@ -36,6 +37,14 @@ from tests.system.loop_stand import NODES
 from tests.system.programs import Program
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.files import read_model, write_model
+from thermaxis.runtime import (
+    CertificateUse,
+    Role,
+    User,
+    hash_password,
+    opcua,
+    write_users,
+)
 
 ROOT: Final = Path(__file__).resolve().parents[3]
 EXAMPLE: Final = ROOT / "examples" / "machine" / "models" / "lathe.json"
@@ -300,24 +309,27 @@ class Rig:
             more=more,
         )
         self.configuration.write_text(text, encoding="utf-8")
-        for name in PEOPLE:
-            self._add_user(name, name, self.passwords[name])
         feed = secrets.token_urlsafe(12)
-        self._add_user("screen", "viewer", feed)
+        words = [*((name, Role(name), self.passwords[name]) for name in PEOPLE)]
+        words.append(("screen", Role.VIEWER, feed))
+        users = [User(name, role, hash_password(word)) for name, role, word in words]
+        write_users(users, self.folder / "users.toml")
         password = self.folder / "screen.password"
         password.touch(mode=0o600)
         password.write_text(f"{feed}\n", encoding="utf-8")
-        at = ("--host", "127.0.0.1")
-        self.command("certificate", "new", "server.der", "server.pem", "--use", "server", *at)
-        self.command("certificate", "new", "client.der", "client.pem", *at)
+        self._certify("server.der", "server.pem", CertificateUse.SERVER)
+        self._certify("client.der", "client.pem", CertificateUse.CLIENT)
         if self.secure:
-            self.command("certificate", "new", "page.crt", "page.key", "--use", "server", *at)
+            self._certify("page.crt", "page.key", CertificateUse.SERVER)
 
-    def _add_user(self, name: str, role: str, password: str) -> None:
-        users = ("user", "add", "users.toml", name, "--role", role, "--stdin")
-        self.command(*users, given=f"{password}\n")
+    def _certify(self, certificate: str, key: str, use: CertificateUse) -> None:
+        new = opcua.NewCertificate(
+            application_uri="urn:thermaxis:client", hosts=("127.0.0.1",), use=use
+        )
+        pair = opcua.make_pair(new, datetime.now(UTC))
+        opcua.write_pair(self.folder / certificate, self.folder / key, pair)
 
-    def command(self, *arguments: str, given: str = "") -> str:
+    def command(self, *arguments: str) -> str:
         """Run a command of thermaxis in the folder and return what it printed.
 
         Raises
@@ -328,7 +340,6 @@ class Rig:
         ended = subprocess.run(
             [sys.executable, "-m", "thermaxis", *arguments],
             cwd=self.folder,
-            input=given,
             capture_output=True,
             text=True,
             timeout=60.0,
