@@ -3,6 +3,8 @@
 import json
 import re
 import signal
+import subprocess
+import sys
 import time
 import urllib.error
 import urllib.request
@@ -26,6 +28,7 @@ SHOWN = {
     "stop": sentence("headline-interlock", {"names": "no_emergency_stop"}),
     "loop": sentence("common-no_data"),
 }
+FAST = sentence("operator-model_good", {"file": "lathe, time x 60"})
 """What the head of the page says where something is broken."""
 
 
@@ -71,7 +74,7 @@ def test_the_demo_lives_soon_breaks_by_every_button_and_leaves_nothing(
     gist = page.locator("#gist")
     expect(gist).to_contain_text("Compensating")
     buttons = page.locator("[data-break]")
-    assert {one.get_attribute("data-break") for one in buttons.all()} == set(SHOWN)
+    assert {one.get_attribute("data-break") for one in buttons.all()} == {*SHOWN, "time"}
     for name, words in SHOWN.items():
         button = page.locator(f"[data-break={name}]")
         button.click()
@@ -82,12 +85,21 @@ def test_the_demo_lives_soon_breaks_by_every_button_and_leaves_nothing(
         expect(page.locator("body")).to_have_attribute("data-live", "yes")
         expect(gist).to_contain_text("Compensating")
 
+    operator = context.new_page()
+    operator.goto(address)
+    page.locator("[data-break=time]").click()
+    expect(operator.locator("#model-told")).to_contain_text(FAST)
+    expect(gist).to_contain_text("Compensating")
+    operator.close()
     own = address.rstrip("/")
     press = {"name": "stop", "broken": False}
-    assert sent(address, press, own) == 200
-    assert sent(address, press, "http://example.com") == 403
-    assert sent(address, {"name": "__class__", "broken": True}, own) == 400
-    assert sent(address, {"name": "stop", "broken": 1}, own) == 400
+    for given, origin, status in (
+        (press, own, 200),
+        (press, "http://example.com", 403),
+        ({"name": "__class__", "broken": True}, own, 400),
+        ({"name": "stop", "broken": 1}, own, 400),
+    ):
+        assert sent(address, given, origin) == status
     page.goto(f"{address}login")
     name, password = re.findall(r"log in as (operator), password (\w+)", said)[0]
     page.fill("[name=name]", name)
@@ -105,3 +117,15 @@ def test_the_demo_lives_soon_breaks_by_every_button_and_leaves_nothing(
     demo.signal(signal.SIGINT)
     assert demo.wait(PATIENCE_S) == 0
     assert not folder.exists()
+
+
+def test_what_the_demo_starts_ends_with_the_demo() -> None:
+    command = [sys.executable, "-m", "thermaxis.cli.machine._with_parent", "machine"]
+    with subprocess.Popen(
+        [*command, "--port", "0"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as child:
+        assert child.stdin is not None
+        assert child.stdout is not None
+        assert any(b"endpoint: " in line for line in child.stdout)
+        child.stdin.close()  # as the system does, however a program ends
+        assert child.wait(PATIENCE_S) == 1

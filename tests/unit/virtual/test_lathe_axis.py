@@ -139,6 +139,18 @@ def test_a_machine_served_faster_counts_the_watchdog_in_real_time() -> None:
     assert not axis.alive
 
 
+def test_the_watchdog_goes_on_counting_where_the_machine_is_served_faster_or_slower() -> None:
+    axis = OffsetAxis(OffsetRules(watchdog_s=10.0))
+    axis.speed = 60.0
+    axis.write_heartbeat(1)
+    go(axis, 300.0)
+    axis.speed = 1.0
+    go(axis, 4.9)
+    assert axis.alive
+    go(axis, 0.2)
+    assert not axis.alive
+
+
 def test_the_heartbeat_goes_round_at_32_bits() -> None:
     axis = OffsetAxis(OffsetRules())
     axis.write_heartbeat(2**32 - 1)

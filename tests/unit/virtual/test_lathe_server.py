@@ -16,6 +16,7 @@ from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 from cryptography.x509.oid import ExtendedKeyUsageOID
 
 from tests.refusals import refused
+from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Secret, VirtualClock, run_in_virtual_time
 from thermaxis.virtual import (
     FAULTY,
@@ -44,6 +45,24 @@ async def served(lathe: VirtualLathe, work: Callable[[str], Awaitable[None]], **
         serving.cancel()
         with suppress(asyncio.CancelledError):
             await serving
+
+
+def test_another_speed_goes_on_from_the_machines_time() -> None:
+    async def live() -> None:
+        clock, lathe = VirtualClock(), lathe_with()
+        server = LatheServer(lathe, LatheServerSettings(port=0), clock)
+        serving = asyncio.create_task(server.run())
+        for speed, until_s in ((1.0, 10.0), (60.0, 610.0), (1.0, 620.0)):
+            server.set_speed(speed)
+            await clock.sleep_until(clock.monotonic_s() + 10.0)
+            assert lathe.time_s == pytest.approx(until_s, abs=0.2 * SPEED)
+        with pytest.raises(ConfigurationError):
+            server.set_speed(0.0)
+        serving.cancel()
+        with suppress(asyncio.CancelledError):
+            await serving
+
+    run_in_virtual_time(live())
 
 
 def lathe_with(*sentences: str) -> VirtualLathe:

@@ -1,8 +1,9 @@
 """Try loop and pages at a virtual lathe, with a shift of history, and break things.
 
-Buttons break a sensor, network, server and loop, and press the emergency stop. One command, no
-file. It binds 127.0.0.1 only; its users are valid for its virtual lathe only; what it writes lies
-in a private temporary folder that goes with it. Ctrl+C ends everything.
+Buttons break a sensor, network, server and loop, press the emergency stop, and let an hour pass
+in a minute. One command, no file. It binds 127.0.0.1 only; its users are valid for its virtual
+lathe only; what it writes lies in a private temporary folder that goes with it. Ctrl+C ends
+everything.
 """
 
 import argparse
@@ -36,7 +37,7 @@ from thermaxis.runtime import CertificateUse, Role, User, opcua
 from thermaxis.runtime.history import SqlHistorian
 from thermaxis.screen import serve
 from thermaxis.screen.access import needs, render
-from thermaxis.web import answer_json, json_of, page_of, refuse, static_address
+from thermaxis.web import answer_json, json_of, page_of, refuse
 
 SHIFT_H: Final = 8.0
 """Length of the history that is there at the start. [h]"""
@@ -44,9 +45,15 @@ SHIFT_CYCLE_S: Final = 5.0
 """Cycle of the loop in that shift, which takes place in virtual time. [s]"""
 WATCHDOG_S: Final = 10.0
 """Without a heartbeat for so long the lathe takes the offset back. [s]"""
+RATE_UM_PER_S: Final = 3.0
+"""Rate of the correction and of the lathe's axis: what the model asks for at most while time is
+fast. [µm/s]"""
+FAST: Final = 60.0
+"""An hour in a minute. [1]"""
 PEOPLE: Final = (Role.VIEWER, Role.OPERATOR, Role.ENGINEER)
 """Users for trial; their names are their roles."""
 _EVER: Final = "for 10000d"
+_TIME: Final = "time"
 
 
 BREAKS: Final = {
@@ -55,8 +62,10 @@ BREAKS: Final = {
     "server": f"restart {_EVER}",
     "stop": "set emergency_stop to 1",
     "loop": "",
+    _TIME: "",
 }
-"""Fault of the lathe by the name of its button; empty where the loop's program is killed."""
+"""Fault of the lathe by the name of its button; empty where the loop's program is killed, and
+where time is made fast."""
 
 _LAGS_S: Final = (169.1, 807.1, 3314.0, 10806.0)
 _SPINDLE: Final = tuple(map(Section, (-2.026, -5.082, -11.26, 2.642), _LAGS_S))
@@ -79,7 +88,8 @@ _CONFIGURATION: Final = """\
 [machine]
 name = "demo: virtual lathe"
 cycle_s = 1.0
-model = "lathe.json"
+model = "models/{model}"
+model_folder = "models"
 state_file = "lathe.state.json"
 
 [connection.lathe]
@@ -96,9 +106,9 @@ connection = "lathe"
 heartbeat_node = "{ns}heartbeat"
 
 [input]
-T_spindle_C = {{ node = "{ns}T_spindle_C", unit = "degC", lowest_c = 5.0, highest_c = 80.0 }}
-T_table_C = {{ node = "{ns}T_table_C", unit = "degC", lowest_c = 5.0, highest_c = 80.0 }}
-T_column_C = {{ node = "{ns}T_column_C", unit = "degC", lowest_c = 5.0, highest_c = 45.0 }}
+T_spindle_C = {{ node = "{ns}T_spindle_C", unit = "degC", {believed} }}
+T_table_C = {{ node = "{ns}T_table_C", unit = "degC", {believed} }}
+T_column_C = {{ node = "{ns}T_column_C", unit = "degC", {believed} }}
 
 [interlock]
 no_emergency_stop = {{ node = "{ns}emergency_stop", met = false }}
@@ -113,7 +123,7 @@ effective_node = "{ns}offset_effective_mm"
 unit = "mm"
 sign = "positive moves the tool away from the workpiece"
 largest_um = 280.0
-largest_rate_um_per_s = 2.0
+largest_rate_um_per_s = {rate}
 largest_trim_um = 20.0
 
 [supervisor]
@@ -138,6 +148,7 @@ port = {screen}
 client_certificate = "client.der"
 client_private_key = "client.pem"
 """
+_BELIEVED: Final = "lowest_c = 5.0, highest_c = 80.0, largest_rate_k_per_s = 1.0"
 _PAGE: Final = """\
 {% extends "base.html" %}
 {% block title %}{{ word("demo-title") }}{% endblock %}
@@ -184,27 +195,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the demo until Ctrl+C."""
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the pages have their own
+    hung_up = getattr(signal, "SIGHUP", None)  # Windows has none
+    if hung_up is not None and signal.getsignal(hung_up) is signal.SIG_DFL:
+        signal.signal(hung_up, _end)
     sys.stdout.write(f"a shift of {SHIFT_H:g} h at a virtual lathe is being made ...\n")
     sys.stdout.flush()
     with tempfile.TemporaryDirectory(prefix="thermaxis-demo-") as folder:
         passwords = {str(role.value): secrets.token_hex(4) for role in PEOPLE}
-        configuration = _make_site(Path(folder), passwords)
-        demo = _Demo(configuration, _shift(configuration), passwords)
+        paces = _make_site(Path(folder), passwords)
+        demo = _Demo(paces, _shift(paces[1.0]), passwords)
         asyncio.run(demo.live(browser=not arguments.no_browser))
     sys.stdout.write("ended; nothing of it is left\n")
     return 0
 
 
+def _end(*_: object) -> None:
+    signal.raise_signal(signal.SIGTERM)
+
+
 # ---- before the pages ---------------------------------------------------------------------------
 
 
-def _make_site(folder: Path, passwords: Mapping[str, str]) -> runtime.MachineConfiguration:
-    """Write configuration, model, users and certificates."""
+def _make_site(
+    folder: Path, passwords: Mapping[str, str]
+) -> Mapping[float, runtime.MachineConfiguration]:
+    """Write configuration and model, users and certificates; return the configuration by pace.
+
+    They differ in the model's time constants alone: all else keeps to the time of the day.
+    """
     ports = dict(zip(("lathe", "server", "screen"), _free_ports(3), strict=True))
-    path = folder / "machine.toml"
-    text = _CONFIGURATION.format(ns="nsu=urn:thermaxis:lathe;s=", **ports)
-    path.write_text(text, encoding="utf-8")
-    files.write_model(_MODEL, folder / "lathe.json")
+    (folder / "models").mkdir()
     users = [User(n, Role(n), runtime.hash_password(word)) for n, word in passwords.items()]
     runtime.write_users(users, folder / "users.toml")
     for use in (CertificateUse.SERVER, CertificateUse.CLIENT):
@@ -213,7 +234,33 @@ def _make_site(folder: Path, passwords: Mapping[str, str]) -> runtime.MachineCon
         )
         pair = opcua.make_pair(new, datetime.now(UTC))
         opcua.write_pair(folder / f"{use.value}.der", folder / f"{use.value}.pem", pair)
-    return runtime.read_machine(path)
+    paces = dict[float, runtime.MachineConfiguration]()
+    for pace, name in ((1.0, "lathe"), (FAST, f"lathe, time x {FAST:g}")):
+        files.write_model(_faster(_MODEL, pace), folder / "models" / f"{name}.json")
+        text = _CONFIGURATION.format(
+            ns="nsu=urn:thermaxis:lathe;s=",
+            model=f"{name}.json",
+            believed=_BELIEVED,
+            rate=RATE_UM_PER_S,
+            **ports,
+        )
+        path = folder / f"{name}.toml"
+        path.write_text(text, encoding="utf-8")
+        paces[pace] = runtime.read_machine(path)
+    return paces
+
+
+def _faster(model: CompensationModel, pace: float) -> CompensationModel:
+    """Return a model of the same machine where time is faster."""
+    (output,) = model.outputs
+    parts = (
+        replace(
+            p,
+            sections=tuple(Section(s.gain_um_per_k, s.time_constant_s / pace) for s in p.sections),
+        )
+        for p in output.parts
+    )
+    return replace(model, outputs=(replace(output, parts=tuple(parts)),))
 
 
 def _free_ports(count: int) -> list[int]:
@@ -230,7 +277,7 @@ def _free_ports(count: int) -> list[int]:
 
 def _shift(configuration: runtime.MachineConfiguration) -> virtual.VirtualLathe:
     """Let the loop compensate a shift that ends now; return the lathe as it stands then."""
-    rules = virtual.OffsetRules(watchdog_s=WATCHDOG_S)
+    rules = virtual.OffsetRules(rate_um_per_s=RATE_UM_PER_S, watchdog_s=WATCHDOG_S)
     lathe = virtual.VirtualLathe("verification", settings=virtual.LatheSettings(offset=rules))
     slower = replace(configuration.compensation, cycle_s=SHIFT_CYCLE_S)
 
@@ -254,22 +301,22 @@ class _Demo:
 
     def __init__(
         self,
-        configuration: runtime.MachineConfiguration,
+        paces: Mapping[float, runtime.MachineConfiguration],
         lathe: virtual.VirtualLathe,
         passwords: Mapping[str, str],
     ) -> None:
-        self.configuration, self.lathe, self.passwords = configuration, lathe, passwords
+        self.paces, self.lathe, self.passwords = paces, lathe, passwords
+        self.configuration = paces[1.0]
         self.broken: list[str] = []
         self._loop: subprocess.Popen[bytes] | None = None
+        settings = virtual.LatheServerSettings(port=self.configuration.connections["lathe"].port)
+        self._server = virtual.LatheServer(lathe, settings, runtime.SystemClock())
 
     async def live(self, *, browser: bool) -> None:
         """Serve until a signal asks for the end."""
         running = asyncio.get_running_loop()
-        running.add_signal_handler(signal.SIGHUP, signal.raise_signal, signal.SIGTERM)
-        settings = virtual.LatheServerSettings(port=self.configuration.connections["lathe"].port)
-        server = virtual.LatheServer(self.lathe, settings, runtime.SystemClock())
         started: asyncio.Future[str] = running.create_future()
-        serving = asyncio.create_task(server.run(started))
+        serving = asyncio.create_task(self._server.run(started))
 
         def tell(address: str) -> None:
             said = [f"  log in as {name}, password {word}" for name, word in self.passwords.items()]
@@ -285,7 +332,7 @@ class _Demo:
             if not started.done():
                 await serving  # says why not
             self._start_loop()
-            await serve(self.configuration, runtime.SystemClock(), tell, self._routes())
+            await serve(self.paces[1.0], runtime.SystemClock(), tell, self._routes())
         finally:
             self._kill_loop()
             serving.cancel()
@@ -311,8 +358,7 @@ class _Demo:
             return answer_json({"broken": self.broken})
 
         async def script(_: Request) -> Response:
-            text = _SCRIPT.replace("{frame}", static_address("frame.js"))
-            return Response(text, media_type="text/javascript")
+            return Response(_SCRIPT, media_type="text/javascript")
 
         return [
             Route("/demo", page, methods=["GET"]),
@@ -325,21 +371,38 @@ class _Demo:
         self.broken = [one for one in BREAKS if (broken if one == name else one in self.broken)]
         faults = [BREAKS[one] for one in self.broken]
         self.lathe.set_faults([virtual.parse_fault(f, virtual.FAULTY) for f in faults if f])
+        self._set_pace(FAST if _TIME in self.broken else 1.0)
         if "loop" in self.broken:
             self._kill_loop()
         elif self._loop is None:
             self._start_loop()
 
+    def _set_pace(self, pace: float) -> None:
+        """Let the lathe live at a pace, and the loop go on with the model for it where it was."""
+        before, now = self.configuration, self.paces[pace]
+        if now is before:
+            return
+        self._kill_loop()
+        self._server.set_speed(pace)
+        file = runtime.StateFile(now.state_file)
+        saved, _ = file.load(before.compensation)
+        if saved is not None:  # lags are as far at either pace
+            sha256, name = now.model.sha256, now.model.path.name
+            file.save(replace(saved, model_sha256=sha256, model_file=name), now.compensation)
+        self.configuration = now
+
     def _start_loop(self) -> None:
-        command = [sys.executable, "-m", "thermaxis", "run", "--enable", "--quiet"]
-        path = self.configuration.path
-        with path.with_name("loop.errors").open("ab") as errors:
+        command = ("run", "--enable", "--quiet", str(self.configuration.path))
+        with self.configuration.path.with_name("loop.errors").open("ab") as errors:
             self._loop = subprocess.Popen(  # noqa: S603 - our own program
-                [*command, path], stdin=subprocess.DEVNULL, stderr=errors, start_new_session=True
+                [sys.executable, "-m", "thermaxis.cli.machine._with_parent", *command],
+                stdin=subprocess.PIPE,
+                stderr=errors,
+                start_new_session=True,
             )
 
     def _kill_loop(self) -> None:
         if self._loop is not None:
             self._loop.kill()
-            self._loop.wait()
+            self._loop.communicate()  # closes its pipe too
             self._loop = None

@@ -12,3 +12,5 @@ demo-stop = Stisknout nouzové zastavení
 demo-stop_follows = Pohony stojí, a tak i působící posun; stránka jmenuje blokování.
 demo-loop = Ukončit program kompenzace
 demo-loop_follows = Stránky nemají data a říkají to. Po opravě pokračuje, kde byl.
+demo-time = Pustit čas 60krát rychleji
+demo-time_follows = Hodina za minutu: každá časová konstanta stroje i modelu se dělí 60. Cyklus, čekací doby a meze zůstávají ve skutečném čase. Program kompenzace začne znovu a pokračuje, kde byl.

@@ -12,3 +12,5 @@ demo-stop = Den Not-Halt drücken
 demo-stop_follows = Die Antriebe stehen, und so auch der wirkende Versatz; die Seite nennt die Verriegelung.
 demo-loop = Das Programm der Kompensation töten
 demo-loop_follows = Die Seiten haben keine Daten und sagen es. Behoben geht es weiter, wo es war.
+demo-time = Die Zeit 60-mal schneller laufen lassen
+demo-time_follows = Eine Stunde in einer Minute: jede Zeitkonstante von Maschine und Modell wird durch 60 geteilt. Zyklus, Wartezeiten und Grenzen bleiben in der Zeit des Tages. Das Programm der Kompensation startet neu und macht weiter, wo es war.

@@ -12,3 +12,5 @@ demo-stop = Press the emergency stop
 demo-stop_follows = The drives stand, and so does the offset that acts; the page names the interlock.
 demo-loop = Kill the compensation's program
 demo-loop_follows = The pages have no data and say so. Mended, it goes on where it was.
+demo-time = Let time run 60 times faster
+demo-time_follows = An hour in a minute: every time constant of lathe and model is divided by 60. Cycle, waiting times and limits keep to the time of the day. The compensation's program starts anew and goes on where it was.

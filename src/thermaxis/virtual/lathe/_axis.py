@@ -50,23 +50,18 @@ class OffsetAxis:
     def __init__(self, rules: OffsetRules) -> None:
         self.rules = rules
         self.speed = 1.0
+        """How many of the machine's seconds are a real one. [1]"""
         self.written_mm = 0.0
         self.heartbeat = 0
         self.accepted_um = 0.0
         self.effective_um = 0.0
         self.own_um = 0.0
-        self._silent_s = math.inf
+        self._silent_s = math.inf  # real seconds
 
     @property
     def alive(self) -> bool:
         """Whether the heartbeat has moved lately, or nobody asks."""
-        return self.rules.watchdog_s is None or self._silent_s < self._watchdog_s
-
-    @property
-    def _watchdog_s(self) -> float:
-        """Return the watchdog's time in the machine's seconds. [s]"""
-        watchdog_s = self.rules.watchdog_s
-        return math.inf if watchdog_s is None else watchdog_s * self.speed
+        return self.rules.watchdog_s is None or self._silent_s < self.rules.watchdog_s
 
     def write_offset(self, offset_mm: float) -> bool:
         """Take a written offset."""
@@ -87,8 +82,9 @@ class OffsetAxis:
         """Let time go by."""
         heard_s = seconds
         if self.rules.watchdog_s is not None:
-            heard_s = min(seconds, max(0.0, self._watchdog_s - self._silent_s))
-        self._silent_s += seconds
+            left_s = self.rules.watchdog_s - self._silent_s
+            heard_s = min(seconds, max(0.0, left_s * self.speed))
+        self._silent_s += seconds / self.speed
         if not moves:
             return
         rate = self.rules.rate_um_per_s

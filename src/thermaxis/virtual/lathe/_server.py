@@ -14,7 +14,7 @@ Not protected: whoever reaches the server may write its offset, unless it was ma
 
 import hmac
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
@@ -178,7 +178,6 @@ class LatheServer:
 
     def __init__(self, lathe: VirtualLathe, settings: LatheServerSettings, clock: Clock) -> None:
         self._lathe = lathe
-        lathe.axis.speed = settings.speed
         self._settings = settings
         self._clock = clock
         self._gate = NetworkGate(settings.address, settings.port)
@@ -197,6 +196,15 @@ class LatheServer:
         """Address of the server, once it has started."""
         return f"opc.tcp://{self._settings.address}:{self._gate.port}/{PATH}"
 
+    def set_speed(self, speed: float) -> None:
+        """Let the machine live so many times faster than real time from now on. [1]
+
+        A speed that `LatheServerSettings` does not take is refused.
+        """
+        self._settings = replace(self._settings, speed=speed)
+        self._lathe.axis.speed = speed
+        self._begin_s = self._clock.monotonic_s() - self._lathe.time_s / speed
+
     async def run(self, started: "asyncio.Future[str] | None" = None) -> None:
         """Serve until cancelled; the future gets the endpoint as soon as clients may connect.
 
@@ -212,8 +220,7 @@ class LatheServer:
             try:
                 if self._server.bserver is not None:
                     self._gate.target_port = self._server.bserver.port
-                begun_s = self._lathe.time_s / self._settings.speed
-                self._begin_s = self._clock.monotonic_s() - begun_s
+                self.set_speed(self._settings.speed)
                 self._tell_once()
                 if started is not None:
                     started.set_result(self.endpoint)
