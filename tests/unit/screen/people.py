@@ -10,7 +10,6 @@ from thermaxis.screen.access._user_sessions import (
     NO_PANEL,
     NO_ROLE,
     REFUSED,
-    SCREEN_ENDS,
     Refusal,
 )
 
@@ -92,7 +91,7 @@ class People:
         self._open = False
         for person in (*self.standing.values(), self.in_front):
             if person is not None:
-                self.end(person, SCREEN_ENDS)
+                self.end(person, OUT)
 
     async def log_in(
         self, name: str, password: str, address: str, *, pin: bool = False

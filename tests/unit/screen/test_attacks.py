@@ -158,6 +158,7 @@ def of_forged_log_ins() -> Iterator[Attack]:
         ("a long one", "x" * 4000),
         ("a script", "<script>evil</script>"),
         ("a name", "novak"),
+        ("odd signs", '\xff\\355"%ED%A0%80'),
     ):
         line = f"Cookie: NAME={cookie}\nX-Thermaxis-Token: TOKEN"
         yield Attack(f"cookie: {name}", 401, ask(line))

@@ -132,8 +132,8 @@ def test_the_end_of_the_screen_ends_every_log_in_and_lets_nobody_in(play) -> Non
     async def scene(persons: UserSessions, password: str, _: MethodType) -> None:
         found = [await logged_in(persons, name, password) for name in ROLES]
         await persons.close()
-        assert {person.ended for _, person in found} == {"login-screen_ends"}
-        assert {persons.why_ended(cookie) for cookie, _ in found} == {"login-screen_ends"}
+        assert {person.ended for _, person in found} == {"login-out"}
+        assert {persons.why_ended(cookie) for cookie, _ in found} == {"login-out"}
         assert persons.count == 0
         assert await persons.log_in("operator", password, HERE) == Refusal("login-busy")
 

@@ -29,4 +29,3 @@ login-idle = Stránky se delší dobu nikdo nedotkl: přihlášení skončilo. P
 login-too_long = Přihlášení trvalo nejdelší povolenou dobu. Přihlaste se znovu.
 login-role_gone = Tento uživatel nebo jeho heslo se změnily: přihlášení skončilo. Přihlaste se znovu.
 login-elsewhere = Stejný uživatel se příliš mnohokrát přihlásil jinde: toto přihlášení skončilo.
-login-screen_ends = Program obrazovky se právě ukončuje a s ním i všechna přihlášení.

@@ -29,4 +29,3 @@ login-idle = Die Seite wurde längere Zeit nicht bedient: die Anmeldung ist been
 login-too_long = Die längste Dauer einer Anmeldung ist erreicht. Bitte neu anmelden.
 login-role_gone = Dieser Benutzer oder sein Passwort wurde geändert: die Anmeldung ist beendet. Bitte neu anmelden.
 login-elsewhere = Derselbe Benutzer hat sich anderswo zu oft angemeldet: diese Anmeldung ist beendet.
-login-screen_ends = Das Bildschirmprogramm wird gerade beendet und mit ihm jede Anmeldung.

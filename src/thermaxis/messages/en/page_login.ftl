@@ -31,4 +31,3 @@ login-idle = Nobody touched the page for a while: the log-in has ended. Log in a
 login-too_long = The log-in has lasted as long as any may. Log in again.
 login-role_gone = This user or its password was changed: the log-in has ended. Log in again.
 login-elsewhere = The same user has logged in elsewhere too often: this log-in has ended.
-login-screen_ends = The screen's program is being ended, and every log-in with it.

@@ -1,7 +1,6 @@
 """Failed log-ins: who is refused for them without a look at the password, and for how long."""
 
 import ipaddress
-from collections import deque
 from typing import Final, NamedTuple, final
 
 from thermaxis.runtime.host import parsed_address
@@ -74,7 +73,7 @@ class LogInThrottle:
 
     def __init__(self, refused_s: float = REFUSED_S, local_share: int = LOCAL_SHARE) -> None:
         self._refused_s, self._local_share = refused_s, local_share
-        self._counted: dict[str, deque[tuple[float, str]]] = {}
+        self._counted: dict[str, list[tuple[float, str]]] = {}
 
     def refused(self, name: str, address: str, now_s: float) -> Refused | None:
         """Return whether a log-in is refused without a look at its password, and how long."""
@@ -93,21 +92,18 @@ class LogInThrottle:
     def count(self, name: str, address: str, now_s: float) -> None:
         """Count a log-in as failed, until it is known."""
         counted = counted_as(address)
-        some = self._counted.pop(counted, None) or deque(maxlen=_MOST_OF_ADDRESS)
-        some.append((now_s, name))
-        self._counted[counted] = some
+        some = self._counted.pop(counted, [])
+        self._counted[counted] = [*some, (now_s, name)][-_MOST_OF_ADDRESS:]
         if len(self._counted) > _MOST_ADDRESSES:
             del self._counted[next(iter(self._counted))]
 
     def succeeded(self, name: str, address: str) -> None:
         """Forget what was counted for a name at an address."""
-        some = self._counted.get(counted_as(address), deque[tuple[float, str]]())
-        kept = [one for one in some if one[1] != name]
-        some.clear()
-        some.extend(kept)
+        some = self._counted.get(counted_as(address), [])
+        some[:] = [one for one in some if one[1] != name]
 
     def take_back(self, name: str, address: str, then_s: float) -> None:
         """Count a log-in no more whose password nobody has looked at."""
-        some = self._counted.get(counted_as(address), deque[tuple[float, str]]())
+        some = self._counted.get(counted_as(address), [])
         if (then_s, name) in some:
             some.remove((then_s, name))

@@ -22,7 +22,7 @@ from thermaxis.runtime.opcua import (
     discard,
     take_leave,
 )
-from thermaxis.screen.feed import REQUESTS, WHO_AM_I, role_in
+from thermaxis.screen.feed import REQUESTS, role_in
 
 LOG_IN_S: Final = 10.0
 """Longest time of a log-in; one takes 0.14 s [run], and passwords are checked in turn. [s]"""
@@ -34,8 +34,6 @@ SESSION_TIMEOUT_MS: Final = 90_000.0
 after the other, and one that waits for the loop is silence. It ends a session whose connection is
 lost at once, so that nothing is left of a killed screen. [ms]"""
 _LEAVE_S: Final = 1.0
-_ISSUE: Final = f"{REQUESTS}/IssueToken"
-_REVOKE: Final = f"{REQUESTS}/RevokeToken"
 _REFUSALS: Final = frozenset({"BadUserAccessDenied", "BadIdentityTokenRejected"})
 
 
@@ -93,11 +91,15 @@ class LoopSession:
         self, method: str, arguments: Sequence[ua.Variant], deadline_s: float
     ) -> MethodAnswer | None:
         """Call a method of the status server."""
-        return await self._call(f"{REQUESTS}/{method}", arguments, deadline_s)
+        if self.lost:
+            return None
+        return await call_method(
+            self._link, REQUESTS, f"{REQUESTS}/{method}", arguments, deadline_s
+        )
 
     async def who_am_i(self, deadline_s: float) -> Caller | None:
         """Ask the server who this is, and what it may do now."""
-        answer = await self._call(WHO_AM_I, (), deadline_s)
+        answer = await self.call("WhoAmI", (), deadline_s)
         role = None if answer is None else role_in(answer)
         if answer is None or role is None:
             return None
@@ -106,16 +108,9 @@ class LoopSession:
 
     async def take_token(self, deadline_s: float) -> None:
         """Have a token issued; a session that was opened by one has none issued."""
-        answer = await self._call(_ISSUE, (), deadline_s)
+        answer = await self.call("IssueToken", (), deadline_s)
         told = answer.values[0] if answer is not None and len(answer.values) == 1 else None
         self.token = Secret(told) if isinstance(told, str) else Secret("")
-
-    async def _call(
-        self, method: str, arguments: Sequence[ua.Variant], deadline_s: float
-    ) -> MethodAnswer | None:
-        if self.lost:
-            return None
-        return await call_method(self._link, REQUESTS, method, arguments, deadline_s)
 
     async def close(self) -> None:
         """Log out at the server, its token too, and end the connection; nothing of it runs on.
@@ -123,7 +118,7 @@ class LoopSession:
         The token stays where the server has not taken its end.
         """
         link, token = self._link, self.token.reveal()
-        if token and await self._call(_REVOKE, (ua.Variant(token),), _LEAVE_S) is not None:
+        if token and await self.call("RevokeToken", (ua.Variant(token),), _LEAVE_S) is not None:
             self.token = Secret("")
         gone = self.lost
         self.give_up()

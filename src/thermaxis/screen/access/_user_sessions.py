@@ -76,7 +76,6 @@ IDLE: Final = "login-idle"
 TOO_LONG: Final = "login-too_long"
 ROLE_GONE: Final = "login-role_gone"
 ELSEWHERE: Final = "login-elsewhere"
-SCREEN_ENDS: Final = "login-screen_ends"
 # why nothing can be asked for a while
 LOOP_GONE: Final = "login-loop_gone"
 
@@ -174,7 +173,7 @@ class UserSessions:
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)
         for person in tuple(self._standing.values()):
-            self._end(person, SCREEN_ENDS)
+            self._end(person, OUT)
         await asyncio.gather(*self._leaving)
         if task is not None and not task.cancelled() and (error := task.exception()) is not None:
             raise error  # a mistake in the program is not hidden

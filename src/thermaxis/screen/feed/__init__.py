@@ -7,7 +7,6 @@ from thermaxis.screen.feed._said_status import (
 from thermaxis.screen.feed._status_feed import (
     PATIENCE_S as PATIENCE_S,
     REQUESTS as REQUESTS,
-    WHO_AM_I as WHO_AM_I,
     StatusFeed as StatusFeed,
     StatusSnapshot as StatusSnapshot,
     parse_status as parse_status,
