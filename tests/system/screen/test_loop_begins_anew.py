@@ -106,6 +106,7 @@ def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
     page.wait_for_selector("#why")
     assert "started anew" in page.locator("#why").inner_text()
     page.wait_for_selector("body[data-live=yes]")
+    assert page.locator("#gist b").inner_text(), "the state is out of sight at the log-in"
     closed.kill("run")
     page.wait_for_selector("body[data-live=no]")
     assert page.locator("#no-data").inner_text().startswith("NO DATA since")
