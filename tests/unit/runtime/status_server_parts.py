@@ -194,10 +194,9 @@ def alarm(**changes: object) -> Alarm:
     whole = Alarm(
         key="soft limit Z_um",
         priority="medium",
-        text="The correction of Z_um is beyond its soft limit.",
-        cause="The model asks for it.",
-        remedy="Watch it.",
         since=NOW,
+        code="soft_limit",
+        values={"name": "Z_um", "correction_um": -45.0, "soft_um": 40.0},
     )
     return replace(whole, **changes)
 

@@ -55,8 +55,8 @@ def test_a_state_alone_is_no_alarm() -> None:
 def test_an_offset_that_stands_while_it_is_off_is_told_with_the_way_out() -> None:
     alarm = found(with_output(state=SupervisorState.OFF))["standing offset Z_um"]
     assert alarm.priority == "medium"
-    assert "stands in Z," in alarm.text
-    assert "fade it out" in alarm.remedy
+    assert "stands in Z," in alarm.sentences.text
+    assert "fade it out" in alarm.sentences.remedy
     unreachable = replace(with_output(state=SupervisorState.OFF), sink_connected=False)
     assert "standing offset Z_um" not in found(unreachable), "nobody knows whether it stands"
 
@@ -70,10 +70,10 @@ def test_a_fault_says_that_it_waits_to_be_acknowledged() -> None:
     ):
         (one,) = found(with_output(state=SupervisorState.FAULT, reasons=(reason,))).values()
         assert (one.priority, one.code) == (priority, f"fault_{reason.value}")
-        assert "acknowledge" in one.remedy
+        assert "acknowledge" in one.sentences.remedy
     # a double compensation is one that was read as active
-    assert "is on" in one.cause
-    assert "cannot be read" not in one.cause
+    assert "is on" in one.sentences.cause
+    assert "cannot be read" not in one.sentences.cause
 
 
 def test_a_bad_sensor_is_named_with_what_it_acts_on_and_how_long_is_held() -> None:
@@ -83,7 +83,7 @@ def test_a_bad_sensor_is_named_with_what_it_acts_on_and_how_long_is_held() -> No
         assert (one.key, one.priority) == ("sensor T_spindle_C", "high")
         assert one.values["quality"] == quality
         assert (one.values["name"], one.values["acts_on"]) == ("T_spindle_C", "Z_um")
-        assert "Z is held for 5 min" in one.remedy
+        assert "Z is held for 5 min" in one.sentences.remedy
 
 
 def test_a_redundant_sensor_that_stands_in_is_told_before_it_is_the_only_one() -> None:
@@ -96,9 +96,9 @@ def test_what_was_read_of_a_bad_sensor_is_shown_without_control_characters() -> 
     told = with_output(qualities=(SampleQuality.STATUS_BAD, SampleQuality.GOOD))
     samples = {"T_spindle_C": SourceSample(850.04, good=False, status="Bad\x1b[2J" * 100)}
     (one,) = found(replace(told, samples=samples)).values()
-    assert "850.0 was read" in one.cause
-    assert one.cause.isprintable()
-    assert len(one.cause) <= 300
+    assert "850.0 was read" in one.sentences.cause
+    assert one.sentences.cause.isprintable()
+    assert len(one.sentences.cause) <= 300
 
 
 def test_a_lost_source_is_one_alarm_and_not_one_for_every_sensor() -> None:
@@ -119,12 +119,12 @@ def test_limit_and_soft_limit_are_one_alarm_that_becomes_graver() -> None:
     assert found(soft)["soft limit Z_um"].priority == "medium"
     hard = with_output(correction_um=(-50.0,), wanted_um=(-50.0,), at_limit=(True,))
     assert {k: a.priority for k, a in found(hard).items()} == {"limit Z_um": "critical"}
-    assert "50.0 µm" in found(hard)["limit Z_um"].text
+    assert "50.0 µm" in found(hard)["limit Z_um"].sentences.text
     assert found(with_output(correction_um=(40.0,), wanted_um=(40.0,))) == {}
 
 
 def test_a_weight_below_one_is_told_in_percent() -> None:
-    assert "40 %" in found(with_output(weight=(0.4,)))["validity Z_um"].text
+    assert "40 %" in found(with_output(weight=(0.4,)))["validity Z_um"].sentences.text
 
 
 def test_a_correction_is_behind_when_the_rate_needs_longer_than_five_minutes() -> None:
@@ -142,7 +142,7 @@ def test_a_correction_is_behind_when_the_rate_needs_longer_than_five_minutes() -
 
 def test_a_trim_is_told_before_it_expires() -> None:
     told = replace(with_output(trim_um=(3.0,)), trim_left_s={"Z_um": 299.0})
-    assert "+3.0 µm, expires in 5 min" in found(told)["trim Z_um"].text
+    assert "+3.0 µm, expires in 5 min" in found(told)["trim Z_um"].sentences.text
     assert found(replace(told, trim_left_s={"Z_um": 300.0})) == {}
     assert found(status(trim_left_s={"Z_um": 0.0})) == {}
 
@@ -160,9 +160,9 @@ def test_a_historian_that_does_not_store_is_told_and_a_loss_stays() -> None:
             False, 120, 0, Message("failure-history_unwritable", {"detail": "the disk is full"})
         )
     )
-    assert "120 records" in found(failing)["historian"].cause
+    assert "120 records" in found(failing)["historian"].sentences.cause
     lost = status(historian=HistorianStatus(True, 0, 17))
-    assert found(lost)["history lost"].text.startswith("17 records")
+    assert found(lost)["history lost"].sentences.text.startswith("17 records")
 
 
 def test_a_model_older_than_a_year_is_told_and_a_date_that_is_none_is_no_alarm() -> None:
@@ -182,7 +182,7 @@ def test_a_certificate_is_told_from_thirty_days_before_its_end() -> None:
     ):
         told = found(status(certificates={"server.certificate": NOW + timedelta(days=days)}))
         assert [one.priority for one in told.values()] == ([priority] if priority else []), days
-    assert "expired on" in told["certificate server.certificate"].text
+    assert "expired on" in told["certificate server.certificate"].sentences.text
 
 
 def test_every_finding_of_the_self_test_is_an_alarm_of_its_own() -> None:
@@ -190,14 +190,14 @@ def test_every_finding_of_the_self_test_is_an_alarm_of_its_own() -> None:
     told = found(status(), None, one, Message("self_test-no_time_stamp"))
     assert [a.values["finding"] for a in told.values()] == [one, Message("self_test-no_time_stamp")]
     first = next(iter(told.values()))
-    assert first.text.startswith("output.Z_um: The server does not let")
-    assert first.remedy.startswith("Give the user the right to write")
+    assert first.sentences.text.startswith("output.Z_um: The server does not let")
+    assert first.sentences.remedy.startswith("Give the user the right to write")
 
 
 def test_an_expired_hold_and_a_late_cycle_are_told() -> None:
     held = with_output(state=SupervisorState.FADING, reasons=(Reason.HOLD_EXPIRED,))
     assert found(held)["hold expired"].priority == "medium"
-    assert found(status(lateness_s=1.5))["late"].text == "A cycle came 1.5 s late."
+    assert found(status(lateness_s=1.5))["late"].sentences.text == "A cycle came 1.5 s late."
 
 
 def test_an_alarm_keeps_the_time_at_which_it_came() -> None:
@@ -242,10 +242,10 @@ def test_every_alarm_has_all_its_words_and_the_gravest_come_first(
     assert ranks == sorted(ranks)
     assert len({a.key for a in alarms}) == len(alarms)
     for one in alarms:
-        assert one.text.endswith(".")
-        assert one.cause.endswith(".")
-        assert one.remedy.endswith(".")
-        assert f"{one.text}{one.cause}{one.remedy}".isprintable()
+        assert one.sentences.text.endswith(".")
+        assert one.sentences.cause.endswith(".")
+        assert one.sentences.remedy.endswith(".")
+        assert "".join(one.sentences).isprintable()
 
 
 def test_an_offset_that_is_accepted_and_does_not_act_is_told() -> None:
@@ -256,7 +256,7 @@ def test_an_offset_that_is_accepted_and_does_not_act_is_told() -> None:
     told = alarms_of(status(offsets=dead), compensation(), standing={"Z_um"})
     (alarm,) = (one for one in told if one.key == "no effect Z_um")
     assert alarm.priority == "high"
-    assert "but 0.0 µm acts" in alarm.text
+    assert "but 0.0 µm acts" in alarm.sentences.text
 
 
 # ---- codes and values, by which a screen says an alarm in another language ----------------------
@@ -273,7 +273,8 @@ def test_an_alarm_tells_its_numbers_beside_its_sentence() -> None:
     one = found(with_output(correction_um=(-45.04,)))["soft limit Z_um"]
     assert one.code == "soft_limit"
     assert one.values == {"name": "Z_um", "correction_um": -45.04, "soft_um": 40.0}
-    assert one.text == "The correction of Z is −45.0 µm, beyond the warning limit of 40.0 µm."
+    text = "The correction of Z is −45.0 µm, beyond the warning limit of 40.0 µm."
+    assert one.sentences.text == text
 
 
 def test_a_bad_sensor_that_was_read_is_told_with_what_was_read() -> None:
@@ -296,7 +297,7 @@ def test_short_times_are_told_in_seconds_and_long_ones_in_minutes() -> None:
     for hold_s, said in ((119.0, "119 s"), (120.0, "2 min"), (0.0, "0 s")):
         rules = replace(of, supervisor=replace(of.supervisor, hold_connection_s=hold_s))
         lost = found(status(source_connected=False), rules)["source lost"]
-        assert f"held for {said}," in lost.remedy
+        assert f"held for {said}," in lost.sentences.remedy
 
 
 @given(
@@ -330,7 +331,7 @@ def test_the_sentences_of_every_alarm_are_its_code_filled_with_its_values(
     for one in alarms:
         whole = alarm_sentences(one.code, one.values)
         if max(map(len, whole)) <= 300 and "".join(whole).isprintable():
-            assert (one.text, one.cause, one.remedy) == whole
+            assert one.sentences == whole
         for value in one.values.values():
             assert not isinstance(value, str) or value.isprintable()
     said = json.loads(as_json(replace(told, alarms=alarms)))["alarms"]
@@ -345,4 +346,4 @@ def test_a_saved_state_of_another_version_is_an_alarm_until_a_person_decides() -
     other = Message("why-other_version", {"file": "a.state.json", "version": "1"})
     (one,) = alarms_of(status(), compensation(), other_state=other)
     assert (one.code, one.priority) == ("state_version", "high")
-    assert "a.state.json" in one.text
+    assert "a.state.json" in one.sentences.text

@@ -209,10 +209,10 @@ async def test_everything_in_one_text_says_the_same_as_the_single_values() -> No
         assert whole["outputs"]["Z_um"]["limits"]["largest_um"] == 50.0
         assert whole["inputs"]["T_spindle_C"]["value_c"] == 31.5
         assert whole["signals"]["interlock.referenced"]["read"] == 1.0
-        assert whole["alarms"][0]["remedy"] == "Watch it."
+        assert whole["alarms"][0]["remedy"] == "Watch it; compare with a probe measurement."
         assert whole["utc"] == "2030-05-01T06:00:00.000+00:00"
         lines = (await read(one, "Alarms/Texts")).Value.Value
-        assert lines[0].startswith("medium: The correction of Z_um is beyond its soft limit.")
+        assert lines[0].startswith("medium: The correction of Z is −45.0 µm, beyond")
 
 
 @scene
@@ -272,7 +272,7 @@ async def test_hostile_names_and_texts_are_values_and_nothing_more() -> None:
             machine=HOSTILE[1],
             configuration_sha256=HOSTILE[5],
             model_file=HOSTILE[0],
-            alarms=(alarm(key=HOSTILE[3], text=HOSTILE[1], cause=HOSTILE[5]),),
+            alarms=(alarm(key=HOSTILE[3], values={"name": HOSTILE[5]}, code=HOSTILE[1]),),
             trim_owner=dict.fromkeys(HOSTILE, HOSTILE[6]),
         )
         server.publish(said)

@@ -301,7 +301,7 @@ class _Teller:
             if key == (alarm.key if alarm else "") or status.utc - since < ALARM_EVERY:
                 continue
             if alarm:
-                key, text = alarm.key, alarm.text
+                key, text = alarm.key, alarm.sentences.text
                 _say(f"{at} alarm, {alarm.priority}: {text}", quiet=False)
             else:
                 key = ""

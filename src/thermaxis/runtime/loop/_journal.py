@@ -7,7 +7,7 @@ from typing import Final, final
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import Request
 from thermaxis.runtime._ports import Clock, EventRecord, Historian, RequestOutcome
-from thermaxis.runtime.status import Alarm, RuntimeStatus, is_mismatch, message_of
+from thermaxis.runtime.status import Alarm, RuntimeStatus, is_mismatch
 
 REASON_EVERY_S: Final = 60.0
 """Why a machine is not reached, or refuses an offset, is told again so often. [s]"""
@@ -43,7 +43,7 @@ class Journal:
 
     def alarm(self, alarm: Alarm) -> None:
         """Tell an alarm that came."""
-        values = {"priority": alarm.priority, "alarm": message_of(alarm)}
+        values = {"priority": alarm.priority, "alarm": alarm.message}
         self.event("alarm", "event-alarm", values)
 
     def alarms(self, before: Sequence[Alarm], now: Sequence[Alarm]) -> None:
@@ -54,7 +54,7 @@ class Journal:
                 self.alarm(one)
         for one in before:
             if one.key not in standing:
-                self.event("alarm", "event-alarm_gone", {"alarm": message_of(one)})
+                self.event("alarm", "event-alarm_gone", {"alarm": one.message})
 
     def connections(self, last: RuntimeStatus | None, now: RuntimeStatus) -> None:
         """Tell connections that came and went, and why; the same reason once in a minute."""

@@ -11,7 +11,7 @@ from thermaxis.compensation import Answer, Compensation, Request, RequestKind
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
 from thermaxis.runtime.loop._settings import Models
-from thermaxis.runtime.status import Alarm, is_mismatch, message_of
+from thermaxis.runtime.status import Alarm, is_mismatch
 
 LONGEST_TEXT = 200
 """Longest text in a request. [1]"""
@@ -51,7 +51,7 @@ class Waiting:
 def _seen(waiting: Waiting) -> tuple[Message, ...] | None:
     """Return the alarms that an Acknowledge takes as seen; None where there are none."""
     seen = (
-        message_of(alarm)
+        alarm.message
         for key, alarm in waiting.shown.items()
         if key in waiting.doubted or is_mismatch(alarm) or alarm.code.startswith(_DECIDED)
     )

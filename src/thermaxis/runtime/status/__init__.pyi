@@ -7,7 +7,6 @@ from ._alarms import (
     alarms_of as alarms_of,
     alarms_of_found as alarms_of_found,
     is_mismatch as is_mismatch,
-    message_of as message_of,
     sensor_key as sensor_key,
 )
 from ._fields import (

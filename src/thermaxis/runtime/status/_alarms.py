@@ -7,7 +7,6 @@ from typing import Final, NamedTuple, TypeAlias
 
 from thermaxis.codes import NOWHERE, Message, Value, printable
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
-from thermaxis.messages import alarm_sentences
 from thermaxis.runtime._connection import CERTIFICATE_WARNED_DAYS
 from thermaxis.runtime._offsets import FOLLOWS_S, OffsetMismatch
 from thermaxis.runtime._ports import NOT_READ
@@ -23,7 +22,6 @@ TRIM_ENDS_S = 300.0
 MODEL_AGE_DAYS = 365.0
 """A model older than this should be measured again. Default: the year after which instruments are
 calibrated. [d]"""
-_LONGEST_TEXT = 300
 _LONGEST_STATUS = 200
 _SILENT: Final = Message("error-machine_silent")
 
@@ -77,11 +75,6 @@ ALARMS: Final[Mapping[str, AlarmKind]] = {
 
 _Found: TypeAlias = Iterator[tuple[str, str, Mapping[str, Value]]]
 """Code, name of the output, sensor or certificate, and what stands in the sentences."""
-
-
-def message_of(alarm: Alarm) -> Message:
-    """Return what is wrong as a message."""
-    return Message(f"alarm-{alarm.code}", alarm.values)
 
 
 def alarms_of(
@@ -155,12 +148,9 @@ def sensor_key(name: str) -> str:
 def _alarm(
     code: str, of: str, values: Mapping[str, Value], utc: datetime, *, enabled: bool
 ) -> Alarm:
-    """Return an alarm with its words."""
     kind = ALARMS[code]
     priority = kind.priority if enabled else kind.when_off or kind.priority
-    said = (printable(sentence, _LONGEST_TEXT) for sentence in alarm_sentences(code, values))
-    text, cause, remedy = said
-    return Alarm(f"{kind.key} {of}".rstrip(), priority, text, cause, remedy, utc, code, values)
+    return Alarm(f"{kind.key} {of}".rstrip(), priority, utc, code, values)
 
 
 def _duration(name: str, time_s: float) -> dict[str, Value]:

@@ -123,8 +123,7 @@ def state_text(status: RuntimeStatus) -> str:
 
 
 def _alarm_line(alarm: Alarm) -> str:
-    cause = f" {alarm.cause}" if alarm.cause else ""
-    return f"{alarm.priority}: {alarm.text}{cause} {alarm.remedy}".strip()
+    return f"{alarm.priority}: {' '.join(filter(None, alarm.sentences))}"
 
 
 def _code(reason: Message | None) -> str:
@@ -561,4 +560,5 @@ def _plain(value: object) -> object:
 
 def _alarm_table(alarm: Alarm) -> dict[str, object]:
     table = {one.name: getattr(alarm, one.name) for one in fields(alarm)}
-    return table | {"since": _plain(alarm.since), "values": values_as_json(alarm.values)}
+    said = alarm.sentences._asdict()
+    return table | said | {"since": _plain(alarm.since), "values": values_as_json(alarm.values)}

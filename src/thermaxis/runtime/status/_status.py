@@ -6,11 +6,13 @@ from datetime import datetime
 from functools import partial
 from typing import NamedTuple, final
 
-from thermaxis.codes import Message, Value
+from thermaxis.codes import Message, Value, printable
 from thermaxis.compensation import Compensation, CycleOutput, Limits
+from thermaxis.messages import AlarmSentences, alarm_sentences
 from thermaxis.runtime._offsets import SHORTEST_SILENCE_S, SILENCE_CYCLES
 from thermaxis.runtime._ports import HistorianStatus, SourceSample
 
+_LONGEST_TEXT = 300
 LOOK_S = 1.0
 """What was read so long before the machine may have taken an offset back still tells it. [s]"""
 
@@ -24,18 +26,23 @@ class Alarm:
     """Short name, the same as long as the alarm stands."""
     priority: str
     """``critical``, ``high``, ``medium`` or ``low``."""
-    text: str
-    """What is wrong, as an English sentence."""
-    cause: str
-    """Why, as far as is known."""
-    remedy: str
-    """What to do."""
     since: datetime
     """When it came, aware, in UTC."""
-    code: str = ""
+    code: str
     """Code of the alarm."""
     values: Mapping[str, Value] = field(default_factory=dict[str, Value], hash=False)
-    """Numbers and texts that stand in them, each with its unit in its name."""
+    """Numbers and texts that stand in its sentences, each with its unit in its name."""
+
+    @property
+    def message(self) -> Message:
+        """What is wrong."""
+        return Message(f"alarm-{self.code}", self.values)
+
+    @property
+    def sentences(self) -> AlarmSentences:
+        """What is wrong, why, and what to do, in English."""
+        said = alarm_sentences(self.code, self.values)
+        return AlarmSentences(*(printable(one, _LONGEST_TEXT) for one in said))
 
 
 class AgedOffset(NamedTuple):
