@@ -275,7 +275,7 @@ def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
             page.click(f"dialog .op-steps button:has-text('{step}')")
         assert page.inner_text("dialog output") == "+20.0\xa0µm"
         page.click("dialog .op-steps button:has-text('−1')")
-        page.click("dialog button:has-text('30')")
+        page.click("dialog label:has-text('30')")
         page.click("dialog .main")
         said = page.inner_text("dialog[open]")
         assert "a trim of +19.0 µm is added" in said

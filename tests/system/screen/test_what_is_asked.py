@@ -14,13 +14,15 @@ from tests.system.screen.operator_browser import (
 )
 from tests.system.screen.operator_stand_in import StandIn, made_up
 from thermaxis.runtime import Role
+from thermaxis.screen.access import static_address
 
 pytestmark = pytest.mark.system
 
-ACTS = """async ([status, asked]) => {
-  const { acts, stageOf } = await import("/static/ask/effects.js");
-  return [acts(status, asked), stageOf(status, asked)];
-}"""
+CHOSEN = """async () => {
+  const { begin, take } = await import("REQUESTS");
+  const asked = begin("ChooseModel", ["new.json"], "Choose a model", null);
+  take(asked, { kind: "accepted", reason: "" });
+}""".replace("REQUESTS", static_address("ask/requests.js"))
 
 
 def said(page: Page, button: str) -> str:
@@ -138,23 +140,23 @@ def test_a_diameter_beyond_the_models_table_says_which_gain_counts(
 def test_another_model_is_effective_only_once_the_compensation_follows_it(
     browser: Browser, stand_in: StandIn
 ) -> None:
-    asked = {"method": "ChooseModel", "args": ["new.json"], "sha256": "ab", "model": "old.json cd"}
-    mine = {"model_file": "new.json", "sha256": "ab"}
+    mine = {"model_file": "new.json"}
     settles = ["settling"]
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
+        page.evaluate(CHOSEN)
         for told, expected in (
-            (made_up(), [False, ""]),
-            (made_up(**mine | {"sha256": "cd"}), [False, ""]),
-            (made_up(state="Holding", reasons=settles, **mine), [False, "loaded, settling"]),
-            (made_up(state="Warming", reasons=settles, **mine), [False, "loaded, settling"]),
+            (made_up(), "not yet effective"),
+            (made_up(state="Holding", reasons=settles, **mine), "loaded, settling"),
+            (made_up(state="Warming", reasons=settles, **mine), "loaded, settling"),
             (
                 made_up(state="Off", reasons=["disabled"], **mine),
-                [False, "loaded; acts once the compensation is active"],
+                "loaded; acts once the compensation is active",
             ),
+            (made_up(**mine), "✓ effective"),
         ):
-            assert page.evaluate(ACTS, [told, asked]) == expected
-        assert page.evaluate(ACTS, [made_up(**mine), asked])[0] is True
+            shown(page, stand_in, told)
+            assert expected in (page.text_content("#request .ask-stands") or "")
 
 
 @pytest.mark.parametrize("language", LOCALES)

@@ -13,19 +13,20 @@ const given = JSON.parse(await new Promise((take) => {
   process.stdin.on("data", (part) => { text += part; }).on("end", () => take(text));
 }));
 globalThis.document = {
-  body: { dataset: { name: "novak", token: "one" } },
+  body: { dataset: { name: "novak", token: "one-and-more" } },
   documentElement: { lang: "en" },
   getElementById: () => null,
+  querySelector: () => null,
+  createElement: () => ({ append() {}, setAttribute() {} }),
 };
+document.body.append = () => {};
 const store = new Map();
 globalThis.sessionStorage = {
   getItem: (key) => store.get(key) ?? null,
   setItem: (key, text) => store.set(key, text),
   removeItem: (key) => store.delete(key),
 };
-const { acts, stageOf } = await import("file://STATIC/ask/effects.js");
-const { LATE_MS, watch } = await import("file://STATIC/ask/watch.js");
-const { endKeeping, keep, kept } = await import("file://STATIC/ask/kept.js");
+const { endOf, keep, kept, watch } = await import("file://STATIC/ask/requests.js");
 process.stdout.write(JSON.stringify((() => { BODY })()));
 """
 
@@ -74,65 +75,57 @@ def course(method: str = "Enable", *args: object, **changed: object) -> dict[str
         "reason": "",
         "started": "a",
         "number": 90,
-        "model": "old.json ab",
-        "person": "novak",
-        "ended": "",
-        "stage": "",
         "came": None,
-        "blind": False,
     }
     return found | changed
 
 
 def watched(courses: list[dict[str, Any]], told: dict[str, Any], now_ms: int = 5) -> Any:
-    """Return of each request whether it is in effect, and why it is watched no more."""
+    """Return of each request when it was in effect, and why it is watched no more."""
     return said(
         """
-        watch(given.courses, given.told, given.now);
-        return given.courses.map((one) => [one.came, one.ended]);
+        const { courses, told, now } = given;
+        watch(courses, told, now);
+        return courses.map((one) => [one.came, endOf(courses, one, told, now)]);
         """,
         {"courses": courses, "told": told, "now": now_ms},
     )
 
 
-def test_a_trim_is_effective_if_it_is_the_one_that_was_asked_for() -> None:
-    trims = [
-        ("novak", 3595.0, True),
-        ("novak", 3600.0, True),
-        ("svoboda", 3595.0, False),  # somebody else's of the same value
-        ("novak", 3000.0, False),  # one's own of before
-        ("novak", 7000.0, False),
-    ]
+def acts(asked: dict[str, Any], *told: dict[str, Any]) -> list[bool]:
+    """Return of each status whether it shows a request to be in effect."""
+    return said(
+        """
+        const [asked, told] = given;
+        return told.map((one) => {
+          const request = { ...asked };
+          watch([request], one, 5);
+          return request.came === 5;
+        });
+        """,
+        [asked, told],
+    )
+
+
+def test_a_trim_is_effective_if_it_is_ones_own() -> None:
     asked = course("Trim", "Z_um", 2.0, 3600)
-    told = [status(trim_um=2.0, trim_owner=owner, trim_left_s=left_s) for owner, left_s, _ in trims]
-    found = said("return given[0].map((told) => acts(told, given[1]));", [told, asked])
-    assert found == [effective for _, _, effective in trims]
+    told = [status(trim_um=2.0, trim_owner=owner) for owner in ("novak", "svoboda")]
+    assert acts(asked, *told, status(trim_owner="novak")) == [True, False, False]
 
 
 def test_a_trim_that_is_taken_back_is_effective_in_every_state() -> None:
     asked = course("Trim", "Z_um", 0, 3600)
     for state in ("Off", "Fading", "Active"):
         looks = [status(state), status(state, trim_um=2.0), status(state, wanted_um=9.0)]
-        found = said("return given[0].map((told) => acts(told, given[1]));", [looks, asked])
-        assert found == [True, False, state != "Active"]
+        assert acts(asked, *looks) == [True, False, state != "Active"]
 
 
-def test_a_model_of_the_same_name_and_no_known_hash_is_not_known_to_be_loaded() -> None:
-    asked = [
-        (None, "old.json ab", [True, "ask-model_waits"]),
-        (None, "new.json ab", [False, "operator-effective_unknown"]),  # nothing shows the choice
-        (None, "new.json cd", [True, "ask-model_waits"]),
-        ("ab", "new.json ab", [True, "ask-model_waits"]),
-        ("cd", "new.json ab", [False, ""]),
-    ]
-    courses = [
-        course("ChooseModel", "new.json", sha256=one, model=model) for one, model, _ in asked
-    ]
-    found = said(
-        "return given[1].map((one) => [acts(given[0], one), stageOf(given[0], one)]);",
-        [status(), courses],
-    )
-    assert found == [wanted for _, _, wanted in asked]
+def test_a_model_is_effective_once_it_is_the_one_that_was_chosen_and_is_followed() -> None:
+    told = [status(), status("Warming"), status() | {"reasons": ["settling"]}]
+    other = status() | {"model_file": "old.json"}
+    for sha256, effective in ((None, True), ("ab", True), ("cd", False)):
+        asked = course("ChooseModel", "new.json", sha256=sha256)
+        assert acts(asked, *told, other) == [effective, False, False, False]
 
 
 def test_a_request_is_effective_by_a_status_that_was_told_after_it() -> None:
@@ -140,68 +133,63 @@ def test_a_request_is_effective_by_a_status_that_was_told_after_it() -> None:
     assert watched([course()], status(number=91)) == [[5, ""]]
 
 
-def test_a_request_is_watched_until_the_contrary_is_asked() -> None:
+def test_a_request_is_watched_until_another_of_its_kind_is_asked() -> None:
+    replaced = "operator-effect_replaced"
     for later, ended in (
-        (course("Disable"), "replaced"),
-        (course("Disable", answer="unknown"), "replaced"),
+        (course("Disable"), replaced),
+        (course("Disable", answer="unknown"), replaced),
+        (course("Disable", answer="waits"), replaced),  # which of them a status shows is open
         (course("Disable", answer="refused"), ""),
         (course("Diameter", 5.0), ""),
     ):
-        _, (came, why) = watched([later, course()], status("Off"))
-        assert (came, why) == (None, ended)
-        _, (came, _) = watched([later, course()], status("Active"))
-        assert (came == 5) is (ended == "")
+        _, found = watched([later, course()], status("Active"))
+        assert found == [None if ended else 5, ended]
 
 
 def test_a_trim_of_another_output_is_no_contrary() -> None:
     newer = [course("Trim", name, 1.0, 60) for name in ("X_um", "Z_um")]
-    for one, ended in zip(newer, ("", "replaced"), strict=True):
+    for one, ended in zip(newer, ("", "operator-effect_replaced"), strict=True):
         assert watched([one, course("Trim", "Z_um", 3.0, 60)], status())[1] == [None, ended]
 
 
 def test_what_a_loop_was_asked_that_was_started_again_is_not_known() -> None:
-    assert watched([course(started="b")], status()) == [[None, "restarted"]]
+    assert watched([course(started="b")], status()) == [[None, "operator-effect_restarted"]]
     assert watched([course(started="", number=-1)], status()) == [[5, ""]]  # asked without data
 
 
 def test_a_request_is_watched_for_a_quarter_of_an_hour() -> None:
     end = 15 * MINUTES_MS
     assert watched([course()], status(), end) == [[end, ""]]
-    assert watched([course()], status(), end + 1) == [[None, "late"]]
-    assert watched([course(blind=True)], status(), end + 1) == [[None, "unseen"]]
+    assert watched([course()], status(), end + 1) == [[None, "operator-effective_late"]]
+    unknown = said("return endOf([given], given, null, 5);", course())
+    assert unknown == "operator-effective_unknown"  # without data
 
 
-def test_what_was_kept_comes_back_only_if_every_field_is_there_and_of_its_kind() -> None:
-    whole = course()
-    broken = [{k: v for k, v in whole.items() if k != name} for name in whole]
-    broken += [whole | {name: {}} for name in whole]
+def test_requests_come_back_for_who_has_asked_them_and_one_without_its_answer_is_open() -> None:
+    waits = course(answer="waits")
     found = said(
         """
         keep(given);
         const back = kept();
-        endKeeping();
-        keep(given); // an answer that comes before the page is gone
-        return [back, kept(), store.size];
+        sessionStorage.setItem([...store.keys()][0], "{");
+        return [back, kept()];
         """,
-        [whole, *broken, None, 3],
+        [course(), waits],
     )
-    assert found == [[whole], [], 0]
+    assert found == [[course(), waits | {"answer": "unknown"}], []]
 
 
 def test_whoever_logs_in_later_under_the_same_name_finds_nothing() -> None:
     found = said(
         """
         const counts = [];
-        for (const [token, name] of [["one", "novak"], ["two", "novak"]]) {
+        for (const token of ["two-and-more", "one-and-more", "one-and-more"]) {
           keep([given]);
-          document.body.dataset.token = token === "one" ? "two" : "one";
-          counts.push(kept().length, store.size);
+          document.body.dataset.token = token;
+          counts.push(kept().length);
         }
-        keep([given]);
-        const text = [...store.values()].join();
-        counts.push(kept().length, text.includes(document.body.dataset.token + '"'));
-        return counts;
+        return [counts, [...store.values()].join().includes("one-and-more")];
         """,
         course(),
     )
-    assert found == [0, 0, 0, 0, 1, False]
+    assert found == [[0, 0, 1], False]

@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 from tests.unit.screen.stand import Somebody, lathe
+from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.runtime.status import ASKS
 from thermaxis.screen.pages import operator_page as _operator_page
@@ -29,11 +30,13 @@ def test_a_log_in_without_a_role_does_not_even_see_the_page() -> None:
 
 def test_the_page_knows_the_loops_rules_that_the_status_does_not_tell() -> None:
     rules = lathe().compensation.supervisor
-    facts = facts_in(Somebody().send("GET", "/").text)
+    page = Somebody().send("GET", "/").text
+    facts = facts_in(page)
     assert facts["hold_operator_s"] == rules.hold_operator_s
-    assert facts["longest_trim_s"] == rules.longest_trim_s
     assert facts["model_sha256"] == lathe().model.sha256
-    assert facts["diameter_read"] is True
+    expiries = re.findall(r'name="seconds" value="([^"]+)"', page)
+    assert tuple(map(float, expiries)) == expiries_of(rules.longest_trim_s)
+    assert sentence("operator-diameter_machine") in page
     assert facts == json.loads(json.dumps(facts_of(lathe())))
 
 

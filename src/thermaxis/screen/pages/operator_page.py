@@ -45,9 +45,6 @@ def facts_of(configuration: MachineConfiguration) -> dict[str, object]:
     rules = configuration.compensation.supervisor
     return {
         "hold_operator_s": rules.hold_operator_s,
-        "longest_trim_s": rules.longest_trim_s,
-        "expiries_s": expiries_of(rules.longest_trim_s),
-        "diameter_read": configuration.diameter is not None,
         "probed": bool(configuration.probes),
         "model_sha256": configuration.model.sha256,
         "gains": gains_of(configuration.model.model),
@@ -76,13 +73,17 @@ def gains_of(model: CompensationModel) -> dict[str, dict[str, object]]:
 
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
-    parts = parts_of(request)
+    configuration = parts_of(request).configuration
+    every = [part for output in configuration.model.model.outputs for part in output.parts]
     return render(
         request,
         "operator.html",
         page="operator",
-        facts=for_script(facts_of(parts.configuration)),
-        may_ask=visitor_of(request).role.at_least(Role.OPERATOR),
+        facts=for_script(facts_of(configuration)),
+        outputs=tuple(configuration.outputs),
+        expiries_s=expiries_of(configuration.compensation.supervisor.longest_trim_s),
+        diameters=[p.diameter_mm for part in every for p in part.gain_by_diameter],
+        diameter_read=configuration.diameter is not None,
     )
 
 

@@ -1,7 +1,6 @@
 // @ts-check
 // What every page of the screen has: state, alarms, NO DATA, time of day, log-out.
 
-import { endKeeping } from "./ask/kept.js";
 import { made, say as show } from "./elements.js";
 import { noDataWords, onLive, onNoData, onStatus, startLive } from "./live.js";
 import { went } from "./page.js";
@@ -81,8 +80,8 @@ function tick() {
 
 byId("logout")?.addEventListener("click", async () => {
   if (!(await went("/logout", {}))) return;
-  endKeeping();
   location.assign("/");
+  sessionStorage.clear(); // whoever comes finds nothing of who was here
 });
 tick();
 setInterval(tick, 1000);

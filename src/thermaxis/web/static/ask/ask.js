@@ -1,49 +1,23 @@
 // @ts-check
-// How a page asks something of the loop: said in words before, confirmed by a person, then
-// requested, accepted or refused with the reason, and effective when the loop's status shows it.
-// A question without an answer is neither: it may still take effect, and is watched like the others.
+// How a page asks something of the loop: said in words before, confirmed by a person, then sent.
+// A question without an answer is neither taken nor refused: it may still take effect.
 
-import { keep, kept } from "./kept.js";
-import { modelOf } from "./effects.js";
-import { LATE_MS, watch } from "./watch.js";
-import { button, made, style } from "../elements.js";
-import { post } from "../page.js";
-import { latest, onNoData, onStatus } from "../live.js";
-import { clock, duration, word } from "../words.js";
+import { button, byId, made, style } from "../elements.js";
+import { post } from "../frame.js";
+import { latest } from "../live.js";
+import { word } from "../words.js";
+import { begin, take } from "./requests.js";
 
-const LONGEST_MS = 60 * 1000;
-const MOST_REQUESTS = 3;
+const LONGEST_MS = 60_000;
+const LOOK_MS = 250;
 
 /** @typedef {Record<string, any>} Status */
-/** @typedef {"accepted" | "refused" | "unknown"} Kind */
-/** @typedef {{kind: Kind, reason: string}} Answer */
-
-/**
- * A request and how far it came; times in milliseconds, all of it kept from page to page.
- * @typedef {object} RequestState
- * @property {string} method
- * @property {(string | number)[]} args
- * @property {string | null} sha256 hash of a model's file
- * @property {string} title what is asked, in words
- * @property {number} requested
- * @property {"waits" | Kind} answer
- * @property {number | null} answered
- * @property {string} reason in words; may be empty
- * @property {string} started when the loop was started that was asked; empty if that is not known
- * @property {number} number the loop's number when it was asked
- * @property {string} model file and hash of the model in force when it was asked
- * @property {string} person name under which it was asked
- * @property {string} ended why it is watched no more, one of ENDS; empty while it is
- * @property {string} stage how far it came before it is effective, in words; may be empty
- * @property {number | null} came when it was effective
- * @property {boolean} blind whether there are no data now
- */
+/** @typedef {import("./requests.js").Answer} Answer */
 
 /**
  * @typedef {object} Wording
  * @property {string} title what is asked, also the text of the button that asks it
- * @property {string | string[] | ((status: Status) => string[])} text what will happen; as a
- *   function it is said anew with every status
+ * @property {(status: Status) => string[]} text what will happen, said anew with every status
  * @property {string | null} [sha256] hash of the model's file that is asked for
  * @property {(status: Status) => string} [blocked] why a status leaves nothing to ask for, such as
  *   after somebody else has asked for it; empty where it can be asked
@@ -51,270 +25,106 @@ const MOST_REQUESTS = 3;
  *   it nothing can be asked then
  */
 
-/** @type {RequestState[]} the newest first */
-let requests = kept();
-let loud = false; // what another page has asked was read aloud there
-const saidAloud = made("p", "", "unseen");
-saidAloud.setAttribute("aria-live", "polite");
-
 style("ask/ask.css");
-document.body.append(saidAloud);
-tell();
-onStatus(look);
-onNoData(() => {
-  for (const request of requests) request.blind = true;
-  tell();
-});
 
 /**
  * Ask, after a person has confirmed what will happen.
  * @param {string} method
  * @param {(string | number)[]} args
  * @param {Wording} wording
- * @returns {Promise<{accepted: boolean, reason: string} | null>} null: not asked
+ * @returns {Promise<boolean>} whether it was accepted
  */
 export async function ask(method, args, wording) {
-  if (!(await confirmed(wording))) return null;
-  const request = begin(method, args, wording);
-  const late = { kind: /** @type {Kind} */ ("unknown"), reason: "" };
-  const answers = answerOf(method, args);
-  const answer = await Promise.race([
-    answers,
-    new Promise((go) => { setTimeout(() => go(late), LONGEST_MS); }),
-  ]);
+  if (!(await confirmed(wording))) return false;
+  const request = begin(method, args, wording.title, wording.sha256 ?? null);
+  /** @type {Promise<Answer>} */
+  const late = new Promise((go) => {
+    setTimeout(go, LONGEST_MS, { kind: "unknown", reason: "" });
+  });
+  const answer = await Promise.race([answerOf(method, args), late]);
   take(request, answer);
-  if (answer === late) void answers.then((found) => take(request, found));
-  return { accepted: answer.kind === "accepted", reason: answer.reason };
+  return answer.kind === "accepted";
 }
 
-/** @param {string} method @param {(string | number)[]} args @param {Wording} wording
- * @returns {RequestState} */
-function begin(method, args, wording) {
-  /** @type {RequestState} */
-  const request = {
-    method,
-    args,
-    sha256: wording.sha256 ?? null,
-    title: wording.title,
-    requested: Date.now(),
-    answer: "waits",
-    answered: null,
-    reason: "",
-    started: latest()?.started ?? "",
-    number: latest()?.number ?? -1,
-    model: modelOf(latest()),
-    person: document.body.dataset.name ?? "",
-    ended: "",
-    stage: "",
-    came: null,
-    blind: latest() === null,
-  };
-  requests = [request, ...requests].slice(0, MOST_REQUESTS);
-  loud = true;
-  tell();
-  return request;
-}
-
-/** @param {RequestState} request @param {Answer} answer */
-function take(request, answer) {
-  request.answered = Date.now();
-  request.answer = answer.kind;
-  request.reason = answer.reason;
-  tell();
-  const now = latest();
-  if (now) look(now);
-}
-
-/**
- * @param {string} method
- * @param {(string | number)[]} args
- * @returns {Promise<Answer>} unknown where none came: the question may have reached the loop
- */
+/** @param {string} method @param {(string | number)[]} args @returns {Promise<Answer>} */
 async function answerOf(method, args) {
-  let answer;
   try {
-    answer = await post("/ask", { method, arguments: args });
+    const answer = await post("/ask", { method, arguments: args });
+    const said = await answer.json().catch(() => null);
+    if (answer.status >= 500 || said === null) return { kind: "unknown", reason: "" };
+    if (!answer.ok) return { kind: "refused", reason: said.text ?? "" };
+    return { kind: said.answer, reason: said.reason };
   } catch (error) {
     if (!(error instanceof TypeError)) throw error;
     return { kind: "unknown", reason: word("operator-ask_unreached") };
   }
-  const said = await answer.json().catch(() => null);
-  if (answer.status >= 500 || said === null) return { kind: "unknown", reason: "" };
-  if (!answer.ok) return { kind: "refused", reason: String(said.text ?? "") };
-  return { kind: kindOf(said.answer), reason: String(said.reason) };
 }
 
-/** @param {unknown} answer @returns {Kind} */
-function kindOf(answer) {
-  return answer === "accepted" || answer === "refused" ? answer : "unknown";
-}
-
-/** @param {Status} status */
-function look(status) {
-  watch(requests, status, Date.now());
-  tell();
-}
-
-// ---- the line that shows how far it came -----------------------------------------------------
-
-function tell() {
-  keep(requests);
-  const [newest, ...older] = requests;
-  if (!newest) return;
-  const place = document.querySelector("[data-requests]") ?? ownPlace();
-  const lines = [made("b", newest.title), ...linesOf(newest), ...older.map(shortOf)];
-  const text = lines.map((line) => line.textContent).join("\n");
-  if (place.getAttribute("data-told") === text) return;
-  place.setAttribute("data-told", text);
-  place.setAttribute("data-answer", newest.answer);
-  place.replaceChildren(...lines);
-  const aloud = lines.slice(0, lines.length - older.length).map((line) => line.textContent);
-  if (loud && saidAloud.textContent !== aloud.join(" ")) saidAloud.textContent = aloud.join(" ");
-}
-
-/** @param {RequestState} request */
-function linesOf(request) {
-  const requested = word("operator-requested_at", { time: clock(request.requested) });
-  const lines = [made("span", requested, "ask-began")];
-  const time = clock(request.answered);
-  if (request.answer === "waits") lines.push(made("span", "→ " + word("operator-answer_waits")));
-  if (request.answer === "refused") {
-    lines.push(made("span", `→ ✕ ${word("operator-refused_at", { time })}`, "ask-wrong"));
-    if (request.reason) lines.push(made("span", request.reason, "ask-why"));
-  }
-  if (request.answer === "unknown") {
-    lines.push(made("span", `→ ? ${word("operator-answer_none")}`, "ask-wrong"));
-    lines.push(made("span", "→ " + effectOf(request), "ask-stands"));
-    if (request.reason) lines.push(made("span", request.reason, "ask-why"));
-  }
-  if (request.answer === "accepted") {
-    lines.push(made("span", "→ " + word("operator-accepted_at", { time }), "ask-taken"));
-    lines.push(made("span", "→ " + effectOf(request), "ask-stands"));
-    if (request.reason) lines.push(made("span", request.reason, "ask-reason"));
-  }
-  return lines;
-}
-
-/** A request before the newest one: how it stands, and what was asked when.
- * @param {RequestState} request */
-function shortOf(request) {
-  const time = clock(request.answered);
-  const stands = {
-    waits: () => word("operator-answer_waits"),
-    refused: () => `✕ ${word("operator-refused_at", { time })}. ${request.reason}`,
-    unknown: () => request.came ? effectOf(request)
-      : `? ${word("operator-answer_none")}, ${effectOf(request)}`,
-    accepted: () => effectOf(request),
-  };
-  const asked = `${clock(request.requested)} ${request.title}`;
-  return made("span", `${stands[request.answer]().trim()} – ${asked}`, "ask-older");
-}
-
-/** @type {Record<string, () => string>} */
-const ENDED = {
-  replaced: () => word("operator-effect_replaced"),
-  restarted: () => word("operator-effect_restarted"),
-  late: () => word("operator-effective_late", { time: duration(LATE_MS / 1000) }),
-  unseen: () => word("operator-effective_unknown"),
-};
-
-/** @param {RequestState} request */
-function effectOf(request) {
-  if (request.came) {
-    const time = clock(request.came);
-    return request.answer === "unknown" ? word("operator-as_asked_at", { time })
-      : `✓ ${word("operator-effective_at", { time })}`;
-  }
-  if (request.ended) return ENDED[request.ended]?.() ?? "";
-  if (request.blind) return word("operator-effective_unknown");
-  return request.stage || word("operator-effective_waits");
-}
-
-function ownPlace() {
-  const place = made("div", "", "ask-place");
-  place.setAttribute("data-requests", "");
-  document.body.querySelector("main")?.after(place);
-  return place;
-}
-
-// ---- the confirmation ------------------------------------------------------------------------
-
-/**
- * @param {Wording} wording
- * @returns {Promise<boolean>}
- */
-function confirmed(wording) {
-  const { dialog, body, buttons } = openDialog(wording.title);
-  const confirm = button(wording.title, () => dialog.close("asked"));
-  confirm.className = "main";
-  buttons.append(confirm);
-  const why = made("p", word("operator-why_no_data"), "ask-wrong");
-  /** @param {Status | null} status */
-  const show = (status) => {
-    let may = false; // also where this fails
-    try {
-      may = said(status);
-    } finally {
-      confirm.disabled = !may;
+/** Say what will happen, or why nothing can be asked. @param {Wording} wording */
+async function confirmed(wording) {
+  const { body, show } = openDialog(wording.title, { go: wording.title });
+  let told = "";
+  return await show(() => {
+    const status = latest();
+    const blocked = status ? wording.blocked?.(status) : "";
+    const why = blocked ? word("operator-nothing_to_ask", { why: blocked })
+      : status || wording.blind ? "" : word("operator-why_no_data");
+    const text = status ? wording.text(status) : wording.blind ?? [];
+    const name = document.body.dataset.name ?? "";
+    const lines = why ? [why] : [...text, word("operator-asks_under", { name })];
+    if (told !== lines.join("\n")) {
+      told = lines.join("\n");
+      body.replaceChildren(...lines.map((line) => made("p", line, why ? "ask-wrong" : "")));
     }
-  };
-  /** Say what will happen, or why nothing can be asked. @param {Status | null} status
-   * @returns {boolean} whether it can be asked */
-  const said = (status) => {
-    if (status === null && !wording.blind) {
-      why.textContent = word("operator-why_no_data");
-      why.hidden = false;
-      delete body.dataset.told;
-      return false;
-    }
-    const blocked = status === null ? "" : wording.blocked?.(status) ?? "";
-    const lines = blocked ? [] : textOf(wording, status);
-    const told = [blocked, ...lines].join("\n");
-    if (body.dataset.told !== told) {
-      body.dataset.told = told;
-      why.hidden = blocked === "";
-      if (blocked) why.textContent = word("operator-nothing_to_ask", { why: blocked });
-      body.replaceChildren(...lines.map((line) => made("p", line)), why);
-    }
-    return blocked === "";
-  };
-  body.append(why);
-  show(latest());
-  const timer = setInterval(() => show(latest()), 250);
-  dialog.showModal();
-  buttons.querySelector("button")?.focus();
-  return new Promise((answer) => {
-    dialog.addEventListener("close", () => {
-      clearInterval(timer);
-      dialog.remove();
-      answer(dialog.returnValue === "asked");
-    });
-  });
-}
-
-/** @param {Wording} wording @param {Status | null} status null: no data
- * @returns {string[]} */
-function textOf(wording, status) {
-  const said = status === null ? wording.blind ?? [] : wording.text;
-  const text = typeof said === "function" ? said(/** @type {Status} */ (status)) : said;
-  const lines = Array.isArray(text) ? text : [text];
-  const name = document.body.dataset.name;
-  return name ? [...lines, word("operator-asks_under", { name })] : lines;
+    return !why;
+  }) === "asked";
 }
 
 /**
- * A dialog with a title, a body and a button that leaves it; not yet shown.
+ * Make a dialog. What shows it draws it at once, again and again and after every touch, which says
+ * whether it can be gone on; it gives the value of the button that has closed it.
  * @param {string} title
- * @param {string} [leave] text of the button that leaves it
+ * @param {object} how
+ * @param {string} [how.leave] text of the button that leaves it
+ * @param {string} [how.go] text of the button that goes on; without it there is none
+ * @param {string} [how.template] id of a template of what stands in it
  */
-export function openDialog(title, leave = word("common-cancel")) {
-  const dialog = /** @type {HTMLDialogElement} */ (made("dialog", "", "ask"));
-  const heading = made("h2", title);
-  heading.id = `ask-${document.querySelectorAll("dialog").length}`;
-  dialog.setAttribute("aria-labelledby", heading.id);
+export function openDialog(title, { leave = word("common-cancel"), go = "", template = "" }) {
   const body = made("div", "", "ask-body");
-  const buttons = made("div", "", "ask-buttons", button(leave, () => dialog.close("")));
-  dialog.append(heading, body, buttons);
+  if (template) {
+    const { content } = /** @type {HTMLTemplateElement} */ (byId(template));
+    body.append(content.cloneNode(true));
+  }
+  const off = button(leave, () => dialog.close());
+  off.autofocus = !template;
+  const on = /** @type {HTMLButtonElement} */ (made("button", go, "main"));
+  on.value = "asked";
+  const buttons = made("div", "", "ask-buttons", off, ...(go ? [on] : []));
+  const form = /** @type {HTMLFormElement} */ (
+    made("form", "", "", made("h2", title), body, buttons));
+  form.method = "dialog";
+  const dialog = /** @type {HTMLDialogElement} */ (made("dialog", "", "ask", form));
+  dialog.setAttribute("aria-label", title);
   document.body.append(dialog);
-  return { dialog, body, buttons };
+  /** @param {() => boolean | void} draw @returns {Promise<string>} */
+  const show = async (draw) => {
+    const look = () => {
+      let may = false; // also where drawing fails
+      try {
+        may = draw() !== false;
+      } finally {
+        on.disabled = !may;
+      }
+    };
+    const closed = new Promise((done) => { dialog.addEventListener("close", done); });
+    for (const touched of ["click", "input"]) form.addEventListener(touched, look);
+    look();
+    dialog.showModal();
+    const timer = setInterval(look, LOOK_MS);
+    await closed;
+    clearInterval(timer);
+    dialog.remove();
+    return dialog.returnValue;
+  };
+  return { dialog, form, body, on, show };
 }

@@ -106,12 +106,12 @@ async function choose() {
   asking = true;
   try {
     await load(shown); // the hash of the file as it is now
-    const answer = await ask("ChooseModel", [file], {
+    const accepted = await ask("ChooseModel", [file], {
       title: word("model-choose"),
-      text: [word("model-choose_text", { file }), word("model-choose_effect")],
+      text: () => [word("model-choose_text", { file }), word("model-choose_effect")],
       sha256: optionOf(file)?.dataset.sha256 || null,
     });
-    if (!answer?.accepted) return;
+    if (!accepted) return;
     choices = ""; // from now on it shows what is in force
     document.getElementById("choice")?.removeAttribute("data-touched");
   } finally {

@@ -2,20 +2,19 @@
 // What a person may ask here: which buttons are offered and why not, and what each will do.
 
 import { ask, openDialog } from "../ask/ask.js";
-import { foundElsewhere, isHeld, isZero, JUMPED } from "../ask/effects.js";
-import { button, byId, made, say } from "../elements.js";
+import { foundElsewhere, isHeld, isZero, JUMPED, waitsForAPerson } from "../ask/requests.js";
+import { button, byId, say } from "../elements.js";
 import { latest } from "../live.js";
 import { diameterWord, facts, gainAt, isTrimmed, modelAsksUm } from "./parts.js";
-import {
-  clock, duration, number, pageLocale, shortNames, signed, word,
-} from "../words.js";
+import { clock, duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 
-const STEPS_UM = [-5, -1, 1, 5];
-const DEFAULT_S = 3600;
-const LARGEST_MM = 100_000;
-const KEYS = ["7", "8", "9", "4", "5", "6", "1", "2", "3", "0", ".", "⌫"];
+/**
+ * What can be asked without data: to disable alone, the safe direction. What the page does not see
+ * cannot speak against it, and the loop may be reached where its status is not.
+ */
+const SAFE_WITHOUT_DATA = "Disable";
 
 /** @param {Status} status @returns {[string, any][]} */
 function axesOf(status) {
@@ -34,62 +33,48 @@ function rate(axis) {
 
 // ---- what is offered -------------------------------------------------------------------------
 
-/** Why something cannot be asked for in this state, by its button. @param {Status} status */
+/** Why something cannot be asked for in this state, by its button.
+ * @param {Status} status @returns {Record<string, string>} */
 function blocked(status) {
-  const fault = status.state === "Fault";
+  const fault = status.state === "Fault" ? word("operator-why_fault") : "";
   const held = isHeld(status);
   const trimmed = Object.values(status.outputs).some(isTrimmed);
-  const jumped = Object.values(status.inputs).some((input) => input.quality === JUMPED);
   const off = status.enabled ? "" : word("operator-why_disabled");
-  const waits = fault || jumped || foundElsewhere(status).length > 0;
-  const acknowledge = waits ? "" : word("operator-why_calm");
   return {
-    Enable: fault ? word("operator-why_fault") : status.enabled ? word("operator-why_enabled") : "",
-    Disable: off && status.state !== "Fault" ? off : "",
-    Hold: fault ? word("operator-why_fault") : held ? word("operator-why_held") : off,
+    Enable: fault || (status.enabled ? word("operator-why_enabled") : ""),
+    Disable: fault ? "" : off,
+    Hold: fault || (held ? word("operator-why_held") : off),
     Resume: held ? "" : word("operator-why_not_held"),
     // To take back is always allowed.
-    Trim: fault && !trimmed ? word("operator-why_fault") : "",
-    Diameter: "",
-    Acknowledge: acknowledge,
+    Trim: trimmed ? "" : fault,
+    Acknowledge: waitsForAPerson(status) ? "" : word("operator-why_calm"),
   };
 }
-
-/**
- * What can be asked without data: to disable alone, the safe direction. What the page does not see
- * cannot speak against it, and the loop may be reached where its status is not.
- */
-const SAFE_WITHOUT_DATA = "Disable";
 
 /** @param {Status | null} status null: no data */
 export function showAsks(status) {
   const may = ["operator", "engineer"].includes(document.body.dataset.role ?? "");
-  const blind = status === null ? word("operator-why_only_disable") : "";
-  const why = may ? blind : word("operator-why_role");
-  const place = byId("asks-why");
-  place.hidden = why === "";
-  say(place, why);
-  const reasons = status === null ? {} : blocked(status);
-  for (const found of document.querySelectorAll("[data-ask]")) {
-    const button = /** @type {HTMLButtonElement} */ (found);
-    const own = reasons[/** @type {keyof typeof reasons} */ (button.dataset.ask)] ?? "";
-    const safe = may && status === null && button.dataset.ask === SAFE_WITHOUT_DATA;
-    button.disabled = !safe && (why !== "" || own !== "");
-    const said = why === "" ? own : "";
-    const diameterMm = status?.diameter_mm;
-    say(button.lastElementChild, button.dataset.ask === "Diameter" && status
-      ? diameterWord(diameterMm) : said);
+  const why = !may ? word("operator-why_role") : status ? "" : word("operator-why_only_disable");
+  byId("asks-why").hidden = why === "";
+  say(byId("asks-why"), why);
+  const reasons = status ? blocked(status) : {};
+  for (const one of /** @type {NodeListOf<HTMLButtonElement>} */ (
+    document.querySelectorAll("[data-ask]"))) {
+    const name = one.dataset.ask ?? "";
+    const own = reasons[name] ?? "";
+    one.disabled = why ? !(may && name === SAFE_WITHOUT_DATA) : own !== "";
+    const told = name === "Diameter" && status ? diameterWord(status.diameter_mm) : own;
+    say(one.lastElementChild, why && name !== "Diameter" ? "" : told);
   }
 }
 
 export function startAsks() {
-  for (const button_ of document.querySelectorAll("[data-ask]")) {
-    const name = button_.getAttribute("data-ask") ?? "";
-    button_.addEventListener("click", () => {
-      const status = latest();
-      if (name === "Trim" && status) trim(status);
-      else if (name === "Diameter" && status) diameter(status);
-      else if (status || name === SAFE_WITHOUT_DATA) plain(name);
+  for (const one of document.querySelectorAll("[data-ask]")) {
+    const name = one.getAttribute("data-ask") ?? "";
+    one.addEventListener("click", () => {
+      if (name === "Trim") void trim();
+      else if (name === "Diameter") void diameter();
+      else plain(name);
     });
   }
 }
@@ -98,22 +83,22 @@ export function startAsks() {
 
 /** Ask for what needs no value. @param {string} name */
 function plain(name) {
-  const method = /** @type {keyof typeof TEXTS} */ (name);
-  void ask(method, [], {
-    blocked: (status) => blocked(status)[method],
-    title: word(TITLES[method]),
-    text: TEXTS[method],
-    ...(method === SAFE_WITHOUT_DATA ? { blind: [word("operator-disable_blind"),
-      word("operator-disable_text"), word("operator-disable_unseen")] } : {}),
+  void ask(name, [], {
+    blocked: (status) => blocked(status)[name] ?? "",
+    title: word(TITLES[name] ?? ""),
+    text: TEXTS[name] ?? (() => []),
+    ...(name === SAFE_WITHOUT_DATA && { blind: [word("operator-disable_blind"),
+      word("operator-disable_text"), word("operator-disable_unseen")] }),
   });
 }
 
+/** @type {Record<string, string>} */
 const TITLES = {
   Enable: "operator-enable_title", Disable: "operator-disable_title", Hold: "operator-hold_title",
   Resume: "operator-resume_title", Acknowledge: "operator-acknowledge_title",
 };
 
-/** What will happen. @type {Record<keyof typeof TITLES, (status: Status) => string[]>} */
+/** What will happen. @type {Record<string, (status: Status) => string[]>} */
 const TEXTS = {
   Enable: (status) => [word("operator-enable_text"), ...followed(status)],
   Disable: (status) => [...fades(status), word("operator-disable_text")],
@@ -177,74 +162,44 @@ function acknowledged(status) {
     .map(([name, input]) => `${shortNames(name)} (${number(input.read, 1)}\u00a0°C)`);
   const offsets = foundElsewhere(status)
     .map((alarm) => word("operator-acknowledge_found", { found: alarm.text }));
-  if (names.length === 0 && offsets.length > 0) return offsets;
-  return [...offsets, word("operator-acknowledge_sensors", { names: names.join(", ") || "–" })];
+  return names.length === 0 ? offsets
+    : [...offsets, word("operator-acknowledge_sensors", { names: names.join(", ") })];
 }
 
 // ---- trim ------------------------------------------------------------------------------------
 
-/** @param {Status} status */
-function trim(status) {
-  const names = Object.keys(status.outputs);
-  let output = names[0] ?? "";
-  let value = Number(status.outputs[output]?.trim_um ?? 0);
-  let seconds = facts.expiries_s.includes(DEFAULT_S) ? DEFAULT_S : facts.expiries_s[0] ?? DEFAULT_S;
-  const { dialog, body, buttons } = openDialog(word("operator-trim_title"));
-  const axes = choice(word("operator-trim_axis"), names.map((name) => [name, shortNames(name)]),
-    () => output, (name) => {
-      output = name;
-      value = Number(latest()?.outputs[name]?.trim_um ?? 0);
-      draw();
+async function trim() {
+  const { form, show } = openDialog(word("operator-trim_title"), {
+    go: word("operator-continue"), template: "trim",
+  });
+  const chosen = (/** @type {string} */ name) => String(new FormData(form).get(name));
+  const axis = () => latest()?.outputs[chosen("output")];
+  const largest = () => Number(axis()?.limits?.largest_trim_um ?? 0);
+  const steps = /** @type {HTMLButtonElement[]} */ ([...form.querySelectorAll(".op-steps button")]);
+  let value = Number(axis()?.trim_um ?? 0);
+  for (const step of steps) {
+    step.addEventListener("click", () => {
+      value = Math.min(Math.max(value + Number(step.value), -largest()), largest());
     });
-  axes.hidden = names.length < 2;
-  const now = made("p", "", "op-quiet");
-  const shown = made("output", "", "op-pad-value");
-  const bound = made("p", "", "op-quiet");
-  const steps = made("div", "", "op-steps");
-  for (const step of STEPS_UM) {
-    steps.append(button(`${signed(step, 0)}\u00a0µm`, () => { change(value + step); },
-      word("operator-trim_step", { step: signed(step, 0) })));
   }
-  const zero = button(word("operator-trim_zero"), () => { change(0); });
-  const expiry = choice(word("operator-trim_expires"),
-    facts.expiries_s.map((s) => [String(s), duration(s)]), () => String(seconds),
-    (text) => { seconds = Number(text); draw(); });
-  const owner = made("p", word("operator-trim_owner", { name: document.body.dataset.name ?? "" }));
-  const go = button(word("operator-continue"), () => { dialog.close("asked"); });
-  go.className = "main";
-  buttons.append(go);
-  body.append(axes, now, shown, bound, steps, zero, expiry, owner);
-
-  const largest = () => Number(latest()?.outputs[output]?.limits?.largest_trim_um ?? 0);
-  /** @param {number} to */
-  function change(to) {
-    value = Math.min(Math.max(to, -largest()), largest());
-    draw();
-  }
-  function draw() {
+  byId("trim-back").addEventListener("click", () => { value = 0; });
+  byId("trim-output").addEventListener("input", () => { value = Number(axis()?.trim_um ?? 0); });
+  const how = await show(() => {
     const status = latest();
-    const axis = status?.outputs[output];
     const backAlone = status?.state === "Fault";
     if (backAlone) value = 0;
-    for (const step of steps.querySelectorAll("button")) step.disabled = backAlone;
-    say(now, isTrimmed(axis)
-      ? word("operator-trim_now_by", { ...trimValues(axis), left: duration(axis.trim_left_s) })
+    for (const step of steps) step.disabled = backAlone;
+    const set = axis();
+    say(byId("trim-now"), isTrimmed(set)
+      ? word("operator-trim_now_by", { ...trimValues(set), left: duration(set.trim_left_s) })
       : word("operator-trim_now"));
-    say(shown, `${signed(value, 1)}\u00a0µm`);
+    say(byId("trim-value"), `${signed(value, 1)}\u00a0µm`);
     const [low, high] = [number(-largest(), 1), signed(largest(), 1)];
-    say(bound, word("operator-trim_bound", { low, high }));
-    expiry.toggleAttribute("data-idle", value === 0);
-    for (const one of body.querySelectorAll("[data-choice]")) {
-      const mine = one.getAttribute("data-choice");
-      one.setAttribute("aria-pressed", String(mine === output || mine === String(seconds)));
-    }
-    go.disabled = status === null || whyNoTrim(status, output, value) !== "";
-  }
-  whileOpen(dialog, draw);
-  dialog.addEventListener("close", () => {
-    if (dialog.returnValue === "asked") askTrim(output, value, seconds);
-    dialog.remove();
+    say(byId("trim-bound"), word("operator-trim_bound", { low, high }));
+    byId("trim-expiry").toggleAttribute("data-idle", value === 0);
+    return status !== null && !whyNoTrim(status, chosen("output"), value);
   });
+  if (how === "asked") askTrim(chosen("output"), value, Number(chosen("seconds")));
 }
 
 /**
@@ -267,16 +222,16 @@ function askTrim(output, value, seconds) {
     blocked: (status) => whyNoTrim(status, output, value),
     title: `${word("operator-trim_title")}: ${axisName} ${signed(value, 1)}\u00a0µm`,
     text: (status) => {
-      const axis = status.outputs[output];
+      const axis = status.outputs[output] ?? {};
       const until = clock(Date.now() + 1000 * seconds).slice(0, 5);
-      const moves = value - (axis?.trim_um ?? 0);
-      const values = { ...trimValues(axis ?? {}), axis: axisName, after: signed(value, 1), until };
+      const change = signed(value - (axis.trim_um ?? 0), 1);
+      const values = { ...trimValues(axis), axis: axisName, after: signed(value, 1), until };
       return [
         value === 0 ? word("operator-trim_back", values)
           : isTrimmed(axis) ? word("operator-trim_replaces", values)
             : word("operator-trim_text", values),
         ...status.state === "Active"
-          ? [word("operator-trim_moves", { change: signed(moves, 1), rate: rate(axis) })]
+          ? [word("operator-trim_moves", { change, rate: rate(axis) })]
           : value === 0 ? [] : [word("operator-trim_waits")],
         word("operator-sign"),
       ];
@@ -286,94 +241,45 @@ function askTrim(output, value, seconds) {
 
 // ---- diameter --------------------------------------------------------------------------------
 
-/** @param {Status} status */
-function diameter(status) {
-  const { dialog, body, buttons } = openDialog(word("operator-diameter_title"));
-  const mark = (1.5).toLocaleString(pageLocale).charAt(1);
-  const field = /** @type {HTMLInputElement} */ (made("input", "", "op-pad-value"));
-  field.inputMode = "none";
-  field.maxLength = 9;
-  field.autocomplete = "off";
-  field.setAttribute("aria-label", `${word("operator-diameter_title")} [mm]`);
-  const box = made("div", "", "op-pad-field");
-  box.append(field, made("span", "mm"));
-  const pad = made("div", "", "op-pad");
-  for (const key of KEYS) {
-    const text = key === "." ? mark : key;
-    pad.append(button(text, () => {
-      field.value = key === "⌫" ? field.value.slice(0, -1) : (field.value + text).slice(0, 9);
-      draw();
-    }, key === "⌫" ? word("operator-diameter_clear") : text));
-  }
-  const centre = button(word("operator-diameter_centre"), () => { dialog.close("centre"); });
-  const go = button(word("operator-continue"), () => { dialog.close("asked"); });
-  go.className = "main";
-  buttons.append(centre, go);
-  const wrong = made("p", word("operator-diameter_wrong"), "ask-wrong");
-  const range = rangeOf(status);
-  const side = made("div", "", "op-pad-side");
-  side.append(
-    made("p", word("operator-diameter_now", { diameter: diameterWord(status.diameter_mm) })),
-    box, wrong,
-    ...(range ? [made("p", word("operator-diameter_range", range), "op-quiet")] : []),
-    ...(facts.diameter_read ? [made("p", word("operator-diameter_machine"), "op-quiet")] : []),
-  );
-  const both = made("div", "", "op-pad-both");
-  both.append(side, pad);
-  body.append(both);
-
-  const value = () => diameterOf(field.value);
-  function draw() {
-    go.disabled = value() === null || latest() === null;
-    centre.toggleAttribute("disabled", latest() === null);
-    wrong.classList.toggle("unseen", field.value === "" || value() !== null);
-  }
-  field.addEventListener("input", draw);
-  field.addEventListener("keydown", (event) => {
-    if (event.key === "Enter" && !go.disabled) dialog.close("asked");
+async function diameter() {
+  const { dialog, form, on, show } = openDialog(word("operator-diameter_title"), {
+    go: word("operator-continue"), template: "diameter",
   });
-  whileOpen(dialog, draw);
-  field.focus();
-  dialog.addEventListener("close", () => {
-    const found = value();
-    if (dialog.returnValue === "centre") askDiameter(null);
-    if (dialog.returnValue === "asked" && found !== null) askDiameter(found);
-    dialog.remove();
+  const field = /** @type {HTMLInputElement} */ (byId("diameter-value"));
+  for (const key of /** @type {NodeListOf<HTMLButtonElement>} */ (
+    form.querySelectorAll(".op-pad button"))) {
+    key.addEventListener("click", () => {
+      field.value = (key.value ? field.value + key.value : field.value.slice(0, -1)).slice(0, 9);
+    });
+  }
+  const centre = button(word("operator-diameter_centre"), () => dialog.close("centre"));
+  on.before(centre);
+  const how = await show(() => {
+    const status = latest();
+    const now = diameterWord(status?.diameter_mm);
+    say(byId("diameter-now"), status ? word("operator-diameter_now", { diameter: now }) : "");
+    byId("diameter-range").hidden = status?.model_sha256 !== facts.model_sha256;
+    centre.disabled = status === null;
+    return status !== null && field.validity.valid;
   });
-}
-
-/** @param {string} text @returns {number | null} */
-function diameterOf(text) {
-  if (!/^\d{1,6}([.,]\d{0,3})?$/.test(text)) return null;
-  const value = Number(text.replace(",", "."));
-  return value <= LARGEST_MM ? value : null;
-}
-
-/** Range of the diameters that the model knows. @param {Status} status */
-function rangeOf(status) {
-  if (status.model_sha256 !== facts.model_sha256) return null;
-  const points = Object.values(facts.gains).flatMap((parts) => Object.values(parts))
-    .flatMap((gains) => gains.points.map(([mm]) => mm));
-  if (!points.length) return null;
-  return { low: number(Math.min(...points), 0), high: number(Math.max(...points), 0) };
+  if (how === "centre") askDiameter(null);
+  if (how === "asked") askDiameter(Number(field.value.replace(",", ".")));
 }
 
 /** @param {number | null} value */
 function askDiameter(value) {
-  const method = value === null ? "NoDiameter" : "Diameter";
-  void ask(method, value === null ? [] : [value], {
-    title: word("operator-diameter_is", { diameter: diameterWord(value) }),
+  const diameter = diameterWord(value);
+  void ask(value === null ? "NoDiameter" : "Diameter", value === null ? [] : [value], {
+    title: word("operator-diameter_is", { diameter }),
     text: (status) => [
-      word("operator-diameter_text", {
-        diameter: diameterWord(value), before: diameterWord(status.diameter_mm),
-      }),
+      word("operator-diameter_text", { diameter, before: diameterWord(status.diameter_mm) }),
       ...counts(status, value),
     ],
   });
 }
 
-/** Which gain counts for a diameter, for each part that has some. @param {Status} status
- * @param {number | null} mm */
+/** Which gain counts for a diameter, for each part that has some.
+ * @param {Status} status @param {number | null} mm */
 function counts(status, mm) {
   if (status.model_sha256 !== facts.model_sha256) return [word("operator-gain_not_known")];
   const found = Object.entries(facts.gains).flatMap(([output, parts]) =>
@@ -386,36 +292,4 @@ function counts(status, mm) {
         : word("operator-gain_end_counts", values);
     }));
   return found.length ? found : [word("operator-gain_none")];
-}
-
-// ---- pieces ----------------------------------------------------------------------------------
-
-/**
- * Buttons of which one is pressed.
- * @param {string} title
- * @param {[string, string][]} choices value and text
- * @param {() => string} now
- * @param {(value: string) => void} act
- */
-function choice(title, choices, now, act) {
-  const group = made("div", "", "op-choice");
-  group.setAttribute("role", "group");
-  group.setAttribute("aria-label", title);
-  group.append(made("p", title));
-  for (const [value, text] of choices) {
-    const one = button(text, () => { act(value); });
-    one.dataset.choice = value;
-    one.setAttribute("aria-pressed", String(now() === value));
-    group.append(one);
-  }
-  return group;
-}
-
-/** Show a dialog, and draw it anew twice a second. @param {HTMLDialogElement} dialog
- * @param {() => void} draw */
-function whileOpen(dialog, draw) {
-  draw();
-  const timer = setInterval(draw, 500);
-  dialog.addEventListener("close", () => { clearInterval(timer); });
-  dialog.showModal();
 }

@@ -37,8 +37,6 @@ const SIGNS = /** @type {Record<string, string>} */ ({
 let toldMs = NaN;
 let beganMs = NaN;
 let beatNumber = -1;
-/** @type {(() => void) | null} */
-let redraw = null;
 
 /** What is the matter, without its beginning `headline-`. @param {Status} status */
 function lookOf(status) {
@@ -204,18 +202,12 @@ function link(id, good, well, ill) {
 
 /** @param {string} title @param {(body: HTMLElement, status: Status) => void} fill */
 function openList(title, fill) {
-  const { dialog, body } = openDialog(title, word("common-close"));
+  const { dialog, body, show } = openDialog(title, { leave: word("common-close") });
   dialog.classList.add("op-wide");
-  redraw = () => {
+  void show(() => {
     const status = lastKnown();
     if (status) fill(body, status);
-  };
-  redraw();
-  dialog.addEventListener("close", () => {
-    redraw = null;
-    dialog.remove();
   });
-  dialog.showModal();
 }
 
 function openAlarms() {
@@ -256,7 +248,6 @@ onStatus((status, ageS) => {
   showStrip(status);
   showAsks(status);
   showInputs(status);
-  redraw?.();
   addLive(status);
 });
 onNoData((none) => {
@@ -270,7 +261,6 @@ onNoData((none) => {
   if (before) showInputs(before);
   showAsks(null);
   tick();
-  redraw?.();
 });
 for (const id of ["differs", "notice"]) {
   const bar = document.getElementById(id);
