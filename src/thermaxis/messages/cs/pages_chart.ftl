@@ -1,6 +1,5 @@
 chart-nothing = V tomto období nejsou žádné hodnoty
 chart-local_time = Místní čas ({ $zone })
-chart-and_more = { $text } (a další: { $count })
 chart-earlier = Dříve
 chart-later = Později
 chart-zoom_in = Přiblížit

@@ -1,6 +1,5 @@
 chart-nothing = Keine Werte in diesem Zeitraum
 chart-local_time = Ortszeit ({ $zone })
-chart-and_more = { $text } (und { $count } weitere)
 chart-earlier = Früher
 chart-later = Später
 chart-zoom_in = Vergrößern

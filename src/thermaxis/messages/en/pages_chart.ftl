@@ -2,7 +2,6 @@
 
 chart-nothing = No values in this span
 chart-local_time = Local time ({ $zone })
-chart-and_more = { $text } (and { $count } more)
 chart-earlier = Earlier
 chart-later = Later
 chart-zoom_in = Zoom in

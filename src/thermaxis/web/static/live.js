@@ -30,13 +30,11 @@ let lastMs = Number.NEGATIVE_INFINITY;
 let openedMs = performance.now();
 let heardMs = performance.now();
 let retryMs = FIRST_RETRY_MS;
+/** Why there are no data, as far as that is known: else there is no connection. */
 let why = "";
-let whyKnown = false;
-/** When the server had the last status; a page that was loaded since then has none of its own. */
-/** @type {string | null} */
-let toldSince = null;
+/** When the last status was true, also of one that this page never saw. @type {string | null} */
+let since = null;
 let live = false;
-let leaving = false;
 let complained = false;
 /** Smallest time on the way that this connection has seen, and when [s]. */
 let shortest = { lagS: Infinity, atS: 0 };
@@ -81,11 +79,7 @@ function longestAgeS() {
 
 /** Begin. */
 export function startLive() {
-  window.addEventListener("pagehide", () => { leaving = true; });
-  window.addEventListener("pageshow", (event) => {
-    leaving = false;
-    if (event.persisted) location.reload();
-  });
+  window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
   connect();
   setInterval(look, LOOK_MS);
 }
@@ -99,11 +93,10 @@ function connect() {
   socket = mine;
   mine.addEventListener("message", (event) => hear(String(event.data)));
   mine.addEventListener("close", (event) => {
-    if (socket !== mine || leaving) return;
+    if (socket !== mine) return;
     socket = null;
-    const full = event.code === TOO_MANY_PAGES;
-    whyKnown = full && whyKnown;
-    if (full) retryMs = LONGEST_RETRY_MS;
+    if (event.code === TOO_MANY_PAGES) retryMs = LONGEST_RETRY_MS;
+    else why = "";
     setTimeout(connect, retryMs);
     retryMs = Math.min(LONGEST_RETRY_MS, 1.5 * retryMs);
   });
@@ -114,36 +107,30 @@ function hear(text) {
   heardMs = performance.now();
   retryMs = FIRST_RETRY_MS;
   const message = read(text);
-  if (message === null || (message.kind === "status" && !isTimed(message))) {
-    tellUnreadable();
-  } else if (message.kind === "status") {
-    take(message.status, message.age_s + transitS(message.sent_s));
-  } else if (message.kind === "no_data") {
+  const { kind } = message;
+  const oldS = message.status ? message.age_s + transitS(message.sent_s) : NaN;
+  if (kind === "status" && Number.isFinite(oldS)) {
+    take(message.status, oldS);
+  } else if (kind === "no_data") {
     why = message.text;
-    whyKnown = true;
-    toldSince = message.since;
-    if (!last && message.status && isTimed(message)) recall(message);
-    tellNone(toldSince);
-  } else if (message.kind === "hello") {
+    since = message.since ?? since;
+    if (!last && Number.isFinite(oldS)) recall(message.status, oldS);
+    tellNone();
+  } else if (kind === "hello") {
     if (isOld(message)) location.reload();
-  } else if (message.kind === "ended") {
+  } else if (kind === "ended") {
     leaveNotice(message.text);
     location.reload();
-  }
+  } else tellUnreadable(); // also a status whose age is not known
 }
 
-/** @param {string} text @returns {Record<string, any> | null} */
+/** @param {string} text @returns {Record<string, any>} */
 function read(text) {
   try {
     return JSON.parse(text);
   } catch {
-    return null;
+    return {};
   }
-}
-
-/** A status whose age is not known is not shown. @param {Record<string, any>} message */
-function isTimed(message) {
-  return Number.isFinite(message.age_s) && Number.isFinite(message.sent_s);
 }
 
 /**
@@ -162,10 +149,11 @@ function transitS(sentS) {
 /** @param {Status} status @param {number} oldS how old it is by now */
 function take(status, oldS) {
   if (jumped()) return;
-  const before = { last, lastMs };
-  whyKnown = false;
+  const before = { last, lastMs, since };
+  why = "";
   last = status;
   lastMs = performance.now() - 1000 * oldS;
+  since = status.utc;
   if (oldS > longestAgeS()) {
     look();
     return;
@@ -176,15 +164,16 @@ function take(status, oldS) {
     for (const listener of liveListeners) went(listener);
     return;
   }
-  ({ last, lastMs } = before);
+  ({ last, lastMs, since } = before);
   tellUnreadable();
 }
 
-/** Show the last status that the server has, which is called old at once. @param {any} message */
-function recall({ status, age_s }) {
+/** Show the last status that the server has, which is called old at once.
+ * @param {Status} status @param {number} oldS */
+function recall(status, oldS) {
   last = status;
-  lastMs = performance.now() - 1000 * age_s;
-  for (const listener of statusListeners) went(() => listener(status, age_s));
+  lastMs = performance.now() - 1000 * oldS;
+  for (const listener of statusListeners) went(() => listener(status, oldS));
 }
 
 /** Whether a part of the page could do something; why not is told once. @param {() => void} act */
@@ -201,8 +190,7 @@ function went(act) {
 
 function tellUnreadable() {
   why = word("operator-page_cannot_read");
-  whyKnown = true;
-  tellNone(last?.utc ?? toldSince);
+  tellNone();
 }
 
 /**
@@ -216,8 +204,7 @@ function jumped() {
   if (!far) return false;
   lastMs = Number.NEGATIVE_INFINITY;
   again();
-  why = word("common-no_connection_to_screen");
-  tellNone(last?.utc ?? toldSince);
+  tellNone();
   return true;
 }
 
@@ -225,7 +212,7 @@ function jumped() {
 function again() {
   const dead = socket;
   socket = null;
-  whyKnown = false;
+  why = "";
   dead?.close();
   if (dead) connect();
 }
@@ -257,16 +244,13 @@ function look() {
   if (jumped()) return;
   if (performance.now() - heardMs > SILENT_MS) again();
   const waited = last ? ageS() : (performance.now() - openedMs) / 1000;
-  if (waited > longestAgeS()) {
-    if (!whyKnown) why = word("common-no_connection_to_screen");
-    tellNone(last?.utc ?? toldSince);
-  }
+  if (waited > longestAgeS()) tellNone();
 }
 
-/** @param {string | null} since */
-function tellNone(since) {
+function tellNone() {
   live = false;
-  for (const listener of noDataListeners) went(() => listener({ text: why, since }));
+  const text = why || word("common-no_connection_to_screen");
+  for (const listener of noDataListeners) went(() => listener({ text, since }));
 }
 
 /**

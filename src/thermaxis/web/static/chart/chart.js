@@ -4,19 +4,18 @@
 // the values in the legend, which stands beside the data.
 
 import { drawingOf } from "./draw.js";
-import { lookOf, row, sample, svg } from "./legend.js";
-import { clustersOf, nameMarks, textsOf } from "./marks.js";
+import { clustersOf, letter, lineRow, markRows, row, sample, svg } from "./legend.js";
 import { isNumber } from "./scale.js";
 import { milliseconds } from "./time.js";
-import { button, made, style } from "../elements.js";
+import { button, made, overflows, style } from "../elements.js";
 import { moment, number, word } from "../words.js";
 
 /**
  * @typedef {import("./draw.js").Axis} Axis
- * @typedef {import("./marks.js").Cluster} Cluster
+ * @typedef {import("./legend.js").Cluster} Cluster
  * @typedef {import("./scale.js").Scale} Scale
+ * @typedef {import("./scale.js").Values} Values
  * @typedef {string | number} X ISO time, milliseconds since 1970 with `time`, or a number
- * @typedef {(number | null)[]} Values
  *
  * x is rising; dash is solid, dash, dot, dashdot, longdash or longdashdot, marker circle, square,
  * diamond, triangle-up, cross, x or none, at most so many markers (12), color 1 to 6: else by its
@@ -30,27 +29,24 @@ import { moment, number, word } from "../words.js";
  * @typedef {{x: X, text: string, kind?: string, rank?: number}} Mark
  *
  * A band with one edge is a limit. A still chart has no tools and no zoom: it is only looked at.
- * @typedef {object} Chart
- * @property {Line[]} lines
- * @property {Mark[]} [marks]
- * @property {{low?: number, high?: number, text?: string}[]} [bands]
- * @property {string} [xTitle]
- * @property {string} [yTitle]
- * @property {string} [rightTitle]
- * @property {boolean} [still]
- * @property {boolean} [time] whether x is a time
- * @property {X} [first] begin of the x axis
- * @property {X} [last] end of it
- * @property {number} [leastSpan] the left axis shows at least so much: noise stays small
- * @property {number} [marksListed] marks with a letter, the weightiest ones; 8 in a still chart
- * @property {string} [label] what the chart shows, for who cannot see it
- * @property {(span: {first: number, last: number} | null) => void} [onSpan] a person has chosen a
- *   span [ms, or the axis' unit]; null: all of it
+ * first and last are the ends of the x axis; the left one shows leastSpan at least; marksListed
+ * have a letter, the weightiest ones; label is for who cannot see it. onSpan is told what a person
+ * has zoomed to, null for all of it.
+ * @typedef {{lines: Line[], marks?: Mark[], bands?: {low?: number, high?: number, text?: string}[],
+ *   xTitle?: string, yTitle?: string, rightTitle?: string, still?: boolean, time?: boolean,
+ *   first?: X, last?: X, leastSpan?: number, marksListed?: number, label?: string,
+ *   onSpan?: (span: {first: number, last: number} | null) => void}} Chart
  */
 
-const TEXTS_SHOWN = 3;
 const LEAST_DRAG_PX = 8;
 const EVENTS = ["down", "move", "up", "leave", "cancel"].map((one) => `pointer${one}`);
+/** Sign, name, and where the span is then that is shown, as parts of it; 0 and 0: all.
+ * @type {[string, string, number, number][]} */
+const TOOLS = [
+  ["◀", word("chart-earlier"), -0.5, 0.5], ["▶", word("chart-later"), 0.5, 1.5],
+  ["−", word("chart-zoom_out"), -0.5, 1.5], ["+", word("chart-zoom_in"), 0.25, 0.75],
+  [word("chart-all"), word("chart-show_all"), 0, 0],
+];
 const DRAWN = /** @type {WeakMap<HTMLElement, Drawn>} */ (new WeakMap());
 
 /** Draw a chart, or anew. @param {HTMLElement} element of a stated height @param {Chart} chart */
@@ -71,7 +67,6 @@ class Drawn {
   axis = axisOf(this.chart, null);
   marks = /** @type {Cluster[]} */ ([]);
   frame = { begin: 0, end: 1, top: 0, bottom: 1 };
-  size = "";
   plot = made("div", "", "chart-plot");
   tools = made("div", "", "chart-tools");
   legend = made("ul", "", "chart-legend");
@@ -82,25 +77,14 @@ class Drawn {
     style("chart/chart.css");
     element.classList.add("chart");
     element.replaceChildren(this.tools, this.plot, this.legend);
-    this.tool("◀", word("chart-earlier"), -0.5, 0.5);
-    this.tool("▶", word("chart-later"), 0.5, 1.5);
-    this.tool("−", word("chart-zoom_out"), -0.5, 1.5);
-    this.tool("+", word("chart-zoom_in"), 0.25, 0.75);
-    this.tool(word("chart-all"), word("chart-show_all"), 0, 0);
+    for (const [sign, name, from, to] of TOOLS) {
+      this.tools.append(button(sign, () => {
+        const { first, last } = this.axis;
+        this.show(from < to ? [first + from * (last - first), first + to * (last - first)] : null);
+      }, name));
+    }
     for (const name of ["keydown", ...EVENTS]) this.plot.addEventListener(name, this);
-    new ResizeObserver(() => {
-      if (this.size !== `${this.plot.clientWidth} ${this.plot.clientHeight}`) this.draw();
-    }).observe(this.plot);
-  }
-
-  /** @param {string} sign @param {string} name @param {number} from @param {number} to */
-  tool(sign, name, from, to) {
-    const found = button(sign, () => {
-      const { first, last } = this.axis;
-      this.show(from < to ? [first + from * (last - first), first + to * (last - first)] : null);
-    }, name);
-    found.title = name;
-    this.tools.append(found);
+    new ResizeObserver(() => this.draw()).observe(this.plot);
   }
 
   draw() {
@@ -109,10 +93,9 @@ class Drawn {
     this.marks = clustersOf(chart, this.axis, plot.clientWidth);
     this.tools.hidden = Boolean(chart.still);
     this.tell();
-    let named = chart.still ? this.marks.filter((mark) => mark.letter).length : 0;
-    for (; named > 0 && overflows(legend); this.tell()) nameMarks(this.marks, named -= 1);
+    let named = chart.still ? this.marks.filter((one) => one.letter).length : 0;
+    for (; named > 0 && overflows(legend); this.tell()) letter(this.marks, named -= 1);
     const { clientWidth: width, clientHeight: height } = plot;
-    this.size = `${width} ${height}`;
     if (width < 40 || height < 40) return;
     const { drawing, frame } = drawingOf(chart, this.axis, this.marks, width, height);
     this.frame = frame;
@@ -127,20 +110,17 @@ class Drawn {
     const { begin, end, top, bottom } = this.frame;
     const place = (/** @type {number} */ x) => (axis.time ? moment(x) : number(x, 2));
     const shown = at ?? pick(axis, (x) => -x);
-    const said = [shown === null ? word("chart-nothing") : place(shown)];
-    const rows = lines.flatMap((line, k) => {
-      if (line.unlisted) return [];
-      const { color, dash, marker } = lookOf(line, k);
-      const value = number(valueAt(axis, line, k, shown), line.digits ?? 1);
-      said.push(`${line.name} ${value} ${line.unit ?? ""}`);
-      const name = line.unit ? `${line.name} [${line.unit}]` : line.name;
-      return [row("line", sample(color, dash, marker), name, at === null ? "" : value)];
-    });
-    for (const { text, low, high } of bands) {
-      const [kind, dash] = isNumber(low) && isNumber(high) ? ["band", ""] : ["limit", "2 5"];
-      if (text) rows.push(row(kind, sample(`chart-of-${kind}`, dash, ""), text));
-    }
-    this.legend.replaceChildren(...rows, ...markRows(this.marks, Boolean(still), axis.time));
+    const values = lines.map((line, k) => number(valueAt(axis, line, k, shown), line.digits ?? 1));
+    const listed = lines.map((line, k) => ({ line, k })).filter(({ line }) => !line.unlisted);
+    const said = [shown === null ? word("chart-nothing") : place(shown),
+      ...listed.map(({ line, k }) => `${line.name} ${values[k]} ${line.unit ?? ""}`)];
+    this.legend.replaceChildren(
+      ...listed.map(({ line, k }) => lineRow(line, k, at === null ? "" : values[k])),
+      ...bands.filter(({ text }) => text).map(({ text = "", low, high }) => {
+        const [kind, dash] = isNumber(low) && isNumber(high) ? ["band", ""] : ["limit", "2 5"];
+        return row(kind, sample(`chart-of-${kind}`, dash, ""), text);
+      }),
+      ...markRows(this.marks, Boolean(still), axis.time));
     for (const [name, value] of Object.entries(still
       ? { role: "img", "aria-label": [label, ...said].join(", ") }
       : { role: "slider", "aria-label": label, "aria-valuetext": said.join(", "), tabindex: 0,
@@ -231,36 +211,11 @@ function pick({ lines, first, last }, cost) {
   return found;
 }
 
-/**
- * The value of a line at the place of it that is nearest; beyond its ends there is none.
- * @param {Axis} axis @param {Line} line @param {number} k its place @param {number | null} at
- */
+/** The value of a line at the place of it that is nearest; beyond its ends there is none.
+ * @param {Axis} axis @param {Line} line @param {number} k its place @param {number | null} at */
 function valueAt(axis, { y }, k, at) {
   const [x, margin] = [axis.lines[k] ?? [], 0.01 * (axis.last - axis.first)];
   if (at === null || !(at >= x[0] - margin && at <= (x.at(-1) ?? NaN) + margin)) return null;
   const nearest = pick({ ...axis, lines: [x] }, (one) => Math.abs(one - at));
   return y[x.indexOf(nearest ?? NaN)];
-}
-
-/** @param {Cluster[]} clusters @param {boolean} still @param {boolean} time */
-function markRows(clusters, still, time) {
-  const most = still ? 1 : TEXTS_SHOWN;
-  const rows = clusters.filter((one) => one.letter).map(({ letter, marks, grave }) => {
-    const texts = textsOf(marks, time);
-    const [text, count] = [texts.slice(0, most).join("; "), texts.length - most];
-    const sign = made("b", letter, grave ? "chart-letter chart-letter-grave" : "chart-letter");
-    if (count <= 0) return row("mark", sign, text);
-    if (still) return row("mark", sign, text, `+${count}`);
-    return row("mark", sign, word("chart-and_more", { text, count }));
-  });
-  const count = clusters.filter((one) => !one.letter).flatMap((one) => one.marks).length;
-  const others = still ? `+${count}` : word("chart-and_others", { count });
-  return count ? [...rows, row("more", "", others)] : rows;
-}
-
-/** @param {HTMLElement} list */
-function overflows(list) {
-  const room = list.getBoundingClientRect();
-  return [...list.children].map((one) => one.getBoundingClientRect())
-    .some(({ left, bottom }) => left > room.right - 8 || bottom > room.bottom + 1);
 }

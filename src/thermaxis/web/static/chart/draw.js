@@ -15,11 +15,9 @@ import { number, pageLocale, word } from "../words.js";
 const MOST_MARKERS = 12;
 const TICK_PX = { time: 84, x: 64, y: 32 };
 
-/**
- * Return a drawing, and where its data are [px].
- * @param {Chart} chart @param {Axis} axis @param {import("./marks.js").Cluster[]} marks
- * @param {number} width @param {number} height
- */
+/** Return a drawing, and where its data are [px].
+ * @param {Chart} chart @param {Axis} axis @param {import("./legend.js").Cluster[]} marks
+ * @param {number} width @param {number} height */
 export function drawingOf(chart, axis, marks, width, height) {
   const em = 0.8125 * (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16);
   const zone = zoneNames([axis.first, axis.last], pageLocale);
@@ -100,11 +98,9 @@ export function drawingOf(chart, axis, marks, width, height) {
   return { drawing, frame: { begin, end, top, bottom } };
 }
 
-/**
- * What an axis at a side shows, and how many letters wide it is.
+/** What an axis at a side shows, and how many letters wide it is.
  * @param {Chart} chart @param {"left" | "right"} side @param {boolean} empty
- * @param {number} bottom @param {number} top
- */
+ * @param {number} bottom @param {number} top */
 function sideOf(chart, side, empty, bottom, top) {
   const left = side === "left";
   const own = chart.lines.filter((line) => (line.axis ?? "left") === side);

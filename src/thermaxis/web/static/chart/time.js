@@ -14,15 +14,11 @@ const STEPS = [
 const DATE = /** @type {const} */ ({ day: "numeric", month: "numeric" });
 
 /** @param {string | number} time ISO 8601 or milliseconds @returns {number} since 1970 [ms] */
-export function milliseconds(time) {
-  return typeof time === "number" ? time : Date.parse(time);
-}
+export const milliseconds = (time) => (typeof time === "number" ? time : Date.parse(time));
 
-/**
- * Return ticks at round local times; a text has the date in a second line where a day begins.
+/** Return ticks at round local times; a text has the date in a second line where a day begins.
  * @param {number} first [ms] @param {number} last [ms] @param {number} most that have room
- * @param {string} language of the texts
- */
+ * @param {string} language of the texts */
 export function timeTicks(first, last, most, language) {
   const least = (last - first) / Math.max(2, most);
   const [ms, days, months] = STEPS.find(([some, d, m]) =>
