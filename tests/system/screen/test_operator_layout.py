@@ -240,7 +240,9 @@ def test_touch_targets_are_at_least_three_rem_high(browser: Browser, stand_in: S
             assert min(page.locator(".op-buttons button").evaluate_all(heights)) >= 3 * rem - 0.5
             shown(page, stand_in, made_up())
             page.click(f'[data-ask="{name}"]')
-            found = page.locator("dialog button:visible, dialog input").evaluate_all(heights)
+            found = page.locator("dialog button:visible, dialog input:visible").evaluate_all(
+                heights
+            )
             assert min(found) >= 3 * rem - 0.5
             page.keyboard.press("Escape")
 

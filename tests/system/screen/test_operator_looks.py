@@ -70,6 +70,7 @@ def test_capitals_and_digits_are_read_from_three_metres(
         trend = page.locator(".op-trend").bounding_box()
         assert trend is not None
         assert trend["height"] >= LEAST_TREND_PX
+        assert page.locator("#trend .chart-letter").count() == 3  # each mark has room for its text
 
 
 def test_no_two_states_look_alike_even_without_colour(browser: Browser, stand_in: StandIn) -> None:

@@ -14,7 +14,7 @@ from tests.system.screen.operator_browser import (
 )
 from tests.system.screen.operator_stand_in import StandIn, made_up
 from thermaxis.runtime import Role
-from thermaxis.screen.access import static_address
+from thermaxis.web import static_address
 
 pytestmark = pytest.mark.system
 
@@ -65,6 +65,11 @@ def test_what_the_model_asks_for_and_what_a_person_adds_are_told_apart(
             assert model in text
             assert trim in text
         comma = language != "en"
+        told = trimmed()
+        told["outputs"]["Z_um"] |= {"accepted_age_s": 61.0, "effective_age_s": None}
+        shown(page, stand_in, told)
+        assert "1\xa0min 1\xa0s" in row_of(page, "accepted")
+        assert row_of(page, "effective").endswith("µm")
         assert ("−35,5" if comma else "−35.5") in row_of(page, "model")
         assert ("−30,5" if comma else "−30.5") in row_of(page, "wanted")
 

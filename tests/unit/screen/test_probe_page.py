@@ -20,6 +20,7 @@ from thermaxis.compensation import (
     RequestKind,
     SensorRules,
     SupervisorRules,
+    SupervisorState,
 )
 from thermaxis.files import read_model
 from thermaxis.runtime import (
@@ -55,6 +56,7 @@ class Morning(NamedTuple):
     uncorrected_um: np.ndarray
     true_um: np.ndarray
     seen: np.ndarray
+    arrived: np.ndarray
 
 
 @pytest.fixture(scope="module")
@@ -107,8 +109,16 @@ def morning(tmp_path_factory: pytest.TempPathFactory) -> Morning:
     write_history(path, records, outputs=("Z_um",))
     uncorrected, true = np.array(truth).T
     seen = np.array([record.samples[probe_name("Z_um")].good for record in records])
+    arrived = np.cumsum([follows(record) for record in records]) > 0
     span = records[0].utc, records[-1].utc + timedelta(seconds=CYCLE_S)
-    return Morning(url_of(path), span, uncorrected, true, seen)
+    return Morning(url_of(path), span, uncorrected, true, seen, arrived)
+
+
+def follows(record: CycleRecord) -> bool:
+    """Return whether the offset is where it is wanted, within a micrometre."""
+    effective_um, wanted_um = record.applied["Z_um"].effective_um, record.output.wanted_um[0]
+    active = record.output.state is SupervisorState.ACTIVE
+    return active and effective_um is not None and abs(effective_um - wanted_um) <= 1.0
 
 
 def test_the_uncompensated_displacement_is_the_truth_within_the_probes_noise(
@@ -133,8 +143,8 @@ def test_the_figures_are_those_of_the_truth_and_say_of_how_many_values(morning: 
     with HistoryReader(morning.url) as reader:
         found = comparison(reader, "Z_um", morning.span, CYCLE_S, 500)
     figures = found["figures"]
-    there = morning.seen
-    assert figures["values"] == there.sum()
+    there = morning.seen & morning.arrived
+    assert 0.9 * morning.seen.sum() < figures["values"] == there.sum()
     truth = np.ptp(morning.uncorrected_um[there]), np.ptp(morning.true_um[there])
     assert figures["uncompensated_um"] == pytest.approx(
         truth[0], abs=8.0 * NOISE.displacement_noise_um
@@ -182,15 +192,21 @@ def test_long_spans_are_compared_by_minutes_with_nearly_the_same_figures(
 
 
 def measured(
-    number: int, probe_um: float | None, accepted_um: float | None, effective_um: float | None
+    number: int,
+    probe_um: float | None,
+    accepted_um: float | None,
+    effective_um: float | None,
+    *,
+    wanted_um: float = -9.5,
+    state: SupervisorState = SupervisorState.ACTIVE,
 ) -> CycleRecord:
-    record = cycle_record(number)
+    record = cycle_record(number, state=state)
+    output = record.output._replace(wanted_um=(wanted_um, *record.output.wanted_um[1:]))
     samples: dict[str, SourceSample] = dict(record.samples)
     if probe_um is not None:
         samples["probe.Z_um"] = SourceSample(probe_um, True)
-    return replace(
-        record, samples=samples, applied={"Z_um": Applied(0.0, accepted_um, effective_um)}
-    )
+    applied = {"Z_um": Applied(0.0, accepted_um, effective_um)}
+    return replace(record, samples=samples, applied=applied, output=output)
 
 
 def compare_by_hand(path: Path, records: Sequence[CycleRecord]) -> dict[str, Any]:
@@ -205,7 +221,7 @@ def test_the_accepted_offset_stands_in_where_the_effective_one_is_not_known(
     found = compare_by_hand(
         tmp_path / "h.db",
         [
-            measured(0, 1.0, -9.0, -8.0),
+            measured(0, 1.0, -9.0, -8.0, wanted_um=-8.0),
             measured(1, 2.0, -10.0, None),
             measured(2, 4.0, None, None),
             measured(3, None, -10.0, -10.0),
@@ -217,6 +233,23 @@ def test_the_accepted_offset_stands_in_where_the_effective_one_is_not_known(
     assert (figures["values"], figures["compensated_um"], figures["uncompensated_um"]) == (2, 1, 3)
     assert figures["ratio"] == pytest.approx(1.0 / 3.0, rel=1e-6)
     assert (figures["first"], figures["last"]) == (to_ms(BEGIN), to_ms(BEGIN) + 1000)
+
+
+def test_how_the_correction_came_to_where_it_was_wanted_is_no_movement_of_the_machine(
+    tmp_path: Path,
+) -> None:
+    before = [measured(k, 40.0, 0.0, 0.0, state=SupervisorState.OFF) for k in range(3)]
+    approach = [
+        measured(k, 70.0 - 10.0 * k, 0.0, 30.0 - 10.0 * k, wanted_um=-40.0) for k in range(3, 7)
+    ]
+    follows = [measured(k, 1.0, 0.0, -40.0 - k, wanted_um=-40.2 - k) for k in range(7, 12)]
+    held = [measured(12, 30.0, 0.0, -45.0, state=SupervisorState.HOLDING)]
+    again = [measured(k, 9.0, 0.0, -60.0 + k, wanted_um=-90.0) for k in range(13, 16)]
+    found = compare_by_hand(tmp_path / "h.db", [*before, *approach, *follows, *held, *again])
+    figures = found["figures"]
+    assert (figures["values"], figures["compensated_um"], figures["uncompensated_um"]) == (5, 0, 4)
+    assert figures["last"] - figures["first"] == 4000
+    assert len(found["series"]["compensated"]["mean"]) == 16  # what is drawn is all of it
 
 
 def test_without_a_single_value_there_are_no_figures(tmp_path: Path) -> None:
@@ -242,7 +275,8 @@ def test_a_history_before_the_probe_is_no_error_in_either_way(tmp_path: Path) ->
 
 
 def test_a_compensation_without_any_drift_has_no_ratio(tmp_path: Path) -> None:
-    found = compare_by_hand(tmp_path / "h.db", [measured(k, 1.0, 0.0, 0.0) for k in range(5)])
+    still = [measured(k, 1.0, 0.0, 0.0, wanted_um=0.0) for k in range(5)]
+    found = compare_by_hand(tmp_path / "h.db", still)
     assert found["figures"]["uncompensated_um"] == 0.0
     assert found["figures"]["ratio"] is None
 

@@ -40,6 +40,7 @@ operator-accepted = Převzato
 operator-effective = Účinné
 operator-acts_now = působí nyní
 operator-last_read = naposledy { $value } µm, před { $age }
+operator-aged = { $value }, před { $age }
 operator-never_read = dosud nečteno
 operator-trim = Ruční posun
 operator-trim_none = žádný

@@ -40,6 +40,7 @@ operator-accepted = Übernommen
 operator-effective = Wirksam
 operator-acts_now = wirkt jetzt
 operator-last_read = zuletzt { $value } µm, vor { $age }
+operator-aged = { $value }, vor { $age }
 operator-never_read = nie gelesen
 operator-trim = Trimmung
 operator-trim_none = keine

@@ -50,6 +50,7 @@ operator-accepted = Accepted
 operator-effective = Effective
 operator-acts_now = acts now
 operator-last_read = last read { $value } µm, { $age } ago
+operator-aged = { $value }, { $age } ago
 operator-never_read = never read
 operator-trim = Trim
 operator-trim_none = none

@@ -1,4 +1,5 @@
 from ._columns import (
+    ACTIVE as ACTIVE,
     TIME as TIME,
     Columns as Columns,
     input_column as input_column,

@@ -6,7 +6,9 @@ shows the drift plus the offset that acts: without the offset it would show
     uncompensated = probe - effective
 
 with the offset that the machine accepted where it does not say which one acts. While the
-compensation is off, the loop reads no offset back, and there is no such number.
+compensation is off, the loop reads no offset back, and there is no such number. The two are held
+against each other over the time in which the correction acted: how it came from zero to where it
+was wanted is no movement of the machine.
 """
 
 from collections.abc import Mapping
@@ -43,6 +45,8 @@ MOST_CYCLES: Final = 200_000
 COMPENSATED, UNCOMPENSATED, MODEL = "compensated", "uncompensated", "model"
 _NOT_FOUND = 404
 _LARGEST_UM = 1e9
+_ARRIVED_UM = 1.0
+"""An offset is where it is wanted within a control's whole micrometre."""
 
 Column = NDArray[np.float64]
 """Numbers by time."""
@@ -59,6 +63,8 @@ class Compared(NamedTuple):
     """The same without the offset; NaN also where the offset is not known. [µm]"""
     model_um: Column
     """What the model says of the displacement without an offset. [µm]"""
+    acted: NDArray[np.bool_]
+    """Whether the compensation was active, and had been where it was wanted since then."""
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
@@ -134,9 +140,11 @@ def comparison(
 def figures_of(compared: Compared) -> Json:
     """Return peak to peak with and without the compensation.
 
-    Only times are counted at which both are known, so that the figures compare the same.
+    Only times are counted at which the correction acted and both are known, so that the figures
+    compare the same.
     """
     both = np.isfinite(compared.compensated_um) & np.isfinite(compared.uncompensated_um)
+    both &= compared.acted
     times = compared.time_us[both]
     with_it, without = (
         _range(compared.compensated_um[both]),
@@ -176,22 +184,36 @@ def by_cycle(reader: "HistoryReader", name: str, span: tuple[datetime, datetime]
     return _compared(cycles[TIME].dt.epoch("us").to_numpy(), *map(column, names))
 
 
-def _columns(name: str) -> tuple[str, str, str, str]:
-    """Return the columns of probe, effective and accepted offset and model."""
-    from thermaxis.runtime.history import input_column, output_column  # noqa: PLC0415 - heavy
-
-    effective, accepted, model = (
-        output_column(name, quantity) for quantity in ("effective", "accepted", "model")
+def _columns(name: str) -> tuple[str, ...]:
+    """Return the columns that are compared, in the order in which `_compared` takes them."""
+    from thermaxis.runtime.history import (  # noqa: PLC0415 - heavy
+        ACTIVE,
+        input_column,
+        output_column,
     )
-    return input_column(probe_name(name)), effective, accepted, model
+
+    of_output = (output_column(name, q) for q in ("effective", "accepted", "model", "wanted"))
+    return input_column(probe_name(name)), *of_output, ACTIVE
 
 
 def _compared(
-    time_us: NDArray[np.int64], probe: Column, effective: Column, accepted: Column, model: Column
+    time_us: NDArray[np.int64],
+    probe: Column,
+    effective: Column,
+    accepted: Column,
+    model: Column,
+    wanted: Column,
+    active: Column,
 ) -> Compared:
     """Put the offset where it belongs: the one that acts, or else the one that was accepted."""
     offset = np.where(np.isfinite(effective), effective, accepted)
-    return Compared(time_us, probe, probe - offset, model)
+    at = np.arange(time_us.size)
+    on = active == 1.0
+    arrived = on & (np.abs(offset - wanted) <= _ARRIVED_UM)
+    arrived_at, off_at = (
+        np.maximum.accumulate(np.where(there, at, -1)) for there in (arrived, ~on)
+    )
+    return Compared(time_us, probe, probe - offset, model, arrived_at > off_at)
 
 
 def by_minute(
@@ -213,7 +235,7 @@ def by_minute(
 
 def _trends_of(compared: Compared, first_us: int, step_us: int) -> Mapping[str, "Trend"]:
     """Return lines of the comparison, in steps."""
-    columns = zip((COMPENSATED, UNCOMPENSATED, MODEL), compared[1:], strict=True)
+    columns = zip((COMPENSATED, UNCOMPENSATED, MODEL), compared[1:4], strict=True)
     return {key: _trend_of(compared.time_us, column, first_us, step_us) for key, column in columns}
 
 

@@ -77,11 +77,6 @@ export function say(element, text) {
   if (element.textContent !== plain) element.replaceChildren(...nodes);
 }
 
-/** Whether something stands out of a box. @param {HTMLElement} box */
-export function overflows(box) {
-  return box.scrollHeight > box.clientHeight + 1 || box.scrollWidth > box.clientWidth + 1;
-}
-
 /** Load a style where it is not there yet. @param {string} file */
 export function style(file) {
   if (document.querySelector(`link[href*="${file}"]`)) return;

@@ -3,7 +3,7 @@
 // A question without an answer is neither taken nor refused: it may still take effect.
 
 import { button, byId, made, style } from "../elements.js";
-import { post } from "../frame.js";
+import { post } from "../page.js";
 import { latest } from "../live.js";
 import { word } from "../words.js";
 import { begin, take } from "./requests.js";

@@ -70,7 +70,8 @@ const EFFECTS = {
 let requests = kept();
 const aloud = made("p", "", "unseen");
 aloud.setAttribute("aria-live", "polite");
-document.body?.append(aloud);
+document.body.append(aloud);
+keep(requests);
 tell();
 onStatus((status) => { watch(requests, status, Date.now()); tell(); });
 onNoData(tell);
@@ -171,7 +172,6 @@ export function take(asked, { kind, reason }) {
 // ---- the lines that show how far it came -----------------------------------------------------
 
 function tell() {
-  keep(requests);
   const [newest, ...older] = requests;
   if (!newest) return;
   const place = document.querySelector("[data-requests]") ?? ownPlace();
@@ -180,6 +180,7 @@ function tell() {
   place.setAttribute("data-answer", newest.answer);
   if (place.textContent === text.join("")) return;
   place.replaceChildren(...lines);
+  keep(requests);
   // What another page has asked was read aloud there.
   if (newest.requested < performance.timeOrigin) return;
   say(aloud, text.slice(0, text.length - older.length).join(" "));
@@ -243,7 +244,7 @@ function ownPlace() {
 
 /** Who has logged in when: the begin of a token tells log-ins under the same name apart. */
 function logIn() {
-  const { name = "", token = "" } = document.body?.dataset ?? {};
+  const { name = "", token = "" } = document.body.dataset;
   return `${name} ${token.slice(0, 8)}`;
 }
 

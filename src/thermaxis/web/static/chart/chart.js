@@ -7,7 +7,7 @@ import { drawingOf } from "./draw.js";
 import { clustersOf, letter, lineRow, markRows, row, sample, svg } from "./legend.js";
 import { isNumber } from "./scale.js";
 import { milliseconds } from "./time.js";
-import { button, made, overflows, style } from "../elements.js";
+import { button, made, style } from "../elements.js";
 import { moment, number, word } from "../words.js";
 
 /**
@@ -218,4 +218,12 @@ function valueAt(axis, { y }, k, at) {
   if (at === null || !(at >= x[0] - margin && at <= (x.at(-1) ?? NaN) + margin)) return null;
   const nearest = pick({ ...axis, lines: [x] }, (one) => Math.abs(one - at));
   return y[x.indexOf(nearest ?? NaN)];
+}
+
+/** Whether a row stands out of the legend, or in a column that is out of sight.
+ * @param {HTMLElement} list */
+function overflows(list) {
+  const { right, bottom } = list.getBoundingClientRect();
+  return [...list.children].map((one) => one.getBoundingClientRect())
+    .some((box) => box.left > right - 8 || box.bottom > bottom + 1);
 }

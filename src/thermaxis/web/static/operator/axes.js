@@ -227,11 +227,16 @@ function rowsOf(status, name) {
   /** @param {number | null} um */
   const um = (um) => `${signed(um, 1)}\u00a0µm`;
   const values = { owner: axis.trim_owner || "–", left: duration(axis.trim_left_s) };
+  /** @param {string} what @returns {string} with its age, where that is told */
+  const read = (what) => {
+    const [value, ageS] = [um(axis[`${what}_um`]), axis[`${what}_age_s`] ?? null];
+    return ageS === null ? value : word("operator-aged", { value, age: duration(ageS) });
+  };
   return [
     ["commanded", word("operator-commanded"), um(commandedUm(axis))],
     ["computed", word("operator-computed"), um(axis.correction_um)],
-    ["accepted", word("operator-accepted"), um(axis.accepted_um)],
-    ["effective", word("operator-effective"), um(axis.effective_um)],
+    ["accepted", word("operator-accepted"), read("accepted")],
+    ["effective", word("operator-effective"), read("effective")],
     ["wanted", word("operator-wanted_full"), um(axis.wanted_um)],
     ["model", word("operator-model_asks"), um(modelAsksUm(axis))],
     ["trim", word("operator-trim"), isTrimmed(axis)
