@@ -24,7 +24,7 @@ from thermaxis.screen.pages import (
 from thermaxis.screen.pages.history import close_history, page as _history_page
 from thermaxis.screen.pages.model import page as _model_page
 from thermaxis.screen.pages.positioning import page as _positioning_page
-from thermaxis.web import Assets, Guard, answer_json, reference_of, refuse, wants_page
+from thermaxis.web import Assets, Guard, answer_json, mistake_of, refuse, wants_page
 from thermaxis.web.work import close_work
 
 PACKED_BYTES = 1000
@@ -121,4 +121,4 @@ async def _no_route(request: Request, error: Exception) -> Response:
 
 async def _mistake(request: Request, error: Exception) -> Response:
     """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
-    return refuse(request, _MISTAKE, "common-mistake", reference=reference_of(error))
+    return refuse(request, _MISTAKE, "common-mistake", reference=mistake_of(error).reference)

@@ -25,9 +25,7 @@ from thermaxis.web._language import (
 from thermaxis.web._log_lines import speak_plainly as speak_plainly
 from thermaxis.web._plain_page import (
     answer_json as answer_json,
-    kind_of_mistake as kind_of_mistake,
-    place_of_mistake as place_of_mistake,
-    reference_of as reference_of,
+    mistake_of as mistake_of,
     wants_page as wants_page,
 )
 from thermaxis.web._render import (

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final, final
 
 from thermaxis.codes import printable
-from thermaxis.web._plain_page import kind_of_mistake, place_of_mistake, reference_of
+from thermaxis.web._plain_page import mistake_of
 
 SAME_LINE_S: Final = 60.0
 """The same line is not told again for so long. [s]"""
@@ -46,10 +46,10 @@ class PlainLines(logging.Filter):
 
 def words_of_mistake(error: BaseException) -> str:
     """Return one line about a mistake in the program, with the reference that its page shows."""
-    said = printable(str(error), 160)
+    reference, kind, place = mistake_of(error)
     return (
-        f"screen: a mistake in the program, reference {reference_of(error)}:"
-        f" {kind_of_mistake(error)} in {place_of_mistake(error)} ({said}); the pages go on"
+        f"screen: a mistake in the program, reference {reference}: {kind} in {place}"
+        f" ({printable(str(error), 160)}); the pages go on"
     )
 
 

@@ -5,7 +5,7 @@ import json
 import traceback
 from html import escape
 from pathlib import Path
-from typing import Any, cast, final
+from typing import Any, NamedTuple, cast, final
 
 from starlette.requests import HTTPConnection
 from starlette.responses import HTMLResponse, JSONResponse, Response
@@ -62,25 +62,22 @@ def plain_page(language: str, title: str, text: str, *, back: str = "") -> bytes
     ).encode()
 
 
-def reference_of(error: BaseException) -> str:
-    """Return a short name of a mistake in the program, the same whenever it happens again."""
-    named = f"{kind_of_mistake(error)} {place_of_mistake(error)}"
-    return hashlib.sha256(named.encode()).hexdigest()[:8]
+class Mistake(NamedTuple):
+    """A mistake in the program, without a folder; of several at once, the first."""
+
+    reference: str
+    """Short name, the same whenever it happens again."""
+    kind: str
+    """Kind of the error."""
+    place: str
+    """File and line."""
 
 
-def place_of_mistake(error: BaseException) -> str:
-    """Return file and line of a mistake, without the folder."""
-    frames = traceback.extract_tb(_first(error).__traceback__)
-    return f"{Path(frames[-1].filename).name}, line {frames[-1].lineno}" if frames else ""
-
-
-def kind_of_mistake(error: BaseException) -> str:
-    """Return the kind of a mistake; of several at once, that of the first."""
-    return type(_first(error)).__name__
-
-
-def _first(error: BaseException) -> BaseException:
-    first = error
-    while isinstance(first, BaseExceptionGroup):
-        first = cast("BaseExceptionGroup[BaseException]", first).exceptions[0]
-    return first
+def mistake_of(error: BaseException) -> Mistake:
+    """Return what is told of a mistake in the program."""
+    while isinstance(error, BaseExceptionGroup):
+        error = cast("BaseExceptionGroup[BaseException]", error).exceptions[0]
+    *_, frame = traceback.extract_tb(error.__traceback__) or [None]
+    place = "" if frame is None else f"{Path(frame.filename).name}, line {frame.lineno}"
+    kind = type(error).__name__
+    return Mistake(hashlib.sha256(f"{kind} {place}".encode()).hexdigest()[:8], kind, place)

@@ -82,24 +82,11 @@ def at_the_shop(**changes: object) -> Callable[[Act], Callable[..., None]]:
 # ---- log-in -------------------------------------------------------------------------------------
 
 
-STRANGERS = (
-    ("novak", "wrong horse battery"),
-    ("nobody", PASSWORD),
-    ("novak", ""),
-    ("NOVAK", PASSWORD),
-    ("novak\0", PASSWORD),
-    ("novak", "x" * 1025),
-    ("n" * 65, PASSWORD),
-    ("novak", "\ud800" * 8),
-    ("<script>", PASSWORD),
-)
-
-
 @at_the_shop()
 async def test_a_wrong_name_or_password_is_refused_in_the_same_words_and_leaves_nothing(
     place: Shop,
 ) -> None:
-    for name, password in STRANGERS:
+    for name, password in (("novak", "wrong"), ("nobody", PASSWORD), ("n" * 65, PASSWORD)):
         place.clock.now_s += REFUSED_S
         assert await place.refused(name, password) == Refusal("login-refused")
     assert place.persons.count == 0

@@ -27,12 +27,9 @@ from thermaxis.web import LANGUAGE_COOKIE, answer_json, json_of, refuse
 _YEAR_S = 31_536_000
 _STATUS = {
     REFUSED: HTTPStatus.UNAUTHORIZED,
-    NO_ROLE: HTTPStatus.FORBIDDEN,
-    NO_PANEL: HTTPStatus.FORBIDDEN,
-    TOO_MANY: HTTPStatus.TOO_MANY_REQUESTS,
-    TOO_MANY_FROM_HERE: HTTPStatus.TOO_MANY_REQUESTS,
-    FULL: HTTPStatus.SERVICE_UNAVAILABLE,
-    BUSY: HTTPStatus.SERVICE_UNAVAILABLE,
+    **dict.fromkeys((NO_ROLE, NO_PANEL), HTTPStatus.FORBIDDEN),
+    **dict.fromkeys((TOO_MANY, TOO_MANY_FROM_HERE), HTTPStatus.TOO_MANY_REQUESTS),
+    **dict.fromkeys((FULL, BUSY), HTTPStatus.SERVICE_UNAVAILABLE),
 }
 
 
