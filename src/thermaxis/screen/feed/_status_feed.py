@@ -83,15 +83,6 @@ class StatusSnapshot(NamedTuple):
     """Key of the sentence that says why it is not; empty while it is."""
 
 
-class _Cycle(NamedTuple):
-    """What tells one cycle of the loop from every other one."""
-
-    started: str
-    """When the loop was started."""
-    number: int
-    """Number of the cycle. [1]"""
-
-
 def parse_status(text: str) -> Mapping[str, Any]:
     """Return a status from its JSON, if it is whole and every page can rely on it."""
     if len(text) > LARGEST_STATUS_BYTES or len(text.encode()) > LARGEST_STATUS_BYTES:
@@ -191,7 +182,7 @@ class StatusFeed:
         )
         self._news = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
-        self._cycle: _Cycle | None = None
+        self._cycle: tuple[str, int] | None = None  # start of the loop, and number
         self._moved_s = 0.0
         self._standstill_s = SHORTEST_STANDSTILL_S
         self._role_of: tuple[int, float] = (-1, 0.0)
@@ -313,15 +304,16 @@ class StatusFeed:
         except ValueError:
             return NOT_UNDERSTOOD
         good = code is None or code.is_good()
-        self._see(_Cycle(found["started"], found["number"]), found, text, good=good)
+        self._see(found, text, good=good)
         if self._stands_s() > self._standstill_s:
             return STANDS_STILL
         return "" if good else OLD
 
-    def _see(self, cycle: _Cycle, found: Mapping[str, Any], text: str, *, good: bool) -> None:
+    def _see(self, found: Mapping[str, Any], text: str, *, good: bool) -> None:
         """Learn whether the cycle has moved; keep a good status."""
         now_s = self._clock.monotonic_s()
         self._standstill_s = max(SHORTEST_STANDSTILL_S, STANDSTILL_CYCLES * found["cycle_s"])
+        cycle = found["started"], found["number"]
         moved = cycle != self._cycle
         if moved:
             self._cycle, self._moved_s = cycle, now_s
