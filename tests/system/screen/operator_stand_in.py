@@ -166,6 +166,7 @@ def looks() -> dict[str, dict[str, Any]]:
     gone = {"acting_known": False, "acting_age_s": 61.0, "acting_um": -30.5}
     open_ = {"reasons": ["interlock_open"], "open_interlocks": ["drives_on"]}
     bad = {"reasons": ["input_bad"], "quality": "held"}
+    table = {"name": "T_table_C", "then": "wait"}
     found = {
         "off": _with(made_up(state="Off", reasons=["disabled"]), "off", still),
         "warming": _with(made_up(state="Warming"), "warming", still, left_s=720.0),
@@ -177,10 +178,8 @@ def looks() -> dict[str, dict[str, Any]]:
             trim | {"correction_um": -30.2, "acting_um": -30.1, "wanted_um": -30.3},
             who="novak",
         ),
-        "held_for_input": _with(
-            made_up(state="Holding", **bad), "held_for_input", {}, name="T_table_C"
-        ),
-        "input_lost": _with(made_up(state="Warming", **bad), "input_lost", still, name="T_table_C"),
+        "held_for_input": _with(made_up(state="Holding", **bad), "held_for_input", {}, **table),
+        "input_lost": _with(made_up(state="Warming", **bad), "input_lost", still, **table),
         "fading": _with(made_up(state="Fading"), "fading", fades),
         "interlock": _with(
             made_up(state="Holding", **open_),
@@ -188,6 +187,7 @@ def looks() -> dict[str, dict[str, Any]]:
             {},
             name="drives_on",
             names=["drives_on"],
+            then="wait",
         ),
         "fault": _with(
             made_up(state="Fault", reasons=["double_compensation"]),
@@ -204,7 +204,7 @@ def looks() -> dict[str, dict[str, Any]]:
             made_up(), "not_acting", {"acting_um": 0.0, "effective_um": 0.0}, names=["Z_um"]
         ),
         "inputs_unreachable": _with(
-            made_up(state="Holding", source_connected=False), "inputs_unreachable", {}
+            made_up(state="Holding", source_connected=False), "inputs_unreachable", {}, then="wait"
         ),
     }
     for name in ("held_for_input", "input_lost"):

@@ -15,7 +15,8 @@ import { clock, duration, number, shortNames, timeOf, word } from "../words.js";
 /** @typedef {Record<string, any>} Status */
 
 const HELPS_MS = 300_000;
-const ACCENTED = /[^ -~]/;
+/** Letters that stand out above capitals, or below them. */
+const BEYOND = /[^ -~]|j/i;
 const CALM = ["off", "active"];
 /** What is said in large letters where the state's word would not be what is the matter. */
 const SAID = /** @type {Record<string, string>} */ ({
@@ -47,9 +48,12 @@ function lookOf(status) {
 function showLook(look, said) {
   byId("op").dataset.look = look;
   byId("state-sign").setAttribute("href", `#sign-${SIGNS[look] ?? look}`);
-  byId("state-word").dataset.accents = ACCENTED.test(said) ? "yes" : "no";
-  say(byId("state-word"), said);
-  fit(byId("state-word"));
+  const place = byId("state-word");
+  const [beyond] = BEYOND.exec(said) ?? [];
+  if (beyond) place.dataset.beyond = beyond.toUpperCase();
+  else delete place.dataset.beyond;
+  say(place, said);
+  fit(place);
 }
 
 /** @param {Status} status */
