@@ -13,6 +13,7 @@ from thermaxis.errors import ThermaxisError
 
 GROUPS = {
     "axis": {
+        "app": "open a page in the browser on which measured files are dropped",
         "evaluate": "evaluate a positioning run: ISO 230-2 and adjacent differences",
         "plan": "choose the targets of a run, its duration and the uncertainty to expect",
         "program": "write the NC program of a plan for a control",

@@ -3,35 +3,28 @@
 import asyncio
 from collections.abc import AsyncGenerator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
-from typing import final
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp
 
 from thermaxis.screen import _live_socket
 from thermaxis.screen.access import ScreenParts, _login_page, render
 from thermaxis.screen.pages import (
     operator_page as _operator_page,
+    positioning_page as _positioning_page,
     probe_page as _probe_page,
     sensors_page as _sensors_page,
 )
 from thermaxis.screen.pages.history import close_history, page as _history_page
 from thermaxis.screen.pages.model import page as _model_page
-from thermaxis.screen.pages.positioning import page as _positioning_page
-from thermaxis.web import Assets, Guard, answer_json, mistake_of, refuse, wants_page
+from thermaxis.web import Assets, Guard, Packed, answer_json, mistake_of, refuse, wants_page
 from thermaxis.web.work import close_work
 
-PACKED_BYTES = 1000
-"""Answers that are no shorter are packed. [byte]"""
-PACKING = 4
-"""How hard they are packed: a month of history in some milliseconds. [1]"""
-_FILES = ("/history/export", "/positioning/")
 _NOT_FOUND, _MISTAKE = 404, 500
 _PAGES = (
     _operator_page,
@@ -43,18 +36,6 @@ _PAGES = (
     _probe_page,
     _positioning_page,
 )
-
-
-@final
-class _Packed(GZipMiddleware):
-    """Answers packed, but for files: their length is announced, so that it shows if one is cut."""
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer."""
-        if scope["type"] == "http" and scope["path"].startswith(_FILES):
-            await self.app(scope, receive, send)
-        else:
-            await super().__call__(scope, receive, send)
 
 
 def build_application(
@@ -93,7 +74,7 @@ def build_application(
     application = Starlette(
         routes=found,
         lifespan=life,
-        middleware=[Middleware(_Packed, PACKED_BYTES, PACKING)],
+        middleware=[Middleware(Packed)],
         exception_handlers={HTTPException: _no_route, Exception: _mistake},
     )
     application.state.parts = parts

@@ -1,13 +1,10 @@
 """The web server of the screen: a program of its own beside the loop."""
 
-import asyncio
 import secrets
-import signal
 import socket
 import ssl
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
-from typing import final
 
 import uvicorn
 from starlette.routing import BaseRoute
@@ -22,6 +19,7 @@ from thermaxis.screen.access import ScreenParts, UserSessions
 from thermaxis.screen.feed import StatusFeed
 from thermaxis.web._connections import MOST_CONNECTIONS, Connection, Listener
 from thermaxis.web._log_lines import speak_plainly
+from thermaxis.web._server import Server
 
 _KEEP_ALIVE_S = 15
 _LEAVE_S = 2
@@ -81,7 +79,7 @@ async def serve(
         port = int(listener.getsockname()[1])
         hosts = allowed_hosts(settings, port, secure=secure)
         application = build_application(parts, hosts, more)
-        server = _Server(
+        server = Server(
             uvicorn.Config(
                 application,
                 log_config=None,
@@ -99,7 +97,6 @@ async def serve(
             ),
             lambda: tell(f"{'https' if secure else 'http'}://{_host(settings.address)}:{port}/"),
         )
-        _end_by_signal(server)
         await server.serve(sockets=[listener])
 
 
@@ -131,45 +128,11 @@ def _host(address: str) -> str:
 
 @contextmanager
 def _listening(settings: ScreenSettings) -> Generator[socket.socket]:
-    family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
-    listener = Listener(family)
     try:
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((settings.address, settings.port))
+        listener = Listener.at(settings.address, settings.port)
     except OSError as error:
-        listener.close()
         place = Place(file=f"{settings.address}, port {settings.port}")
         cause = error.strerror or str(error)
         raise ConfigurationError("screen_cannot_listen", cause=cause, place=place) from None
     with listener:
         yield listener
-
-
-@final
-class _Server(uvicorn.Server):
-    """A server that is ended by our own signals, with exit code 0, and says when it is ready."""
-
-    def __init__(self, config: uvicorn.Config, ready: Callable[[], None]) -> None:
-        super().__init__(config)
-        self._ready = ready
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin to listen."""
-        await super().startup(sockets)
-        if self.started:
-            self._ready()
-
-    @contextmanager
-    def capture_signals(self) -> Generator[None]:
-        """Leave signals to `_end_by_signal`."""
-        yield
-
-
-def _end_by_signal(server: _Server) -> None:
-    def end() -> None:
-        server.force_exit = server.should_exit
-        server.should_exit = True
-
-    loop = asyncio.get_running_loop()
-    for wanted in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(wanted, end)

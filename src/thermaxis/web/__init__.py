@@ -23,6 +23,7 @@ from thermaxis.web._language import (
     language_of as language_of,
 )
 from thermaxis.web._log_lines import speak_plainly as speak_plainly
+from thermaxis.web._packed import Packed as Packed
 from thermaxis.web._plain_page import (
     answer_json as answer_json,
     mistake_of as mistake_of,
@@ -41,3 +42,4 @@ from thermaxis.web._scripts import (
     sentences_of as sentences_of,
     static_version as static_version,
 )
+from thermaxis.web._server import Server as Server

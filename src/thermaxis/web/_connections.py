@@ -1,8 +1,9 @@
 """Connections before there is a request: how many there are, from where, and for how long."""
 
 import asyncio
+import os
 import socket
-from typing import Any, Final, final
+from typing import Any, Final, Self, final
 
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -36,6 +37,25 @@ class Listener(socket.socket):
     def __init__(self, family: int) -> None:
         super().__init__(family, socket.SOCK_STREAM)
         self._open: dict[str, list[socket.socket]] = {}
+
+    @classmethod
+    def at(cls, address: str, port: int) -> Self:
+        """Return one that is bound.
+
+        Raises
+        ------
+        OSError
+            If the address is taken or not this computer's.
+        """
+        listener = cls(socket.AF_INET6 if ":" in address else socket.AF_INET)
+        try:
+            if os.name == "posix":  # elsewhere it would take a port from another program
+                listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind((address, port))
+        except OSError:
+            listener.close()
+            raise
+        return listener
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Take the next connection."""

@@ -21,7 +21,12 @@ from thermaxis.web._plain_page import refusal
 
 LARGEST_BODY_BYTES: Final = 16 * 1024
 """Largest body of a request; a log-in or a request to the loop has some hundred. [byte]"""
-LARGEST_BODIES: Final[Mapping[str, int]] = {"/positioning/upload": 20 * 1000 * 1000}
+LARGEST_BODIES: Final[Mapping[str, int]] = {
+    "/positioning/upload": 20 * 1000 * 1000,
+    "/positioning/trend": 60 * 1000 * 1000,
+    "/positioning/program": 2 * 1000 * 1000,
+    "/positioning/toml": 64 * 1000,
+}
 """Larger ones, by path. [byte]"""
 JSON_PATHS: Final = frozenset({"/ask", "/login"})
 """What is sent here must call itself JSON, as no form of a page elsewhere can."""

@@ -25,7 +25,7 @@ from tests.unit.screen.people import People
 from tests.unit.screen.stand import application, parts
 from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Role
-from thermaxis.screen.pages.positioning import page as _positioning_page
+from thermaxis.screen.pages import positioning_page as _positioning_page
 from thermaxis.web import Assets, Guard
 
 pytestmark = [

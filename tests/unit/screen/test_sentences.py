@@ -43,7 +43,18 @@ COMPOSED = {
     "common-role_": tuple(Role),
 }
 """Keys that are put together at run time: their beginnings, and how they end."""
-KINDS = ("ask", "chart", "common", "feed", "history", "login", "model", "operator", "positioning")
+KINDS = (
+    "app",
+    "ask",
+    "chart",
+    "common",
+    "feed",
+    "history",
+    "login",
+    "model",
+    "operator",
+    "positioning",
+)
 OF_PAGES = {key for key in keys("en") if key.split("-")[0] in {*KINDS, "probe", "sensors"}}
 KEY = re.compile(r"""["'`]([a-z]+-[a-z0-9_]*)["'`]""")
 SAID = re.compile(r"""\bword\(\s*["'`]([a-z]+-[a-z0-9_]*)["'`]""")

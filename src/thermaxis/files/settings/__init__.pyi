@@ -12,7 +12,7 @@ from ._reading import (
     read_tree as read_tree,
     tree_of as tree_of,
 )
-from .budget_toml import read_budget as read_budget
+from .budget_toml import BUDGET_KEYS as BUDGET_KEYS, read_budget as read_budget
 from .correction_limits_toml import read_correction_limits as read_correction_limits
 from .figure_limits_toml import (
     DecisionRule as DecisionRule,

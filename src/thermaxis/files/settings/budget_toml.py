@@ -29,6 +29,8 @@ _LINEAR: Mapping[str, Mapping[str, str]] = {
     "environment": {"variation_um": "environmental_variation"},
 }
 """Fields of the budget of a linear axis by table and key."""
+BUDGET_KEYS: Mapping[str, tuple[str, ...]] = {name: tuple(keys) for name, keys in _LINEAR.items()}
+"""Keys of the budget of a linear axis by table."""
 _ROTARY: Mapping[str, Mapping[str, str]] = {
     "device": {"expanded_uncertainty_arcsec": "device", "error_range_arcsec": "device_range"},
     "environment": {"variation_arcsec": "environmental_variation"},

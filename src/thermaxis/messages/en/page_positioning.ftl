@@ -46,6 +46,9 @@ positioning-too_hungry = The evaluation needed more memory than it may take, and
 positioning-not_stored = The run could not be stored on the screen's computer; its disk may be full. The screen's log says more.
 positioning-crashed = The evaluation failed. The screen's log says more.
 positioning-refused = The run cannot be evaluated: { $said }
+positioning-refused_plainly = This cannot be made: { $said }
+positioning-runs_wrong = A trend needs 2 to { $most } runs of one axis.
+positioning-no_toml = The file is no TOML: it does not state keys and values.
 positioning-gone = There is no such result any more. Results are kept for an hour, for whoever made them.
 positioning-no_answer = The screen's program does not answer. Try again.
 

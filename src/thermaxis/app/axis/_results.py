@@ -4,15 +4,14 @@ import asyncio
 import secrets
 from collections.abc import Mapping
 from datetime import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast, final
 
+from thermaxis.app._rooms import Json, Owner, RoomHost
 from thermaxis.positioning import FIGURE_KEYS
-from thermaxis.runtime import Clock
 from thermaxis.web.work import WorkFolder
 
 if TYPE_CHECKING:
-    from thermaxis.screen.access import UserSession
+    from thermaxis.app.axis._room import Asked
 
 KEPT_S: Final = 3600.0
 """Time for which a result is kept. [s]"""
@@ -25,16 +24,13 @@ SWEEP_S: Final = 5.0
 _MOST_TEXTS: Final = 200
 _LONGEST_TEXT: Final = 2000
 
-Json = dict[str, Any]
-"""An object of JSON."""
-
 
 class Result(NamedTuple):
     """One evaluated run."""
 
     id: str
     """128 random bits: part of its address."""
-    person: "UserSession"
+    person: Owner
     """Who asked, and alone may see it."""
     name: str
     """Name of the file as the person's computer calls it, fit to be shown."""
@@ -44,38 +40,33 @@ class Result(NamedTuple):
     """The same by the calendar."""
     shown: Json
     """What the page shows."""
-    report: Path
-    """The report as HTML."""
-    certificate: Path
-    """The certificate as PDF."""
-    size_bytes: int
-    """What lies in its folder. [byte]"""
+    asked: "Asked"
+    """What was asked for."""
     folder: WorkFolder
-    """Where both are."""
+    """Where the run is, what went along, and what is made of it."""
+
+    @property
+    def size_bytes(self) -> int:
+        """What lies in its folder. [byte]"""
+        files = self.folder.path.rglob("*")
+        return sum(file.stat().st_size for file in files if file.is_file())
 
 
 @final
 class KeptResults:
     """Results by their owner: few, for an hour at most, and gone with the session at the loop."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: RoomHost) -> None:
         self._clock = clock
         self._results: dict[str, Result] = {}
         self._sweeps: asyncio.TimerHandle | None = None
 
     def keep(
-        self,
-        person: "UserSession",
-        name: str,
-        shown: Json,
-        files: tuple[Path, Path],
-        folder: WorkFolder,
+        self, person: Owner, name: str, shown: Json, asked: "Asked", folder: WorkFolder
     ) -> Result:
-        """Keep a result with its report and its certificate, which alone lie in its folder."""
+        """Keep a result with its folder."""
         key, now_s = secrets.token_hex(16), self._clock.monotonic_s()
-        size_bytes = sum(file.stat().st_size for file in files)
-        facts = (shown, *files, size_bytes, folder)
-        made = Result(key, person, name, now_s, self._clock.utc(), *facts)
+        made = Result(key, person, name, now_s, self._clock.utc(), shown, asked, folder)
         self._results[key] = made
         self.sweep()
         if self._sweeps is None:
@@ -88,13 +79,13 @@ class KeptResults:
         loop = asyncio.get_running_loop()
         self._sweeps = loop.call_later(SWEEP_S, self._sweep_on) if self._results else None
 
-    def of(self, person: "UserSession | None", key: str) -> Result | None:
+    def of(self, person: Owner | None, key: str) -> Result | None:
         """Return a result to its owner."""
         self.sweep()
         found = self._results.get(key)
         return found if found is not None and found.person is person else None
 
-    def all_of(self, person: "UserSession | None") -> list[Result]:
+    def all_of(self, person: Owner | None) -> list[Result]:
         """Return the results of a person, the latest first."""
         self.sweep()
         return [one for one in reversed(self._results.values()) if one.person is person]
@@ -147,6 +138,11 @@ def shown_of(evaluated: Mapping[str, Any]) -> Json:
         "anomalies": _anomalies(evaluated),
         "diagnosis": [one["message"] for one in found[:_MOST_TEXTS]],
         "warnings": _texts(evaluated["warnings"]),
+        "levels": iso230_2["targets"],
+        "levels_drift_free": {
+            name: _part(evaluated, "drift").get(f"levels_{name}", [])
+            for name in ("forward", "backward")
+        },
     }
 
 

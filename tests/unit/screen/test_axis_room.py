@@ -20,20 +20,21 @@ import pytest
 
 from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.stand import application, parts
-from thermaxis.codes import Message, Place
-from thermaxis.files import read_positioning
-from thermaxis.messages import sentence, text_of
-from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
-from thermaxis.runtime import Role
-from thermaxis.screen.pages.positioning import page as _positioning_page
-from thermaxis.screen.pages.positioning._results import KEPT_S, MOST_OF_A_PERSON
-from thermaxis.screen.pages.positioning.page import (
+from thermaxis.app import _rooms
+from thermaxis.app.axis._results import KEPT_S, MOST_OF_A_PERSON
+from thermaxis.app.axis._room import (
     LARGEST_BYTES,
     LARGEST_TABLE_BYTES,
     file_stem,
     shown_name,
     stored_name,
 )
+from thermaxis.codes import Message, Place
+from thermaxis.files import read_positioning
+from thermaxis.messages import sentence, text_of
+from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
+from thermaxis.runtime import Role
+from thermaxis.screen.pages import positioning_page as _positioning_page
 from thermaxis.web.work._work import MOST_WAITING, Work
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
@@ -300,11 +301,14 @@ import json, sys
 from pathlib import Path
 Path("words").write_text(json.dumps(sys.argv[1:]))
 sys.stdout.write(Path({canned!r}).read_text())
-Path("report.html").write_text("<p>report of " + Path(sys.argv[2]).read_text() + "</p>")
-Path("certificate.pdf").write_text("%PDF-" + json.dumps(
-    {{"words": sys.argv[1:], "files": {{p.name: p.read_text() for p in Path(".").glob("*.toml")}},
-      "runs": [p.name for p in Path(".").glob("run*")]}}
-))
+if "--report=report.html" in sys.argv:
+    Path("report.html").write_text("<p>report of " + Path(sys.argv[2]).read_text() + "</p>")
+if "--report=certificate.pdf" in sys.argv:
+    Path("certificate.pdf").write_text("%PDF-" + json.dumps(
+        {{"words": sys.argv[1:],
+          "files": {{p.name: p.read_text() for p in Path(".").glob("*.toml")}},
+          "runs": [p.name for p in Path(".").glob("run*")]}}
+    ))
 """
 
 
@@ -346,10 +350,9 @@ def test_options_become_words_of_a_fixed_list(stage: Stage) -> None:
     told = heard(stage, stage.send(b"1", name="a.rtl", full="yes", no_drift="no", **asked))
     date = (NOW.astimezone()).date().isoformat()
     assert told["words"] == [
-        *("evaluate", "run.rtl", "--json=-"),
-        *("--report=report.html", "--report=certificate.pdf", f"--date={date}"),
-        *("--source-name=a.rtl", "--cycle=pilgrim"),
-        *("--edition=1997", "--reference-time=2.5", "--full"),
+        *("evaluate", "run.rtl", "--json=-", f"--date={date}", "--source-name=a.rtl"),
+        *("--cycle=pilgrim", "--edition=1997", "--reference-time=2.5", "--full"),
+        "--report=certificate.pdf",
     ]
 
 
@@ -418,7 +421,7 @@ def test_an_upload_without_a_run_is_refused(stage: Stage) -> None:
 def test_an_upload_that_does_not_come_is_given_up(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_positioning_page, "UPLOAD_S", 0.05)
+    monkeypatch.setattr(_rooms, "UPLOAD_S", 0.05)
 
     async def stuck() -> AsyncIterator[bytes]:
         yield b"begin"
@@ -627,7 +630,7 @@ def test_results_go_after_an_hour(stage: Stage) -> None:
 def test_results_go_with_the_log_in_though_nobody_asks_again(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("thermaxis.screen.pages.positioning._results.SWEEP_S", 0.01)
+    monkeypatch.setattr("thermaxis.app.axis._results.SWEEP_S", 0.01)
     stage.send(b"1", name="a.csv")
     stage.send(b"1", name="b.csv")
     assert len(stage.folders()) == 2
@@ -646,11 +649,15 @@ def test_results_go_with_the_log_in_though_nobody_asks_again(
     stage.runner.run(look())
 
 
-def test_nothing_but_report_and_certificate_stays_and_that_is_what_counts(stage: Stage) -> None:
-    stage.send(b"x" * 100_000, name="a.csv")
+def test_what_is_made_of_a_run_is_made_once_when_it_is_asked_for_and_counts(stage: Stage) -> None:
+    key = stage.send(b"x" * 100_000, name="a.csv").json()["id"]
     (folder,) = stage.folders()
-    assert {path.name for path in folder.iterdir()} == {"report.html", "certificate.pdf"}
     (result,) = stage.application.state.positioning_results._results.values()
+    assert not (folder / "certificate.pdf").exists()
+    before = result.size_bytes
+    made = [stage.get(f"/positioning/certificate/{key}").content for _ in range(2)]
+    assert made[0] == made[1] == (folder / "certificate.pdf").read_bytes()
+    assert result.size_bytes >= before + len(made[0])
     assert result.size_bytes == sum(path.stat().st_size for path in folder.iterdir())
 
 
@@ -680,8 +687,10 @@ def test_the_oldest_result_goes_when_there_are_too_many(stage: Stage) -> None:
 def test_the_largest_sum_of_all_results_is_kept_to(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("thermaxis.screen.pages.positioning._results.MOST_BYTES", 250_000)
-    keys = [stage.send(b"x" * 100_000, name="a.csv").json()["id"] for _ in range(4)]
+    keys = [stage.send(b"x" * 100_000, name="a.csv").json()["id"]]
+    (first,) = stage.application.state.positioning_results._results.values()
+    monkeypatch.setattr("thermaxis.app.axis._results.MOST_BYTES", 2.5 * first.size_bytes)
+    keys += [stage.send(b"x" * 100_000, name="a.csv").json()["id"] for _ in range(3)]
     rows = stage.get("/positioning/results").json()["results"]
     assert [row["id"] for row in rows] == keys[:1:-1]
     assert len(stage.folders()) == 2

@@ -1,0 +1,9 @@
+"""Pages for files that are dropped: no machine, no log-in, nothing leaves the computer."""
+
+from thermaxis.app._rooms import (
+    Endpoint as Endpoint,
+    Json as Json,
+    Owner as Owner,
+    RoomHost as RoomHost,
+)
+from thermaxis.app._server import serve_app as serve_app

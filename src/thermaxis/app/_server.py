@@ -1,0 +1,277 @@
+"""The app's own server: this computer alone, an address with a token, until it is ended."""
+
+import asyncio
+import hmac
+import secrets
+import time
+from collections.abc import AsyncGenerator, Callable
+from contextlib import asynccontextmanager
+from datetime import UTC, datetime
+from functools import wraps
+from typing import Final, NamedTuple, cast, final
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.datastructures import MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import HTMLResponse, Response
+from starlette.routing import BaseRoute, Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from thermaxis.app._rooms import Endpoint, Json
+from thermaxis.app.axis import AxisRoom
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError
+from thermaxis.messages import LANGUAGES, short_names
+from thermaxis.web import (
+    LANGUAGE_COOKIE,
+    MOST_CONNECTIONS,
+    Assets,
+    Connection,
+    Guard,
+    Listener,
+    Packed,
+    RefusedError,
+    Server,
+    answer_json,
+    json_of,
+    mistake_of,
+    refuse,
+    speak_plainly,
+    spoken,
+    text_of_template,
+)
+from thermaxis.web.work import close_work
+
+ADDRESS: Final = "127.0.0.1"
+"""This computer alone."""
+PORT: Final = 8460
+"""Usual port: what a browser keeps for the forms, it keeps by address and port. [1]"""
+LONGEST_S: Final = 600.0
+"""Longest time of a command. [s]"""
+ROOMS: Final = (("positioning", "/"),)
+"""Rooms in the order of their buttons: key of their name, and address."""
+_LEAVE_S = 2
+_YEAR_S = 31_536_000
+_BAD_REQUEST, _FORBIDDEN, _NOT_FOUND, _MISTAKE = 400, 403, 404, 500
+_OPEN = ("/static/",)
+
+
+class _Someone(NamedTuple):
+    """Whoever opened the address: one person, who never leaves."""
+
+    name: str = "app"
+    ended: bool = False
+
+
+class AppParts(NamedTuple):
+    """What the pages share, as ``app.state.parts``."""
+
+    language: str = "en"
+    """Language of who has chosen none and asks for none that there is."""
+
+
+@final
+class AppHost:
+    """The app, as a room sees it: everything belongs to whoever came in."""
+
+    longest_s = LONGEST_S
+    _someone = _Someone()
+
+    def monotonic_s(self) -> float:
+        """Return a time that only rises. [s]"""
+        return time.monotonic()
+
+    def utc(self) -> datetime:
+        """Return the time by the calendar."""
+        return datetime.now(UTC)
+
+    def guarded(self, endpoint: Endpoint) -> Endpoint:
+        """Return an endpoint whose refusals are answered in words."""
+
+        @wraps(endpoint)
+        async def answered(request: Request) -> Response:
+            try:
+                return await endpoint(request)
+            except RefusedError as error:
+                return refuse(request, error.status, error.key, **error.values)
+
+        return answered
+
+    paged = guarded
+
+    def owner_of(self, request: Request) -> _Someone:
+        """Return who works."""
+        del request
+        return self._someone
+
+    def page(self, request: Request, template: str, *, page: str, **context: object) -> Response:
+        """Return a page of the app."""
+        text = text_of_template(
+            template,
+            spoken(request),
+            short_names,
+            base="app.html",
+            rooms=ROOMS,
+            machine="thermaxis",
+            page=page,
+            **context,
+        )
+        return HTMLResponse(text)
+
+
+@final
+class Entrance:
+    """Lets in who has opened the address with the token, and afterwards their browser alone.
+
+    Not protected: another program of the same user, which can read the address where the browser
+    was told it.
+    """
+
+    def __init__(self, app: ASGIApp, token: str, cookie: str) -> None:
+        self._app, self._token, self._cookie = app, token, cookie
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer, or refuse in words."""
+        if scope["type"] != "http" or scope["path"].startswith(_OPEN):
+            await self._app(scope, receive, send)
+            return
+        connection = HTTPConnection(scope)
+        stated = connection.query_params.get("token", "") if scope["path"] == "/" else ""
+
+        async def marked(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).append(
+                    "Set-Cookie",
+                    f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Strict",
+                )
+            await send(message)
+
+        if self._is_ours(stated):
+            await self._app(scope, receive, marked)
+        elif self._is_ours(connection.cookies.get(self._cookie, "")):
+            await self._app(scope, receive, send)
+        else:
+            await refuse(connection, _FORBIDDEN, "app-no_token")(scope, receive, send)
+
+    def _is_ours(self, token: str) -> bool:
+        return hmac.compare_digest(token.encode(), self._token.encode())
+
+
+def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
+    """Put the rooms together behind guard and entrance.
+
+    Parameters
+    ----------
+    token : str
+        What the address carries.
+    port : int
+        Port of the server. [1]
+    end : callable
+        Ends the program.
+    """
+    assets, host = Assets(), AppHost()
+    room = AxisRoom(host)
+
+    async def asset(request: Request) -> Response:
+        return assets.answer(request)
+
+    async def leave(_: Request) -> Response:
+        end()
+        return answer_json({})
+
+    routes: list[BaseRoute] = [
+        Route("/static/{name:path}", asset, methods=["GET"]),
+        Route("/language", _language, methods=["POST"]),
+        Route("/end", leave, methods=["POST"]),
+        *room.routes(),
+        Route("/", host.paged(room.page), methods=["GET"]),
+    ]
+
+    @asynccontextmanager
+    async def life(_: Starlette) -> AsyncGenerator[None]:
+        await asyncio.to_thread(assets.read)
+        yield
+        close_work(application.state)
+
+    application = Starlette(
+        routes=routes,
+        lifespan=life,
+        middleware=[
+            Middleware(Entrance, token, f"thermaxis_app_{port}"),
+            Middleware(Packed),
+        ],
+        exception_handlers={HTTPException: _no_route, Exception: _mistake},
+    )
+    application.state.parts = AppParts()
+    return Guard(
+        application, [f"{ADDRESS}:{port}", f"localhost:{port}"], secure=False, language="en"
+    )
+
+
+async def _language(request: Request) -> Response:
+    asked = await json_of(request)
+    language = cast("Json", asked).get("language") if isinstance(asked, dict) else None
+    if language not in LANGUAGES:
+        return refuse(request, _BAD_REQUEST, "positioning-bad_option", option="language")
+    answer = answer_json({})
+    answer.set_cookie(LANGUAGE_COOKIE, str(language), max_age=_YEAR_S, samesite="strict")
+    return answer
+
+
+async def _no_route(request: Request, error: Exception) -> Response:
+    status = error.status_code if isinstance(error, HTTPException) else _NOT_FOUND
+    key = "common-no_page" if status == _NOT_FOUND else "common-refused_method"
+    return refuse(request, status, key)
+
+
+async def _mistake(request: Request, error: Exception) -> Response:
+    return refuse(request, _MISTAKE, "common-mistake", reference=mistake_of(error).reference)
+
+
+async def serve_app(port: int, tell: Callable[[str], None]) -> None:
+    """Serve the app on this computer until it is ended.
+
+    Parameters
+    ----------
+    port : int
+        Port; 0: any that is free. [1]
+    tell : callable
+        Takes the address with its token once the pages can be opened.
+
+    Raises
+    ------
+    ConfigurationError
+        If the port is taken.
+    """
+    speak_plainly()
+    try:
+        listener = Listener.at(ADDRESS, port)
+    except (OSError, OverflowError) as error:
+        cause = getattr(error, "strerror", None) or str(error)
+        place = Place(file=f"{ADDRESS}, port {port}")
+        raise ConfigurationError("app_cannot_listen", cause=cause, place=place) from None
+    with listener:
+        token, port = secrets.token_urlsafe(24), int(listener.getsockname()[1])
+
+        def end() -> None:
+            server.should_exit = True
+
+        server = Server(
+            uvicorn.Config(
+                build_app(token, port, end),
+                log_config=None,
+                access_log=False,
+                server_header=False,
+                lifespan="on",
+                http=Connection,
+                ws="none",
+                timeout_graceful_shutdown=_LEAVE_S,
+                limit_concurrency=MOST_CONNECTIONS,
+                proxy_headers=False,
+            ),
+            lambda: tell(f"http://{ADDRESS}:{port}/?token={token}"),
+        )
+        await server.serve(sockets=[listener])

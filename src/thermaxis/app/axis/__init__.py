@@ -1,0 +1,3 @@
+"""The room of measured runs: figures, certificate, trend, table, plan."""
+
+from thermaxis.app.axis._room import AxisRoom as AxisRoom

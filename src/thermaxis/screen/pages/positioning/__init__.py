@@ -1,1 +1,0 @@
-"""The page that evaluates a positioning run."""
