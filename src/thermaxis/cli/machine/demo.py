@@ -41,7 +41,7 @@ from thermaxis.web import answer_json, json_of, page_of, refuse
 
 SHIFT_H: Final = 8.0
 """Length of the history that is there at the start. [h]"""
-SHIFT_CYCLE_S: Final = 5.0
+SHIFT_CYCLE_S: Final = 10.0
 """Cycle of the loop in that shift, which takes place in virtual time. [s]"""
 WATCHDOG_S: Final = 10.0
 """Without a heartbeat for so long the lathe takes the offset back. [s]"""
@@ -392,6 +392,7 @@ class _Demo:
         self.configuration = now
 
     def _start_loop(self) -> None:
+        self.lathe.write_heartbeat(self.lathe.axis.heartbeat + 1)  # a start takes its time
         command = ("run", "--enable", "--quiet", str(self.configuration.path))
         with self.configuration.path.with_name("loop.errors").open("ab") as errors:
             self._loop = subprocess.Popen(  # noqa: S603 - our own program
