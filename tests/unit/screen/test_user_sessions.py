@@ -597,7 +597,7 @@ async def test_a_log_out_ends_every_session_that_was_opened_by_its_token(place: 
     assert not isinstance(thief, Refusal)
     held = asks("Hold")
     for status in ("Good", "BadUserAccessDenied"):
-        answer = await thief.call(held.ask.name, held.variants, 10.0)
+        answer = await thief.call(held.ask.name, held.arguments, 10.0)
         assert answer is not None
         assert answer.status == status
         await place.persons.log_out(cookie)

@@ -5,8 +5,6 @@ from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from typing import Final, NamedTuple, cast
 
-from asyncua import ua
-
 from thermaxis.codes import Message, printable, values_of_json
 from thermaxis.messages import LANGUAGES, keys
 from thermaxis.runtime import LoopAnswer
@@ -60,11 +58,6 @@ class Question(NamedTuple):
     """The method."""
     arguments: tuple[float | str, ...]
     """Its arguments: texts and numbers."""
-
-    @property
-    def variants(self) -> list[ua.Variant]:
-        """The arguments as the server takes them."""
-        return [ua.Variant(value) for value in self.arguments]
 
 
 def question_of(found: object) -> Question | Message:

@@ -88,14 +88,13 @@ class LoopSession:
         self._link.lose(TimeoutError())
 
     async def call(
-        self, method: str, arguments: Sequence[ua.Variant], deadline_s: float
+        self, method: str, arguments: Sequence[float | str], deadline_s: float
     ) -> MethodAnswer | None:
         """Call a method of the status server."""
         if self.lost:
             return None
-        return await call_method(
-            self._link, REQUESTS, f"{REQUESTS}/{method}", arguments, deadline_s
-        )
+        given = [ua.Variant(one) for one in arguments]  # a float is a Double
+        return await call_method(self._link, REQUESTS, f"{REQUESTS}/{method}", given, deadline_s)
 
     async def who_am_i(self, deadline_s: float) -> Caller | None:
         """Ask the server who this is, and what it may do now."""
@@ -118,7 +117,7 @@ class LoopSession:
         The token stays where the server has not taken its end.
         """
         link, token = self._link, self.token.reveal()
-        if token and await self.call("RevokeToken", (ua.Variant(token),), _LEAVE_S) is not None:
+        if token and await self.call("RevokeToken", (token,), _LEAVE_S) is not None:
             self.token = Secret("")
         gone = self.lost
         self.give_up()

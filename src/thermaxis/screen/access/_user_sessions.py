@@ -356,7 +356,7 @@ class UserSessions:
         person.waiting += 1
         session = person.session
         try:
-            answer = await session.call(question.ask.name, question.variants, self._answer_s)
+            answer = await session.call(question.ask.name, question.arguments, self._answer_s)
         finally:
             person.waiting -= 1
         if answer is None:
