@@ -137,7 +137,12 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
     ]
     write_history(
-        path, [measured(k, 1.0 + k % 2, -3.0 * (k % 2), None) for k in range(1800)], events
+        path,
+        [
+            measured(k, 1.0 + k % 2, -3.0 * (k % 2), None, wanted_um=-3.0 * (k % 2))
+            for k in range(1800)
+        ],
+        events,
     )
     return path
 
