@@ -31,7 +31,6 @@ from thermaxis.screen.pages.model._choices import (
 )
 from thermaxis.screen.pages.model.page import (
     HANGS,
-    MOST_READING,
     NO_FILE,
     OTHER_FILE,
     Found,
@@ -173,28 +172,24 @@ def test_only_an_engineer_may_choose_another_model(machine: MachineConfiguration
             assert role is Role.NONE
 
 
-def test_a_model_is_read_once_for_all_who_look_and_again_for_another_diameter(
+def test_a_model_is_read_once_for_all_who_look_and_told_for_the_diameter_of_now(
     machine: MachineConfiguration, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read: list[float | None] = []
-    facts_of_model = _model_page.facts_of_model
+    read: list[Path] = []
+    read_model_file = _model_page.read_model_file
 
-    def counted(configuration: Any, model: Any, diameter_mm: float | None) -> Any:
-        read.append(diameter_mm)
-        return facts_of_model(configuration, model, diameter_mm)
+    def counted(path: Path) -> Any:
+        read.append(path)
+        return read_model_file(path)
 
-    monkeypatch.setattr(_model_page, "facts_of_model", counted)
+    monkeypatch.setattr(_model_page, "read_model_file", counted)
     status = dict(STATUS)
     with looking(machine, status) as browser:
         first = browser.get("/model/values").json()
         assert all(browser.get("/model/values").json() == first for _ in range(5))
-        assert len(read) == 1
-        for k in range(_model_page.MOST_KNOWN):
-            status["diameter_mm"] = 50.0 + k
-            assert browser.get("/model/values").json()["model"] is not None
-        status["diameter_mm"] = STATUS["diameter_mm"]
-        assert browser.get("/model/values").json() == first  # forgotten, and read again
-    assert len(read) == 2 + _model_page.MOST_KNOWN
+        status["diameter_mm"] = 50.0
+        assert browser.get("/model/values").json()["model"]["diameter_mm"] == 50.0
+    assert len(read) == 1
 
 
 def test_what_cannot_be_shown_is_looked_for_again(machine: MachineConfiguration) -> None:
@@ -304,20 +299,20 @@ def test_a_folder_that_hangs_stops_nobody_and_leaves_few_threads_behind(
 
     async def scene() -> None:
         models = ReadModels(machine, VirtualClock(), limit_s=0.05)
-        before = await models.of(*in_force, None)
+        before = await models.of(*in_force)
         choices = await models.choices()
         assert choices
         hung.set()
         async with asyncio.timeout(10.0):
-            known = await asyncio.gather(*(models.of(*in_force, None) for _ in range(20)))
-            unknown = await asyncio.gather(*(models.of(*other, None) for _ in range(20)))
+            known = await asyncio.gather(*(models.of(*in_force) for _ in range(20)))
+            unknown = await asyncio.gather(*(models.of(*other) for _ in range(20)))
             assert await models.choices() == choices
         assert all(one == before for one in known)
-        assert all(one == (Found(None, NO_FILE, HANGS), None) for one in unknown)
-        assert 0 < left_behind() <= 1 + MOST_READING
+        assert all(one == Found(None, NO_FILE, HANGS) for one in unknown)
+        assert left_behind() == 2  # one that looks, one that reads
         answers.set()
         await until(lambda: left_behind() == 0)
-        assert (await models.of(*other, None))[0].key == OTHER_FILE
+        assert (await models.of(*other)).key == OTHER_FILE
 
     asyncio.run(scene())
 

@@ -2,16 +2,17 @@
 
 import asyncio
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import TypeVar, final
+from typing import Any, TypeVar, final
 
 from thermaxis.errors import ThermaxisError
 
 T = TypeVar("T")
 
 
-def aside(work: Callable[[], T]) -> asyncio.Future[T]:
+def _aside(work: Callable[[], T]) -> asyncio.Future[T]:
     """Run a call in a thread of its own, which ends with the program if it hangs.
 
     A fault of the program ends the thread, and is an OSError for who waits.
@@ -29,31 +30,56 @@ def aside(work: Callable[[], T]) -> asyncio.Future[T]:
                 found.set_exception(OSError("the call has failed"))
 
     threading.Thread(target=run, name="aside", daemon=True).start()
-    return asyncio.wrap_future(found)
+    waited = asyncio.wrap_future(found)
+    waited.add_done_callback(lambda ended: ended.cancelled() or ended.exception())  # or nobody asks
+    return waited
 
 
 @final
 class Aside:
-    """Runs calls beside, and waits for them only so long.
+    """Runs calls beside the pages, one at a time, and waits for each only so long.
 
-    A thread that hangs is left behind. There are at most so many; while all of them hang, nobody
-    waits.
+    A call that hangs keeps its thread; who comes meanwhile is told so at once. Waiting is counted
+    in real time, as a thread works in it.
     """
 
-    def __init__(self, limit_s: float, most: int) -> None:
+    def __init__(self, limit_s: float) -> None:
         self._limit_s = limit_s
-        self._places = threading.BoundedSemaphore(most)
+        self._turn = asyncio.Lock()
+        self._running: asyncio.Future[Any] | None = None
+        self._since_s = 0.0
 
-    async def run(self, work: Callable[[], T]) -> T:
-        """Return what a call returns."""
-        if not self._places.acquire(blocking=False):
+    @property
+    def hangs(self) -> bool:
+        """Whether the call that runs has taken longer than the limit."""
+        running = self._running is not None and not self._running.done()
+        return running and time.monotonic() - self._since_s > self._limit_s
+
+    async def run(self, work: Callable[[], T], give_up: Callable[[], None] = lambda: None) -> T:
+        """Return what a call returns.
+
+        Parameters
+        ----------
+        work : callable
+            What a thread does.
+        give_up : callable
+            Called once nobody waits any more for the call that runs.
+
+        Raises
+        ------
+        TimeoutError
+            If the call, or the one before, takes too long.
+        """
+        if self.hangs:
             raise TimeoutError
-
-        def placed() -> T:
+        async with asyncio.timeout(self._limit_s), self._turn:
+            if self._running is not None and not self._running.done():  # it was given up
+                await asyncio.wait([self._running])
+            self._since_s = time.monotonic()
+            self._running = running = _aside(work)
             try:
-                return work()
+                await asyncio.wait([running])
             finally:
-                self._places.release()
-
-        async with asyncio.timeout(self._limit_s):
-            return await aside(placed)
+                if not running.done():
+                    give_up()
+            return running.result()

@@ -1,13 +1,13 @@
 """The historian, asked by the pages: one reader, a time limit; nothing is written."""
 
 import asyncio
+import contextlib
 import math
 import threading
-import time
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast, final
+from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast, final
 
 from starlette.datastructures import State
 from starlette.requests import HTTPConnection
@@ -16,7 +16,7 @@ from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime import Clock
 from thermaxis.screen.access import parts_of, visitor_of
-from thermaxis.screen.pages.history._aside import aside
+from thermaxis.screen.pages.history._aside import Aside
 from thermaxis.web import RefusedError
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ T = TypeVar("T")
 _SQLITE: Final = "sqlite:"
 _BUSY: Final = Message("history-busy")
 _LIMIT_S: Final = 8.0
-_MOST_WAITING: Final = 24
+_MOST_VISITORS: Final = 24
 _MOST_OF_ONE: Final = 8
 _UNAVAILABLE: Final = 503
 
@@ -74,7 +74,7 @@ class History:
     """Asks the historian beside the pages, one question at a time: a slow database stops no page.
 
     One reader is kept open. It is opened anew when another file has taken the place of the one
-    that is read, and after every error. Waiting is counted in real time, as a thread works in it.
+    that is read, and after every error.
     """
 
     def __init__(
@@ -89,27 +89,27 @@ class History:
         self._password = password
         self._limit_s = limit_s
         self._opened = opened
+        self._aside = Aside(limit_s)
         self._reader: HistoryReader | None = None
         self._telling = threading.Lock()  # a reader is not closed while it is told to end
-        self._turns: dict[str, _Turn] = {}
-        self._free = asyncio.Lock()
-        self._waiting = 0
         self._asked: threading.Event | None = None
-        self._answer: asyncio.Future[Any] | None = None
-        self._since_s: float | None = None
+        self._turns: dict[str, _Turn] = {}
         self._ended = False
-
-    @property
-    def hangs(self) -> bool:
-        """Whether one question has taken longer than the limit, in the database too."""
-        since_s = self._since_s
-        return since_s is not None and time.monotonic() - since_s > self._limit_s
 
     async def ask(self, work: "Callable[[HistoryReader], T]", *, who: str = "") -> T:
         """Return what a question finds; one for which nobody waits any more is interrupted."""
+        given_up = threading.Event()
+
+        def answered() -> T:
+            return self._answered(work, given_up)
+
+        def give_up() -> None:
+            given_up.set()
+            threading.Thread(target=self._interrupt, args=[given_up], daemon=True).start()
+
         try:
             async with asyncio.timeout(self._limit_s), self._turn(who):
-                return await self._found(work)
+                return await self._aside.run(answered, give_up)
         except TimeoutError:
             raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s})) from None
         except (ThermaxisError, OSError) as error:
@@ -118,11 +118,11 @@ class History:
 
     @asynccontextmanager
     async def _turn(self, who: str) -> AsyncGenerator[None]:
-        if not who:
-            yield
-            return
+        """Let one question of each visitor wait for the database, and a few wait for that one."""
         turn = self._turns.setdefault(who, _Turn())
-        if turn.count >= _MOST_OF_ONE:
+        if self._ended or turn.count >= _MOST_OF_ONE or len(self._turns) > _MOST_VISITORS:
+            if not turn.count:
+                del self._turns[who]
             raise NoHistoryError(_BUSY)
         turn.count += 1
         try:
@@ -132,33 +132,6 @@ class History:
             turn.count -= 1
             if not turn.count:
                 del self._turns[who]
-
-    async def _found(self, work: "Callable[[HistoryReader], T]") -> T:
-        if self.hangs:
-            raise TimeoutError
-        if self._ended or self._waiting >= _MOST_WAITING:
-            raise NoHistoryError(_BUSY)
-        self._waiting += 1
-        try:
-            await self._free.acquire()
-        finally:
-            self._waiting -= 1
-        given_up = threading.Event()
-        self._since_s = time.monotonic()
-        self._answer = answer = aside(lambda: self._answered(work, given_up))
-        answer.add_done_callback(self._is_free)  # when the database has ended it, too
-        try:
-            await asyncio.wait([answer])
-        finally:
-            if not answer.done():
-                given_up.set()
-                threading.Thread(target=self._interrupt, args=[given_up], daemon=True).start()
-        return answer.result()
-
-    def _is_free(self, answer: "asyncio.Future[Any]") -> None:
-        self._since_s = None
-        self._free.release()
-        _ = answer.cancelled() or answer.exception()  # nobody may wait for it any more
 
     def _answered(self, work: "Callable[[HistoryReader], T]", given_up: threading.Event) -> T:
         """Ask, in a thread; the reader is kept for the next question where all went well."""
@@ -193,12 +166,9 @@ class History:
     async def close(self, deadline_s: float = 1.0) -> None:
         """End the reader; a question that hangs is left behind and ends with the program."""
         self._ended = True
-        try:
-            async with asyncio.timeout(deadline_s), self._free:
-                await aside(self._close_reader)
-        except TimeoutError:
-            if self._answer is not None:
-                self._answer.cancel()
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(deadline_s):
+                await self._aside.run(self._close_reader)
 
 
 @final

@@ -1,6 +1,5 @@
 """The page of the model in force: what it is made of, where it may be believed, and another one."""
 
-import asyncio
 import contextlib
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from thermaxis.messages import END_OF_ISOLATE, ISOLATE, sentence, sentence_of, t
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
 from thermaxis.runtime.config import read_model_file
 from thermaxis.screen.access import fragment, needs, parts_of, render, visitor_of
-from thermaxis.screen.pages.history import Aside, Json, Kept
+from thermaxis.screen.pages.history import Aside, Kept
 from thermaxis.screen.pages.model._choices import Choice, ModelChoices
 from thermaxis.screen.pages.model._facts import facts_of_model
 from thermaxis.web import answer_json
@@ -30,12 +29,8 @@ LIMIT_S: Final = 4.0
 """
 KEPT_S: Final = 2.0
 """A list of the folder serves all who ask within this time. [s]"""
-MOST_READING: Final = 2
-"""Threads that read models; one that hangs keeps its place. [1]"""
 HANGS: Final = Message("model-hangs")
 """Why the model in force cannot be shown while the folder hangs."""
-MOST_KNOWN: Final = 8
-"""Models whose facts are kept. [1]"""
 NO_STATUS = "model-no_status"
 """The loop has not told yet which model is in force."""
 OTHER_FILE = "model-other_file"
@@ -114,7 +109,10 @@ async def _values(request: Request) -> Response:
     diameter_mm = float(diameter) if isinstance(diameter, int | float) else None
     models, language = _read_models(request), visitor_of(request).language
     choices = await models.choices()
-    found, facts = await models.of(name, sha256, diameter_mm)
+    found, facts = await models.of(name, sha256), None
+    if found.file is not None:
+        rules = parts.configuration.compensation
+        facts = facts_of_model(rules, found.file.model, diameter_mm)
     shown = {"file": name, "hash": f"{sha256[:_HASH_SHOWN]}…"}
     said = [sentence(found.key, shown, language=language)] if found.key else []
     if found.detail is not None:  # without the path: a viewer need not know it
@@ -154,61 +152,52 @@ def _why(choice: Choice, language: str) -> Markup:
 
 @final
 class ReadModels:
-    """Models in force that were read, by hash and diameter, so that viewers cost nothing more.
+    """The folder's models and the model in force, read in threads, once for all viewers.
 
-    The hash is of the model itself: what it was read from may change or go. One is read at a
-    time, in a thread; what cannot be shown is looked for again. While the folder does not answer,
-    the last list of it stands, and what is known of the model in force is shown.
+    The hash is of the model itself: what it was read from may change or go; what cannot be shown
+    is looked for again. While the folder does not answer, the last list of it stands, and the
+    model in force is shown if it is known.
     """
 
     def __init__(
         self, configuration: MachineConfiguration, clock: Clock, *, limit_s: float = LIMIT_S
     ) -> None:
         self._configuration = configuration
-        self._limit_s = limit_s
-        self._looking = Aside(limit_s, 1)  # a look remembers: there is never a second one beside it
-        self._reading = Aside(limit_s, MOST_READING)
+        self._looking, self._reading = Aside(limit_s), Aside(limit_s)
         self._choices = ModelChoices(configuration)
         self._last: tuple[Choice, ...] = ()
         self._kept = Kept(self._look, clock, KEPT_S)
-        self._known: dict[tuple[str, str, float | None], tuple[Found, Json]] = {}
-        self._turn = asyncio.Lock()
+        self._known: tuple[tuple[str, str], Found] | None = None
 
     async def choices(self) -> tuple[Choice, ...]:
         """Return the files of the folder, those that cannot be chosen with the reason."""
         return await self._kept.get()
 
-    async def of(
-        self, name: str, sha256: str, diameter_mm: float | None
-    ) -> tuple[Found, Json | None]:
-        """Return the model that the loop tells to be in force, and what is shown of it."""
-        key = (name, sha256, diameter_mm)
-        if key in self._known:
-            return self._known[key]
+    async def of(self, name: str, sha256: str) -> Found:
+        """Return the model that the loop tells to be in force."""
         try:
-            async with asyncio.timeout(self._limit_s), self._turn:
-                if key in self._known:  # who waited finds what the one before has read
-                    return self._known[key]
-                found, facts = await self._reading.run(lambda: self._read(*key))
+            return self._of(name, sha256) or await self._reading.run(
+                lambda: self._read(name, sha256)
+            )
         except TimeoutError:
-            return Found(None, NO_FILE, HANGS), None
-        if facts is not None:
-            self._known[key] = found, facts
-            for oldest in list(self._known)[:-MOST_KNOWN]:
-                del self._known[oldest]
-        return found, facts
+            return Found(None, NO_FILE, HANGS)
 
     async def _look(self) -> tuple[Choice, ...]:
         with contextlib.suppress(OSError):  # such as no answer in time: the list of before stands
             self._last = await self._looking.run(self._choices.look)
         return self._last
 
-    def _read(self, name: str, sha256: str, diameter_mm: float | None) -> tuple[Found, Json | None]:
-        configuration = self._configuration
-        found = model_in_force(configuration, name, sha256)
-        if found.file is None:
-            return found, None
-        return found, facts_of_model(configuration.compensation, found.file.model, diameter_mm)
+    def _of(self, name: str, sha256: str) -> Found | None:
+        known = self._known
+        return known[1] if known and known[0] == (name, sha256) else None
+
+    def _read(self, name: str, sha256: str) -> Found:
+        found = self._of(name, sha256)  # who waited finds what the one before has read
+        if found is None:
+            found = model_in_force(self._configuration, name, sha256)
+            if found.file is not None:
+                self._known = (name, sha256), found
+        return found
 
 
 def _read_models(connection: HTTPConnection) -> ReadModels:
