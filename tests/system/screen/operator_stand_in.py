@@ -283,7 +283,7 @@ def trend(status: Mapping[str, Any], language: str) -> dict[str, Any]:
     names = [f"{stem}_effective_um" for stem in stems] + list(status["inputs"])
     series = {
         name: {
-            "unit": "um" if name.endswith("_um") else "degC",
+            "unit": "µm" if name.endswith("_um") else "°C",
             "t": times,
             "mean": [
                 (-35.0 + 7.3 * k if name.endswith("_um") else 7.0) * (1 - 0.99**m)
@@ -310,7 +310,8 @@ def trend(status: Mapping[str, Any], language: str) -> dict[str, Any]:
             {"kind": "trim", "accepted": True},
         ),
     ]
-    return {"series": series, "events": [said_event(event, language) for event in events]}
+    said = [said_event(event, language) for event in events]
+    return {"first": times[0], "last": times[-1], "series": series, "events": said}
 
 
 def application(stand_in: StandIn) -> Starlette:

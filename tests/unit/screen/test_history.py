@@ -459,6 +459,22 @@ def test_the_trend_of_eight_hours_has_corrections_temperatures_and_marks(tmp_pat
     assert names_now({"outputs": None}, "outputs", ("X_um",)) == ("X_um",)  # it is silent
 
 
+def test_the_trend_of_a_machine_that_was_just_started_begins_with_it_in_fine_steps(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    write_history(path, [cycle_record(k, state=SupervisorState.ACTIVE) for k in range(600)])
+    now = BEGIN + timedelta(seconds=600)
+    with HistoryReader(url_of(path)) as reader:
+        found = trend8(reader, now, 1.0, ["Z_accepted_um"])
+        empty = trend8(reader, now + timedelta(days=2), 1.0, ["Z_accepted_um"])
+    assert 0 <= to_ms(BEGIN) - found["first"] <= 60_000
+    times = found["series"]["Z_accepted_um"]["t"]
+    assert len(times) > 250
+    assert times[0] - to_ms(BEGIN) < 3000
+    assert empty["last"] - empty["first"] == 300_000
+
+
 # ---- what people are told -----------------------------------------------------------------------
 
 

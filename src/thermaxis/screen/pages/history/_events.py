@@ -31,6 +31,7 @@ MARK_LENGTH: Final = 44
 """Letters of an event's name in a chart. [1]"""
 _GRAVE: Final = ("critical", "high")
 _RANKS: Final = {"loss": 1, "start": 2, "stop": 2, "commission": 2, "connection": 3}
+_SHORTEST, _FINE, _MARGIN = timedelta(minutes=5), timedelta(hours=1), timedelta(minutes=1)
 TREND_H: Final = 8.0
 """Length of the operator's trend. [h]"""
 TREND_POINTS: Final = 480
@@ -133,9 +134,18 @@ def trend8(
     cycle_s: float,
     columns: Sequence[str],
 ) -> Json:
-    """Return the last hours of what acted and of key temperatures, with events."""
+    """Return the last hours of what acted and of key temperatures, with events.
+
+    The span begins with what is recorded in them, so that a machine that was just started is not
+    drawn as a stroke at the edge.
+    """
     span = now - timedelta(hours=TREND_H), now
     series = lines_of(reader, columns, span, cycle_s, TREND_POINTS)
+    begins = [line["t"][0] for line in series.values() if line["t"]]
+    recorded = timedelta(milliseconds=to_ms(now) - min(begins, default=to_ms(now)))
+    span = now - min(max(recorded + _MARGIN, _SHORTEST), now - span[0]), now
+    if recorded < _FINE:  # steps of a minute would be few
+        series = lines_of(reader, columns, span, cycle_s, TREND_POINTS)
     events, more = events_of(reader, span, MARKED, 200)
     return {
         "first": to_ms(span[0]),

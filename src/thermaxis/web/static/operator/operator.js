@@ -9,7 +9,7 @@ import { showAsks, startAsks } from "./asks.js";
 import { fillDetails, fit, showAxes } from "./axes.js";
 import { fillInputs, showInputs } from "./inputs.js";
 import { facts } from "./parts.js";
-import { addLive, startTrend } from "./trend.js";
+import { startTrend } from "./trend.js";
 import { clock, duration, number, shortNames, timeOf, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
@@ -252,7 +252,6 @@ onStatus((status, ageS) => {
   showStrip(status);
   showAsks(status);
   showInputs(status);
-  addLive(status);
 });
 onNoData((none) => {
   byId("alarm-body").setAttribute("aria-live", "off"); // the frame says NO DATA aloud
@@ -285,7 +284,8 @@ new ResizeObserver(() => {
 setInterval(tick, 1000);
 startAsks();
 showAsks(null);
-startTrend();
+say(byId("trend-told"), word("operator-trend_waits"));
+void startTrend();
 showWhetherItHelps(word("operator-helps_unknown"));
 if (facts.probed) {
   void askWhetherItHelps();
