@@ -298,11 +298,16 @@ def test_a_folder_that_hangs_stops_nobody_and_leaves_few_threads_behind(
     in_force, other = ("lathe.json", machine.model.sha256), ("lathe.json", "0" * 64)
 
     async def scene() -> None:
-        models = ReadModels(machine, VirtualClock(), limit_s=0.05)
+        models = ReadModels(machine, VirtualClock(), limit_s=50.0)
+
+        def wait_for(limit_s: float) -> None:
+            models._looking._limit_s = models._reading._limit_s = limit_s
+
         before = await models.of(*in_force)
         choices = await models.choices()
         assert choices
         hung.set()
+        wait_for(0.05)
         async with asyncio.timeout(10.0):
             known = await asyncio.gather(*(models.of(*in_force) for _ in range(20)))
             unknown = await asyncio.gather(*(models.of(*other) for _ in range(20)))
@@ -311,6 +316,7 @@ def test_a_folder_that_hangs_stops_nobody_and_leaves_few_threads_behind(
         assert all(one == Found(None, NO_FILE, HANGS) for one in unknown)
         assert left_behind() == 2  # one that looks, one that reads
         answers.set()
+        wait_for(50.0)
         await until(lambda: left_behind() == 0)
         assert (await models.of(*other)).key == OTHER_FILE
 
