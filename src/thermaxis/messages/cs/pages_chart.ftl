@@ -6,4 +6,4 @@ chart-zoom_in = Přiblížit
 chart-zoom_out = Oddálit
 chart-all = Vše
 chart-show_all = Zobrazit celý rozsah
-chart-and_others = a další značky: { $count }, viz události
+chart-and_others = další značky: { $count }

@@ -6,4 +6,4 @@ chart-zoom_in = Vergrößern
 chart-zoom_out = Verkleinern
 chart-all = Alles
 chart-show_all = Den ganzen Bereich zeigen
-chart-and_others = und { $count } weitere Marken: siehe Ereignisse
+chart-and_others = weitere Marken: { $count }

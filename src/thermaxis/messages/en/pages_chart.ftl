@@ -8,4 +8,4 @@ chart-zoom_in = Zoom in
 chart-zoom_out = Zoom out
 chart-all = All
 chart-show_all = Show the whole span
-chart-and_others = and { $count } more marks: see the events
+chart-and_others = further marks: { $count }

@@ -4,7 +4,7 @@
 // the values in the legend, which stands beside the data.
 
 import { drawingOf } from "./draw.js";
-import { clustersOf, letter, lineRow, markRows, row, sample, svg } from "./legend.js";
+import { lineRow, markRows, marksOf, row, sample, svg } from "./legend.js";
 import { isNumber } from "./scale.js";
 import { milliseconds } from "./time.js";
 import { button, made, style } from "../elements.js";
@@ -12,7 +12,6 @@ import { moment, number, word } from "../words.js";
 
 /**
  * @typedef {import("./draw.js").Axis} Axis
- * @typedef {import("./legend.js").Cluster} Cluster
  * @typedef {import("./scale.js").Scale} Scale
  * @typedef {import("./scale.js").Values} Values
  * @typedef {string | number} X ISO time, milliseconds since 1970 with `time`, or a number
@@ -24,8 +23,8 @@ import { moment, number, word } from "../words.js";
  *   axis?: "left" | "right", dash?: string, marker?: string, markers?: number, color?: number,
  *   digits?: number, unlisted?: boolean}} Line
  *
- * An `alarm` stands out, a `request` stands in a row of its own, with numbers. What has no room
- * goes by its rank, the largest first; 1.
+ * An `alarm` stands out, a `request` stands in a row of its own, with numbers. What has no room for
+ * a letter goes by its rank, the largest first; 1.
  * @typedef {{x: X, text: string, kind?: string, rank?: number}} Mark
  *
  * A band with one edge is a limit. A still chart has no tools and no zoom: it is only looked at.
@@ -38,6 +37,7 @@ import { moment, number, word } from "../words.js";
  *   onSpan?: (span: {first: number, last: number} | null) => void}} Chart
  */
 
+const [MOST, MOST_STILL] = [26, 8]; // marks that have a letter
 const LEAST_DRAG_PX = 8;
 const EVENTS = ["down", "move", "up", "leave", "cancel"].map((one) => `pointer${one}`);
 /** Sign, name, and where the span is then that is shown, as parts of it; 0 and 0: all.
@@ -65,7 +65,7 @@ class Drawn {
   at = /** @type {number | null} */ (null); // what is pointed at
   from = /** @type {number | null} */ (null); // where a drag began [px]
   axis = axisOf(this.chart, null);
-  marks = /** @type {Cluster[]} */ ([]);
+  marks = marksOf(this.chart, this.axis, 0, 0);
   frame = { begin: 0, end: 1, top: 0, bottom: 1 };
   plot = made("div", "", "chart-plot");
   tools = made("div", "", "chart-tools");
@@ -90,11 +90,12 @@ class Drawn {
   draw() {
     const { chart, legend, plot } = this;
     this.axis = axisOf(chart, this.view);
-    this.marks = clustersOf(chart, this.axis, plot.clientWidth);
     this.tools.hidden = Boolean(chart.still);
-    this.tell();
-    let named = chart.still ? this.marks.filter((one) => one.letter).length : 0;
-    for (; named > 0 && overflows(legend); this.tell()) letter(this.marks, named -= 1);
+    let most = chart.marksListed ?? (chart.still ? MOST_STILL : MOST);
+    do {
+      this.marks = marksOf(chart, this.axis, plot.clientWidth, most);
+      this.tell();
+    } while (chart.still && overflows(legend) && most-- > 0);
     const { clientWidth: width, clientHeight: height } = plot;
     if (width < 40 || height < 40) return;
     const { drawing, frame } = drawingOf(chart, this.axis, this.marks, width, height);
@@ -120,7 +121,7 @@ class Drawn {
         const [kind, dash] = isNumber(low) && isNumber(high) ? ["band", ""] : ["limit", "2 5"];
         return row(kind, sample(`chart-of-${kind}`, dash, ""), text);
       }),
-      ...markRows(this.marks, Boolean(still), axis.time));
+      ...markRows(this.marks));
     for (const [name, value] of Object.entries(still
       ? { role: "img", "aria-label": [label, ...said].join(", ") }
       : { role: "slider", "aria-label": label, "aria-valuetext": said.join(", "), tabindex: 0,

@@ -16,13 +16,13 @@ const MOST_MARKERS = 12;
 const TICK_PX = { time: 84, x: 64, y: 32 };
 
 /** Return a drawing, and where its data are [px].
- * @param {Chart} chart @param {Axis} axis @param {import("./legend.js").Cluster[]} marks
+ * @param {Chart} chart @param {Axis} axis @param {import("./legend.js").Placed[]} marks
  * @param {number} width @param {number} height */
 export function drawingOf(chart, axis, marks, width, height) {
   const em = 0.8125 * (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16);
-  const zone = zoneNames([axis.first, axis.last], pageLocale);
-  const local = axis.time && !axis.unknown && !chart.still;
-  const below = chart.xTitle ?? (local ? word("chart-local_time", { zone }) : "");
+  const zone = axis.time && !axis.unknown && !chart.still
+    ? zoneNames([axis.first, axis.last], pageLocale) : "";
+  const below = chart.xTitle ?? (zone && word("chart-local_time", { zone }));
   const bottom = height - em * ((axis.time ? 2.7 : 1.6) + (below ? 1.4 : 0));
   const top = marks.length ? 22 : 8;
   const left = sideOf(chart, "left", axis.empty, bottom, top);
@@ -69,17 +69,13 @@ export function drawingOf(chart, axis, marks, width, height) {
     path(from === to ? "limit" : "band", `M${begin} ${from}H${end}V${to}H${begin}`, inside);
   }
   const lines = chart.lines.map((line, k) => {
-    const all = axis.lines[k] ?? [];
-    const from = Math.max(0, all.findIndex((x) => x >= axis.first) - 1); // with neighbours outside
-    const to = all.findLastIndex((x) => x <= axis.last) + 2;
-    const cut = (/** @type {any[]} */ some) => some.slice(from, to);
-    const { low, high, markers, axis: side } = line;
-    const toY = side === "right" ? right.toY : left.toY;
-    const [x, y, look] = [cut(all), cut(line.y), lookOf(line, k)];
-    const area = low && high ? areaPath(x, cut(low), cut(high), toX, toY) : "";
-    path(`area ${look.color}`, area, inside);
-    const there = x.map((_, n) => n).filter((n) => isNumber(y[n]));
-    const every = Math.ceil(there.length / (markers ?? MOST_MARKERS));
+    const [x, look] = [axis.lines[k] ?? [], lookOf(line, k)];
+    const { y, low, high, markers = MOST_MARKERS } = line;
+    const toY = line.axis === "right" ? right.toY : left.toY;
+    if (low && high) path(`area ${look.color}`, areaPath(x, low, high, toX, toY), inside);
+    const there = x.map((_, n) => n)
+      .filter((n) => isNumber(y[n]) && x[n] >= axis.first && x[n] <= axis.last);
+    const every = Math.ceil(there.length / markers);
     const spots = there.filter((_, n) => look.marker && n % every === 0)
       .map((n) => `M${toX(x[n]).toFixed(1)} ${toY(y[n]).toFixed(1)}${look.marker}`);
     const d = linePath(x, y, toX, toY);
@@ -90,7 +86,7 @@ export function drawingOf(chart, axis, marks, width, height) {
   inside.append(...lines);
   for (const { x: at, grave, letter, asked } of marks) {
     const [x, y, half] = [toX(at), asked ? top + 9 : top - 10, 4 + 3.5 * letter.length];
-    path(grave ? "mark chart-grave" : "mark", `M${x} ${top}V${bottom}`);
+    path(grave ? "mark chart-grave" : "mark", `M${x} ${top}V${letter ? bottom : top + 6}`);
     if (!letter) continue;
     path(grave ? "box chart-grave" : "box", `M${x - half} ${y - 8}h${2 * half}v16h${-2 * half}z`);
     text(x, y + 4, letter, { class: "chart-mark-letter", "font-size": 11 });

@@ -5,11 +5,8 @@ import { milliseconds } from "./time.js";
 import { made } from "../elements.js";
 import { word } from "../words.js";
 
-/**
- * @typedef {{x: number, text: string, rank: number}} Placed
- * @typedef {{x: number, letter: string, marks: Placed[], grave: boolean, rank: number,
- *   asked: boolean}} Cluster
- */
+/** @typedef {{x: number, text: string, rank: number, letter: string, grave: boolean,
+ *   asked: boolean}} Placed */
 
 /** Strokes with round ends: a dash of no length is a dot. @type {Record<string, string>} */
 const DASHES = {
@@ -26,8 +23,6 @@ const MARKERS = {
   none: "",
 };
 const MARK_ROOM_PX = 24;
-const [MOST, MOST_STILL] = [26, 8];
-const TEXTS_SHOWN = 3;
 
 /** @param {import("./chart.js").Line} line @param {number} k its place */
 export function lookOf(line, k) {
@@ -70,60 +65,35 @@ export function lineRow(line, k, value) {
 // ---- marks -----------------------------------------------------------------------------------
 
 /**
- * Return marks that have room for a letter each; neighbours share one, but what people asked for
- * stands apart from what happened.
+ * Return the marks that are shown, so many with a letter, or a number if a person asked for it: the
+ * weightiest, then the latest, as far as there is room beside one another.
  * @param {import("./chart.js").Chart} chart
  * @param {import("./draw.js").Axis} axis
  * @param {number} width of the plot [px]
+ * @param {number} most
  */
-export function clustersOf({ marks = [], marksListed, still }, { first, last }, width) {
+export function marksOf({ marks = [] }, { first, last }, width, most) {
   const room = MARK_ROOM_PX * (last - first) / Math.max(100, width - 90);
-  const found = /** @type {Cluster[]} */ ([]);
-  const shown = marks.map((mark) => ({ rank: 1, ...mark, x: milliseconds(mark.x) }))
-    .filter(({ x }) => x >= first && x <= last)
-    .sort((a, b) => Number(a.kind === "request") - Number(b.kind === "request") || a.x - b.x);
-  for (const mark of shown) {
-    const [before, grave, asked] = [found.at(-1), mark.kind === "alarm", mark.kind === "request"];
-    if (before?.asked === asked && mark.x - before.x < room) {
-      before.marks.push(mark);
-      before.grave ||= grave;
-      before.rank = Math.min(before.rank, mark.rank);
-    } else found.push({ x: mark.x, letter: "", marks: [mark], grave, rank: mark.rank, asked });
+  const shown = marks.map(({ x, text, kind = "", rank = 1 }) => (/** @type {Placed} */ ({
+    x: milliseconds(x), text, rank, grave: kind === "alarm", asked: kind === "request", letter: "",
+  }))).filter(({ x }) => x >= first && x <= last)
+    .sort((a, b) => Number(a.asked) - Number(b.asked) || a.x - b.x);
+  const named = /** @type {Placed[]} */ ([]);
+  for (const one of [...shown].sort((a, b) => a.rank - b.rank || b.x - a.x)) {
+    const free = named.every(({ x, asked }) => asked !== one.asked || Math.abs(x - one.x) >= room);
+    if (free && named.length < most) named.push(one);
   }
-  letter(found, Math.min(MOST, marksListed ?? (still ? MOST_STILL : MOST)));
-  return found;
-}
-
-/** Give so many a letter, or a number to what was asked for: the weightiest, then the latest.
- * @param {Cluster[]} clusters @param {number} most */
-export function letter(clusters, most) {
-  const named = new Set([...clusters].sort((a, b) => a.rank - b.rank || b.x - a.x).slice(0, most));
   const next = { happened: 65, asked: 1 }; // the first is an A, or a 1
-  for (const one of clusters) {
-    if (!named.has(one)) one.letter = "";
-    else one.letter = one.asked ? String(next.asked++) : String.fromCharCode(next.happened++);
+  for (const one of shown.filter((mark) => named.includes(mark))) {
+    one.letter = one.asked ? String(next.asked++) : String.fromCharCode(next.happened++);
   }
+  return shown;
 }
 
-/** @param {Cluster[]} clusters @param {boolean} still @param {boolean} latestFirst */
-export function markRows(clusters, still, latestFirst) {
-  const most = still ? 1 : TEXTS_SHOWN;
-  const rows = clusters.filter((one) => one.letter).map(({ letter: sign, marks, grave }) => {
-    const texts = textsOf(marks, latestFirst);
-    const more = texts.length > most ? `+${texts.length - most}` : "";
-    const name = grave ? "chart-letter chart-letter-grave" : "chart-letter";
-    return row("mark", made("b", sign, name), texts.slice(0, most).join("; "), more);
-  });
-  const count = clusters.filter((one) => !one.letter).flatMap((one) => one.marks).length;
-  const others = still ? `+${count}` : word("chart-and_others", { count });
-  return count ? [...rows, row("more", "", others)] : rows;
-}
-
-/** Texts of neighbours, the weightiest first; what came often stands there once.
- * @param {Placed[]} marks @param {boolean} latestFirst */
-function textsOf(marks, latestFirst) {
-  const counts = new Map();
-  const sorted = [...marks].sort((a, b) => a.rank - b.rank || (latestFirst ? b.x - a.x : 0));
-  for (const { text } of sorted) counts.set(text, (counts.get(text) ?? 0) + 1);
-  return [...counts].map(([text, count]) => (count > 1 ? `${text} (${count}×)` : text));
+/** @param {Placed[]} marks */
+export function markRows(marks) {
+  const rows = marks.filter((one) => one.letter).map(({ letter, text, grave }) =>
+    row("mark", made("b", letter, `chart-letter${grave ? " chart-letter-grave" : ""}`), text));
+  const count = marks.length - rows.length;
+  return count ? [...rows, row("more", "", word("chart-and_others", { count }))] : rows;
 }
