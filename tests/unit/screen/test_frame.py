@@ -321,7 +321,7 @@ def test_a_page_names_each_script_that_it_will_load_and_gets_the_words_of_these_
     page = whole().get("/sensors").text
     named = re.findall(rf'"{static_address("")}([^"]+\.js)"', page)
     assert set(named) == set(modules_of("theme.js", "model/sensors.js", "frame.js"))
-    assert {"chart/draw.js", "live_points.js", "words.js"} < set(named)
+    assert {"chart/draw.js", "asked.js", "words.js"} < set(named)
     told = re.search(r'id="words">(.*?)</script>', page)
     assert told is not None
     words = json.loads(told[1])

@@ -13,7 +13,7 @@ from hypothesis import given, strategies as st
 from tests.unit.screen.engineer_bench import CHANNELS, told_by_a_loop
 from tests.unit.screen.stand import Feed, client, lathe, parts
 from thermaxis.screen.pages import sensors_page
-from thermaxis.screen.pages.sensors_page import LEAST_VALUES, facts_of, noise_of
+from thermaxis.screen.pages.sensors_page import LEAST_VALUES, facts_of, noise_of, values_of
 
 STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
 
@@ -105,6 +105,13 @@ def test_values_carry_noise_and_the_last_minutes_by_the_time_of_day() -> None:
     assert spindle["t"][-1] - spindle["t"][0] == 289_000
     column = found["values"]["T_column_C"]
     assert column == {"noise_k": None, "count": 0, "t": [], "y": []}
+
+
+def test_a_pause_between_two_values_is_a_gap() -> None:
+    told = Feed(STATUS).latest
+    found = values_of(told, ((0.0, 1.0), (5.0, 2.0), (20.0, 4.0), (25.0, 5.0)), 10.0)
+    assert found["y"] == [1.0, 2.0, None, 4.0, 5.0]
+    assert [t - found["t"][0] for t in found["t"]] == [0, 5000, 19_999, 20_000, 25_000]
 
 
 def test_without_a_status_there_are_rules_and_no_values() -> None:

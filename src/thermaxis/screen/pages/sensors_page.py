@@ -1,7 +1,7 @@
 """The page of the sensors: what is read, how much it is worth, and the rules it is judged by."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import pairwise
 from statistics import median
@@ -25,13 +25,17 @@ from thermaxis.web import answer_json
 
 if TYPE_CHECKING:
     from thermaxis.screen.access import ScreenParts
-    from thermaxis.screen.feed import StatusFeed, StatusSnapshot
+    from thermaxis.screen.feed import StatusSnapshot
 
 LEAST_VALUES: Final = 30
 """Below so many values no noise is told. Default: the standard deviation of 30 values is known to
 about 15 %. [1]"""
 NOISE_SPAN_S: Final = 300.0
 """Noise is that of the last five minutes: longer spans hold more of the warming. [s]"""
+GAP_S: Final = 5.0
+"""Values that are farther apart are not joined by a line... [s]"""
+GAP_CYCLES: Final = 3.0
+"""... if they are so many cycles apart, too. [1]"""
 _NEIGHBOURS = 3.0
 _MS = 1000.0
 
@@ -106,24 +110,20 @@ def facts_of(configuration: MachineConfiguration) -> Json:
     }
 
 
-def values_of(feed: "StatusFeed", names: Sequence[str]) -> Mapping[str, Json]:
-    """Return noise and raw values of the last minutes."""
-    told = feed.latest
-    return {name: _one(told, feed.recent(name)) for name in names}
-
-
-def _one(told: "StatusSnapshot", values: Values) -> Json:
+def values_of(told: "StatusSnapshot", values: Values, gap_s: float) -> Json:
+    """Return noise and raw values of the last minutes, null between two that are far apart."""
     noise = noise_of(values) if values else Noise(None, 0)
     times: list[float] = []
+    shown: list[float | None] = []
     if told.received_utc is not None:
-        now_ms = told.received_utc.timestamp() * _MS
-        times = [round(now_ms - (told.received_s - t) * _MS) for t, _ in values]
-    return {
-        "noise_k": noise.deviation_k,
-        "count": noise.values,
-        "t": times,
-        "y": [v for _, v in values] if times else [],
-    }
+        begin_ms = (told.received_utc.timestamp() - told.received_s) * _MS
+        for k, (at_s, value) in enumerate(values):
+            if k and at_s - values[k - 1][0] > gap_s:
+                times.append(round(begin_ms + at_s * _MS) - 1)
+                shown.append(None)
+            times.append(round(begin_ms + at_s * _MS))
+            shown.append(value)
+    return {"noise_k": noise.deviation_k, "count": noise.values, "t": times, "y": shown}
 
 
 @needs(Role.VIEWER, page=True)
@@ -136,10 +136,10 @@ async def _page(request: Request) -> Response:
 async def _values(request: Request) -> Response:
     """Tell noise and the last minutes of every channel and its redundant sensor."""
     parts = parts_of(request)
-    names = [
-        one
-        for name in parts.configuration.rules.sensors
-        for one in (name, redundant_name(name))
-        if one == name or name in parts.configuration.rules.redundant
-    ]
-    return answer_json({"least": LEAST_VALUES, "values": values_of(parts.feed, names)})
+    rules, feed = parts.configuration.rules, parts.feed
+    gap_s = max(GAP_S, GAP_CYCLES * rules.cycle_s)
+    values = {
+        name: values_of(feed.latest, feed.recent(name), gap_s)
+        for name in (*rules.sensors, *map(redundant_name, rules.redundant))
+    }
+    return answer_json({"least": LEAST_VALUES, "values": values})

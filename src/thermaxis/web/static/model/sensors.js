@@ -5,7 +5,6 @@ import { drawChart } from "../chart/chart.js";
 import { say } from "../elements.js";
 import { fillLive } from "./cells.js";
 import { onStatus } from "../live.js";
-import { withGaps } from "../live_points.js";
 import { number, shortNames, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
@@ -16,7 +15,6 @@ const SHOWN_MS = 300000;
 /** @type {Data} noise and last minutes by name */
 let values = {};
 let askedMs = Number.NEGATIVE_INFINITY;
-let gapMs = 5000;
 const cards = /** @type {HTMLElement[]} */ ([...document.querySelectorAll(".sensor")]);
 /** @type {Set<HTMLElement>} */
 const seen = new Set();
@@ -31,7 +29,6 @@ const watching = new IntersectionObserver((entries) => {
 
 for (const card of cards) watching.observe(chartOf(card));
 onStatus((status) => {
-  gapMs = Math.max(5000, 3000 * status.cycle_s);
   fillLive(status);
   for (const card of cards) showApart(card, status);
   if (performance.now() - askedMs >= REFRESH_MS) void refresh();
@@ -78,8 +75,8 @@ function chartOf(card) {
 /** @param {HTMLElement} card */
 function draw(card) {
   const lines = namesOf(card).map((name, k) => {
-    const text = k ? word("sensors-redundant") : word("sensors-sensor");
-    return { name: text, unit: "°C", ...withGaps(values[name] ?? { t: [], y: [] }, gapMs) };
+    const { t = [], y = [] } = values[name] ?? {};
+    return { name: word(k ? "sensors-redundant" : "sensors-sensor"), unit: "°C", x: t, y };
   });
   const last = Math.max(...lines.map((line) => line.x.at(-1) ?? 0)) || Date.now();
   drawChart(chartOf(card), {
