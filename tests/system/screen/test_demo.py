@@ -22,7 +22,7 @@ from thermaxis.messages import sentence
 STARTS_S = 20.0
 """From the start to a living page, as the docs say. [s]"""
 SHOWN = {
-    "sensor": sentence("headline-held_for_input", {"name": "T_spindle_C"}),
+    "sensor": sentence("headline-held_for_input", {"name": "Spindle"}),
     "network": sentence("headline-unreachable"),
     "server": sentence("headline-unreachable"),
     "stop": sentence("headline-interlock", {"names": "no_emergency_stop"}),

@@ -105,10 +105,20 @@ kind = "opcua"
 connection = "lathe"
 heartbeat_node = "{ns}heartbeat"
 
-[input]
-T_spindle_C = {{ node = "{ns}T_spindle_C", unit = "degC", {believed} }}
-T_table_C = {{ node = "{ns}T_table_C", unit = "degC", {believed} }}
-T_column_C = {{ node = "{ns}T_column_C", unit = "degC", {believed} }}
+[input.T_spindle_C]
+name = {{ en = "Spindle", de = "Spindel", cs = "Vřeteno" }}
+node = "{ns}T_spindle_C"
+{believed}
+
+[input.T_table_C]
+name = {{ en = "Table", de = "Tisch", cs = "Stůl" }}
+node = "{ns}T_table_C"
+{believed}
+
+[input.T_column_C]
+name = {{ en = "Column", de = "Ständer", cs = "Stojan" }}
+node = "{ns}T_column_C"
+{believed}
 
 [interlock]
 no_emergency_stop = {{ node = "{ns}emergency_stop", met = false }}
@@ -148,7 +158,11 @@ port = {screen}
 client_certificate = "client.der"
 client_private_key = "client.pem"
 """
-_BELIEVED: Final = "lowest_c = 5.0, highest_c = 80.0, largest_rate_k_per_s = 1.0"
+_BELIEVED: Final = """\
+unit = "degC"
+lowest_c = 5.0
+highest_c = 80.0
+largest_rate_k_per_s = 1.0"""
 _PAGE: Final = """\
 {% extends "base.html" %}
 {% block title %}{{ word("demo-title") }}{% endblock %}
@@ -331,6 +345,7 @@ class _Demo:
             await asyncio.wait({serving, started}, return_when=asyncio.FIRST_COMPLETED)
             if not started.done():
                 await serving  # says why not
+            self.lathe.write_heartbeat(self.lathe.axis.heartbeat + 1)  # a start takes its time
             self._start_loop()
             await serve(self.paces[1.0], runtime.SystemClock(), tell, self._routes())
         finally:
@@ -392,7 +407,6 @@ class _Demo:
         self.configuration = now
 
     def _start_loop(self) -> None:
-        self.lathe.write_heartbeat(self.lathe.axis.heartbeat + 1)  # a start takes its time
         command = ("run", "--enable", "--quiet", str(self.configuration.path))
         with self.configuration.path.with_name("loop.errors").open("ab") as errors:
             self._loop = subprocess.Popen(  # noqa: S603 - our own program
