@@ -1,12 +1,15 @@
 """A trim can be taken back in every state, and nothing is asked of an output that is no more."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page
 
-from tests.system.screen.operator_browser import context_of, opened, shown, trimmed
-from tests.system.screen.operator_stand_in import StandIn, made_up
+from tests.system.screen import operator_stand_in
+from tests.system.screen.operator_browser import TRIM, context_of, opened, shown, trimmed
+from tests.system.screen.operator_stand_in import StandIn, made_up, served
+from thermaxis.runtime import read_machine
 from thermaxis.web import static_address
 
 pytestmark = pytest.mark.system
@@ -44,6 +47,30 @@ def test_in_fault_a_trim_can_be_taken_back_and_none_can_be_set(
         page.click("dialog .main")
         page.wait_for_selector('#request[data-answer="accepted"]')
         assert stand_in.asked == [("Trim", ("Z_um", 0.0, 3600.0))]
+        assert wrong == []
+
+
+def test_a_trim_is_for_the_axis_that_is_chosen_and_begins_with_what_is_set_there(
+    browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = read_machine(operator_stand_in.EXAMPLE)
+    two = replace(machine, outputs=dict.fromkeys(("X_um", "Z_um"), machine.outputs["Z_um"]))
+    monkeypatch.setattr(operator_stand_in, "read_machine", lambda _: two)
+    told = made_up(outputs=("X_um", "Z_um"))
+    told["outputs"]["Z_um"] |= TRIM
+    with served(StandIn(told)) as stand_in, context_of(browser, "en") as context:
+        page, wrong = opened(context, stand_in)
+        page.wait_for_selector('body[data-live="yes"]')
+        page.click('[data-ask="Trim"]')
+        value = page.locator("dialog output")
+        assert value.inner_text() == "0.0\xa0µm"
+        page.click("dialog label:has-text('Z')")
+        assert value.inner_text() == "+5.0\xa0µm"
+        page.click("dialog .op-steps button:has-text('−1')")
+        page.click("dialog .main")
+        page.click("dialog .main")
+        page.wait_for_selector('#request[data-answer="accepted"]')
+        assert stand_in.asked == [("Trim", ("Z_um", 4.0, 3600.0))]
         assert wrong == []
 
 
