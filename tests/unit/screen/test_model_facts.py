@@ -1,8 +1,6 @@
 """Numbers of the model's page against the model itself, run in its own steps."""
 
 import json
-import math
-from dataclasses import replace
 
 import pytest
 from hypothesis import given, strategies as st
@@ -19,19 +17,20 @@ from thermaxis.compensation import (
     Reading,
     Section,
     TrainingLog,
+    gain_of,
     initial_state,
     model_step,
 )
 from thermaxis.screen.pages.model._facts import (
     MOST_RECORDS,
-    facts_of_model,
+    charts_of,
+    is_held,
     longest_record_s,
     step_of,
     step_response_um_per_k,
 )
 
 GAINS = st.floats(-50.0, 50.0)
-_RULES = lathe().compensation
 SECTIONS = st.lists(st.builds(Section, GAINS, st.floats(1.0, 2e4)), max_size=5)
 
 
@@ -95,7 +94,7 @@ def test_the_dc_gain_is_the_end_of_the_step_and_the_steady_state_of_the_model(
 ) -> None:
     part = Part("p", "t", "", direct, tuple(sections))
     _, steady = model_step(model_of(part), initial_state(model_of(part)), Reading(0.0, {"t": 21.0}))
-    shown = facts_of_model(_RULES, model_of(part), None)
+    shown = charts_of(model_of(part), None)
     gain = shown["outputs"][0]["parts"][0]["dc_gain_um_per_k"]
     assert gain == pytest.approx(steady.model_um[0], abs=1e-9)
     assert step_response_um_per_k(part, 1e7) == pytest.approx(gain, abs=1e-9)
@@ -147,26 +146,20 @@ def test_the_factor_in_force_is_linear_and_says_where_it_is_held(
     diameter_mm: float | None, gain: float, held: bool
 ) -> None:
     points = (GainPoint(100.0, 2.0), GainPoint(200.0, 4.0))
-    model = model_of(Part("p", "t", "", 1.0, gain_by_diameter=points, tool_gain=0.9))
-    part = facts_of_model(_RULES, model, diameter_mm)["outputs"][0]["parts"][0]
-    assert (part["gain_now"], part["gain_held"]) == (gain, held)
+    part = Part("p", "t", "", 1.0, gain_by_diameter=points, tool_gain=0.9)
+    assert (gain_of(part, diameter_mm), is_held(part, diameter_mm)) == (gain, held)
 
 
-def test_everything_of_the_examples_model_goes_into_json_and_nothing_is_left_out() -> None:
-    configuration = lathe()
-    model = configuration.model.model
-    shown = json.loads(json.dumps(facts_of_model(_RULES, model, 1200.0), allow_nan=False))
+def test_what_is_drawn_of_the_examples_model_goes_into_json() -> None:
+    model = lathe().model.model
+    shown = json.loads(json.dumps(charts_of(model, 1200.0), allow_nan=False))
     parts = {part["name"]: part for part in shown["outputs"][0]["parts"]}
     spindle = parts["spindle"]
     summed = spindle["direct_gain_um_per_k"] + sum(s["gain_um_per_k"] for s in spindle["sections"])
     assert spindle["dc_gain_um_per_k"] == pytest.approx(summed)
     assert shown["record_s"] == 855 * 60.0
-    assert shown["provenance"]["figures"] == {"Z_um.fit_percent": pytest.approx(96.34017)}
-    assert [log["rows"] for log in shown["provenance"]["logs"]] == [855, 855]
-    # 1200 mm of 0.98454 at 0 mm and 1.59101 at 1500 mm, by hand
-    assert parts["table"]["gain_now"] == pytest.approx(
-        0.98454 + 0.8 * (1.59101 - 0.98454), abs=1e-4
-    )
+    points = [tuple(point.values()) for point in parts["table"]["gain_by_diameter"][:2]]
+    assert points == [(0.0, pytest.approx(0.98454, 1e-5)), (1500.0, pytest.approx(1.59101, 1e-5))]
 
 
 def test_the_loop_tells_the_references_from_which_the_page_finds_the_loops_own_weight() -> None:
@@ -186,12 +179,3 @@ def test_the_loop_tells_the_references_from_which_the_page_finds_the_loops_own_w
     weight = 1.0 - outside_k / configuration.compensation.validity_margin_k
     assert status["outputs"]["Z_um"]["weight"] == pytest.approx(weight)
     assert status["outputs"]["Z_um"]["weight"] == pytest.approx(0.77)
-
-
-def test_a_text_of_the_model_cannot_carry_signs_that_cannot_be_shown() -> None:
-    model = model_of(Part("p", "t", "", 1.0))
-    model = replace(model, warnings=("bad\x1b[2J",), provenance=Provenance(method="a\nb"))
-    shown = facts_of_model(_RULES, model, None)
-    assert shown["warnings"] == ["bad\\x1b[2J"]
-    assert shown["provenance"]["method"] == "a\\nb"
-    assert math.isfinite(float(str(shown["sample_time_s"])))

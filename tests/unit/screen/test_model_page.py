@@ -148,6 +148,22 @@ def test_diameters_of_gains_are_told_as_they_were_stated(machine: MachineConfigu
         assert re.findall(r'<td\s+class="number">([\d.,]+)</td><td', html)[:2] == ["0", shown]
 
 
+def test_what_the_model_says_of_itself_stands_on_the_page(
+    machine: MachineConfiguration,
+) -> None:
+    model = read_model(machine.model.path)
+    provenance = replace(model.provenance, method="by <hand>")
+    write_model(replace(model, warnings=("a & b",), provenance=provenance), machine.model.path)
+    sha256 = json.loads(machine.model.path.read_text("utf-8"))["sha256"]
+    asker = looking(machine, {**STATUS, "model_sha256": sha256})
+    html = asker.get("/model/values").json()["html"]
+    assert '<li lang="en">a &amp; b</li>' in html
+    assert "<dd>by &lt;hand&gt;</dd>" in html
+    assert html.count('<td class="number">855</td>') == 2
+    assert re.search(r'fit in free run.*?</td><td\s+class="number">96.34<', html)
+    assert '<span class="live">1.470</span>' in html  # at 1200 mm of 0.985 at 0, 1.591 at 1500 mm
+
+
 def test_a_name_in_a_model_is_text_of_the_page_and_nothing_else(
     machine: MachineConfiguration,
 ) -> None:

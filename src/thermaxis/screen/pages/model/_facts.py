@@ -1,19 +1,11 @@
-"""What the page of the model shows of it: numbers only, no request and no template here."""
+"""What the page of the model draws of it: numbers only, no request and no template here."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Final, NamedTuple
 
-from thermaxis.codes import printable
-from thermaxis.compensation import (
-    Compensation,
-    CompensationModel,
-    Output,
-    Part,
-    Provenance,
-    gain_of,
-)
+from thermaxis.compensation import CompensationModel, Output, Part
 from thermaxis.screen.pages.history import Json
 
 SETTLED_TIME_CONSTANTS: Final = 5.0
@@ -26,7 +18,6 @@ SHORTEST_STEP_SAMPLES: Final = 10.0
 """A step is shown for so many sample times at least. [1]"""
 _FASTEST_SHARE = 1e-3
 _SAME_SHARE = 1e-6
-_LONGEST_WORD = 300
 
 
 class StepShown(NamedTuple):
@@ -125,59 +116,28 @@ def _both_sides(parts: Iterable[Part]) -> Iterable[float]:
             yield part.delay_s
 
 
-# ---- as JSON ------------------------------------------------------------------------------------
-
-
-def facts_of_model(
-    compensation: Compensation, model: CompensationModel, diameter_mm: float | None
-) -> Json:
-    """Return everything that the page says of a model."""
-    return {
-        "sample_time_s": model.sample_time_s,
-        "reference": model.reference,
-        "channels": model.channels,
-        "reference_c": dict(model.reference_c),
-        "input_filter_s": model.input_filter_s,
-        "longest_gap_s": model.longest_gap_s,
-        "longest_hold_s": model.longest_hold_s,
-        "record_s": longest_record_s(model),
-        "margin_k": compensation.validity_margin_k,
-        "lowest_weight": compensation.lowest_weight,
-        "diameter_mm": diameter_mm,
-        "outputs": [_output_facts(model, output, diameter_mm) for output in model.outputs],
-        "provenance": _provenance_facts(model.provenance),
-        "warnings": [printable(w, _LONGEST_WORD) for w in model.warnings],
-    }
-
-
-def _output_facts(model: CompensationModel, output: Output, diameter_mm: float | None) -> Json:
-    return {
-        "name": output.name,
-        "offset_um": output.offset_um,
-        "parts": [_part_facts(part, diameter_mm) for part in output.parts],
-        "step": step_of(model, output)._asdict(),
-    }
-
-
-def _part_facts(part: Part, diameter_mm: float | None) -> Json:
+def is_held(part: Part, diameter_mm: float | None) -> bool:
+    """Return whether a diameter lies outside the points of a part's gain: the end value holds."""
     points = part.gain_by_diameter
-    outside = (
-        diameter_mm is not None
-        and bool(points)
-        and not points[0].diameter_mm <= diameter_mm <= points[-1].diameter_mm
-    )
-    return asdict(part) | {
-        "dc_gain_um_per_k": part.dc_gain_um_per_k,
-        "gain_now": gain_of(part, diameter_mm),
-        "gain_held": outside,
-    }
+    if diameter_mm is None or not points:
+        return False
+    return not points[0].diameter_mm <= diameter_mm <= points[-1].diameter_mm
 
 
-def _provenance_facts(provenance: Provenance) -> Json:
+def charts_of(model: CompensationModel, diameter_mm: float | None) -> Json:
+    """Return what the charts of a model are drawn of."""
     return {
-        "method": printable(provenance.method, _LONGEST_WORD),
-        "program": printable(provenance.program, _LONGEST_WORD),
-        "date": printable(provenance.date, _LONGEST_WORD),
-        "logs": [asdict(log) for log in provenance.logs],
-        "figures": dict(provenance.figures),
+        "record_s": longest_record_s(model),
+        "diameter_mm": diameter_mm,
+        "outputs": [
+            {
+                "name": output.name,
+                "parts": [
+                    asdict(part) | {"dc_gain_um_per_k": part.dc_gain_um_per_k}
+                    for part in output.parts
+                ],
+                "step": step_of(model, output)._asdict(),
+            }
+            for output in model.outputs
+        ],
     }

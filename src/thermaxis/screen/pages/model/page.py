@@ -11,6 +11,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.codes import Message
+from thermaxis.compensation import gain_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import END_OF_ISOLATE, ISOLATE, sentence, sentence_of, text_of
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
@@ -18,7 +19,7 @@ from thermaxis.runtime.config import read_model_file
 from thermaxis.screen.access import fragment, needs, parts_of, render, visitor_of
 from thermaxis.screen.pages.history import Aside, Kept
 from thermaxis.screen.pages.model._choices import Choice, ModelChoices
-from thermaxis.screen.pages.model._facts import facts_of_model
+from thermaxis.screen.pages.model._facts import charts_of, is_held, longest_record_s
 from thermaxis.web import answer_json
 
 if TYPE_CHECKING:
@@ -109,10 +110,8 @@ async def _values(request: Request) -> Response:
     diameter_mm = float(diameter) if isinstance(diameter, int | float) else None
     models, language = _read_models(request), visitor_of(request).language
     choices = await models.choices()
-    found, facts = await models.of(name, sha256), None
-    if found.file is not None:
-        rules = parts.configuration.compensation
-        facts = facts_of_model(rules, found.file.model, diameter_mm)
+    found = await models.of(name, sha256)
+    model = found.file.model if found.file else None
     shown = {"file": name, "hash": f"{sha256[:_HASH_SHOWN]}…"}
     said = [sentence(found.key, shown, language=language)] if found.key else []
     if found.detail is not None:  # without the path: a viewer need not know it
@@ -123,7 +122,7 @@ async def _values(request: Request) -> Response:
     return answer_json(
         {
             "sha256": sha256,
-            "model": facts,
+            "model": charts_of(model, diameter_mm) if model else None,
             "text": " ".join(said),
             "choices": fragment(
                 request,
@@ -135,7 +134,17 @@ async def _values(request: Request) -> Response:
             )
             if choices
             else "",
-            "html": fragment(request, "model_values.html", model=facts, told=told),
+            "html": fragment(
+                request,
+                "model_values.html",
+                model=model,
+                record_s=longest_record_s(model) if model else None,
+                diameter_mm=diameter_mm,
+                rules=parts.configuration.compensation,
+                told=told,
+                gain_of=gain_of,
+                is_held=is_held,
+            ),
         }
     )
 
