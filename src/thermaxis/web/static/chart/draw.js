@@ -85,9 +85,10 @@ export function drawingOf(chart, axis, marks, width, height) {
   });
   inside.append(...lines);
   for (const { x: at, grave, letter, asked } of marks) {
-    const [x, y, half] = [toX(at), asked ? top + 9 : top - 10, 4 + 3.5 * letter.length];
-    path(grave ? "mark chart-grave" : "mark", `M${x} ${top}V${letter ? bottom : top + 6}`);
+    const [y, half] = [asked ? top + 9 : top - 10, 4 + 3.5 * letter.length];
+    path(grave ? "mark chart-grave" : "mark", `M${toX(at)} ${top}V${letter ? bottom : top + 6}`);
     if (!letter) continue;
+    const x = Math.min(Math.max(toX(at), begin + half), end - half);
     path(grave ? "box chart-grave" : "box", `M${x - half} ${y - 8}h${2 * half}v16h${-2 * half}z`);
     text(x, y + 4, letter, { class: "chart-mark-letter", "font-size": 11 });
   }
