@@ -235,14 +235,20 @@ class Trial:
         raise AssertionError(f"not active again: {seen} {self.stand.programs['run'].tail()}")
 
     def suffer(self, name: str) -> None:
-        """Let one thing go wrong until every page has named it for a while."""
+        """Let one thing go wrong until every page has named it for a while, and the offset is where
+        it leads."""
         fault = FAULTS[name](self.chance)
         fault.begin(self)
         began_s = time.monotonic()
         last_s: dict[str, float] = {}
         count: Counter[str] = Counter()
         unread: Counter[str] = Counter()
-        while min(map(count.__getitem__, self.pages)) < SEEN:
+        goes_to = fault.acting_um
+        while min(map(count.__getitem__, self.pages)) < SEEN or goes_to not in {
+            None,
+            self.stand.living.record[-1].um,
+        }:
+            assert time.monotonic() - began_s < PATIENCE_S, name
             for seen in self.look():
                 page, took_s = seen["page"], seen["at_s"] - began_s
                 if self._names(fault, seen):
@@ -262,8 +268,6 @@ class Trial:
                 elif count[page] or (took_s > NAMED_S and took_s > NAMED_S * slowness()):
                     self.contradictions.append(f"{name}, {took_s:.1f} s: {seen}")
                     count[page] = SEEN
-        if fault.acting_um is not None:
-            assert self.stand.living.record[-1].um == fault.acting_um, name
         fault.end(self)
 
     def _names(self, fault: Fault, seen: Mapping[str, Any]) -> bool:
