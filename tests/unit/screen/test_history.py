@@ -129,14 +129,16 @@ async def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_on
         await history.ask(hang)
     assert refused.value.message.code == "history-hangs"
     assert refused.value.message.values == {"limit": 0.1}
-    aside = history._aside
-    history._limit_s = aside._limit_s = 600.0  # whoever waited now would not come back in this test
-    aside._since_s = -1e9
+    worker = history._worker
+    history._limit_s = worker._limit_s = (
+        600.0  # whoever waited now would not come back in this test
+    )
+    worker._since_s = -1e9
     for _ in range(100):
         with pytest.raises(NoHistoryError):
             await history.ask(quick)
     release.set()
-    while aside.hangs:
+    while worker.hangs:
         await asyncio.sleep(0)
     assert await history.ask(quick) == "quick"
     assert asked == ["hang", "quick"]  # what was refused was never asked
@@ -280,7 +282,7 @@ async def test_a_fault_of_the_program_ends_one_question_and_not_the_next() -> No
     with pytest.raises(NoHistoryError):
         await history.ask(lambda _: 1 // 0)
     for thread in threading.enumerate():
-        if thread.name == "aside":
+        if thread.name == "worker":
             thread.join()  # what it says of its end belongs to this test
     assert await history.ask(lambda _: "well") == "well"
     await history.close()

@@ -294,7 +294,7 @@ def test_a_folder_that_hangs_stops_nobody_and_leaves_few_threads_behind(
     look, read = ModelChoices.look, _model_page.read_model_file
 
     def left_behind() -> int:
-        return sum(thread.name == "aside" for thread in threading.enumerate())
+        return sum(thread.name == "worker" for thread in threading.enumerate())
 
     def waits() -> None:
         if hung.is_set():

@@ -1,6 +1,5 @@
 """The page of past hours."""
 
-from thermaxis.screen.pages.history._aside import Aside as Aside
 from thermaxis.screen.pages.history._events import said_event as said_event
 from thermaxis.screen.pages.history._rows import (
     Kept as Kept,
@@ -17,6 +16,7 @@ from thermaxis.screen.pages.history._series import (
     span_of as span_of,
     to_ms as to_ms,
 )
+from thermaxis.screen.pages.history._worker_thread import WorkerThread as WorkerThread
 from thermaxis.screen.pages.history.page import (
     LENGTHS as LENGTHS,
     points_of as points_of,

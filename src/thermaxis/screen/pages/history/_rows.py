@@ -16,7 +16,7 @@ from thermaxis.codes import Message, Value
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime import Clock
 from thermaxis.screen.access import parts_of, visitor_of
-from thermaxis.screen.pages.history._aside import Aside
+from thermaxis.screen.pages.history._worker_thread import WorkerThread
 from thermaxis.web import RefusedError
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class History:
         self._password = password
         self._limit_s = limit_s
         self._opened = opened
-        self._aside = Aside(limit_s)
+        self._worker = WorkerThread(limit_s)
         self._reader: HistoryReader | None = None
         self._telling = threading.Lock()  # a reader is not closed while it is told to end
         self._asked: threading.Event | None = None
@@ -109,7 +109,7 @@ class History:
 
         try:
             async with asyncio.timeout(self._limit_s), self._turn(who):
-                return await self._aside.run(answered, give_up)
+                return await self._worker.run(answered, give_up)
         except TimeoutError:
             raise NoHistoryError(Message("history-hangs", {"limit": self._limit_s})) from None
         except (ThermaxisError, OSError) as error:
@@ -168,7 +168,7 @@ class History:
         self._ended = True
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(deadline_s):
-                await self._aside.run(self._close_reader)
+                await self._worker.run(self._close_reader)
 
 
 @final

@@ -17,7 +17,7 @@ from thermaxis.messages import END_OF_ISOLATE, ISOLATE, sentence, sentence_of, t
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
 from thermaxis.runtime.config import read_model_file
 from thermaxis.screen.access import fragment, needs, parts_of, render, visitor_of
-from thermaxis.screen.pages.history import Aside, Kept
+from thermaxis.screen.pages.history import Kept, WorkerThread
 from thermaxis.screen.pages.model._choices import Choice, ModelChoices
 from thermaxis.screen.pages.model._facts import charts_of, is_held, longest_record_s
 from thermaxis.web import answer_json
@@ -172,7 +172,7 @@ class ReadModels:
         self, configuration: MachineConfiguration, clock: Clock, *, limit_s: float = LIMIT_S
     ) -> None:
         self._configuration = configuration
-        self._looking, self._reading = Aside(limit_s), Aside(limit_s)
+        self._looking, self._reading = WorkerThread(limit_s), WorkerThread(limit_s)
         self._choices = ModelChoices(configuration)
         self._last: tuple[Choice, ...] = ()
         self._kept = Kept(self._look, clock, KEPT_S)

@@ -12,7 +12,7 @@ from thermaxis.errors import ThermaxisError
 T = TypeVar("T")
 
 
-def _aside(work: Callable[[], T]) -> asyncio.Future[T]:
+def _in_thread(work: Callable[[], T]) -> asyncio.Future[T]:
     """Run a call in a thread of its own, which ends with the program if it hangs.
 
     A fault of the program ends the thread, and is an OSError for who waits.
@@ -29,15 +29,15 @@ def _aside(work: Callable[[], T]) -> asyncio.Future[T]:
             if not found.done():
                 found.set_exception(OSError("the call has failed"))
 
-    threading.Thread(target=run, name="aside", daemon=True).start()
+    threading.Thread(target=run, name="worker", daemon=True).start()
     waited = asyncio.wrap_future(found)
     waited.add_done_callback(lambda ended: ended.cancelled() or ended.exception())  # or nobody asks
     return waited
 
 
 @final
-class Aside:
-    """Runs calls beside the pages, one at a time, and waits for each only so long.
+class WorkerThread:
+    """Runs calls beside the pages in a thread, one at a time, and waits for each only so long.
 
     A call that hangs keeps its thread; who comes meanwhile is told so at once. Waiting is counted
     in real time, as a thread works in it.
@@ -76,7 +76,7 @@ class Aside:
             if self._running is not None and not self._running.done():  # it was given up
                 await asyncio.wait([self._running])
             self._since_s = time.monotonic()
-            self._running = running = _aside(work)
+            self._running = running = _in_thread(work)
             try:
                 await asyncio.wait([running])
             finally:
