@@ -172,7 +172,7 @@ def printed_of(outcome: Outcome, names: Mapping[str, str], longest_s: float) -> 
     printed = _printed(outcome.printed)
     _check_ending(outcome, longest_s)
     if outcome.code == _REFUSED and "error" in printed:
-        said = text_of(_message_of(_without_paths(printed["error"], outcome.folder, names)))
+        said = text_of(_message_of(without_paths(printed["error"], outcome.folder, names)))
         raise RefusedError(_NOT_EVALUATED, "positioning-refused", said=said)
     if outcome.code == 0 and printed:
         return printed
@@ -183,11 +183,11 @@ def said_of(outcome: Outcome, names: Mapping[str, str], longest_s: float) -> str
     """Return the text that a command has printed beside its files, or refuse as `printed_of`."""
     _check_ending(outcome, longest_s)
     if outcome.code == _REFUSED and outcome.said:
-        said = _without_paths(outcome.said, outcome.folder, names)
+        said = without_paths(outcome.said, outcome.folder, names)
         text = printable(str(said).removeprefix("thermaxis: error: ").strip(), 2000)
         raise RefusedError(_NOT_EVALUATED, "positioning-refused_plainly", said=text)
     if outcome.code == 0 and outcome.files:
-        return str(_without_paths(outcome.printed, outcome.folder, names))
+        return str(without_paths(outcome.printed, outcome.folder, names))
     raise _crashed(outcome)
 
 
@@ -223,13 +223,13 @@ def _message_of(error: object) -> Message:
     return replace(found, code=f"error-{found.code}")
 
 
-def _without_paths(said: object, folder: WorkFolder, names: Mapping[str, str]) -> object:
+def without_paths(said: object, folder: WorkFolder, names: Mapping[str, str]) -> object:
     """Return what a command says with the files' own names, and no place of this computer."""
     if isinstance(said, dict):
         table = cast("dict[str, object]", said)
-        return {name: _without_paths(one, folder, names) for name, one in table.items()}
+        return {name: without_paths(one, folder, names) for name, one in table.items()}
     if isinstance(said, list):
-        return [_without_paths(one, folder, names) for one in cast("list[object]", said)]
+        return [without_paths(one, folder, names) for one in cast("list[object]", said)]
     if not isinstance(said, str):
         return said
     places = {

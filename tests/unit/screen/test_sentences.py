@@ -39,6 +39,11 @@ COMPOSED = {
     "common-page_": PAGES,
     "common-language_": LANGUAGES,
     "history-length_": ("1h", "8h", "1d", "7d", "30d", "all"),
+    "positioning-": (
+        *("head", "limits", "budget", "plan", "decimal_point", "decimal_comma", "date_order_day"),
+        *("date_order_month", "date_order_year"),
+    ),
+    "positioning-download_": ("page", "dcc", "charts", "csv", "json"),
     "operator-": ("critical", "high", "medium", "low"),
     "common-role_": tuple(Role),
 }

@@ -32,13 +32,14 @@ from thermaxis.app._rooms import (
     said_of,
     shown_name,
     unless_gone,
+    without_paths,
 )
 from thermaxis.app.axis._forms import forms
 from thermaxis.app.axis._results import MOST_OF_A_PERSON, KeptResults, Result, shown_of
 from thermaxis.codes import printable, values_of_json
 from thermaxis.controls import control_names
 from thermaxis.messages import sentence
-from thermaxis.web import RefusedError, answer_json, refuse, spoken
+from thermaxis.web import RefusedError, answer_json, for_script, refuse, spoken
 from thermaxis.web.work import BusyError, Limits, Work, WorkFolder, remove_leftovers, work_of
 
 LARGEST_BYTES: Final = 20_000_000
@@ -210,7 +211,7 @@ class AxisRoom:
             largest_bytes=LARGEST_BYTES,
             limit_s=self._host.longest_s,
             most=MOST_OF_A_PERSON,
-            forms=forms(),
+            forms=for_script(forms()),
             controls=control_names(),
         )
 
@@ -272,7 +273,7 @@ class AxisRoom:
         path = found.folder.path / kind.file
         if not path.exists():
             work = work_of(request)
-            with work.place(found.person.name, kind="evaluation"):
+            with work.place(kind="evaluation"):  # several of one person wait for each other
                 await unless_gone(request, self._make(work, found, kind))
         offered = f"{file_stem(found.name)}-{kind.file}"
         return FileResponse(
@@ -318,7 +319,7 @@ class AxisRoom:
                 found = await unless_gone(request, self._json(work, words, folder, shown))
             finally:
                 await asyncio.to_thread(folder.remove)
-        return answer_json({"names": shown, "trend": found})
+        return answer_json(without_paths(found, folder, shown))
 
     # ---- tables and plans ----------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ positioning-title = Evaluate a positioning run
 
 ## form
 
-positioning-file = Measured run (.rtl, .csv, .dat, .xlsx, .txt; at most { $megabytes } MB)
+positioning-file = Measured run (.rtl, .csv, .dat, .xlsx, .xls, .md, .txt; at most { $megabytes } MB)
 positioning-choose = Choose
 positioning-no_file = no file chosen
 positioning-file_first = Choose a measured run first.
@@ -28,7 +28,7 @@ positioning-limits = Limits of the figures (TOML)
 positioning-submit = Evaluate
 positioning-running = The run is being evaluated: { $elapsed } s of at most { $limit } s, without waiting for others
 positioning-needs_engineer = Files are evaluated for those who have logged in as engineer.
-positioning-kept = Evaluated in this log-in (kept for an hour, at most { $most })
+positioning-kept = Evaluated here (kept for an hour, at most { $most })
 positioning-nothing_yet = No run has been evaluated yet.
 
 ## refusals
@@ -43,14 +43,14 @@ positioning-empty = The file is empty.
 positioning-too_long = The evaluation took longer than { $limit } s and was stopped. Evaluate the run on another computer.
 positioning-too_much = The evaluation wrote more than it may and was stopped. Evaluate the run on another computer.
 positioning-too_hungry = The evaluation needed more memory than it may take, and ended. Evaluate the run on another computer.
-positioning-not_stored = The run could not be stored on the screen's computer; its disk may be full. The screen's log says more.
-positioning-crashed = The evaluation failed. The screen's log says more.
+positioning-not_stored = The file could not be stored: the disk may be full. Make room, then try again.
+positioning-crashed = The work failed. What the program prints, or its log, says more.
 positioning-refused = The run cannot be evaluated: { $said }
 positioning-refused_plainly = This cannot be made: { $said }
 positioning-runs_wrong = A trend needs 2 to { $most } runs of one axis.
 positioning-no_toml = The file is no TOML: it does not state keys and values.
 positioning-gone = There is no such result any more. Results are kept for an hour, for whoever made them.
-positioning-no_answer = The screen's program does not answer. Try again.
+positioning-no_answer = The program does not answer. See that it still runs, then try again.
 
 ## result
 
@@ -104,3 +104,67 @@ positioning-figure_r = repeatability, bidirectional
 positioning-figure_a_forward = accuracy, forward
 positioning-figure_a_backward = accuracy, backward
 positioning-figure_a = accuracy, bidirectional
+
+## files, forms, tables and plans
+
+positioning-drop = Or drop files anywhere on this page: a run is evaluated at once; a head, limits, a budget (TOML) and a plan (JSON) go where they belong.
+positioning-reading = How the file is read
+positioning-decimal = Decimal sign
+positioning-decimal_point = point
+positioning-decimal_comma = comma
+positioning-date_order = First in 03/04/2026
+positioning-date_order_day = day
+positioning-date_order_month = month
+positioning-date_order_year = year
+positioning-units = Units of position, deviation (mm,um)
+positioning-target_tolerance = Targets closer than this are one
+positioning-budget = Uncertainty budget (TOML)
+positioning-plan = Plan to compare with (JSON)
+positioning-form = Fill in
+positioning-form_used = from the form
+positioning-form_kept = Kept by this browser for the next time; saved as the file that the commands read.
+positioning-form_keep = Use
+positioning-form_save = Save as file
+positioning-form_empty = Empty
+positioning-cancel = Cancel
+positioning-cancelled = The work was given up.
+positioning-downloads = More files
+positioning-download_page = Certificate (HTML)
+positioning-download_dcc = Digital Calibration Certificate
+positioning-download_charts = Charts
+positioning-download_csv = Tidy CSV
+positioning-download_json = All results (JSON)
+positioning-chart_levels = Mean deviations
+positioning-chart_spread = Standard deviation at each target
+positioning-chart_position = position
+positioning-control = Control
+positioning-axis_name = Axis on the control
+positioning-points = Number of points
+positioning-table_title = Table for a control
+positioning-table_drift_free = mean deviations without drift
+positioning-backlash = mean reversal apart
+positioning-table_make = Make the table
+positioning-save_file = Save { $name }
+positioning-plan_title = Plan a run
+positioning-plan_length = Length, mm or °
+positioning-plan_targets = Targets
+positioning-plan_start = Begins at
+positioning-plan_pitch = Pitch of the screw
+positioning-plan_feed = Feed, mm/min or °/min
+positioning-plan_dwell = Dwell, s
+positioning-plan_cycles = Cycles
+positioning-plan_rotary = rotary axis
+positioning-plan_make = Make the plan
+positioning-travel = Travel, such as -10:510
+positioning-warm_up = Travels before the first stop
+positioning-program_make = Write the NC program
+positioning-program_title = NC program
+positioning-trend_title = Figures of several runs
+positioning-trend_run = Run
+positioning-trend_begun = Begun
+positioning-picture_run = A measured run
+positioning-picture_run_more = gives the figures of ISO 230-2 with their uncertainty, with and without drift, findings and a certificate.
+positioning-picture_trend = Several runs of one axis
+positioning-picture_trend_more = give the trend of their figures.
+positioning-picture_plan = A run with its plan
+positioning-picture_plan_more = is held against it; what differs is said.

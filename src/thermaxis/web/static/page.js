@@ -13,15 +13,18 @@ function byId(id) {
  * Ask the server of this page for something.
  * @param {string} path
  * @param {unknown} body
+ * @param {boolean} [asIs] whether the body is sent as it is, in place of JSON
+ * @param {AbortSignal} [signal] ends it
  */
-export async function post(path, body) {
+export async function post(path, body, asIs = false, signal = undefined) {
   return fetch(path, {
     method: "POST",
+    signal,
     headers: {
-      "Content-Type": "application/json",
+      "Content-Type": asIs ? "application/octet-stream" : "application/json",
       "X-Thermaxis-Token": document.body.dataset.token ?? "",
     },
-    body: JSON.stringify(body),
+    body: asIs ? /** @type {BodyInit} */ (body) : JSON.stringify(body),
   });
 }
 

@@ -75,7 +75,7 @@ function within(value) {
  * @param {number | null} value
  */
 function twoDigits(value) {
-  if (value === null || value === 0) return 1;
+  if (!value) return 1;
   const rounded = Math.abs(Number(value.toPrecision(2)));
   return Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(rounded))));
 }
@@ -111,16 +111,26 @@ function figureTable(result) {
     name.scope = "row";
     name.append(made("span", known(SYMBOLS, row.key) ?? row.key, "run-symbol"),
       ` ${word(known(FIGURES, row.key) ?? "")}`);
+    const exact = (/** @type {number | null} */ value, /** @type {number | null} */ band) =>
+      figure(number(value, band ? twoDigits(band) : digits), value);
+    const bandOf = (/** @type {number | null} */ band) => figure(within(band), band);
     const cells = [
-      number(row.measured, digits),
-      ...(hasWithin ? [within(row.measured_within)] : []),
-      ...(hasDrift ? [number(row.drift_free, digits)] : []),
-      ...(hasDrift && hasWithin ? [within(row.drift_free_within)] : []),
-      ...(hasLimits ? [number(row.limit, digits)] : []),
+      exact(row.measured, row.measured_within),
+      ...(hasWithin ? [bandOf(row.measured_within)] : []),
+      ...(hasDrift ? [exact(row.drift_free, row.drift_free_within)] : []),
+      ...(hasDrift && hasWithin ? [bandOf(row.drift_free_within)] : []),
+      ...(hasLimits ? [figure(number(row.limit, digits), row.limit)] : []),
     ];
     const judged = hasLimits ? [made("td", "", "", decision(row.verdict))] : [];
-    return [name, ...cells.map((text) => made("td", text, "number")), ...judged];
+    return [name, ...cells, ...judged];
   }));
+}
+
+/** A number as it is shown, with all of its digits behind it. @param {string} text @param {number | null} value */
+function figure(text, value) {
+  const cell = made("td", text, "number");
+  if (value !== null) cell.dataset.value = cell.title = String(value);
+  return cell;
 }
 
 /**
@@ -236,6 +246,26 @@ function section(title, content) {
 function listed(title, rows) {
   if (rows.length === 0) return [];
   return section(title, [made("ul", "", "", ...rows)]);
+}
+
+/**
+ * The figures of several runs, one run in a row.
+ * @param {Result} trend
+ */
+export function trendOf(trend) {
+  const keys = ["B", "E", "R", "A"];
+  const { deviation } = known(UNITS, trend.kind) ?? UNITS.linear;
+  const head = [heading(word("positioning-trend_run")), heading(word("positioning-trend_begun")),
+    ...keys.flatMap((key) => [heading(`${key}, ${deviation}`, "number"),
+      heading(word("positioning-within"), "number")])];
+  const rows = trend.runs.map((/** @type {Result} */ run) => [
+    made("td", run.name), made("td", moment(run.start)),
+    ...keys.flatMap((key) => [
+      made("td", number(run.iso230_2[key], twoDigits(run.uncertainty[key])), "number"),
+      made("td", within(run.uncertainty[key]), "number")]),
+  ]);
+  const remarks = trend.warnings.map((/** @type {string} */ one) => inEnglish("p", one));
+  return [table(head, rows), ...remarks];
 }
 
 /** @param {Result} result */

@@ -1,0 +1,301 @@
+"""The app as people have it: its command, a real browser, files dropped, the end."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Self
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from thermaxis.messages import LANGUAGES, sentence
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+RUNS = (EXAMPLES / "x_axis_100_cycles.csv", EXAMPLES / "y_axis_50_cycles.rtl")
+SIZES = ((1366, 768), (1920, 1080), (390, 844))
+LONGEST_MS = 120_000.0
+FAULTS: dict[Page, list[str]] = {}
+"""What the browser disliked, by page."""
+DROP = """([selector, name, text]) => {
+  const files = new DataTransfer();
+  files.items.add(new File([text], name));
+  const event = new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true });
+  document.querySelector(selector).dispatchEvent(event);
+}"""
+
+
+class App:
+    """A running `thermaxis app`, with its temporary files in a folder of the test."""
+
+    def __init__(self, where: Path) -> None:
+        self.where = where
+        words = [sys.executable, "-m", "thermaxis", "app", "--port", "0", "--no-browser"]
+        self.program = subprocess.Popen(
+            words,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "TMPDIR": str(where)},
+        )
+        assert self.program.stdout is not None
+        self.address = self.program.stdout.readline().strip()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.program.poll() is None:
+            self.program.send_signal(signal.SIGINT)
+        self.program.communicate(timeout=60)
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
+    with App(tmp_path_factory.mktemp("app")) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path="/usr/bin/chromium")
+        yield found
+        found.close()
+
+
+def opened(browser: Browser, app: App, *, language: str = "en", **look: Any) -> Page:
+    """Return the page of somebody whose browser says if it dislikes anything."""
+    context = browser.new_context(
+        **{"locale": language, "viewport": {"width": 1366, "height": 768}, **look}
+    )
+    page = context.new_page()
+    faults: list[str] = []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda said: faults.append(said.text) if said.type == "error" else None)
+    FAULTS[page] = faults
+    page.goto(app.address)
+    return page
+
+
+def named(page: Page, name: str) -> None:
+    """Wait for the result of what was just sent; a former one is hidden by then."""
+    expect(page.locator("#run-result")).to_be_visible(timeout=LONGEST_MS)
+    expect(page.locator("#run-name")).to_have_text(name)
+
+
+def shown(page: Page) -> dict[str, list[str]]:
+    """Return the numbers of the table of figures with all of their digits, by figure."""
+    rows = page.locator("#run-shown table").first.locator("tbody tr").all()
+    return {
+        row.locator(".run-symbol").inner_text(): [
+            cell.get_attribute("data-value") or "" for cell in row.locator("td.number").all()
+        ]
+        for row in rows
+    }
+
+
+def commands_figures(run: Path, to: Path) -> tuple[list[dict[str, Any]], str]:
+    """Return the figures and the summary that the command prints."""
+    words = [sys.executable, "-m", "thermaxis", "evaluate", str(run), "--json", str(to)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    return json.loads(to.read_text())["figure_table"], done.stdout
+
+
+KEYS = ("value", "expanded_uncertainty", "drift_free", "drift_free_expanded_uncertainty")
+
+
+def test_the_page_shows_the_numbers_of_the_command_to_the_last_digit(
+    app: App, browser: Browser, tmp_path: Path
+) -> None:
+    runs = list(RUNS)
+    for seed in range(8):
+        runs.append(tmp_path / f"run{seed}.csv")
+        words = ["generate", "x-axis", "--cycles", "5", "--seed", str(seed), "-o", str(runs[-1])]
+        subprocess.run([sys.executable, "-m", "thermaxis", *words], check=True, capture_output=True)
+    page = opened(browser, app)
+    for run in runs:
+        page.set_input_files("input[name=file]", run)
+        page.click("#run-submit")
+        named(page, run.name)
+        figures, summary = commands_figures(run, tmp_path / "result.json")
+        rows = shown(page)
+        assert len(rows) == len(figures) == 12
+        for figure, numbers in zip(figures, rows.values(), strict=True):
+            stated = [figure[key] for key in KEYS]
+            assert [float(one) for one in numbers] == [one for one in stated if one is not None]
+        for symbol in "BMERA":  # and rounded as the command rounds
+            row = page.locator("#run-shown tbody tr").filter(
+                has=page.locator(".run-symbol", has_text=re.compile(f"^{symbol}$"))
+            )
+            line = next(text for text in summary.splitlines() if text.startswith(f"  {symbol}  "))
+            printed = re.findall(r"-?\d+(?:\.\d+)?", line)
+            cells = [cell.inner_text().replace("−", "-") for cell in row.locator("td.number").all()]
+            assert cells == printed
+    assert FAULTS[page] == []
+
+
+def test_a_dropped_run_becomes_a_certificate_and_every_other_file(
+    app: App, browser: Browser, tmp_path: Path
+) -> None:
+    page = opened(browser, app)
+    for name in ("header.toml", "limits.toml", "budget.toml", RUNS[0].name):
+        page.evaluate(DROP, ["#run-drop", name, (EXAMPLES / name).read_text("utf-8")])
+        expect(page.locator(".run-file-name", has_text=name)).to_have_count(1)
+    named(page, RUNS[0].name)
+    expect(page.locator(".run-verdict")).to_be_visible()  # by the limits that were dropped
+    expect(page.locator("#run-facts")).to_contain_text("virtual milling machine")  # by the head
+    beginnings = {
+        "#run-certificate": b"%PDF-",
+        "[data-kind=page]": b"<!doctype html>",
+        "[data-kind=dcc]": b"<?xml",
+        "[data-kind=charts]": b"PK",
+        "[data-kind=csv]": b"#",
+        "[data-kind=json]": b"{",
+    }
+    page.click(".run-more summary")
+    for selector, beginning in beginnings.items():
+        with page.expect_download(timeout=LONGEST_MS) as coming:
+            page.click(selector)
+        path = tmp_path / "file"
+        coming.value.save_as(path)
+        assert path.read_bytes().lower().startswith(beginning.lower()), selector
+    assert FAULTS[page] == []
+
+
+def test_several_runs_a_table_a_plan_and_its_program_come_by_keyboard_alone(
+    app: App, browser: Browser
+) -> None:
+    page = opened(browser, app)
+    page.set_input_files("input[name=file]", list(RUNS[:1]))
+    page.focus("#run-submit")
+    page.keyboard.press("Enter")
+    named(page, RUNS[0].name)
+    page.focus("#run-levels .chart-plot")
+    page.keyboard.press("ArrowLeft")  # a chart is pointed at
+    expect(page.locator("#run-levels .chart-cursor text")).to_have_text("299.74")
+    page.focus("#run-table > summary")
+    page.keyboard.press("Enter")
+    page.focus("#table-form button")
+    page.keyboard.press("Enter")
+    expect(page.locator("#table-told pre")).to_contain_text("simulated", timeout=LONGEST_MS)
+    page.focus("#run-plan > summary")
+    page.keyboard.press("Enter")
+    page.focus("#plan-form button")
+    page.keyboard.press("Enter")
+    expect(page.locator("#made-shown pre")).to_contain_text("11 targets", timeout=LONGEST_MS)
+    page.focus("#program-form button")
+    page.keyboard.press("Enter")
+    expect(page.locator("#made-shown pre")).to_contain_text("NC program", timeout=LONGEST_MS)
+    page.set_input_files("input[name=file]", [RUNS[0], RUNS[0]])
+    page.focus("#run-submit")
+    page.keyboard.press("Enter")
+    expect(page.locator("#made-shown tbody tr")).to_have_count(2, timeout=LONGEST_MS)
+    assert FAULTS[page] == []
+
+
+def test_a_form_is_kept_and_sent_as_the_file_that_the_command_reads(
+    app: App, browser: Browser
+) -> None:
+    page = opened(browser, app)
+    page.click("[data-form=head]")
+    page.fill("[name='machine.name']", 'mill "7" <b>')
+    page.click("#form-dialog button.main")
+    page.reload()
+    page.click("[data-form=head]")  # the next time
+    expect(page.locator("[name='machine.name']")).to_have_value('mill "7" <b>')
+    page.click("#form-dialog button.main")
+    page.set_input_files("input[name=file]", RUNS[1])
+    page.click("#run-submit")
+    named(page, RUNS[1].name)
+    expect(page.locator("#run-facts")).to_contain_text('mill "7" <b>')
+    page.click("[data-form=limits]")
+    page.fill("[name='limits.A_um']", "many")
+    page.click("#form-dialog button.main")
+    page.click("#run-submit")
+    expect(page.locator("#run-wrong")).to_contain_text("A_um", timeout=LONGEST_MS)
+
+
+def test_two_meanings_of_a_number_are_a_choice_on_the_page(app: App, browser: Browser) -> None:
+    page = opened(browser, app)
+    dates = "".join(
+        f"{k},{way},{100 * target},{target + 0.1 * k},0{k}/0{k + 1}/2026 10:0{target}\n"
+        for k in range(1, 6)
+        for way in ("forward", "backward")
+        for target in range(1, 4)
+    )
+    head = "cycle,direction,position_mm,deviation_um,time\n"
+    page.evaluate(DROP, ["#run-drop", "run.csv", head + dates])
+    wrong = page.locator("#run-wrong")
+    expect(wrong).to_contain_text("--date-order", timeout=LONGEST_MS)
+    expect(page.locator("select[name=date_order]")).to_be_visible()
+    page.select_option("select[name=date_order]", "day")
+    page.click("#run-submit")
+    named(page, "run.csv")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_page_is_readable_for_everybody_in_every_size(
+    app: App, browser: Browser, language: str, tmp_path: Path
+) -> None:
+    for (width, height), scheme in zip(SIZES, ("light", "dark", "light"), strict=True):
+        look = {"viewport": {"width": width, "height": height}, "color_scheme": scheme}
+        page = opened(browser, app, language=language, **look)
+        expect(page.locator("#run-submit")).to_have_text(
+            sentence("positioning-submit", language=language)
+        )
+        for step in ("empty", "result"):
+            if step == "result":
+                page.set_input_files("input[name=file]", RUNS[1])
+                page.click("#run-submit")
+                expect(page.locator("#run-cancel")).to_be_hidden(timeout=LONGEST_MS)
+                expect(page.locator("#run-levels .chart-plot > svg")).to_be_visible()
+            page.screenshot(path=tmp_path / f"{step}-{language}-{width}.png")
+            found = Axe().run(page)
+            assert found.violations_count == 0, found.generate_report()
+            across = page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
+            assert across <= 0, (step, width)
+        page.context.close()
+
+
+def test_the_first_visit_is_light_and_the_address_loses_its_token(
+    app: App, browser: Browser
+) -> None:
+    context = browser.new_context()
+    page = context.new_page()
+    sizes: list[int] = []
+    page.on("requestfinished", lambda one: sizes.append(one.sizes()["responseBodySize"]))
+    page.goto(app.address)
+    page.wait_for_load_state("networkidle")
+    assert sum(sizes) < 300_000
+    assert "token" not in page.url
+    page.reload()
+    expect(page.locator("#run-submit")).to_be_visible()
+    stranger = browser.new_context().new_page()
+    stranger.goto(page.url)
+    expect(stranger.locator("main")).to_contain_text(sentence("app-no_token"))
+
+
+def test_work_that_is_given_up_ends_and_the_button_ends_the_program(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with App(tmp_path) as own:
+        page = opened(browser, own)
+        page.set_input_files("input[name=file]", RUNS[0])
+        page.click("#run-submit")
+        page.click("#run-cancel")
+        expect(page.locator("#run-wrong")).to_have_text(sentence("positioning-cancelled"))
+        page.set_input_files("input[name=file]", RUNS[1])
+        page.click("#run-submit")  # its place is free again
+        named(page, RUNS[1].name)
+        page.click("#app-end")
+        expect(page.locator("main")).to_have_text(sentence("app-ended"))
+        assert own.program.wait(timeout=60) == 0
+    assert list(tmp_path.glob("thermaxis-work-*")) == []
