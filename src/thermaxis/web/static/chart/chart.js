@@ -12,7 +12,6 @@ import { moment, number, word } from "../words.js";
 
 /**
  * @typedef {import("./draw.js").Axis} Axis
- * @typedef {import("./scale.js").Scale} Scale
  * @typedef {import("./scale.js").Values} Values
  * @typedef {string | number} X ISO time, milliseconds since 1970 with `time`, or a number
  *
@@ -23,14 +22,12 @@ import { moment, number, word } from "../words.js";
  *   axis?: "left" | "right", dash?: string, marker?: string, markers?: number, color?: number,
  *   digits?: number, unlisted?: boolean}} Line
  *
- * An `alarm` stands out, a `request` stands in a row of its own, with numbers. What has no room for
- * a letter goes by its rank, the largest first; 1.
+ * An `alarm` stands out, a `request` stands in a row of its own, with numbers; marksListed of them
+ * have a letter, those of the smallest rank (1). A band with one edge is a limit.
  * @typedef {{x: X, text: string, kind?: string, rank?: number}} Mark
  *
- * A band with one edge is a limit. A still chart has no tools and no zoom: it is only looked at.
- * first and last are the ends of the x axis; the left one shows leastSpan at least; marksListed
- * have a letter, the weightiest ones; label is for who cannot see it. onSpan is told what a person
- * has zoomed to, null for all of it.
+ * A still chart is only looked at. The x axis goes from first to last, the left one over leastSpan
+ * at least; label is for who cannot see it. onSpan is told what a person zooms to, null for all.
  * @typedef {{lines: Line[], marks?: Mark[], bands?: {low?: number, high?: number, text?: string}[],
  *   xTitle?: string, yTitle?: string, rightTitle?: string, still?: boolean, time?: boolean,
  *   first?: X, last?: X, leastSpan?: number, marksListed?: number, label?: string,
@@ -110,10 +107,10 @@ class Drawn {
     const { at, axis, chart: { lines, bands = [], still, label = "" }, plot } = this;
     const { begin, end, top, bottom } = this.frame;
     const place = (/** @type {number} */ x) => (axis.time ? moment(x) : number(x, 2));
-    const shown = at ?? pick(axis, (x) => -x);
+    const shown = at ?? axis.end;
     const values = lines.map((line, k) => number(valueAt(axis, line, k, shown), line.digits ?? 1));
     const listed = lines.map((line, k) => ({ line, k })).filter(({ line }) => !line.unlisted);
-    const said = [shown === null ? word("chart-nothing") : place(shown),
+    const said = [axis.empty ? word("chart-nothing") : place(shown),
       ...listed.map(({ line, k }) => `${line.name} ${values[k]} ${line.unit ?? ""}`)];
     this.legend.replaceChildren(
       ...listed.map(({ line, k }) => lineRow(line, k, at === null ? "" : values[k])),
@@ -125,7 +122,7 @@ class Drawn {
     for (const [name, value] of Object.entries(still
       ? { role: "img", "aria-label": [label, ...said].join(", ") }
       : { role: "slider", "aria-label": label, "aria-valuetext": said.join(", "), tabindex: 0,
-        "aria-valuemin": axis.first, "aria-valuemax": axis.last, "aria-valuenow": shown ?? 0 }
+        "aria-valuemin": axis.first, "aria-valuemax": axis.last, "aria-valuenow": shown }
     )) plot.setAttribute(name, String(value));
     this.cursor.replaceChildren();
     if (at === null) return;
@@ -135,9 +132,9 @@ class Drawn {
       svg("text", { x: x + side, y: bottom - 5, "text-anchor": anchor }, place(at)));
   }
 
-  /** Point at the value where the cost is least. @param {Scale} cost */
-  point(cost) {
-    this.at = pick(this.axis, cost);
+  /** @param {number | null} at */
+  point(at) {
+    this.at = at;
     this.tell();
   }
 
@@ -165,28 +162,22 @@ class Drawn {
     if (type === "pointerdown") plot.setPointerCapture(pointerId);
     if (type !== "pointermove") this.from = type === "pointerdown" ? px : null;
     if (type === "pointerleave" || type === "pointercancel") {
-      if (pointerType === "mouse") this.point(() => Infinity);
+      if (pointerType === "mouse") this.point(null);
       return;
     }
-    this.point((x) => Math.abs(x - xAt(px)));
+    this.point(xAt(px));
     this.cursor.append(svg("rect", { x: from, y: top, width: to - from, height: bottom - top }));
     if (type === "pointerup" && to - from >= LEAST_DRAG_PX) this.show([xAt(from), xAt(to)]);
   }
 
   /** @param {KeyboardEvent} event */
   onKey(event) {
-    const { at, axis } = this;
-    const step = 0.01 * (axis.last - axis.first);
-    const now = at ?? axis.last + step;
-    const cost = /** @type {Record<string, Scale>} */ ({
-      ArrowLeft: (x) => (x <= now - step ? -x : Infinity),
-      ArrowRight: (x) => (x >= now + step ? x : Infinity),
-      Home: (x) => x,
-      End: (x) => -x,
-    })[event.key];
-    if (!cost) return;
+    const { first, last } = this.axis;
+    const parts = { ArrowLeft: -0.01, ArrowRight: 0.01, Home: -1, End: 1 };
+    const part = /** @type {Record<string, number>} */ (parts)[event.key];
+    if (part === undefined) return;
     event.preventDefault();
-    if (pick(axis, cost) !== null) this.point(cost);
+    this.point(Math.min(last, Math.max(first, (this.at ?? last) + part * (last - first))));
   }
 }
 
@@ -199,26 +190,19 @@ function axisOf(chart, view) {
   const unknown = !view && !Number.isFinite(last - first);
   if (unknown || last <= first) [first, last] = unknown ? [0, 1] : [first - 1, first + 1];
   [first, last] = view ?? [first, last];
+  const end = Math.min(last, Math.max(first, ...ends)); // of what is drawn
   const empty = !chart.lines.some((line) => line.y.some(isNumber));
-  return { time: Boolean(chart.time), first, last, unknown, empty, lines };
-}
-
-/** Where it costs least, of all that is shown. @param {Axis} axis @param {Scale} cost */
-function pick({ lines, first, last }, cost) {
-  let [found, least] = [/** @type {number | null} */ (null), Infinity];
-  for (const x of lines.flat()) {
-    if (x >= first && x <= last && cost(x) < least) [found, least] = [x, cost(x)];
-  }
-  return found;
+  return { time: Boolean(chart.time), first, last, end, unknown, empty, lines };
 }
 
 /** The value of a line at the place of it that is nearest; beyond its ends there is none.
- * @param {Axis} axis @param {Line} line @param {number} k its place @param {number | null} at */
-function valueAt(axis, { y }, k, at) {
-  const [x, margin] = [axis.lines[k] ?? [], 0.01 * (axis.last - axis.first)];
-  if (at === null || !(at >= x[0] - margin && at <= (x.at(-1) ?? NaN) + margin)) return null;
-  const nearest = pick({ ...axis, lines: [x] }, (one) => Math.abs(one - at));
-  return y[x.indexOf(nearest ?? NaN)];
+ * @param {Axis} axis @param {Line} line @param {number} k its place @param {number} at */
+function valueAt({ lines, first, last }, { y }, k, at) {
+  const [x, margin] = [lines[k] ?? [], 0.01 * (last - first)];
+  if (!(at >= x[0] - margin && at <= (x.at(-1) ?? NaN) + margin)) return null;
+  const after = x.findIndex((one) => one >= at);
+  const before = (after < 0 ? x.length : after) - 1;
+  return y[after < 0 || at - x[before] < x[after] - at ? before : after];
 }
 
 /** Whether a row stands out of the legend, or in a column that is out of sight.

@@ -8,8 +8,8 @@ import { number, pageLocale, word } from "../words.js";
 
 /**
  * @typedef {import("./chart.js").Chart} Chart
- * @typedef {{time: boolean, first: number, last: number, unknown: boolean, empty: boolean,
- *   lines: number[][]}} Axis
+ * @typedef {{time: boolean, first: number, last: number, end: number, unknown: boolean,
+ *   empty: boolean, lines: number[][]}} Axis
  */
 
 const MOST_MARKERS = 12;
