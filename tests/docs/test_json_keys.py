@@ -106,6 +106,8 @@ SAME_KEYS = {
         ),
         "figures",
     ),
+    "identify.outputs.NAME.peak_to_peak_um": f"{VERIFIED}.peak_to_peak_um",
+    "channels.findings": "identify.findings",
     "check.warnings": "check.configuration",
     "check.self_test": "check.configuration",
     "correct.input": "input",
@@ -264,6 +266,9 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
     parts = ["--input", "spindle=T_spindle_C-T_column_C", "--input", "table=T_table_C-T_column_C"]
     json_words = ["--json", str(folder / "thermal.json")]
     model = str(folder / "model.json")
+    keys_written(["channels", *tests, *json_words], "channels", found)
+    joined = str(folder / "joined.csv")
+    keys_written(["merge", *tests, "-o", joined, *json_words], "merge", found)
     identify = ["identify", *tests, "--output", "Z_um", "--sample-time", "120", *json_words]
     keys_written([*identify, "--candidates", "T*_C"], "identify", found)
     for words in (
@@ -275,7 +280,10 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
     keys_written([*identify, *parts, *joint, "--model", model], "identify", found)
     keys_by_place(json.loads(Path(model).read_text(encoding="ascii")), "model", found)
     log = str(examples / "lathe_verification.csv")
-    keys_written(["verify", model, log, *json_words], "verify", found)
+    series = folder / "series.json"
+    verify = ["verify", model, log, "--series", str(series), *json_words]
+    keys_written(verify, "verify", found)
+    keys_by_place(json.loads(series.read_text(encoding="ascii")), "series", found)
     keys_written(["compare", model, log, *json_words], "compare", found)
 
 

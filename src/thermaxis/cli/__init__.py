@@ -25,6 +25,7 @@ GROUPS = {
         "generate": "write an example run of a virtual machine",
     },
     "thermal": {
+        "channels": "show what is in logs, and which sensor is doubtful",
         "identify": "identify a compensation model from thermal logs",
         "verify": "compare a compensation model in free run with measured logs",
         "simulate": "run a compensation model along a log",

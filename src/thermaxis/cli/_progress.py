@@ -1,6 +1,9 @@
 """A progress bar on standard error, shown only once something takes longer than a second."""
 
+import json
+import os
 import sys
+from pathlib import Path
 from threading import Lock, Timer
 from types import TracebackType
 from typing import TYPE_CHECKING, final
@@ -9,6 +12,8 @@ if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
 PATIENCE_S = 1.0
+VARIABLE = "THERMAXIS_PROGRESS"
+"""Names a file into which each step is written as JSON, for a program that waits."""
 
 
 @final
@@ -16,12 +21,14 @@ class Progress:
     """Call it with the step, the steps done and their number; use it in a ``with`` statement.
 
     A number of steps of zero means that it is not known. The bar appears by itself when a
-    second has passed, also in the middle of a step, and only on a terminal.
+    second has passed, also in the middle of a step, and only on a terminal. Where `VARIABLE` names
+    a file, the step stands there.
     """
 
     def __init__(self) -> None:
         self._step = ("", 0, 0)
         self._bar: RichProgress | None = None
+        self._file = os.environ.get(VARIABLE, "")
         self._lock = Lock()
         self._timer = Timer(PATIENCE_S, self._show)
         self._timer.daemon = True
@@ -46,6 +53,9 @@ class Progress:
         """Show that `done` of `total` steps are done and which one comes now."""
         with self._lock:
             self._step = (step, done, total)
+            if self._file:
+                told = {"step": step, "done": done, "total": total}
+                Path(self._file).write_text(json.dumps(told), "utf-8")
             if self._bar is not None:
                 task = self._bar.task_ids[0]
                 self._bar.update(task, description=step, completed=done, total=total or None)

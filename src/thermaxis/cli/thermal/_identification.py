@@ -95,7 +95,7 @@ def described(
             key="outputs",
             names=[output.name for output in result.outputs],
         ),
-        Value("findings", list(_findings(findings))),
+        Value("findings", list(findings_as_json(findings))),
         *messages_of("warnings", result.warnings, before=[*remarks, *sensors]),
     ]
 
@@ -281,7 +281,10 @@ def _tried(output: thermal.IdentifiedOutput) -> list[Part]:
     return [Table("Tried, each judged in free run on parts held out", rows, words=1)]
 
 
-def _findings(findings: Mapping[str, Sequence[thermal.LogFinding]]) -> Iterator[dict[str, object]]:
+def findings_as_json(
+    findings: Mapping[str, Sequence[thermal.LogFinding]],
+) -> Iterator[dict[str, object]]:
+    """Return findings as JSON has them."""
     for log, found in findings.items():
         for finding in found:
             yield {
@@ -290,7 +293,9 @@ def _findings(findings: Mapping[str, Sequence[thermal.LogFinding]]) -> Iterator[
                 "channel": finding.channel,
                 "text": sentence_of(finding.message),
                 "remedy": remedy_of(finding.message),
+                "serious": finding.serious,
                 "rows": finding.rows,
+                "time_s": finding.time_s,
                 "code": finding.message.code,
                 "values": values_as_json(finding.message.values),
             }
@@ -349,6 +354,7 @@ def _output(output: thermal.IdentifiedOutput, sample_time_s: float) -> list[Valu
     held = output.held_out
     return [
         *values_of(output, "fit_percent", "noise_std_um", "slow_noise_std_um", "training_rmse_um"),
+        Value("peak_to_peak_um", _peak_to_peak(output.trained)),
         Value("start", [*map(str, output.starts)]),
         Value("held_out", None if held is None else _held_out_json(held)),
         *messages_of("warnings", output.warnings),
@@ -390,6 +396,16 @@ def _next_test(output: thermal.IdentifiedOutput) -> dict[str, object] | None:
         for test in asked.tests
     ]
     return {**said, "unmoved": asked.unmoved, "tests": tests}
+
+
+def _peak_to_peak(trained: thermal.VerificationFigures | None) -> dict[str, float] | None:
+    if trained is None:
+        return None
+    return {
+        "uncompensated": trained.uncompensated_um,
+        "residual": trained.residual_um,
+        "reduction": trained.reduction,
+    }
 
 
 def _held_out_json(held: thermal.HeldOut) -> dict[str, object]:

@@ -14,6 +14,7 @@ from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._identification import described
+from thermaxis.cli.thermal._series import add_series, write_run_series
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
@@ -156,6 +157,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--model OUT.json", "write the compensation model", Path)
     add_json(parser)
+    add_series(parser)
     add_report(parser)
     add_figures(parser)
     add(
@@ -224,6 +226,8 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.model is not None:
             model = result.to_compensation_model(records, provenance, sentence=text_of)
             write_model(model, arguments.model)
+        if arguments.series is not None:
+            write_run_series([run for o in result.outputs for run in o.runs], arguments.series)
         if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
         if arguments.report:
@@ -239,7 +243,7 @@ def run(arguments: argparse.Namespace) -> int:
             report.write_identification_figures(
                 result, records, logs, arguments.figures, reference_s=arguments.reference
             )
-    files = (arguments.model, *arguments.report, arguments.figures)
+    files = (arguments.model, arguments.series, *arguments.report, arguments.figures)
     written = [path for path in files if path is not None]
     first = remarks_of(logs, assumed=True)
     told = described(result, records, findings, remarks, beside=len(first) + len(written))
@@ -305,6 +309,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         [
             ("--model", arguments.model),
             ("--json", arguments.json),
+            ("--series", arguments.series),
             *(("--report", path) for path in arguments.report),
         ],
         [*arguments.logs, arguments.mapping],

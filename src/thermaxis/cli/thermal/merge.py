@@ -1,16 +1,18 @@
 """Join the logs of two recorders by time."""
 
 import argparse
-import sys
 from pathlib import Path
 
-from thermaxis.cli._arguments import add_mapping, adder
+from thermaxis import __version__
+from thermaxis.cli._arguments import add_json, add_mapping, adder
+from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_csv_name, check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._thermal_logs import read_logs
+from thermaxis.cli.thermal._thermal_logs import read_logs, reading_codes
 from thermaxis.codes import printable
 from thermaxis.files import write_thermal_log
 from thermaxis.messages import sentence_of
+from thermaxis.report.tables import Value
 from thermaxis.thermal import merge_logs
 
 
@@ -41,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         _common,
         many=True,
     )
+    add_json(parser)
     add_mapping(parser)
 
 
@@ -48,7 +51,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Join and write."""
     output: Path = arguments.output
     check_csv_name(output)
-    check_outputs([("--output", output)], [arguments.first, arguments.second, arguments.mapping])
+    check_outputs(
+        [("--output", output), ("--json", arguments.json)],
+        [arguments.first, arguments.second, arguments.mapping],
+    )
     with Progress() as progress:
         progress("reading", 0, 0)
         a, b = read_logs(
@@ -57,9 +63,13 @@ def run(arguments: argparse.Namespace) -> int:
         progress("joining", 0, 0)
         joined = merge_logs(a.log, b.log, shift_s=arguments.shift, common=arguments.common)
         write_thermal_log(joined, output)
-    for remark in joined.remarks:
-        sys.stdout.write(f"{printable(sentence_of(remark), 400)}\n")
-    sys.stdout.write(
-        f"written: {printable(str(output))} ({joined.rows} rows, {len(joined.columns)} channels)\n"
-    )
+    described = [
+        *(printable(sentence_of(remark), 400) for remark in joined.remarks),
+        f"written: {output} ({joined.rows} rows, {len(joined.columns)} channels)",
+        Value("version", __version__),
+        Value("rows", joined.rows),
+        Value("channels", list(joined.columns)),
+        reading_codes([joined]),
+    ]
+    show(described, arguments.json)
     return 0

@@ -9,6 +9,7 @@ from thermaxis.cli._arguments import add_figures, add_json, add_report, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
+from thermaxis.cli.thermal._series import add_series, write_run_series
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     add_start,
@@ -66,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         Path,
     )
     add_json(parser)
+    add_series(parser)
     add_report(parser)
     add_figures(parser)
     add_log_options(parser)
@@ -74,7 +76,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Verify, show and write."""
     check_outputs(
-        [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
+        [
+            ("--json", arguments.json),
+            ("--series", arguments.series),
+            *(("--report", path) for path in arguments.report),
+        ],
         [arguments.model, *arguments.logs, arguments.mapping, arguments.limits],
         charts=arguments.figures,
     )
@@ -96,6 +102,9 @@ def run(arguments: argparse.Namespace) -> int:
             start=arguments.start,
         )
         written = [*arguments.report]
+        if arguments.series is not None:
+            write_run_series([run for log in result.logs for run in log.outputs], arguments.series)
+            written.append(arguments.series)
         if arguments.report or arguments.figures is not None:
             progress("report", 0, 0)
         if arguments.report:

@@ -37,6 +37,10 @@ from ._resample import (
     block_numbers as block_numbers,
     even_step_s as even_step_s,
 )
+from ._suggestion import (
+    quantity_of as quantity_of,
+    suggest_inputs as suggest_inputs,
+)
 from ._thermal_log import (
     MOST_CELLS as MOST_CELLS,
     ThermalLog as ThermalLog,

@@ -1,6 +1,7 @@
 """Commands of this program in processes of their own, with limits."""
 
 from thermaxis.web.work._work import (
+    PROGRESS as PROGRESS,
     BusyError as BusyError,
     Ending as Ending,
     Limits as Limits,

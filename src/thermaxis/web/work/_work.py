@@ -32,6 +32,8 @@ SAID_BYTES: Final = 256_000
 """Most that a command may print. [byte]"""
 NICE: Final = 10
 """Steps by which a command stands back behind the loop and the pages. [1]"""
+PROGRESS: Final = ".progress"
+"""File in which a command that runs writes its step, as JSON."""
 MOST_WAITING: Final = 3
 """Commands that wait while one runs; further ones are refused. [1]"""
 _PREFIX = "thermaxis-work-"
@@ -268,6 +270,7 @@ class Work:
             "HOME": str(folder),
             "TMPDIR": str(folder),
             "MPLCONFIGDIR": str(self._private() / _SETTINGS),  # its list of fonts takes a second
+            "THERMAXIS_PROGRESS": str(folder / PROGRESS),
             **dict.fromkeys(_ONE_THREAD, "1"),
         }
 
