@@ -105,7 +105,7 @@ def test_its_folder_is_private_and_its_environment_bare(
     )
     first, second, third = outcome.printed.splitlines()
     assert first == "0o700 True"
-    assert "THERMAXIS" not in second
+    assert "THERMAXIS_PASSWORD" not in second
     assert "PYTHON" not in second
     own = os.nice(0)
     assert second.endswith(f"] {min(own + 10, 19)} True")
