@@ -3,6 +3,7 @@
 import asyncio
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import Any
@@ -88,10 +89,14 @@ def test_the_cause_is_named_before_the_state(told: RuntimeStatus) -> None:
         assert found.code == "headline-interlock"
         assert found.values["names"] == told.open_interlocks
         assert found.values["name"] == told.open_interlocks[0]
+    elif told.source_connected and Reason.CONNECTION_LOST in told.output.reasons:
+        assert found.code == "headline-unreachable"
+    elif Reason.INTERLOCK_OPEN in told.output.reasons:
+        assert found.code == "headline-not_released"
     elif told.differing:
-        assert found.code in {"headline-not_acting", "headline-not_released"}
+        assert found.code == "headline-not_acting"
     elif at_work and not told.source_connected:
-        assert found.code in {"headline-inputs_unreachable", "headline-not_released"}
+        assert found.code == "headline-inputs_unreachable"
     elif dead or None in told.interlocks.values():
         assert found.code not in {"headline-warming", "headline-active", "headline-at_limit"}
         held = state is SupervisorState.HOLDING
@@ -152,21 +157,53 @@ LOST = {"source_connected": False, "interlocks": {"door": None}}
 def test_what_one_look_alone_does_not_show_stands_until_that_lasts(
     before: dict[str, Any], missed: dict[str, Any], code: str
 ) -> None:
+    seen = looks()
+    seen(0.0, **before)  # what is seen at first may have been so for longer
+    came_s = seen(1.0, **before)[1]
+    missed = {**before, **missed}
+    assert seen(2.0, **missed) == (code, came_s)
+    assert seen(3.0, **before) == (code, came_s)
+    assert [seen(s, **missed)[0] for s in (4.0, 5.0)] == [code] * 2
+    last = "not_acting" if "source_connected" not in missed else "inputs_unreachable"
+    assert seen(6.0, **missed) == (last, 4.0)
+    assert seen(7.0, **before)[0] == code
+
+
+def test_looks_that_fail_one_after_the_other_each_in_its_way_are_bridged_as_one() -> None:
+    seen = looks()
+    seen(0.0)
+    bad, good = SampleQuality.STATUS_BAD, SampleQuality.GOOD
+    dead = [{"output": output(qualities=one)} for one in ((bad, good), (good, bad))]
+    fail = [LOST, LOST, *dead, {"differing": ("Z_um",)}, LOST, *dead]
+    told = [seen(1.0 + k, **changes)[0] for k, changes in enumerate(fail)]
+    assert told[:2] == ["active"] * 2
+    assert set(told[2:]) == {"input_lost", "not_acting", "inputs_unreachable"}
+
+
+@pytest.mark.parametrize("set_s", [-3600.0, 3600.0])
+@pytest.mark.parametrize("fails", [LOST, {"differing": ("Z_um",)}])
+def test_a_clock_that_is_set_bridges_nothing_for_longer_and_nothing_for_less(
+    fails: dict[str, Any], set_s: float
+) -> None:
+    seen = looks()
+    told = "not_acting" if "differing" in fails else "inputs_unreachable"
+    assert seen(0.0)[0] == "active"
+    assert [seen(s, set_s, **fails)[0] for s in (1.0, 2.0)] == ["active"] * 2
+    assert {seen(s, set_s, **fails)[0] for s in (3.0, 10.0)} == {told}
+    assert {seen(s, 2.0 * set_s, **fails)[0] for s in (11.0, 600.0)} == {told}
+
+
+def looks() -> Callable[..., tuple[str, float]]:
+    """Return what tells the headline of one look after the other, and since when it stands."""
     of = Headlines()
 
-    def seen(at_s: float, **changes: Any) -> tuple[str, float]:
-        at = NOW + timedelta(seconds=at_s)
-        found, since = of.headline_of(status(**{"utc": at, **before, **changes}))
+    def seen(at_s: float, set_s: float = 0.0, **changes: Any) -> tuple[str, float]:
+        told = status(**{"utc": NOW + timedelta(seconds=at_s + set_s), **changes})
+        told = replace(told, output=told.output._replace(time_s=100.0 + at_s))
+        found, since = of.headline_of(told)
         return found.code.removeprefix("headline-"), (since - NOW).total_seconds()
 
-    of.headline_of(status())  # what is seen at first may have been so for longer
-    came_s = seen(1.0)[1]
-    assert seen(2.0, **missed) == (code, came_s)
-    assert seen(3.0) == (code, came_s)
-    assert [seen(s, **missed)[0] for s in (4.0, 5.0, 6.0)] == [code] * 3
-    last = "not_acting" if "interlocks" not in missed else "inputs_unreachable"
-    assert seen(7.0, **missed) == (last, 4.0)
-    assert seen(8.0)[0] == code
+    return seen
 
 
 def test_an_interlock_that_is_met_is_not_said_to_be_open_because_another_read_failed() -> None:
@@ -258,6 +295,18 @@ async def test_a_loop_names_who_holds_it_and_what_keeps_it() -> None:
         bench.machine.lose()
         await asyncio.sleep(2.0)
         assert of(loop) == ("headline-unreachable", {})
+
+
+async def test_a_control_that_falls_silent_is_said_to_be_unreachable_and_no_interlock() -> None:
+    bench, seen = Rig(), set[str]()
+    async with bench.running() as loop:
+        await enabled_for(loop, 40.0)
+        loop.listeners.append(lambda told: seen.add(told.headline.code))
+        bench.machine.unanswered = 100
+        await asyncio.sleep(10.0)
+        assert loop.status is not None
+        assert loop.status.sink_connected
+        assert seen == {"headline-active", "headline-unreachable"}
 
 
 @pytest.mark.parametrize("deaf", ["refuses", "obeys"])

@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from datetime import datetime
 
 _Causes: TypeAlias = Iterator[tuple[str, str, Mapping[str, Value]]]
-_ACTING = "acting"
 _USABLE = frozenset({SampleQuality.GOOD, SampleQuality.REDUNDANT})
-_BRIDGED = frozenset({"inputs_unreachable", "input_lost"})
+_DOUBTFUL = frozenset({"not_acting", "inputs_unreachable", "input_lost"})
 """What a single missed read looks like, too."""
 _STANDING = frozenset({"headline-active", "headline-at_limit", "headline-interlock"})
 """What is told on meanwhile, in the same state."""
@@ -25,8 +24,8 @@ _STANDING = frozenset({"headline-active", "headline-at_limit", "headline-interlo
 class Headlines:
     """Names the cause that matters most, and since when it has stood.
 
-    What one look alone shows, as a busy computer misses one now and then, is not told before it
-    has lasted for the status's patience.
+    A look whose gravest cause is doubtful, as a busy computer misses a read now and then, changes
+    nothing until no other look has been seen for the status's patience.
     """
 
     def __init__(self) -> None:
@@ -34,6 +33,7 @@ class Headlines:
         self._state = SupervisorState.OFF
         self._told: tuple[Message, datetime] | None = None
         self._looked = False
+        self._sure_s = float("-inf")
 
     def headline_of(self, status: RuntimeStatus) -> "tuple[Message, datetime]":
         """Return the headline of a status, and since when its cause has stood.
@@ -52,10 +52,11 @@ class Headlines:
         if "hold" in since and "hold" not in self._since:
             since["hold"] = status.utc - timedelta(seconds=status.held_s)
         self._looked = self._looked or status.source_connected
-        longest = timedelta(seconds=status.patience_s)
-        young = {key for key, at in since.items() if status.utc - at <= longest}
-        key, code, values = next(one for one in causes if one[0] != _ACTING or _ACTING not in young)
-        if self._told and self._state is state and code in _BRIDGED and key in young:
+        if causes[0][1] not in _DOUBTFUL:
+            self._sure_s = status.output.time_s
+        doubted = status.output.time_s - self._sure_s <= status.patience_s
+        key, code, values = next(one for one in causes if not (doubted and one[1] == "not_acting"))
+        if doubted and self._told and self._state is state and code in _DOUBTFUL:
             told, _ = self._told
             unread = status.interlocks.get(str(told.values.get("name"))) is None
             if told.code in _STANDING and unread:
@@ -100,12 +101,13 @@ def _causes(status: RuntimeStatus) -> _Causes:
     then = _then(status)
     for name in opened:
         yield f"interlock {name}", "interlock", {"name": name, "names": opened, **then}
-    blocked = Reason.INTERLOCK_OPEN in reasons and not opened
-    if blocked or Reason.CONNECTION_LOST in reasons:
+    if Reason.CONNECTION_LOST in reasons and status.source_connected:
+        yield "sink", "unreachable", {}
+    if Reason.INTERLOCK_OPEN in reasons and not opened:
         yield "release", "not_released", {}
     unlike = status.outputs if status.sink_reason is not None else status.differing
     if unlike:
-        yield _ACTING, "not_acting", {"names": unlike}
+        yield "acting", "not_acting", {"names": unlike}
     if not status.enabled:
         yield "fading", "fading", {}
     elif state is not SupervisorState.FAULT:
