@@ -43,7 +43,7 @@ from thermaxis.web import (
     spoken,
     text_of_template,
 )
-from thermaxis.web.work import close_work
+from thermaxis.web.work import Work, close_work
 
 ADDRESS: Final = "127.0.0.1"
 """This computer alone."""
@@ -206,6 +206,7 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
         exception_handlers={HTTPException: _no_route, Exception: _mistake},
     )
     application.state.parts = AppParts()
+    application.state.work = Work(nice=0)  # there is no loop that it could stand back behind
     return Guard(
         application, [f"{ADDRESS}:{port}", f"localhost:{port}"], secure=False, language="en"
     )

@@ -1,6 +1,7 @@
 """Who gets into the app, and what hostile requests and files are told."""
 
 import asyncio
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -173,3 +174,14 @@ def test_a_port_that_is_taken_is_said_with_what_to_do() -> None:
         port = taken.getsockname()[1]
         with pytest.raises(ConfigurationError, match="--port"):
             asyncio.run(serve_app(port, print))
+
+
+def test_the_app_needs_nothing_but_the_core_installation() -> None:
+    extras = ["argon2", "asyncua", "cryptography", "prometheus_client", "sqlalchemy", "websockets"]
+    code = f"""
+import sys
+sys.modules.update(dict.fromkeys({extras!r} + ["thermaxis.runtime"]))
+from thermaxis.app._server import build_app
+build_app("token", 1, bool)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

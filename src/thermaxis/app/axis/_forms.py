@@ -20,7 +20,11 @@ def forms() -> dict[str, list[Json]]:
         }
         for group in HEADER_GROUPS
     ]
-    limits = [{"key": f"{key}_um", "label": key, "unit": "µm"} for key in FIGURE_KEYS]
+    limits = [
+        {"key": f"{key}_{suffix}", "label": key, "unit": unit}
+        for suffix, unit in (("um", "µm"), ("arcsec", "″"))
+        for key in FIGURE_KEYS
+    ]
     rule = {"key": "decision_rule", "label": "decision_rule", "unit": "", "choices": _RULES}
     budget = [
         {"table": table, "title": table, "fields": [_named(key) for key in keys]}

@@ -29,13 +29,15 @@ _LINEAR: Mapping[str, Mapping[str, str]] = {
     "environment": {"variation_um": "environmental_variation"},
 }
 """Fields of the budget of a linear axis by table and key."""
-BUDGET_KEYS: Mapping[str, tuple[str, ...]] = {name: tuple(keys) for name, keys in _LINEAR.items()}
-"""Keys of the budget of a linear axis by table."""
 _ROTARY: Mapping[str, Mapping[str, str]] = {
     "device": {"expanded_uncertainty_arcsec": "device", "error_range_arcsec": "device_range"},
     "environment": {"variation_arcsec": "environmental_variation"},
 }
 """The same of a rotary axis: angles neither expand nor have a length."""
+BUDGET_KEYS: Mapping[str, tuple[str, ...]] = {
+    table: (*keys, *_ROTARY.get(table, ())) for table, keys in _LINEAR.items()
+}
+"""Keys by table, of axes of both kinds."""
 
 
 def _check_name(file: str, name: str, kind: AxisKind) -> None:

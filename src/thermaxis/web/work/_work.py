@@ -171,10 +171,12 @@ class Work:
         *,
         waiting: int = MOST_WAITING,
         where: Path | None = None,
+        nice: int = NICE,
     ) -> None:
         python = [sys.executable, "-I", "-X", "utf8", "-m", "thermaxis"]
         self._program = list(program or python)
         self._most = waiting + 1
+        self._nice = nice
         self._where = Path(tempfile.gettempdir()) if where is None else where
         self._turn = asyncio.Lock()
         self._places: list[_Place] = []
@@ -254,7 +256,7 @@ class Work:
             "processor_s": longest_s,
             "memory_bytes": limits.memory_bytes,
             "file_bytes": limits.file_bytes,
-            "nice": NICE,
+            "nice": self._nice,
             "alarm_s": longest_s + _ALARM_AFTER_S,
             "parent": os.getpid(),
         }
@@ -268,6 +270,7 @@ class Work:
             "PATH": os.defpath,
             "LANG": "C.UTF-8",
             "HOME": str(folder),
+            "USERPROFILE": str(folder),
             "TMPDIR": str(folder),
             "MPLCONFIGDIR": str(self._private() / _SETTINGS),  # its list of fonts takes a second
             "THERMAXIS_PROGRESS": str(folder / PROGRESS),
@@ -338,6 +341,7 @@ def _lock_of(root: Path) -> FileLock:
 def _remove_locked(root: Path, lock: FileLock) -> None:
     shutil.rmtree(root, ignore_errors=True)
     lock.release()
+    shutil.rmtree(root, ignore_errors=True)  # where an open file cannot be removed
 
 
 def _put(folder: Path, inputs: Mapping[str, bytes | Path]) -> None:

@@ -50,6 +50,8 @@ function show(result) {
   byId("run-made").hidden = true;
   byId("table-told").replaceChildren();
   choose(false);
+  const { top } = byId("run-result").getBoundingClientRect();
+  if (top < 0 || top > innerHeight / 2) byId("run-result").scrollIntoView();
   drawLevels(byId("run-levels"), byId("run-spread"), result);
 }
 
@@ -179,8 +181,12 @@ async function work(address, body) {
   if (answer?.ok) return answer.found;
   const silent = word(mine.aborted ? "positioning-cancelled" : "positioning-no_answer");
   refuse(String(answer?.found.text ?? silent));
-  if (READING_ERRORS.test(answer?.found.text ?? "")) {
-    /** @type {HTMLDetailsElement} */ (byId("run-reading")).open = true;
+  const [, asks = ""] = READING_ERRORS.exec(answer?.found.text ?? "") ?? [];
+  if (asks) {
+    const reading = /** @type {HTMLDetailsElement} */ (byId("run-reading"));
+    reading.open = true;
+    const field = reading.querySelector(`[name=${asks.replace("-", "_")}]`);
+    /** @type {HTMLElement | null} */ (field)?.focus();
   }
   return null;
 }
