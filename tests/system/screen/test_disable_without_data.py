@@ -75,7 +75,7 @@ def test_without_data_it_is_not_called_effective_before_a_status_shows_it(
     stand_in.live = True
     line.get_by_text("not yet effective").wait_for()
     assert "✓" not in line.inner_text()
-    rest = {"correction_um": 0.0, "accepted_um": 0.0, "effective_um": 0.0}
+    rest = {"correction_um": 0.0, "acting_um": 0.0}
     stand_in.status = made_up(state="Off", outputs=()) | {"outputs": {"Z_um": an_output(**rest)}}
     line.get_by_text("✓ effective").wait_for()
 

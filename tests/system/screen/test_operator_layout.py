@@ -297,10 +297,10 @@ def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
         told["outputs"]["Z_um"] |= {"correction_um": -16.3}
         shown(page, stand_in, told)
         assert "not yet effective" in line.inner_text()  # the control has not taken it
-        told["outputs"]["Z_um"] |= {"effective_um": None}
+        told["outputs"]["Z_um"] |= {"effective_um": None, "accepted_um": -16.3}
         shown(page, stand_in, told)
-        assert "not yet effective" in line.inner_text()  # it does not tell what acts
-        told["outputs"]["Z_um"] |= {"accepted_um": -16.3}
+        assert "not yet effective" in line.inner_text()  # what acts was not read
+        told["outputs"]["Z_um"] |= {"acting_um": -16.3}
         shown(page, stand_in, told)
         assert "✓ effective" in line.inner_text()
         assert wrong == []
@@ -358,7 +358,7 @@ def test_every_plain_request_says_what_will_happen_and_when_it_has(
         if name == "Disable":
             shown(page, stand_in, told)
             assert "not yet effective" in line.inner_text()  # the offset stands in the control
-            told["outputs"]["Z_um"] |= {"correction_um": 0.0, "effective_um": 0.4}
+            told["outputs"]["Z_um"] |= {"correction_um": 0.0, "acting_um": 0.4}
         shown(page, stand_in, told)
         assert "✓ effective" in line.inner_text()
 

@@ -17,7 +17,7 @@ globalThis.document = {
   documentElement: { lang: "en" },
   getElementById: () => null,
   querySelector: () => null,
-  createElement: () => ({ append() {}, setAttribute() {} }),
+  createElement: () => ({ append() {}, replaceChildren() {}, setAttribute() {} }),
 };
 document.body.append = () => {};
 const store = new Map();
@@ -26,8 +26,16 @@ globalThis.sessionStorage = {
   setItem: (key, text) => store.set(key, text),
   removeItem: (key) => store.delete(key),
 };
-const { endOf, keep, kept, watch } = await import("file://STATIC/ask/requests.js");
+const { begin, endOf, keep, kept, watch } = await import("file://STATIC/ask/requests.js");
 process.stdout.write(JSON.stringify((() => { BODY })()));
+"""
+HEADLINES = ("active", "at_limit", "not_acting", "unreachable")
+BEGUN = """
+return given.map(([before, after, method, args]) => ["unknown", "accepted"].map((answer) => {
+  const asked = { ...begin(method, args, method, null, before), answer };
+  watch([asked], after, 5);
+  return [asked.came === 5, endOf([asked], asked, after, 5)];
+}));
 """
 
 
@@ -43,6 +51,8 @@ def status(state: str = "Active", *, number: int = 100, **trim: object) -> dict[
         "wanted_um": 5.0,
         "accepted_um": 5.0,
         "effective_um": None,
+        "acting_um": 5.0,
+        "acting_known": True,
         "trim_um": 0.0,
         "trim_owner": "",
         "trim_left_s": 0.0,
@@ -54,6 +64,8 @@ def status(state: str = "Active", *, number: int = 100, **trim: object) -> dict[
         "cycle_s": 1.0,
         "state": state,
         "reasons": [],
+        "headline": {"code": "headline-active", "values": {}},
+        "sink_reason": None,
         "alarms": [],
         "inputs": {},
         "outputs": {"Z_um": axis | trim},
@@ -75,6 +87,7 @@ def course(method: str = "Enable", *args: object, **changed: object) -> dict[str
         "reason": "",
         "started": "a",
         "number": 90,
+        "stood": False,
         "came": None,
     }
     return found | changed
@@ -126,6 +139,50 @@ def test_a_model_is_effective_once_it_is_the_one_that_was_chosen_and_is_followed
     for sha256, effective in ((None, True), ("ab", True), ("cd", False)):
         asked = course("ChooseModel", "new.json", sha256=sha256)
         assert acts(asked, *told, other) == [effective, False, False, False]
+
+
+def test_an_enable_is_effective_only_while_the_control_follows() -> None:
+    told = [status() | {"headline": {"code": f"headline-{code}"}} for code in HEADLINES]
+    refused = status() | {"sink_reason": {"code": "error-node_not_writable", "values": {}}}
+    for asked in (course(), course("ChooseModel", "new.json", sha256="ab")):
+        assert acts(asked, *told, refused) == [True, True, False, False, False]
+
+
+def test_a_correction_has_arrived_where_it_was_read_to_act_and_nowhere_else() -> None:
+    trim = {"trim_um": 2.0, "trim_owner": "novak"}
+    looks = [
+        ({"acting_um": 5.0}, True),
+        ({"acting_um": 1.0, "effective_um": None, "accepted_um": 5.0}, False),  # a missed look
+        ({"acting_um": 5.0, "acting_known": False}, False),
+        ({"acting_um": None, "acting_known": False}, False),
+    ]
+    told = [status(**trim | of) for of, _ in looks]
+    assert acts(course("Trim", "Z_um", 2.0, 3600), *told) == [arrived for _, arrived in looks]
+    still = {"correction_um": 0.0, "accepted_um": None}
+    told = [status("Off", **still, acting_um=um) for um in (0.0, 3.0)]
+    assert acts(course("Disable"), *told) == [True, False]
+
+
+def test_what_was_set_already_shows_nothing_of_a_request_without_an_answer() -> None:
+    mine = {"trim_um": 2.0, "trim_owner": "novak", "trim_left_s": 100.0}
+    trim, model = ("Trim", ["Z_um", 2.0, 3600]), ("ChooseModel", ["new.json"])
+    cases = [
+        (status(**mine), trim, True),
+        (status(**mine | {"acting_um": 1.0}), trim, True),  # and is on its way
+        (status(**mine | {"trim_um": 1.0}), trim, False),
+        (status(**mine | {"trim_owner": "svoboda"}), trim, False),
+        (status(), model, True),
+        (status("Warming") | {"reasons": ["settling"]}, model, True),
+        (status() | {"model_file": "old.json"}, model, False),
+        (status() | {"diameter_mm": 5.0}, ("Diameter", [5.0]), True),
+        (status("Off"), ("Enable", []), False),
+        (None, ("Enable", []), False),
+    ]
+    after = status(number=101, **mine) | {"diameter_mm": 5.0}
+    found = said(BEGUN, [[before, after, *asked] for before, asked, _ in cases])
+    not_known = [False, "operator-effective_unknown"]
+    came = [True, ""]
+    assert found == [[not_known if stood else came, came] for _, _, stood in cases]
 
 
 def test_a_request_is_effective_by_a_status_that_was_told_after_it() -> None:

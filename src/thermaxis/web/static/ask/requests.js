@@ -1,13 +1,14 @@
 // @ts-check
 // How far the last requests of a person came: answered, and effective as soon as the loop's status
-// shows what was asked. They are kept in this window of the browser from page to page.
+// shows that what was asked acts at the machine. What was set already when it was asked shows
+// nothing without an answer. They are kept in this window of the browser from page to page.
 
 import { made, say } from "../elements.js";
 import { latest, onNoData, onStatus } from "../live.js";
 import { clock, duration, word } from "../words.js";
 
 const MOST = 3;
-const KEPT = "thermaxis.requests.4"; // with another form of a request another number
+const KEPT = "thermaxis.requests.5"; // with another form of a request another number
 const LATE_MS = 15 * 60_000;
 const NEAR_ZERO_UM = 0.05;
 const HALF_A_STEP_UM = 0.5; // of a control that keeps its offset in whole micrometres
@@ -16,6 +17,7 @@ const MISMATCHES = ["offset_mismatch", "another_writer"];
 const WATCHED = ["accepted", "unknown"];
 const WRONG = ["refused", "unknown"];
 const HELD = ["operator_hold", "hold_expired"];
+const NOT_ACTING = ["headline-not_acting", "headline-unreachable"];
 /** What a sensor's quality is called whose value waits for a person's word. */
 export const JUMPED = "too_fast";
 
@@ -35,6 +37,7 @@ export const JUMPED = "too_fast";
  * @property {string} reason in words; may be empty
  * @property {string} started when the loop was started that was asked; empty if that is not known
  * @property {number} number the loop's number when it was asked
+ * @property {boolean} stood whether it was set already when it was asked
  * @property {number | null} came when it was effective
  */
 
@@ -43,28 +46,31 @@ const TOPICS = {
   Enable: "state", Disable: "state", Hold: "state", Resume: "state", NoDiameter: "Diameter",
 };
 
-/** Whether a status shows what was asked.
+/** Whether a status shows that what was asked acts.
  * @type {Record<string, (status: Status, asked: Asked) => boolean>} */
 const EFFECTS = {
-  Enable: ({ state }) => state === "Active",
+  Enable: acts,
   Disable: ({ state, outputs }) =>
     state === "Off" && Object.values(outputs).every((axis) => arrived(axis, 0)),
   Hold: isHeld,
   Resume: (status) => !isHeld(status),
   Acknowledge: (status) => !waitsForAPerson(status),
-  Trim: ({ state, outputs }, { args: [output, um] }) => {
-    const axis = outputs[output];
-    if (!axis || Math.abs(axis.trim_um - um) > SAME) return false;
-    if (state !== "Active") return um === 0; // elsewhere nothing moves
-    return (um === 0 || axis.trim_owner === document.body.dataset.name)
-      && arrived(axis, axis.wanted_um);
+  Trim: (status, asked) => {
+    const { args: [output, um] } = asked;
+    if (!isTrimSet(status, asked)) return false;
+    if (status.state !== "Active") return um === 0; // elsewhere nothing moves
+    return arrived(status.outputs[output], status.outputs[output].wanted_um);
   },
   Diameter: (status, { args: [mm] }) => status.diameter_mm === mm,
   NoDiameter: (status) => status.diameter_mm === null,
   // It acts once the compensation follows it: until it has settled nothing moves.
-  ChooseModel: (status, asked) => status.state === "Active" && isLoaded(status, asked)
+  ChooseModel: (status, asked) => acts(status) && isLoaded(status, asked)
     && !status.reasons.includes("settling"),
 };
+
+/** Whether a status shows that what was asked is set, where it acts later only.
+ * @type {typeof EFFECTS} */
+const SET = { Trim: isTrimSet, ChooseModel: isLoaded };
 
 /** @type {Asked[]} the newest first */
 let requests = kept();
@@ -102,13 +108,24 @@ function isLoaded(status, { args: [file], sha256 }) {
   return status.model_file === file && (!sha256 || status.model_sha256 === sha256);
 }
 
-/** Whether a correction, and what acts of it where that is told, is at a value.
- * @param {any} axis @param {number} um */
+/** @param {Status} status @param {Asked} asked */
+function isTrimSet({ outputs }, { args: [output, um] }) {
+  const axis = outputs[output];
+  return axis !== undefined && Math.abs(axis.trim_um - um) <= SAME
+    && (um === 0 || axis.trim_owner === document.body.dataset.name);
+}
+
+/** Whether it compensates, and nothing is known against the control's following it.
+ * @param {Status} status */
+function acts({ state, sink_reason, headline }) {
+  return state === "Active" && !sink_reason && !NOT_ACTING.includes(headline.code);
+}
+
+/** Whether a correction, and what acts of it, is at a value. @param {any} axis @param {number} um */
 function arrived(axis, um) {
   const deadband = axis.limits?.deadband_um ?? 0;
-  const now = axis.effective_um ?? axis.accepted_um ?? axis.correction_um ?? 0;
-  return Math.abs((axis.correction_um ?? 0) - um) <= deadband + NEAR_ZERO_UM
-    && Math.abs(now - um) <= Math.max(deadband, HALF_A_STEP_UM) + NEAR_ZERO_UM;
+  return axis.acting_known && Math.abs((axis.correction_um ?? 0) - um) <= deadband + NEAR_ZERO_UM
+    && Math.abs(axis.acting_um - um) <= Math.max(deadband, HALF_A_STEP_UM) + NEAR_ZERO_UM;
 }
 
 /**
@@ -134,7 +151,9 @@ export function endOf(all, asked, status, nowMs) {
   if (later.some((one) => one.answer !== "refused" && topicOf(one) === topicOf(asked))) {
     return word("operator-effect_replaced");
   }
-  if (!status) return word("operator-effective_unknown");
+  if (!status || (asked.stood && asked.answer === "unknown")) {
+    return word("operator-effective_unknown");
+  }
   if (status.started !== asked.started) return word("operator-effect_restarted");
   return nowMs - asked.answered <= LATE_MS ? ""
     : word("operator-effective_late", { time: duration(LATE_MS / 1000) });
@@ -148,14 +167,17 @@ function topicOf({ method, args }) {
 // ---- what is asked now -----------------------------------------------------------------------
 
 /** @param {string} method @param {(string | number)[]} args @param {string} title
- * @param {string | null} sha256 @returns {Asked} */
-export function begin(method, args, title, sha256) {
-  const { started = "", number = -1 } = latest() ?? {};
+ * @param {string | null} sha256 @param {Status | null} status as it is now; null: no data
+ * @returns {Asked} */
+export function begin(method, args, title, sha256, status = latest()) {
+  const { started = "", number = -1 } = status ?? {};
   /** @type {Asked} */
   const asked = {
     method, args, title, sha256, started, number,
-    requested: Date.now(), answer: "waits", answered: Date.now(), reason: "", came: null,
+    requested: Date.now(), answer: "waits", answered: Date.now(), reason: "", stood: false,
+    came: null,
   };
+  asked.stood = status !== null && !!(SET[method] ?? EFFECTS[method])?.(status, asked);
   requests = [asked, ...requests].slice(0, MOST);
   tell();
   return asked;
