@@ -11,6 +11,7 @@ import subprocess
 import sys
 import venv
 from pathlib import Path
+from urllib import request
 
 import pytest
 
@@ -78,6 +79,28 @@ def test_a_plain_installation_carries_every_file(clone: Path, tmp_path: Path) ->
     assert json.loads(done.stdout)["test"]["time_source"] == "interpolated"
     assert (work / "c.pdf").read_bytes().startswith(b"%PDF-")
     assert "<html" in (work / "c.html").read_text(encoding="utf-8")
+    assert certificate_of_the_app(python, work).startswith(b"%PDF-")
+
+
+def certificate_of_the_app(python: Path, work: Path) -> bytes:
+    """Return the certificate of a run that is dropped on the page of a plain installation."""
+    words = [python, "-m", "thermaxis", "app", "--port", "0", "--no-browser"]
+    with subprocess.Popen(
+        words, cwd=work, env=clean_environment(), stdout=subprocess.PIPE, encoding="utf-8"
+    ) as app:
+        assert app.stdout is not None
+        address = app.stdout.readline().strip()
+        origin = address.partition("/?")[0]
+        opener = request.build_opener(request.HTTPCookieProcessor())
+        opener.addheaders = [("Origin", origin), ("Content-Type", "application/octet-stream")]
+        assert b"run-form" in opener.open(address).read()
+        run = (work / "run.rtl").read_bytes()
+        evaluated = opener.open(f"{origin}/positioning/upload?name=run.rtl", run).read()
+        key = json.loads(evaluated)["id"]
+        certificate: bytes = opener.open(f"{origin}/positioning/certificate/{key}").read()
+        opener.open(f"{origin}/end", b"").close()
+        assert app.wait(timeout=60) == 0
+    return certificate
 
 
 @pytest.mark.parametrize("script", ["start_up.py", "many_runs.py"])
