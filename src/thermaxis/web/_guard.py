@@ -36,7 +36,9 @@ LONGEST_PATH: Final = 1024
 """Longest path. [1]"""
 LONGEST_QUERY: Final = 4096
 """Longest query. [1]"""
-FORWARDED: Final = frozenset({"forwarded", "via", "x-forwarded-for", "x-forwarded-host"})
+FORWARDED: Final = re.compile(
+    "forwarded|via|x-forwarded-.*|(x-real|x-client|true-client|cf-connecting)-ip"
+)
 """Headers by which a proxy says that it stands between."""
 
 _SAFE: Final = frozenset({"GET", "HEAD"})
@@ -133,7 +135,7 @@ class Guard:
         headers, path, method = Headers(scope=scope), scope["path"], scope.get("method", "GET")
         names, raw = headers.getlist("host"), scope.get("raw_path") or path.encode()
         host = names[0].lower().removesuffix(self._own_port) if len(names) == 1 else ""
-        forwarded = not FORWARDED.isdisjoint(headers)
+        forwarded = any(map(FORWARDED.fullmatch, headers))
         yield host not in self._hosts, _HOST_WRONG
         yield forwarded and _HERE.fullmatch(host) is not None, _HOST_WRONG
         yield method not in _METHODS, _METHOD_WRONG

@@ -190,7 +190,8 @@ GOOD_ORIGIN = (b"origin", HERE.encode())
 
 
 def test_what_a_proxy_hands_on_must_call_the_server_by_a_name_that_is_stated_for_others() -> None:
-    for name in ("X-Forwarded-For", "x_forwarded_host", "Forwarded", "Via"):
+    who = ("X-Real-IP", "X-Client-IP", "True-Client-IP", "CF-Connecting-IP")
+    for name in ("X-Forwarded-For", "x_forwarded_proto", "Forwarded", "Via", *who):
         for host in HOSTS:
             answer = ask(host=host, **{name: "10.0.0.9"})
             assert answer.status_code == (200 if "shop" in host else 421), (name, host)
