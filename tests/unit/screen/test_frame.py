@@ -4,6 +4,7 @@ import gzip
 import json
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Any, cast
 
@@ -140,6 +141,13 @@ def test_a_page_and_what_it_is_told_call_an_input_as_people_do() -> None:
         socket.receive_json()
         said = socket.receive_json()["status"]["headline_said"]["text"]
     assert said.startswith("Bearing <front> ")
+
+
+def test_the_log_in_page_holds_names_and_configuration_only_for_whoever_may_look() -> None:
+    for view in (True, False):
+        given = replace(parts(view_without_login=view), configuration_sha256="ab" * 32)
+        page = client(given, _login_page.routes).get("/login").text
+        assert [one in page for one in ("Bearing", "ab" * 32)] == [view, view]
 
 
 def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
