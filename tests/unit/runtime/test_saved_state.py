@@ -4,6 +4,7 @@ import asyncio
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
@@ -18,7 +19,7 @@ from tests.unit.runtime.simulated import (
     SimulatedSource,
     alarms_of,
 )
-from thermaxis.codes import Message
+from thermaxis.codes import Message, printable
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -157,7 +158,9 @@ states = st.builds(
     time_s=numbers,
     correction_um=st.tuples(numbers, numbers),
     goal_um=st.tuples(numbers, numbers),
-    trims=st.tuples(*(st.builds(Trim, numbers, st.text(), numbers) for _ in range(2))),
+    trims=st.tuples(
+        *(st.builds(Trim, numbers, st.text().map(printable), numbers) for _ in range(2))
+    ),
     diameter_mm=st.none() | numbers,
 )
 
@@ -275,6 +278,10 @@ def test_a_state_of_another_version_is_not_guessed_at_and_leaves_it_off_with_an_
     assert "state_version" in alarms_of(loop)
     _, again = started(path, after_s=0.0)
     assert "state_version" not in alarms_of(again)
+    write_body(path, '{"format": "thermaxis-loop-state", "version": "\\ud800"}')
+    assert StateFile(path).load(MACHINE)[1] == replace(
+        other, values={**other.values, "version": r"\ud800"}
+    )
 
 
 def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -> None:
@@ -292,6 +299,22 @@ def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -
             else:
                 assert (found is None) is (key != "held_by"), key  # it was not saved at first
             place[key] = kept
+
+
+@pytest.mark.parametrize("name", ["\ud800", "\x1b[2J", "x" * 700_000, None, 7, ["Jana"]])
+def test_a_name_that_nobody_can_have_is_told_as_text_that_is_short_and_printable(
+    tmp_path: Path, name: object
+) -> None:
+    path = one_file(tmp_path)
+    whole = json.loads(path.read_text(encoding="utf-8").partition("\n")[2])
+    whole["held_by"] = whole["state"]["trims"][0][1] = name
+    write_body(path, json.dumps(whole))
+    found, why = StateFile(path).load(MACHINE)
+    assert found is not None, why
+    for told in (found.held_by, found.state.trims[0].who):
+        assert told.isprintable()
+        assert len(told) <= 200
+        assert bool(told) is isinstance(name, str)
 
 
 # ---- saved anew ---------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Final, NamedTuple, final
 
-from thermaxis.codes import Message
+from thermaxis.codes import Message, printable
 from thermaxis.compensation import (
     Compensation,
     CycleState,
@@ -31,6 +31,7 @@ from thermaxis.compensation import (
     with_compensation,
 )
 from thermaxis.runtime._ports import Clock
+from thermaxis.runtime.loop._requests import LONGEST_TEXT
 from thermaxis.runtime.loop._settings import LoopSettings
 
 STATE_FORMAT = "thermaxis-loop-state"
@@ -55,10 +56,6 @@ OTHER_VERSION: Final = "why-other_version"
 
 class _OtherVersionError(Exception):
     """A whole state of another version."""
-
-    def __init__(self, version: str) -> None:
-        self.version = version
-        super().__init__(version)
 
 
 @final
@@ -135,7 +132,7 @@ class StateFile:
         except FileNotFoundError:
             return None, Message(NO_FILE)
         except _OtherVersionError as error:
-            return None, Message(OTHER_VERSION, {"file": name, "version": error.version})
+            return None, Message(OTHER_VERSION, {"file": name, "version": str(error)})
         except (OSError, *_DAMAGE) as error:
             return None, Message(DAMAGED, {"file": name, "detail": type(error).__name__})
 
@@ -168,7 +165,7 @@ def _read(place: Path, compensation: Compensation) -> SavedState:
     if saved["format"] != STATE_FORMAT:
         raise ValueError(place.name)
     if saved["version"] != STATE_VERSION:
-        raise _OtherVersionError(str(saved["version"]))
+        raise _OtherVersionError(printable(str(saved["version"])))
     utc = datetime.fromisoformat(saved["utc"]).astimezone(UTC)
     return SavedState(
         utc,
@@ -177,7 +174,7 @@ def _read(place: Path, compensation: Compensation) -> SavedState:
         str(saved["model_file"]),
         bool(saved["enabled"]),
         _fitted(saved, compensation),
-        str(saved.get("held_by", "")),
+        _named(saved.get("held_by")),
     )
 
 
@@ -207,7 +204,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
         time_s=float(raw["time_s"]),
         correction_um=tuple(float(corrections.get(name, 0.0)) for name in names),
         goal_um=tuple(float(goals.get(name, 0.0)) for name in names),
-        trims=tuple(Trim(*trims[name]) if name in trims else Trim() for name in names),
+        trims=tuple(_trim(*trims.get(name, ())) for name in names),
         diameter_mm=raw["diameter_mm"],
     )
 
@@ -217,6 +214,14 @@ def _sensors(
 ) -> tuple[SensorState, ...]:
     known = dict(zip(channels, states, strict=True))
     return tuple(SensorState(*known.get(c, ())) for c in compensation.model.channels)
+
+
+def _trim(value_um: float = 0.0, who: object = "", left_s: float = 0.0) -> Trim:
+    return Trim(value_um, _named(who), left_s)
+
+
+def _named(who: object) -> str:
+    return printable(who, LONGEST_TEXT) if isinstance(who, str) else ""
 
 
 def _tuples(value: Any) -> Any:
@@ -292,8 +297,7 @@ def resumed(
         memory = _latched(old)
         taken = Message("resumed-fault", {"kept": kept, "reason": old.fault})
     trims = tuple(
-        trim._replace(left_s=trim.left_s - age_s) if trim.left_s > age_s else type(trim)()
-        for trim in state.trims
+        t._replace(left_s=t.left_s - age_s) if t.left_s > age_s else Trim() for t in state.trims
     )
     return state._replace(memory=memory, trims=trims), taken
 

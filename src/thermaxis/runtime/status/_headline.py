@@ -1,16 +1,13 @@
 """What is the matter, in one line: the cause goes before the state."""
 
 from collections.abc import Iterator, Mapping
-from datetime import timedelta
-from typing import TYPE_CHECKING, TypeAlias, final
+from datetime import datetime, timedelta
+from typing import TypeAlias, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import Reason, SampleQuality, SupervisorState
 from thermaxis.runtime._ports import OTHER_COMPENSATION
 from thermaxis.runtime.status._status import RuntimeStatus
-
-if TYPE_CHECKING:
-    from datetime import datetime
 
 _Causes: TypeAlias = Iterator[tuple[str, str, Mapping[str, Value]]]
 _USABLE = frozenset({SampleQuality.GOOD, SampleQuality.REDUNDANT})
@@ -35,7 +32,7 @@ class Headlines:
         self._looked = False
         self._sure_s = float("-inf")
 
-    def headline_of(self, status: RuntimeStatus) -> "tuple[Message, datetime]":
+    def headline_of(self, status: RuntimeStatus) -> tuple[Message, datetime]:
         """Return the headline of a status, and since when its cause has stood.
 
         What stood at the first look at the machine has stood since the loop was started, or for
