@@ -1,6 +1,7 @@
 """Tokens that stand for a password: whose they are, until when, and all that is refused."""
 
 import asyncio
+import errno
 import hashlib
 import logging
 import stat
@@ -214,6 +215,22 @@ def test_a_token_that_may_not_stand_is_refused_before_and_after_a_restart(
 
 
 @scenes.scene
+async def test_a_token_that_is_revoked_while_the_disk_is_full_is_gone_after_a_restart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> AbstractContextManager[BinaryIO]:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    loop = await Loop(tmp_path).begin()
+    token = await loop.token()
+    monkeypatch.setattr(_tokens, "whole_file", full)
+    await revoked(loop, token)
+    await loop.restart()
+    assert await loop.role(token) is Role.NONE
+    await loop.users.close()
+
+
+@scenes.scene
 async def test_a_token_is_no_other_users_and_no_other_loops(tmp_path: Path) -> None:
     clock = HandClock()
     one = await Loop(tmp_path / "one", clock).begin()
@@ -292,6 +309,27 @@ async def test_guesses_at_the_name_keep_no_token_out_and_a_token_helps_no_guesse
         assert await loop.users.identify("operator", "wrong", far) is None
     assert await loop.users.identify("operator", token, far) is not None
     assert await loop.users.identify("operator", PASSWORD, far) is None
+    await loop.users.close()
+
+
+@scenes.scene
+async def test_tokens_that_have_ended_keep_no_password_out_and_cost_no_more_looks_than_guesses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop = await Loop(tmp_path).begin()
+    token, far, looks = await loop.token(), "10.0.0.9", list[str]()
+    verify = PasswordHasher.verify
+
+    def counted(hasher: PasswordHasher, known: str, tried: str) -> bool:
+        looks.append(tried)
+        return verify(hasher, known, tried)
+
+    await other_password(loop, token)
+    monkeypatch.setattr(PasswordHasher, "verify", counted)
+    for _ in range(2 * FAILURES_BY_NAME):
+        assert await loop.users.identify("operator", token, far) is None
+    assert len(looks) == FAILURES_BY_NAME
+    assert await loop.users.identify("operator", "another horse battery", far) is not None
     await loop.users.close()
 
 

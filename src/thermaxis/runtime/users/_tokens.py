@@ -1,6 +1,7 @@
 """Tokens: what a screen logs somebody in with again after a loss, in place of the password."""
 
 import hmac
+import re
 import secrets
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ MOST_TOKENS: Final = 100
 """Tokens that are known at once; with the next one the oldest ends. [1]"""
 MOST_OF_HOLDER: Final = 8
 """... of one person: nobody ends the tokens of others. [1]"""
+_FORM = re.compile(f"[A-Za-z0-9_-]{{{len(secrets.token_urlsafe(TOKEN_BYTES))}}}")
 _LARGEST_FILE_BYTES = 100_000
 _Text = Annotated[str, Field(max_length=64)]
 
@@ -47,11 +49,12 @@ _FILE: TypeAdapter[list[IssuedToken]] = TypeAdapter(list[IssuedToken])
 class IssuedTokens:
     """The tokens that a loop has issued, kept as hashes in a file that only its owner reads.
 
-    A file that is damaged, or that others may read, holds no token: people log in again. Where it
-    cannot be written, tokens end with the program.
+    A file that is damaged, or that others may read, holds no token: people log in again. One that
+    cannot be written is removed, and tokens end with the program.
 
     Not protected: whoever may write the file, or reads the memory of the program that holds a
-    token, is that person until the token ends.
+    token, is that person until the token ends; nor, after a restart, is one that was revoked while
+    the file could be neither written nor removed.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -99,8 +102,17 @@ class IssuedTokens:
     def _keep(self, issued: list[IssuedToken]) -> None:
         self._issued = issued
         if self._path is not None:
-            with suppress(OSError), whole_file(self._path, mode=0o600) as stream:
-                stream.write(_FILE.dump_json(issued))
+            try:
+                with whole_file(self._path, mode=0o600) as stream:
+                    stream.write(_FILE.dump_json(issued))
+            except OSError:  # what stands there may hold one that was revoked
+                with suppress(OSError):
+                    self._path.unlink()
+
+
+def may_be_token(text: str) -> bool:
+    """Return whether a text has the length and the letters of a token."""
+    return _FORM.fullmatch(text) is not None
 
 
 def _stands(one: IssuedToken, now: datetime) -> bool:

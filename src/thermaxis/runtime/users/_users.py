@@ -33,7 +33,7 @@ from thermaxis.files.settings import parse_toml
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.host import read_private, whole_file
 from thermaxis.runtime.users._throttle import PIN_REFUSED_S, LogInThrottle
-from thermaxis.runtime.users._tokens import IssuedToken, IssuedTokens
+from thermaxis.runtime.users._tokens import IssuedToken, IssuedTokens, may_be_token
 
 LONGEST_NAME = 64
 """Longest name of a user. [1]"""
@@ -279,7 +279,7 @@ class Users:
         self._tokens = IssuedTokens(tokens)
         self._clock = clock
         self._tell = tell
-        self._throttle = LogInThrottle()
+        self._throttle, self._renewals = LogInThrottle(), LogInThrottle()
         self._pins: dict[str, LogInThrottle] = {}
         self._issued = LogInThrottle()
         self._users: Mapping[str, User] = {}
@@ -324,7 +324,8 @@ class Users:
     async def identify(self, name: str, password: str, address: str = "") -> Identity | None:
         """Return who logs in from an address; None: name or password is wrong, or too many were.
 
-        A token stands for the password until it ends; guesses at others keep nobody from that.
+        A token stands for the password until it ends; guesses at others keep nobody from that, and
+        one that has ended keeps nobody from a password: what may be a token is counted apart.
         """
         now_s = self._clock.monotonic_s()
         name = name[: LONGEST_NAME + 1]
@@ -333,7 +334,8 @@ class Users:
             self._told(name, right=True)
             return renewed
         pin = password.startswith(PIN_MARK)
-        throttle = self._throttle_of_pins(name) if pin else self._throttle
+        ended = self._renewals if may_be_token(password) else self._throttle
+        throttle = self._throttle_of_pins(name) if pin else ended
         if (pin and address) or throttle.refused(name, address, now_s) is not None:
             return None
         throttle.count(name, address, now_s)
