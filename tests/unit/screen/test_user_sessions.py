@@ -604,6 +604,14 @@ async def test_a_log_out_ends_every_session_that_was_opened_by_its_token(place: 
     await thief.close()
 
 
+class Gone:
+    """A session that is closed, its token with it."""
+
+    token, lost = Secret(""), True
+
+    async def close(self) -> None: ...
+
+
 @at_the_shop()
 async def test_who_logs_out_without_the_loop_has_the_token_ended_when_it_is_back(
     place: Shop,
@@ -614,6 +622,10 @@ async def test_who_logs_out_without_the_loop_has_the_token_ended_when_it_is_back
     token = person.session.token.reveal()
     await place.persons.log_out(cookie)
     assert place.persons.of(cookie) is None
+    for number in range(100):  # who has gone for good is forgotten before
+        other = replace(person, session=Gone(), ended="")
+        place.persons._standing[number.to_bytes(32, "big")] = other
+        place.persons._end(other, "login-out")
     await place.clock.move(KEEP_ALIVE_S)  # it is not there yet
     await until(lambda: not person.renewing)
     assert await users.identify("novak", token) is not None

@@ -237,7 +237,8 @@ class UserSessions:
         person.ended = key
         self._ended[known] = self._standing.pop(known)
         if len(self._ended) > _MOST_ENDED:
-            del self._ended[next(iter(self._ended))]
+            done = (one for one, left in self._ended.items() if not left.session.token)
+            del self._ended[next(done, next(iter(self._ended)))]
         leaving = asyncio.create_task(person.session.close(), name="log-out")
         self._leaving.add(leaving)
         leaving.add_done_callback(self._leaving.discard)
