@@ -22,6 +22,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from thermaxis.app._rooms import Endpoint, Json
 from thermaxis.app.axis import AxisRoom
+from thermaxis.app.thermal import ThermalRoom
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import LANGUAGES, short_names
@@ -51,7 +52,7 @@ PORT: Final = 8460
 """Usual port: what a browser keeps for the forms, it keeps by address and port. [1]"""
 LONGEST_S: Final = 600.0
 """Longest time of a command. [s]"""
-ROOMS: Final = (("positioning", "/"),)
+ROOMS: Final = (("positioning", "/"), ("thermal", "/thermal"))
 """Rooms in the order of their buttons: key of their name, and address."""
 _LEAVE_S = 2
 _YEAR_S = 31_536_000
@@ -187,6 +188,7 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
         Route("/language", _language, methods=["POST"]),
         Route("/end", leave, methods=["POST"]),
         *room.routes(),
+        *ThermalRoom(host).routes(),
         Route("/", host.paged(room.page), methods=["GET"]),
     ]
 

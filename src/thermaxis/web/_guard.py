@@ -22,6 +22,7 @@ from thermaxis.web._plain_page import refusal
 LARGEST_BODY_BYTES: Final = 16 * 1024
 """Largest body of a request; a log-in or a request to the loop has some hundred. [byte]"""
 LARGEST_BODIES: Final[Mapping[str, int]] = {
+    "/thermal/log": 60 * 1000 * 1000,
     "/positioning/upload": 20 * 1000 * 1000,
     "/positioning/trend": 60 * 1000 * 1000,
     "/positioning/program": 2 * 1000 * 1000,

@@ -24,8 +24,10 @@ def log_of(names: str, rows: list[tuple[float, ...]]) -> str:
 
 
 def test_a_temperature_that_moves_is_an_input_relative_to_the_one_named_as_surroundings(tmp_path):
-    rows = [(10.0 * k, 20 + 0.1 * k, 20 + 0.01 * k, 20.0, 0.5 * k) for k in range(60)]
-    log, _ = told(tmp_path, log_of("T_spindle_C,T_air_C,T_oil_C,Z_um", rows))
+    rows = [
+        (10.0 * k, 20 + 0.1 * k, 20 + 0.01 * k, 20.0, 20.1 + 0.01 * k, 0.5 * k) for k in range(60)
+    ]
+    log, _ = told(tmp_path, log_of("T_spindle_C,T_air_C,T_oil_C,T_bath_C,Z_um", rows))
     assert log["suggested_inputs"] == [
         {"name": "spindle", "plus": "T_spindle_C", "minus": "T_air_C"}
     ]

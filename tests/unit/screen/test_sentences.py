@@ -31,7 +31,7 @@ from thermaxis.web import asset_folder, language_of, modules_of, sentences_of
 STATIC = asset_folder()
 NOW = datetime(2026, 11, 20, tzinfo=UTC)
 FINDING = "The server does not know the node. Look at the address."
-PAGES = ("operator", "model", "sensors", "history", "probe", "positioning", "login")
+PAGES = ("operator", "model", "sensors", "history", "probe", "positioning", "thermal", "login")
 
 # ---- use ----------------------------------------------------------------------------------------
 
@@ -43,6 +43,9 @@ COMPOSED = {
         *("head", "limits", "budget", "plan", "decimal_point", "decimal_comma", "date_order_day"),
         *("date_order_month", "date_order_year"),
     ),
+    "thermal-line_": ("measured", "simulated", "residual"),
+    "thermal-method_": ("modal", "oe", "arx", "averages", "static"),
+    "thermal-plc_": ("cycle_s", "limit_um", "rate_um_per_s", "plausible_c"),
     "positioning-download_": ("page", "dcc", "charts", "csv", "json"),
     "operator-": ("critical", "high", "medium", "low"),
     "common-role_": tuple(Role),
@@ -59,6 +62,7 @@ KINDS = (
     "model",
     "operator",
     "positioning",
+    "thermal",
 )
 OF_PAGES = {key for key in keys("en") if key.split("-")[0] in {*KINDS, "probe", "sensors"}}
 KEY = re.compile(r"""["'`]([a-z]+-[a-z0-9_]*)["'`]""")

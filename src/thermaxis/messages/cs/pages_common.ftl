@@ -5,6 +5,7 @@ common-page_sensors = Snímače
 common-page_history = Historie
 common-page_probe = Sonda
 common-page_positioning = Polohování
+common-page_thermal = Teplotní model
 common-too_many_pages = Je otevřeno příliš mnoho stránek. Zavřete nepotřebné; tato se připojí sama.
 common-navigation = Stránky
 common-log_in = Přihlásit

@@ -5,6 +5,7 @@ common-page_sensors = Sensoren
 common-page_history = Verlauf
 common-page_probe = Messtaster
 common-page_positioning = Positionierung
+common-page_thermal = Thermisches Modell
 common-too_many_pages = Es sind zu viele Seiten geöffnet. Bitte nicht benötigte schließen; diese versucht es selbst erneut.
 common-navigation = Seiten
 common-log_in = Anmelden

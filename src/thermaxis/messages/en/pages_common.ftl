@@ -9,6 +9,7 @@ common-page_sensors = Sensors
 common-page_history = History
 common-page_probe = Probe
 common-page_positioning = Positioning
+common-page_thermal = Thermal model
 common-too_many_pages = Too many pages are open. Close some that nobody looks at; this one tries again by itself.
 common-navigation = Pages
 

@@ -10,7 +10,7 @@ from thermaxis.thermal.log._quality import LENGTHS, TEMPERATURES
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
 LEAST_SHARE: Final = 0.1
-"""A temperature that moves less than this share of the one that moves most is no input. [1]"""
+"""An input that moves less than this share of the one that moves most is none. [1]"""
 _SURROUNDINGS = re.compile(
     r"ambient|room|air|column|bed|frame|umgebung|luft|st(ä|ae)nder|bett|okol|vzduch|stojan|lo(ž|z)e",
     re.IGNORECASE,
@@ -41,21 +41,26 @@ def suggest_inputs(log: ThermalLog) -> tuple[InputDefinition, ...]:
     tuple of InputDefinition
         In the order of the columns; empty where no temperature moves.
     """
-    measured = {
-        name: values
+    measured = [
+        name
         for name, values in log.columns.items()
-        if log.units[name] in TEMPERATURES and not np.isnan(values).all()
-    }
-    moves = {name: float(np.nanmax(v) - np.nanmin(v)) for name, v in measured.items()}
-    least = LEAST_SHARE * max(moves.values(), default=0.0)
+        if log.units[name] in TEMPERATURES and np.fmax.reduce(values) > np.fmin.reduce(values)
+    ]
     about = next((name for name in measured if _SURROUNDINGS.search(name)), None)
-    moving = [name for name, span in moves.items() if span > 0.0 and span >= least]
-    chosen = [name for name in moving if name != about] or moving
     found: dict[str, InputDefinition] = {}
-    for name in chosen:
+    for name in [name for name in measured if name != about] or measured:
         alike = about is not None and about != name and log.units[about] == log.units[name]
         stem = _PREFIX.sub("", name)
         short = stem.rpartition("_")[0] or stem
         label = name if short in found else short
         found[label] = InputDefinition(label, name, about if alike else None)
-    return tuple(found.values())
+    moves = {label: _range_of(log, one) for label, one in found.items()}
+    least = LEAST_SHARE * max(moves.values(), default=0.0)
+    return tuple(found[label] for label, span in moves.items() if span >= least)
+
+
+def _range_of(log: ThermalLog, definition: InputDefinition) -> float:
+    values = log.columns[definition.plus]
+    if definition.minus is not None:
+        values = values - log.columns[definition.minus]
+    return float(np.fmax.reduce(values) - np.fmin.reduce(values))

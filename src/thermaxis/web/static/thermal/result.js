@@ -1,0 +1,250 @@
+// @ts-check
+// What lies on the bench, each as a card: a log, a model, a verification, models compared.
+
+import { drawChart } from "../chart/chart.js";
+import { button, inEnglish, made } from "../elements.js";
+import { duration, number, word } from "../words.js";
+
+/** @typedef {Record<string, any>} Data */
+/** @typedef {{ask: (path: string, body: unknown) => Promise<Data | null>,
+ *   download: (entry: Data, name: string) => Promise<void>,
+ *   remove: (entry: Data) => Promise<void>}} Acts */
+/** @typedef {[string, number, (row: Data) => any]} Column its head, its decimals, its value */
+
+const FIGURES = /** @type {Column[]} */ ([
+  ["thermal-fit", 1, (row) => row.fit_percent],
+  ["thermal-measured_range", 2, (row) => row.peak_to_peak_um?.uncompensated],
+  ["thermal-left_range", 2, (row) => row.peak_to_peak_um?.residual],
+]);
+const IDENTIFIED = /** @type {Column[]} */ ([
+  ...FIGURES,
+  ["thermal-held_fit", 1, (row) => row.held_out?.fit_percent],
+  ["thermal-held_rmse", 2, (row) => row.held_out?.rmse_um.model],
+  ["thermal-held_static", 2, (row) => row.held_out?.rmse_um.static],
+]);
+const VERIFIED = /** @type {Column[]} */ ([
+  ...FIGURES,
+  ["thermal-reduction", 1, (row) => row.peak_to_peak_um?.reduction],
+  ["thermal-rmse", 2, (row) => row.rmse_um],
+  ["thermal-max", 2, (row) => row.max_um],
+  ["thermal-static", 2, (row) => row.static_rmse_um],
+]);
+const PARTS = /** @type {Column[]} */ ([
+  ["thermal-dc_gain", 2, (row) => row.dc_gain],
+  ["thermal-direct_gain", 2, (row) => row.direct_gain],
+  ["thermal-gains", 2, (row) => row.gains],
+  ["thermal-time_constants", 0, (row) => row.time_constants_s],
+  ["thermal-delay", 0, (row) => row.delay_s],
+]);
+const CHANNELS = /** @type {Column[]} */ ([
+  ["thermal-rows", 0, (row) => row.rows],
+  ["thermal-lowest", 2, (row) => row.lowest],
+  ["thermal-highest", 2, (row) => row.highest],
+]);
+const LOOKS = /** @type {Record<string, Data>} */ ({
+  measured: { color: 1, dash: "solid", marker: "circle" },
+  simulated: { color: 2, dash: "dash", marker: "none" },
+  residual: { color: 3, dash: "solid", marker: "square" },
+});
+const QUANTITIES = { temperature: "thermal-temperature", displacement: "thermal-displacement" };
+const PLC = { cycle_s: "1", limit_um: "", rate_um_per_s: "", plausible_c: "" };
+
+/**
+ * @param {Data} entry
+ * @param {Data[]} entries all, for the names of what it is made of
+ * @param {Acts} acts
+ */
+export function cardOf(entry, entries, acts) {
+  const names = entry.made_of.map((/** @type {string} */ key) =>
+    entries.find(({ id }) => id === key)?.name ?? "");
+  const [title, parts, files] = {
+    log: logParts, model: modelParts, verification: verificationParts, comparison: comparisonParts,
+  }[/** @type {"log"} */ (entry.kind)](entry, names, acts);
+  const heading = made("h2", title);
+  heading.tabIndex = -1;
+  const buttons = files.map(([text, name]) => button(text, () => void acts.download(entry, name)));
+  const card = made("section", "", "panel", made("header", "", "", heading, ...buttons,
+    button("✕", () => void acts.remove(entry), word("thermal-remove", { name: title }))), ...parts);
+  card.dataset.kind = entry.kind;
+  if (entry.files.includes("series.json")) void drawSeries(card, entry);
+  return card;
+}
+
+/** @typedef {[string, HTMLElement[], [string, string][]]} Card title, parts, files */
+
+/** @param {Data} entry @returns {Card} */
+function logParts({ name, told }) {
+  const [log] = told.logs;
+  const said = word("thermal-log_facts", {
+    rows: log.rows, lasts: duration(log.duration_s), step: duration(log.usual_step_s),
+  });
+  const remedies = new Set(told.findings.map((/** @type {Data} */ one) => one.remedy));
+  const findings = [...remedies].map((remedy) => {
+    const alike = told.findings.filter((/** @type {Data} */ one) => one.remedy === remedy);
+    const rows = alike.map((/** @type {Data} */ one) => made("li", one.time_s
+      ? `${one.text} (${word("thermal-between",
+        { from: duration(one.time_s[0]), to: duration(one.time_s[1]) })})` : one.text));
+    return made("li", remedy, alike[0].serious ? "bench-serious" : "", made("ul", "", "", ...rows));
+  });
+  const remarks = told.reading_codes.map((/** @type {Data} */ one) => made("li", one.text));
+  const rows = log.channels.map((/** @type {Data} */ one) => [
+    `${one.name}${one.unit ? ` [${one.unit}]` : ""}`, one]);
+  return [name, [
+    made("p", said), listOf("thermal-findings", findings, "thermal-no_findings"),
+    ...(remarks.length ? [listOf("thermal-remarks", remarks)] : []), made("div"),
+    details("thermal-channels", tableOf(["thermal-channel"], CHANNELS, rows)),
+  ], []];
+}
+
+/** @param {Data} entry @param {string[]} names @param {Acts} acts @returns {Card} */
+function modelParts(entry, names, acts) {
+  const { outputs, warnings } = entry.told;
+  const all = /** @type {[string, Data][]} */ (Object.entries(outputs));
+  const said = all.flatMap(([name, output]) => output.warnings.map((/** @type {string} */ text) =>
+    made("li", `${name}: ${text}`)));
+  const parts = /** @type {[string, Data][]} */ (all.flatMap(([name, output]) =>
+    output.parts.map((/** @type {Data} */ part) => [`${name} ← ${part.input}`, part])));
+  const held = new Set(all.map(([, { held_out }]) => held_out?.what).filter(Boolean));
+  const next = all.map(([, { next_test }]) => next_test?.text).filter(Boolean);
+  return [`${entry.name}: ${all.map(([name]) => name).join(", ")} (${names.join(", ")})`, [
+    tableOf(["thermal-output"], IDENTIFIED, all),
+    ...[...held].map((text) => made("p", text, "muted")),
+    tableOf(["thermal-part"], PARTS, parts), made("div"),
+    listOf("thermal-warnings", [...said, ...texts(warnings)], "thermal-no_warnings"),
+    ...next.map((text) => made("p", text)), plcOf(entry, acts),
+  ], [
+    [word("thermal-take_model"), `${entry.name}.json`], ...reports,
+  ]];
+}
+
+const reports = /** @type {[string, string][]} */ ([
+  [word("thermal-take_pdf"), "report.pdf"], [word("thermal-take_html"), "report.html"],
+  [word("thermal-take_json"), "results.json"],
+]);
+
+/** @param {Data} entry @param {string[]} names @returns {Card} */
+function verificationParts({ name, told }, [model]) {
+  return [word("thermal-verification", { model, log: name }), [
+    tableOf(["thermal-output"], VERIFIED, Object.entries(told.outputs)), made("div"),
+    listOf("thermal-warnings", texts([...told.left_over, ...told.warnings]), "thermal-no_warnings"),
+  ], reports];
+}
+
+/** @param {Data} entry @returns {Card} */
+function comparisonParts({ name, told }) {
+  const rows = told.models.flatMap((/** @type {Data} */ model) =>
+    Object.entries(model.outputs).map(([output, figures]) => [`${model.name}: ${output}`, figures]));
+  const said = new Set(told.models.flatMap((/** @type {Data} */ model) => model.warnings));
+  return [word("thermal-comparison", { log: name }), [
+    tableOf(["thermal-model"], VERIFIED, rows),
+    listOf("thermal-warnings", texts([...said]), "thermal-no_warnings"),
+  ], reports];
+}
+
+// ---- parts --------------------------------------------------------------------------------------
+
+/** @param {string[]} said */
+const texts = (said) => said.map((text) => made("li", text));
+
+/** @param {string} title @param {HTMLElement[]} rows @param {string} [none] */
+function listOf(title, rows, none = "") {
+  if (!rows.length) return made("p", none && word(none), "muted");
+  return made("div", "", "", made("h3", word(title)), made("ul", "", "", ...rows));
+}
+
+/** @param {string} title @param {HTMLElement} inner */
+function details(title, inner) {
+  return made("details", "", "", made("summary", word(title)), inner);
+}
+
+/**
+ * @param {string[]} first head of the names
+ * @param {Column[]} columns
+ * @param {[string, Data][]} rows name and values
+ */
+function tableOf(first, columns, rows) {
+  const head = [...first, ...columns.map(([key]) => key)].map((key, k) => {
+    const cell = /** @type {HTMLTableCellElement} */ (made("th", word(key), k ? "number" : ""));
+    cell.scope = "col";
+    return cell;
+  });
+  const body = rows.map(([name, row]) => {
+    const title = /** @type {HTMLTableCellElement} */ (made("th", name));
+    title.scope = "row";
+    return made("tr", "", "", title, ...columns.map(([, digits, of]) => {
+      const values = /** @type {(number | null | undefined)[]} */ ([of(row)].flat());
+      const cell = made("td", values.map((one) => number(one, digits)).join("; "), "number");
+      cell.dataset.value = values.map((one) => String(one ?? "")).join(" ");
+      return cell;
+    }));
+  });
+  const scroll = made("div", "", "bench-scroll", made("table", "", "",
+    made("thead", "", "", made("tr", "", "", ...head)), made("tbody", "", "", ...body)));
+  scroll.tabIndex = 0;
+  scroll.setAttribute("role", "group");
+  scroll.setAttribute("aria-label", word(first[0]));
+  return scroll;
+}
+
+/** Charts stand in the empty part of a card. @param {HTMLElement} card @param {Data} entry */
+async function drawSeries(card, entry) {
+  const answer = await fetch(`/thermal/file/${entry.id}/series.json`).catch(() => null);
+  const place = card.querySelector(":scope > div:empty");
+  if (!answer?.ok || !place) return;
+  const { series } = await answer.json();
+  for (const { log, output, lines } of series) {
+    if (output) draw(place, `${output}, ${log}`, `${output} [µm]`, lines);
+    else {
+      for (const [quantity, title] of Object.entries(QUANTITIES)) {
+        const own = lines.filter((/** @type {Data} */ { name }) =>
+          entry.told.logs[0].channels.some((/** @type {Data} */ one) =>
+            one.name === name && one.quantity === quantity));
+        if (own.length) draw(place, log, word(title), own);
+      }
+    }
+  }
+}
+
+/** @param {Element} place @param {string} label @param {string} yTitle @param {Data[]} lines */
+function draw(place, label, yTitle, lines) {
+  const element = made("div", "", "bench-chart");
+  place.append(element);
+  drawChart(element, {
+    label, yTitle, xTitle: word("thermal-hours"),
+    lines: lines.map(({ name, unit, time_h: x, values: y }) => ({
+      ...LOOKS[name], x, y, unit: SIGNS[unit] ?? unit, digits: 2,
+      name: Object.hasOwn(LOOKS, name) ? word(`thermal-line_${name}`) : name,
+    })),
+  });
+}
+
+const SIGNS = /** @type {Record<string, string>} */ ({ um: "µm", degC: "°C", degF: "°F" });
+
+/** @param {Data} entry @param {Acts} acts */
+function plcOf(entry, { ask, download }) {
+  const form = /** @type {HTMLFormElement} */ (made("form", "", "bench-plc"));
+  const dialect = /** @type {HTMLSelectElement} */ (made("select"));
+  dialect.name = "dialect";
+  dialect.append(new Option("IEC 61131-3 ST", "st"), new Option("Siemens SCL", "scl"),
+    new Option("C99", "c"));
+  const fields = Object.entries(PLC).map(([name, value]) => {
+    const input = /** @type {HTMLInputElement} */ (made("input"));
+    [input.name, input.value, input.required, input.maxLength] = [name, value, true, 20];
+    return made("label", word(`thermal-plc_${name}`), "", input);
+  });
+  const told = made("div");
+  told.setAttribute("role", "status");
+  form.append(made("label", word("thermal-plc_dialect"), "", dialect), ...fields,
+    made("button", word("thermal-plc_make"), "main"));
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const found = await ask("export",
+      { model: entry.id, ...Object.fromEntries(new FormData(form).entries()) });
+    if (!found) return;
+    const warnings = found.report.warnings.map((/** @type {string} */ one) => inEnglish("li", one));
+    told.replaceChildren(made("ul", "", "", ...warnings),
+      button(word("thermal-plc_take"), () => void download(entry, found.file)));
+    told.querySelector("button")?.focus();
+  });
+  return details("thermal-plc", made("div", "", "", form, told));
+}

@@ -1,0 +1,184 @@
+"""Two logs to a verified model in a real browser, by mouse and by keyboard, as the commands say."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from tests.system.app.test_app import DROP, EXAMPLES, FAULTS, LONGEST_MS, App, opened
+from thermaxis.messages import LANGUAGES, sentence
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+
+LOGS = [EXAMPLES / "lathe_spindle.csv", EXAMPLES / "lathe_verification.csv"]
+SIZES = ((1366, 768, "light"), (1920, 1080, "light"), (390, 844, "dark"))
+FIGURES = ("fit_percent", "peak_to_peak_um.uncompensated", "peak_to_peak_um.residual")
+IDENTIFIED = (*FIGURES, "held_out.fit_percent", "held_out.rmse_um.model", "held_out.rmse_um.static")
+VERIFIED = (*FIGURES, "peak_to_peak_um.reduction", "rmse_um", "max_um", "static_rmse_um")
+PARTS = ("dc_gain", "direct_gain", "gains", "time_constants_s", "delay_s")
+
+
+@pytest.fixture(scope="module", name="app")
+def _app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
+    with App(tmp_path_factory.mktemp("thermal")) as made:
+        yield made
+
+
+@pytest.fixture(scope="module", name="browser")
+def _browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path="/usr/bin/chromium")
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def page(app: App, browser: Browser) -> Iterator[Page]:
+    found = opened(browser, app)
+    found.goto(found.url.rstrip("/") + "/thermal")
+    yield found
+    for mark in found.locator("#logs button").all():
+        mark.click()
+        expect(found.locator("#work")).to_be_hidden(timeout=LONGEST_MS)
+    assert FAULTS[found] == []
+    found.context.close()
+
+
+def card(page: Page, kind: str) -> Any:
+    found = page.locator(f"section[data-kind={kind}]").first
+    expect(found.locator(".chart-plot > svg").first).to_be_visible(timeout=LONGEST_MS)
+    return found
+
+
+def dropped(page: Page) -> None:
+    page.set_input_files("#files", LOGS)
+    expect(page.locator("#logs li")).to_have_count(2, timeout=LONGEST_MS)
+    expect(page.locator("#work")).to_be_hidden(timeout=LONGEST_MS)
+
+
+def numbers(card: Any, table: int) -> list[list[float]]:
+    """Return the first row of a table, with all the digits that the page knows."""
+    cells = card.locator("table").nth(table).locator("tbody tr").first.locator("td").all()
+    texts = [(cell.get_attribute("data-value") or "").split() for cell in cells]
+    return [[float(one) for one in text] for text in texts]
+
+
+def printed(told: dict[str, Any], keys: tuple[str, ...]) -> list[list[float]]:
+    found: list[list[float]] = []
+    for key in keys:
+        value: Any = told
+        for part in key.split("."):
+            value = value[part]
+        found.append(value if isinstance(value, list) else [value])
+    return found
+
+
+def command(folder: Path, *words: str) -> dict[str, Any]:
+    to = folder / "told.json"
+    whole = [sys.executable, "-m", "thermaxis", *words, "--json", str(to)]
+    subprocess.run(whole, check=True, capture_output=True)
+    return json.loads(to.read_text())
+
+
+def test_two_logs_become_a_verified_model_with_the_numbers_of_the_commands(
+    page: Page, tmp_path: Path
+) -> None:
+    dropped(page)
+    page.click("#identify .main")
+    model = card(page, "model")
+    page.click("#verify .main")
+    verification = card(page, "verification")
+    file = tmp_path / "model-1.json"
+    parts = "spindle=T_spindle_C-T_column_C"
+    words = ("identify", str(LOGS[0]), "--output", "Z_um", "--input", parts, "--model", str(file))
+    identified = command(tmp_path, *words)["outputs"]["Z_um"]
+    assert numbers(model, 0) == printed(identified, IDENTIFIED)
+    assert numbers(model, 1) == printed(identified["parts"][0], PARTS)
+    verified = command(tmp_path, "verify", str(file), str(LOGS[1]))["outputs"]["Z_um"]
+    assert numbers(verification, 0) == printed(verified, VERIFIED)
+    with page.expect_download(timeout=LONGEST_MS) as taken:
+        model.get_by_text(sentence("thermal-take_model"), exact=True).click()
+    own, theirs = (json.loads(Path(one).read_text()) for one in (taken.value.path(), file))
+    assert own["outputs"] == theirs["outputs"]
+
+
+def test_the_same_by_keyboard_alone(page: Page) -> None:
+    dropped(page)
+
+    def press(selector: str, key: str = "Enter") -> None:
+        page.focus(selector)
+        page.keyboard.press(key)
+
+    press("#identify .main")
+    card(page, "model")
+    expect(page.locator("section[data-kind=model] h2")).to_be_focused()
+    press("#verify .main")
+    verification = card(page, "verification")
+    press("section[data-kind=verification] .chart-plot", "ArrowLeft")
+    expect(verification.locator(".chart-cursor text")).to_be_visible()
+    press("#identify [name=choose]", "Space")
+    press("#identify .main")
+    expect(page.locator("section[data-kind=model]")).to_have_count(2, timeout=LONGEST_MS)
+    press("#compare")
+    expect(page.locator("section[data-kind=comparison] tbody tr")).to_have_count(
+        2, timeout=LONGEST_MS
+    )
+    press("section[data-kind=model] summary")
+    for name, value in {"limit_um": "100", "rate_um_per_s": "1", "plausible_c": "5:60"}.items():
+        page.locator(f"section[data-kind=model] [name={name}]").first.fill(value)
+    press("section[data-kind=model] form .main")
+    taken = page.get_by_text(sentence("thermal-plc_take"))
+    expect(taken).to_be_focused(timeout=LONGEST_MS)
+    with page.expect_download(timeout=LONGEST_MS) as block:
+        page.keyboard.press("Enter")
+    assert block.value.suggested_filename.endswith("plc.zip")
+
+
+def test_a_text_is_refused_and_work_can_be_cancelled_without_loss(page: Page) -> None:
+    page.evaluate(DROP, ["#drop", "letter.txt", "Dear colleague, the log follows."])
+    wrong = page.locator("#wrong")
+    expect(wrong).to_contain_text(
+        sentence("thermal-refused", {"said": ""})[:20], timeout=LONGEST_MS
+    )
+    dropped(page)
+    page.click("#identify .main")
+    page.click("#cancel")
+    expect(wrong).to_have_text(sentence("thermal-cancelled"))
+    expect(page.locator("#logs li")).to_have_count(2)
+    page.click("#identify .main")
+    card(page, "model")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_page_is_readable_for_everybody_in_every_size(
+    app: App, browser: Browser, language: str
+) -> None:
+    page = opened(browser, app, language=language)
+    sizes: list[int] = []
+    page.on("requestfinished", lambda one: sizes.append(one.sizes()["responseBodySize"]))
+    page.goto(page.url.rstrip("/") + "/thermal")
+    page.wait_for_load_state("networkidle")
+    assert sum(sizes) < 300_000
+    dropped(page)
+    page.click("#identify .main")
+    card(page, "model")
+    for width, height, scheme in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme)
+        page.reload()
+        card(page, "log")
+        page.screenshot(path=app.where / f"thermal-{language}-{width}.png")
+        found = Axe().run(page)
+        assert found.violations_count == 0, found.generate_report()
+        across = page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
+        assert across <= 0, width
+    for mark in page.locator("#logs button").all():
+        mark.click()
+        expect(page.locator("#work")).to_be_hidden(timeout=LONGEST_MS)
+    page.context.close()

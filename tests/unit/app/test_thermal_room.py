@@ -1,0 +1,187 @@
+"""Logs that somebody drops: what is kept, what is refused in a sentence, what is made of them."""
+
+import io
+import json
+import sys
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+import pytest
+
+from tests.unit.app.test_entrance import GOOD, Door
+from thermaxis.messages import LANGUAGES, sentence
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+SPINDLE = EXAMPLES / "lathe_spindle.csv"
+INPUT = {"name": "spindle", "plus": "T_spindle_C", "minus": "T_column_C"}
+OTHER, OK, REFUSED = {**GOOD, "Accept-Language": "de"}, 200, 422
+
+
+class Bench(Door):
+    """The room without a socket."""
+
+    def drop(self, name: str, content: bytes) -> Any:
+        return self.ask("POST", f"/thermal/log?{urlencode({'name': name})}", GOOD, content)
+
+    def post(self, what: str, **asked: Any) -> Any:
+        return self.ask("POST", f"/thermal/{what}", GOOD, json.dumps(asked).encode())
+
+    def entries(self, headers: dict[str, str] = GOOD) -> list[dict[str, Any]]:
+        return self.ask("GET", "/thermal/bench", headers).json()["entries"]
+
+    def log(self) -> str:
+        """Drop every twelfth row of the example."""
+        head, *rows = SPINDLE.read_bytes().splitlines(keepends=True)
+        return self.drop("lathe.csv", head + b"".join(rows[::12])).json()["id"]
+
+    def model(self, log: str, **more: Any) -> Any:
+        return self.post("identify", logs=[log], outputs=["Z_um"], inputs=[INPUT], **more)
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    with Bench(tmp_path) as made:
+        yield made
+
+
+HEAD = b"time_s,T_spindle_C,Z_um\n"
+BAD = {
+    "empty.csv": b"",
+    "letter.txt": b"Dear colleague,\nthe log follows tomorrow.\n",
+    "heading.csv": HEAD,
+    "picture.csv": b"\x89PNG\r\n\x1a\n" + bytes(400),
+    "no.xlsx": b"PK\x03\x04 no workbook",
+    "no.parquet": b"PAR1 no table PAR1",
+    "no.mat": bytes(300),
+    "no.tdms": b"TDSm" + bytes(60),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_no_log_is_refused_in_a_sentence_and_not_kept(bench: Bench, name: str) -> None:
+    answer = bench.drop(name, BAD[name])
+    assert 400 <= answer.status_code < 500, answer.text
+    said = answer.json()["text"]
+    assert said.endswith(".")
+    assert said != sentence("thermal-crashed")
+    assert "Traceback" not in said
+    assert str(bench.where) not in said
+    assert bench.entries() == []
+
+
+UNFIT = {
+    "one_row.csv": HEAD + b"0,20,0\n",
+    "words.csv": HEAD + b"0,warm,0\n10,hot,1\n",
+    "still.csv": HEAD + b"".join(b"%d,20,%d\n" % (10 * k, k) for k in range(300)),
+    "no_length.csv": b"time_s,T_a_C,T_b_C\n"
+    + b"".join(b"%d,%d,%d\n" % (10 * k, 20 + k, k) for k in range(60)),
+    "wrong_unit.csv": b"time_s,T_spindle_C,Z_bar\n"
+    + b"".join(b"%d,%d,%d\n" % (10 * k, 20 + k, k) for k in range(60)),
+}
+
+
+@pytest.mark.parametrize("name", UNFIT)
+def test_a_log_of_which_no_model_can_be_made_says_why(bench: Bench, name: str) -> None:
+    dropped = bench.drop(name, UNFIT[name])
+    assert dropped.status_code == OK, dropped.text
+    column = UNFIT[name].split(b"\n", 1)[0].decode().split(",")[1:]
+    asked = {"outputs": [column[-1]], "inputs": [{"plus": column[0]}]}
+    answer = bench.post("identify", logs=[dropped.json()["id"]], **asked)
+    if name == "no_length.csv":  # then another temperature was asked for as the displacement
+        assert answer.status_code in (OK, REFUSED)
+    else:
+        assert answer.status_code == REFUSED, answer.text
+        assert len(answer.json()["text"]) > 40
+
+
+HOSTILE: list[dict[str, Any]] = [
+    {"outputs": ["Z_um\n--model=/etc/x"], "inputs": [INPUT]},
+    {"outputs": "Z_um", "inputs": [INPUT]},
+    {"outputs": ["Z_um"], "inputs": ["spindle"]},
+    {"outputs": ["Z_um"] * 2, "inputs": [{"plus": 7}]},
+    {"outputs": ["Z_um"], "inputs": [INPUT], "method": "--report=/tmp/x.pdf"},
+    {"outputs": ["Z_um"], "inputs": [INPUT], "sample_time": ["60"]},
+    {"outputs": ["Z_um"], "inputs": [INPUT] * 41},
+]
+
+
+@pytest.mark.parametrize("asked", HOSTILE)
+def test_what_the_page_never_asks_for_is_refused(bench: Bench, asked: dict[str, Any]) -> None:
+    log = bench.log()
+    answer = bench.post("identify", logs=[log], **asked)
+    assert answer.status_code == 400
+    assert len(answer.json()["text"]) > 20
+
+
+def test_a_name_is_shown_as_it_is_and_no_command_obeys_it(bench: Bench) -> None:
+    names = ("--report=x.csv", "../../etc/passwd", "<b>x.csv", "-o.csv", "x.csv", "x.csv")
+    for name in names:
+        assert bench.drop(name, HEAD + b"0,20,0\n10,21,1\n20,22,2\n").status_code == OK
+    kept = bench.entries()
+    assert [one["name"] for one in kept][2:] == list(names)[2:]
+    files = [one["told"]["logs"][0]["name"] for one in kept]
+    assert len(set(files)) == len(files)
+    assert not any(one.startswith("-") for one in files)
+
+
+def test_everything_of_a_model_can_be_taken_along_and_goes_with_its_log(bench: Bench) -> None:
+    log = bench.log()
+    model = bench.model(log).json()["id"]
+    told = bench.ask("GET", f"/thermal/file/{model}/model-1.json", GOOD)
+    assert told.json()["provenance"]["logs"][0]["name"] == "lathe.csv"
+    assert bench.ask("GET", f"/thermal/file/{model}/report.html", GOOD).text.startswith("<!")
+    limits = {"cycle_s": "1", "limit_um": "100", "rate_um_per_s": "1", "plausible_c": "5:60"}
+    refused = bench.post("export", model=model, dialect="st", **{**limits, "cycle_s": "900"})
+    assert refused.status_code == REFUSED
+    exported = bench.post("export", model=model, dialect="st", **limits)
+    assert exported.status_code == OK, exported.text
+    packed = bench.ask("GET", f"/thermal/file/{model}/plc.zip", GOOD).content
+    names = zipfile.ZipFile(io.BytesIO(packed)).namelist()
+    assert any(name.endswith(".st") for name in names)
+    for name in ("lathe.csv", "../model-1.json", "passwd"):
+        assert bench.ask("GET", f"/thermal/file/{model}/{name}", GOOD).status_code == 404
+    assert bench.post("remove", id=log).json() == {"entries": []}
+    assert bench.ask("GET", f"/thermal/file/{model}/model-1.json", GOOD).status_code == 404
+
+
+def test_two_models_are_compared_and_two_recorders_joined(bench: Bench) -> None:
+    log = bench.log()
+    models = [bench.model(log, method=one).json()["id"] for one in ("modal", "static")]
+    compared = bench.post("compare", logs=[log], models=models)
+    assert compared.status_code == OK, compared.text
+    told = bench.entries()[-1]["told"]
+    assert [one["name"] for one in told["models"]] == ["model-1.json", "model-2.json"]
+    times = [b"2026-01-01T10:%02d:00" % k for k in range(40)]
+    pair = [
+        bench.drop(
+            name,
+            b"time," + what + b"\n" + b"".join(b"%s,%d\n" % (t, k) for k, t in enumerate(times)),
+        ).json()["id"]
+        for name, what in (("a.csv", b"T_a_C"), ("b.csv", b"Z_um"))
+    ]
+    assert bench.post("join", logs=pair).status_code == OK
+    joined = bench.entries()[-1]["told"]["logs"][0]
+    assert [one["name"] for one in joined["channels"]] == ["T_a_C", "Z_um"]
+    assert bench.post("join", logs=pair[:1]).status_code == 400
+
+
+def test_what_a_log_shows_is_said_in_the_language_of_the_page(bench: Bench) -> None:
+    bench.log()
+    texts = [
+        [one["text"] for one in bench.entries(h)[0]["told"]["findings"]] for h in (GOOD, OTHER)
+    ]
+    assert texts[0]
+    assert all(a != b for a, b in zip(*texts, strict=True))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_page_comes_in_every_language(bench: Bench, language: str) -> None:
+    page = bench.ask("GET", "/thermal", {**GOOD, "Accept-Language": language}).text
+    assert sentence("thermal-identify", language=language) in page
