@@ -12,7 +12,7 @@ from collections.abc import Generator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Page, expect
 
 from tests.in_time import in_time
 from tests.system.programs import Program
@@ -30,6 +30,8 @@ SHOWN = {
 }
 FAST = sentence("operator-model_good", {"file": "lathe, time x 60"})
 """What the head of the page says where something is broken."""
+BEGUN = re.compile(r"Cycle [5-9],")
+"""A loop that was started anew, and was asked what its command line asks."""
 
 
 @pytest.fixture
@@ -54,6 +56,22 @@ def sent(address: str, given: object, origin: str) -> int:
     except urllib.error.HTTPError as error:
         with error:
             return error.code
+
+
+def stays_disabled(page: Page, address: str) -> None:
+    """Mend all, and see that a loop that is started anew after a disable stays off."""
+    page.goto(address)
+    page.click("[data-ask=Disable]")
+    page.click("dialog .main")
+    expect(page.locator("[data-ask=Enable]")).to_be_enabled()
+    page.goto(f"{address}demo")
+    for name in ("stop", "time"):
+        page.locator(f"[data-break={name}]").click()
+        expect(page.locator(f"[data-break={name}]")).to_have_attribute("aria-pressed", "false")
+    page.goto(address)
+    expect(page.locator("#beat-text")).to_contain_text(BEGUN)
+    expect(page.locator("#model-told")).not_to_contain_text(FAST)
+    expect(page.locator("[data-ask=Enable]")).to_be_enabled()
 
 
 @pytest.mark.real_time
@@ -109,14 +127,28 @@ def test_the_demo_lives_soon_breaks_by_every_button_and_leaves_nothing(
     page.goto(f"{address}demo")
     page.locator("[data-break=stop]").click()  # with the token of who has logged in
     expect(gist).to_contain_text(SHOWN["stop"])
+    stays_disabled(page, address)
     assert wrong == []
     context.close()
 
-    (folder,) = tmp_path.glob("thermaxis-demo-*")
+    (folder,) = tmp_path.glob("thermaxis-work-*")
     assert folder.stat().st_mode & 0o777 == 0o700
     demo.signal(signal.SIGINT)
     assert demo.wait(PATIENCE_S) == 0
     assert not folder.exists()
+
+
+def test_what_a_killed_demo_leaves_goes_with_the_next_one(demo: Program, tmp_path: Path) -> None:
+    demo.wait_for("a shift", START_S)
+    (left,) = tmp_path.glob("thermaxis-*")
+    demo.signal(signal.SIGKILL)
+    demo.wait(PATIENCE_S)
+    assert left.exists()
+    another = Program(["demo", "--no-browser"], tmp_path)
+    another.wait_for("a shift", START_S)
+    assert not left.exists()
+    another.signal(signal.SIGKILL)
+    another.wait(PATIENCE_S)
 
 
 def test_what_the_demo_starts_ends_with_the_demo() -> None:

@@ -2,8 +2,8 @@
 
 Buttons break a sensor, network, server and loop, press the emergency stop, and let an hour pass
 in a minute. One command, no file. It binds 127.0.0.1 only; its users are valid for its virtual
-lathe only; what it writes lies in a private temporary folder that goes with it. Ctrl+C ends
-everything.
+lathe only; what it writes lies in a private temporary folder that goes with it, or with the next
+start where it was killed. Ctrl+C ends everything.
 """
 
 import argparse
@@ -15,11 +15,10 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
 import webbrowser
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -38,6 +37,7 @@ from thermaxis.runtime.history import SqlHistorian
 from thermaxis.screen import serve
 from thermaxis.screen.access import needs, render
 from thermaxis.web import answer_json, json_of, page_of, refuse
+from thermaxis.web.work import Work, remove_leftovers
 
 SHIFT_H: Final = 8.0
 """Length of the history that is there at the start. [h]"""
@@ -213,11 +213,13 @@ def run(arguments: argparse.Namespace) -> int:
     hung_up = getattr(signal, "SIGHUP", None)  # Windows has none
     if hung_up is not None and signal.getsignal(hung_up) is signal.SIG_DFL:
         signal.signal(hung_up, _end)
-    sys.stdout.write(f"a shift of {SHIFT_H:g} h at a virtual lathe is being made ...\n")
-    sys.stdout.flush()
-    with tempfile.TemporaryDirectory(prefix="thermaxis-demo-") as folder:
+    remove_leftovers()
+    with closing(Work()) as work:
+        folder = work.folder()
+        sys.stdout.write(f"a shift of {SHIFT_H:g} h at a virtual lathe is being made ...\n")
+        sys.stdout.flush()
         passwords = {str(role.value): secrets.token_hex(4) for role in PEOPLE}
-        paces = _make_site(Path(folder), passwords)
+        paces = _make_site(folder.path, passwords)
         demo = _Demo(paces, _shift(paces[1.0]), passwords)
         asyncio.run(demo.live(browser=not arguments.no_browser))
     sys.stdout.write("ended; nothing of it is left\n")
@@ -407,7 +409,8 @@ class _Demo:
         self.configuration = now
 
     def _start_loop(self) -> None:
-        command = ("run", "--enable", "--quiet", str(self.configuration.path))
+        """Let the loop go on as it was left: enabled after the shift, off if somebody disabled."""
+        command = ("run", "--quiet", str(self.configuration.path))
         with self.configuration.path.with_name("loop.errors").open("ab") as errors:
             self._loop = subprocess.Popen(  # noqa: S603 - our own program
                 [sys.executable, "-m", "thermaxis.cli.machine._with_parent", *command],
