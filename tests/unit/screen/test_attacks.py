@@ -249,7 +249,7 @@ def of_passwords() -> Iterator[Attack]:
         yield Attack(f"at the panel: {name}", status, post("/login", json.dumps(body)), PANEL)
     said = json.dumps({"name": "novak", "pin": PIN})
     forged = "X-Real-IP: 127.0.0.3"
-    yield Attack("a PIN from a forged panel", 403, post("/login", said, forged))
+    yield Attack("a PIN from a forged panel", 421, post("/login", said, forged))
     through = post(
         "/login",
         said,
