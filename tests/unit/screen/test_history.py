@@ -18,6 +18,7 @@ from tests.unit.runtime.history_records import (
     BEGIN,
     CHANNELS,
     cycle_record,
+    temperature_c,
     url_of,
     write_history,
 )
@@ -475,6 +476,32 @@ def test_the_trend_of_a_machine_that_was_just_started_begins_with_it_in_fine_ste
     assert len(times) > 250
     assert times[0] - to_ms(BEGIN) < 3000
     assert empty["last"] - empty["first"] == 300_000
+
+
+def test_of_times_that_a_clock_set_back_wrote_twice_the_trend_shows_both_together(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    shown_s = [float(k if k < 600 else k - 300) for k in range(1200)]
+    records = [
+        cycle_record(k, utc=BEGIN + timedelta(seconds=at_s)) for k, at_s in enumerate(shown_s)
+    ]
+    write_history(path, records, [])
+    with HistoryReader(url_of(path)) as reader:
+        found = trend8(reader, BEGIN + timedelta(seconds=900), 1.0, ["T_spindle_C"])
+    line = found["series"]["T_spindle_C"]
+    times = [(t - to_ms(BEGIN)) / 1000.0 for t in line["t"]]
+    assert times == sorted(set(times))
+    step_s = line["step_s"]
+    for at_s, mean, lowest, highest in zip(
+        times, line["mean"], line["lowest"], line["highest"], strict=True
+    ):
+        of = [
+            temperature_c(k)
+            for k, shown in enumerate(shown_s)
+            if at_s - 0.5 * step_s <= shown < at_s + 0.5 * step_s
+        ]
+        assert (mean, lowest, highest) == pytest.approx((sum(of) / len(of), min(of), max(of)))
 
 
 # ---- what people are told -----------------------------------------------------------------------

@@ -28,7 +28,7 @@ from thermaxis.screen.pages.history._events import (
     trend8,
 )
 from thermaxis.screen.pages.history._rows import Kept, NoHistoryError, found_in_history, history_of
-from thermaxis.screen.pages.history._series import Json, lines_of, span_of, to_ms, unit_of
+from thermaxis.screen.pages.history._series import LONGEST, Json, lines_of, span_of, to_ms, unit_of
 from thermaxis.web import answer_json, refuse
 from thermaxis.web.work import (
     BusyError,
@@ -90,6 +90,7 @@ async def _page(request: Request) -> Response:
         "history.html",
         page="history",
         lengths=LENGTHS,
+        longest_days=LONGEST.days,
         most=MOST_SERIES,
         limit=EXPORT_S,
         size=EXPORT_BYTES // 1_000_000,

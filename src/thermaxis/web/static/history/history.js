@@ -49,9 +49,9 @@ const page = pageOfPast({
   },
 });
 
-/** The same hours so many days before. @param {Span} span @returns {Span} */
+/** The same hours so many days before, at most as many as a span has. @param {Span} span @returns {Span} */
 function before({ first, last }) {
-  const ms = Math.max(0, days.valueAsNumber || 0) * DAY_MS;
+  const ms = Math.min(Math.max(0, days.valueAsNumber || 0), Number(days.max)) * DAY_MS;
   return { first: first - ms, last: last - ms };
 }
 
