@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 from thermaxis.compensation._compensation import LONGEST_STEP_CYCLES, Compensation
-from thermaxis.compensation._limits import goal_step, limit_step
+from thermaxis.compensation._limits import SETTLED_UM, goal_step, limit_step
 from thermaxis.compensation._model import STATED
 from thermaxis.compensation._requests import (
     Answer,
@@ -147,6 +147,15 @@ class CycleOutput(NamedTuple):
     """What was out of the ordinary in the model."""
     answers: tuple[Answer, ...]
     """Answers to the requests, in their order."""
+    settled: bool = False
+    """Whether what is asked of the machine is what the model asks for: it follows the model, within
+    the limits, and every correction has come as near as `SETTLED_UM` beyond its deadband. Not while
+    it is held, fades, catches up after that, or waits for a machine that does not follow."""
+
+    @property
+    def to_go_um(self) -> _Floats:
+        """Distance of the correction from what is wanted, by output, whatever the state. [µm]"""
+        return tuple(abs(w - c) for w, c in zip(self.wanted_um, self.correction_um))
 
     @property
     def in_state_s(self) -> float:
@@ -270,6 +279,8 @@ def cycle(
         goal_um = tuple(goal_step(*row) for row in rows)
         rows = zip(compensation.bounds, in_force, goal_um)
         correction_um = tuple(limit_step(*row, step_s) for row in rows)
+    rows = zip(compensation.bounds, wanted_um, correction_um)
+    near = all(abs(w - c) <= limits.deadband_um + SETTLED_UM for limits, w, c in rows)
 
     new = CycleState(
         thermal,
@@ -301,6 +312,7 @@ def cycle(
         quality=model.quality,
         outcomes=model.outcomes,
         answers=tuple(answers),
+        settled=near and motion is Motion.FOLLOWS and not any(at_limit),
     )
 
 

@@ -11,6 +11,8 @@ FASTEST_LIMIT_UM_PER_S = 1e3
 """Fastest change that a limit may allow. [µm/s]"""
 COARSE_TRIM_UM = 5.0
 """Coarse step of the operator's screen. [µm]"""
+SETTLED_UM = 1.0
+"""A correction that is no further beyond its deadband from what is wanted has settled. [µm]"""
 
 
 @dataclass(frozen=True, slots=True)

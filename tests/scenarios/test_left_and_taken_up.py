@@ -1,0 +1,175 @@
+"""What a machine does to a compensation: stops, other workpieces, a weekend off.
+
+Every error that is left is told: `settled` is never said while more than 1 um is missing. The
+numbers are those that any other control with the same model and limits has to show.
+"""
+
+import asyncio
+import json
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from tests.unit.compensation import bench
+from tests.unit.runtime import simulated
+from thermaxis.compensation import (
+    SETTLED_UM,
+    Compensation,
+    GainPoint,
+    Limits,
+    Outcome,
+    Part,
+    Request,
+    RequestKind,
+    Section,
+    SupervisorState,
+)
+from thermaxis.runtime.status import as_json
+
+RATE_UM_PER_S = 0.3
+LIMITS = Limits(150.0, RATE_UM_PER_S)
+WARM_K = 5.0
+HOUR_S = 3600.0
+
+
+class Rig(bench.Rig):
+    """A warm machine whose correction has settled; it keeps every cycle from then on."""
+
+    def __init__(self, compensation: Compensation, warm_k: float = WARM_K) -> None:
+        super().__init__(compensation)
+        self.warmth_k = warm_k
+        self.step(RequestKind.ENABLE, found_um=(0.0,))
+        while not self.output.settled:
+            self.step()
+        self.seen = [self.output]
+
+    def step(self, *requests: RequestKind | Request, seconds: float = 1.0, **changes: Any) -> Any:
+        output = super().step(*requests, seconds=seconds, **changes)
+        if hasattr(self, "seen"):
+            self.seen.append(output)
+        return output
+
+    def until_settled(self) -> float:
+        """Return for how long the error is above 1 um from now on until it has settled. [s]"""
+        left_s = 0.0
+        while not self.step().settled:
+            left_s += self.output.to_go_um[0] > SETTLED_UM
+        return left_s
+
+    def assert_nothing_unreported(self) -> None:
+        for one in self.seen:
+            assert one.to_go_um == (abs(one.wanted_um[0] - one.correction_um[0]),)
+            assert not one.settled or one.to_go_um[0] <= SETTLED_UM
+        for a, b in pairwise(self.seen):
+            moved_um = abs(b.correction_um[0] - a.correction_um[0])
+            assert moved_um <= RATE_UM_PER_S * b.elapsed_s + 1e-9
+
+
+def lathe(part: Part | None = None, **options: Any) -> Compensation:
+    return bench.lathe(LIMITS, part or Part("s", "s", "", 14.0), **options)
+
+
+@pytest.mark.parametrize(("hold_s", "stands_um", "left_s"), [(0.0, 0.0, 231), (600.0, -70.0, 0)])
+def test_after_an_emergency_stop_it_has_not_settled_until_it_is_back(
+    hold_s: float, stands_um: float, left_s: float
+) -> None:
+    rig = Rig(lathe(hold_interlock_s=hold_s))
+    assert rig.um == pytest.approx(-70.0, abs=SETTLED_UM)
+    rig.steps(10)
+    rig.steps(300, interlocks=(False,))
+    assert rig.um == pytest.approx(stands_um, abs=1e-9)
+    assert not any(one.settled for one in rig.seen[-300:])
+    assert rig.until_settled() == pytest.approx(left_s, abs=2.0)
+    rig.assert_nothing_unreported()
+
+
+def test_a_hold_at_an_emergency_stop_ends_and_fades() -> None:
+    rig = Rig(lathe(hold_interlock_s=600.0)).steps(10)
+    rig.steps(600, interlocks=(False,))
+    assert (rig.now, rig.um) == (SupervisorState.HOLDING, pytest.approx(-70.0))
+    rig.steps(1 + 240, interlocks=(False,))
+    assert (rig.now, rig.um) == (SupervisorState.WARMING, 0.0)
+
+
+def test_another_workpiece_has_not_settled_until_the_correction_is_there() -> None:
+    gains = (GainPoint(0.0, 1.0), GainPoint(3000.0, 0.45))
+    rig = Rig(lathe(Part("s", "s", "", 14.0, gain_by_diameter=gains)))
+    rig.step(Request(RequestKind.DIAMETER, "me", value=0.0))
+    rig.until_settled()
+    rig.step(Request(RequestKind.DIAMETER, "me", value=3000.0))
+    assert rig.output.to_go_um[0] == pytest.approx(38.5, abs=SETTLED_UM)
+    assert rig.until_settled() == pytest.approx(124.0, abs=2.0)
+    rig.assert_nothing_unreported()
+
+
+def test_settled_is_told_neither_at_a_limit_nor_held_nor_while_the_machine_does_not_follow() -> (
+    None
+):
+    rig = Rig(lathe(at_limit_s=600.0))
+    assert not rig.step(read_back_um=(rig.um + 3.0,)).settled
+    assert rig.step().settled
+    assert not rig.step(RequestKind.HOLD).settled
+    rig.step(RequestKind.RESUME)
+    assert rig.until_settled() == 0
+    rig.warmth_k = 10.72  # asks for 150.08 um
+    rig.steps(400)
+    assert (rig.now, rig.output.at_limit) == (SupervisorState.ACTIVE, (True,))
+    assert rig.output.to_go_um == (0.0,)
+    assert not rig.output.settled
+    rig.assert_nothing_unreported()
+
+
+# ---- a weekend off ---------------------------------------------------------------------------
+
+SLOW = Part("s", "s", "", 0.0, (Section(15.0, 3.0 * HOUR_S),))
+
+
+@pytest.mark.parametrize("found_um", [None, -112.5, 0.0])
+def test_after_a_weekend_off_it_starts_anew_where_the_cold_machine_is(
+    found_um: float | None,
+) -> None:
+    rig = Rig(lathe(SLOW, longest_gap_s=HOUR_S), warm_k=7.5).steps(10)
+    assert rig.um == pytest.approx(-112.5)
+    rig.warmth_k = 2.6 / 15.0
+    rig.step(seconds=64 * HOUR_S, found_um=None if found_um is None else (found_um,))
+    assert Outcome.GAP in rig.output.outcomes
+    assert rig.output.wanted_um == (pytest.approx(-2.6),), "the settled value, not the old one"
+    stood_um = -112.5 if found_um is None else found_um
+    assert (rig.now, rig.um) == (SupervisorState.HOLDING, pytest.approx(stood_um))
+    before = len(rig.seen)
+    left_s = rig.until_settled()
+    settle_s = rig.compensation.supervisor.settle_s
+    assert left_s <= settle_s + abs(stood_um + 2.6) / RATE_UM_PER_S + 1.0
+    rig.steps(10)
+    assert rig.um == pytest.approx(-2.6)
+    away_um = [abs(one.correction_um[0] + 2.6) for one in rig.seen[before:]]
+    assert away_um == sorted(away_um, reverse=True), "it goes there straight"
+    rig.assert_nothing_unreported()
+
+
+def test_after_a_break_within_the_longest_gap_the_model_goes_on() -> None:
+    rig = Rig(lathe(SLOW, longest_gap_s=HOUR_S), warm_k=7.5).steps(10)
+    rig.warmth_k = 2.5
+    rig.step(seconds=HOUR_S)
+    assert Outcome.GAP not in rig.output.outcomes
+    assert rig.output.wanted_um == (pytest.approx(-112.5),), "the input before the break acted"
+    rig.step(seconds=HOUR_S)
+    assert rig.output.wanted_um == (pytest.approx(-37.5 - 75.0 * 0.7165313105737893),)
+
+
+def test_an_offset_of_yesterday_that_nobody_commands_is_told() -> None:
+    rig = simulated.Rig()
+    rig.machine.set_offset(Z_um=-40.0)
+
+    async def look(_: simulated.Rig, loop: Any) -> None:
+        await asyncio.sleep(30.0)
+        assert simulated.state_of(loop) is SupervisorState.OFF
+        assert "standing_offset" in simulated.alarms_of(loop)
+        told = json.loads(as_json(loop.status))
+        axis = told["outputs"]["Z_um"]
+        assert (told["settled"], axis["acting_um"]) == (False, -40.0)
+        assert axis["to_go_um"] == pytest.approx(abs(axis["wanted_um"] + 40.0))
+
+    rig.play(look)
+    assert rig.machine.z_um == -40.0, "a compensation that is off moves nothing"
