@@ -10,7 +10,6 @@ from datetime import UTC, datetime
 from functools import wraps
 from typing import Final, NamedTuple, cast, final
 
-import uvicorn
 from starlette.applications import Starlette
 from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
@@ -28,19 +27,16 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.messages import LANGUAGES, short_names
 from thermaxis.web import (
     LANGUAGE_COOKIE,
-    MOST_CONNECTIONS,
     Assets,
-    Connection,
     Guard,
     Listener,
     Packed,
     RefusedError,
     Server,
     answer_json,
+    answer_mistake,
     json_of,
-    mistake_of,
     refuse,
-    speak_plainly,
     spoken,
     text_of_template,
 )
@@ -54,9 +50,8 @@ LONGEST_S: Final = 600.0
 """Longest time of a command. [s]"""
 ROOMS: Final = (("positioning", "/"), ("thermal", "/thermal"))
 """Rooms in the order of their buttons: key of their name, and address."""
-_LEAVE_S = 2
 _YEAR_S = 31_536_000
-_BAD_REQUEST, _FORBIDDEN, _NOT_FOUND, _MISTAKE = 400, 403, 404, 500
+_BAD_REQUEST, _FORBIDDEN, _NOT_FOUND = 400, 403, 404
 _OPEN = ("/static/",)
 
 
@@ -176,15 +171,12 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
     assets, host = Assets(), AppHost()
     room = AxisRoom(host)
 
-    async def asset(request: Request) -> Response:
-        return assets.answer(request)
-
     async def leave(_: Request) -> Response:
         end()
         return answer_json({})
 
     routes: list[BaseRoute] = [
-        Route("/static/{name:path}", asset, methods=["GET"]),
+        Route("/static/{name:path}", assets.answer, methods=["GET"]),
         Route("/language", _language, methods=["POST"]),
         Route("/end", leave, methods=["POST"]),
         *room.routes(),
@@ -203,14 +195,17 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
         lifespan=life,
         middleware=[
             Middleware(Entrance, token, f"thermaxis_app_{port}"),
-            Middleware(Packed),
+            Middleware(Packed, (*AxisRoom.files, *ThermalRoom.files)),
         ],
-        exception_handlers={HTTPException: _no_route, Exception: _mistake},
+        exception_handlers={HTTPException: _no_route, Exception: answer_mistake},
     )
     application.state.parts = AppParts()
     application.state.work = Work(nice=0)  # there is no loop that it could stand back behind
     return Guard(
-        application, [f"{ADDRESS}:{port}", f"localhost:{port}"], secure=False, language="en"
+        application,
+        [f"{ADDRESS}:{port}", f"localhost:{port}"],
+        secure=False,
+        largest_bytes={**AxisRoom.largest_bytes, **ThermalRoom.largest_bytes},
     )
 
 
@@ -230,10 +225,6 @@ async def _no_route(request: Request, error: Exception) -> Response:
     return refuse(request, status, key)
 
 
-async def _mistake(request: Request, error: Exception) -> Response:
-    return refuse(request, _MISTAKE, "common-mistake", reference=mistake_of(error).reference)
-
-
 async def serve_app(port: int, tell: Callable[[str], None]) -> None:
     """Serve the app on this computer until it is ended.
 
@@ -249,7 +240,6 @@ async def serve_app(port: int, tell: Callable[[str], None]) -> None:
     ConfigurationError
         If the port is taken.
     """
-    speak_plainly()
     try:
         listener = Listener.at(ADDRESS, port)
     except (OSError, OverflowError) as error:
@@ -263,18 +253,6 @@ async def serve_app(port: int, tell: Callable[[str], None]) -> None:
             server.should_exit = True
 
         server = Server(
-            uvicorn.Config(
-                build_app(token, port, end),
-                log_config=None,
-                access_log=False,
-                server_header=False,
-                lifespan="on",
-                http=Connection,
-                ws="none",
-                timeout_graceful_shutdown=_LEAVE_S,
-                limit_concurrency=MOST_CONNECTIONS,
-                proxy_headers=False,
-            ),
-            lambda: tell(f"http://{ADDRESS}:{port}/?token={token}"),
+            build_app(token, port, end), lambda: tell(f"http://{ADDRESS}:{port}/?token={token}")
         )
         await server.serve(sockets=[listener])

@@ -12,6 +12,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp
 
+from thermaxis.app.axis import AxisRoom
 from thermaxis.screen import _live_socket
 from thermaxis.screen.access import ScreenParts, _login_page, render
 from thermaxis.screen.pages import (
@@ -22,10 +23,10 @@ from thermaxis.screen.pages import (
 )
 from thermaxis.screen.pages.history import close_history, page as _history_page
 from thermaxis.screen.pages.model import page as _model_page
-from thermaxis.web import Assets, Guard, Packed, answer_json, mistake_of, refuse, wants_page
+from thermaxis.web import Assets, Guard, Packed, answer_json, answer_mistake, refuse, wants_page
 from thermaxis.web.work import close_work
 
-_NOT_FOUND, _MISTAKE = 404, 500
+_NOT_FOUND = 404
 _PAGES = (
     _operator_page,
     _login_page,
@@ -44,15 +45,12 @@ def build_application(
     """Put the pages together, and what else is served behind the same guard."""
     assets = Assets()
 
-    async def asset(request: Request) -> Response:
-        return assets.answer(request)
-
     async def alive(request: Request) -> Response:
         del request
         return answer_json({"program": parts.program})
 
     found: list[BaseRoute] = [
-        Route("/static/{name:path}", asset, methods=["GET"]),
+        Route("/static/{name:path}", assets.answer, methods=["GET"]),
         Route("/alive", alive, methods=["GET"]),
     ]
     for page in _PAGES:
@@ -74,8 +72,8 @@ def build_application(
     application = Starlette(
         routes=found,
         lifespan=life,
-        middleware=[Middleware(Packed)],
-        exception_handlers={HTTPException: _no_route, Exception: _mistake},
+        middleware=[Middleware(Packed, ("/history/export", *AxisRoom.files))],
+        exception_handlers={HTTPException: _no_route, Exception: answer_mistake},
     )
     application.state.parts = parts
     return Guard(
@@ -83,6 +81,8 @@ def build_application(
         hosts,
         secure=parts.secure,
         language=parts.settings.language,
+        largest_bytes=AxisRoom.largest_bytes,
+        json_paths=("/ask", "/login"),
     )
 
 
@@ -98,8 +98,3 @@ async def _no_route(request: Request, error: Exception) -> Response:
     found = render(request, "missing.html", page="missing")
     found.status_code = status
     return found
-
-
-async def _mistake(request: Request, error: Exception) -> Response:
-    """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
-    return refuse(request, _MISTAKE, "common-mistake", reference=mistake_of(error).reference)

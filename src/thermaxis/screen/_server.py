@@ -6,7 +6,6 @@ import ssl
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 
-import uvicorn
 from starlette.routing import BaseRoute
 
 from thermaxis.codes import Place
@@ -17,13 +16,8 @@ from thermaxis.runtime.host import is_loopback, server_context
 from thermaxis.screen._application import build_application
 from thermaxis.screen.access import ScreenParts, UserSessions
 from thermaxis.screen.feed import StatusFeed
-from thermaxis.web._connections import MOST_CONNECTIONS, Connection, Listener
-from thermaxis.web._log_lines import speak_plainly
-from thermaxis.web._server import Server
+from thermaxis.web import Listener, Server
 
-_KEEP_ALIVE_S = 15
-_LEAVE_S = 2
-_LARGEST_MESSAGE_BYTES = 4096
 _STANDARD_PORTS = {False: 80, True: 443}
 _EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - compared, not bound
 
@@ -57,7 +51,7 @@ async def serve(
     if settings is None:
         raise ConfigurationError("no_screen", place=Place(file=str(configuration.path)))
     context = _context_of(settings)
-    speak_plainly()
+    secure = context is not None
     parts = ScreenParts(
         configuration=configuration,
         settings=settings,
@@ -71,31 +65,17 @@ async def serve(
             takes_pin=settings.takes_pin,
         ),
         program=secrets.token_hex(8),
-        secure=context is not None,
+        secure=secure,
         configuration_sha256=configuration_sha256(configuration),
     )
-    secure = context is not None
     with _listening(settings) as listener:
         port = int(listener.getsockname()[1])
         hosts = allowed_hosts(settings, port, secure=secure)
-        application = build_application(parts, hosts, more)
         server = Server(
-            uvicorn.Config(
-                application,
-                log_config=None,
-                access_log=False,
-                server_header=False,
-                lifespan="on",
-                http=Connection,
-                ws="websockets-sansio",
-                ws_max_size=_LARGEST_MESSAGE_BYTES,
-                timeout_keep_alive=_KEEP_ALIVE_S,
-                timeout_graceful_shutdown=_LEAVE_S,
-                limit_concurrency=MOST_CONNECTIONS,
-                proxy_headers=False,
-                ssl_context_factory=None if context is None else lambda _config, _usual: context,
-            ),
+            build_application(parts, hosts, more),
             lambda: tell(f"{'https' if secure else 'http'}://{_host(settings.address)}:{port}/"),
+            web_sockets=True,
+            context=context,
         )
         await server.serve(sockets=[listener])
 

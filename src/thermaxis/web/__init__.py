@@ -6,23 +6,19 @@ routes, a template and a script; `thermaxis.app` and `thermaxis.screen` put room
 
 from thermaxis.web._answers import (
     RefusedError as RefusedError,
+    answer_mistake as answer_mistake,
     json_of as json_of,
     refuse as refuse,
     spoken as spoken,
 )
 from thermaxis.web._assets import Assets as Assets
-from thermaxis.web._connections import (
-    MOST_CONNECTIONS as MOST_CONNECTIONS,
-    Connection as Connection,
-    Listener as Listener,
-)
+from thermaxis.web._connections import Listener as Listener
 from thermaxis.web._guard import Guard as Guard
 from thermaxis.web._language import (
     LANGUAGE_COOKIE as LANGUAGE_COOKIE,
     LanguageOfParts as LanguageOfParts,
     language_of as language_of,
 )
-from thermaxis.web._log_lines import speak_plainly as speak_plainly
 from thermaxis.web._packed import Packed as Packed
 from thermaxis.web._plain_page import (
     answer_json as answer_json,

@@ -8,7 +8,9 @@ from starlette.responses import Response
 
 from thermaxis.codes import Value
 from thermaxis.web._language import LANGUAGE_COOKIE, LanguageOfParts, language_of
-from thermaxis.web._plain_page import refusal
+from thermaxis.web._plain_page import mistake_of, refusal
+
+_MISTAKE = 500
 
 
 class RefusedError(Exception):
@@ -50,3 +52,8 @@ def _single(pairs: list[tuple[str, object]]) -> dict[str, object]:
 def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -> Response:
     """Return a refusal in the language of who asks."""
     return refusal(connection, spoken(connection), status, key, **values)
+
+
+async def answer_mistake(request: Request, error: Exception) -> Response:
+    """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
+    return refuse(request, _MISTAKE, "common-mistake", reference=mistake_of(error).reference)

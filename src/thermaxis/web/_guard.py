@@ -8,7 +8,7 @@ the browser to take nothing from elsewhere.
 
 import asyncio
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Final, final
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -21,16 +21,6 @@ from thermaxis.web._plain_page import refusal
 
 LARGEST_BODY_BYTES: Final = 16 * 1024
 """Largest body of a request; a log-in or a request to the loop has some hundred. [byte]"""
-LARGEST_BODIES: Final[Mapping[str, int]] = {
-    "/thermal/log": 60 * 1000 * 1000,
-    "/positioning/upload": 20 * 1000 * 1000,
-    "/positioning/trend": 60 * 1000 * 1000,
-    "/positioning/program": 2 * 1000 * 1000,
-    "/positioning/toml": 64 * 1000,
-}
-"""Larger ones, by path. [byte]"""
-JSON_PATHS: Final = frozenset({"/ask", "/login"})
-"""What is sent here must call itself JSON, as no form of a page elsewhere can."""
 BODY_S: Final = 60.0
 """Time in which a body must have come. [s]"""
 LONGEST_PATH: Final = 1024
@@ -67,6 +57,7 @@ _MARKS: Final = {
     "cache-control": "no-store",
 }
 
+_NONE: Final[Mapping[str, int]] = {}
 _Wrong = tuple[int, str]
 """Why a request is refused: status of HTTP [1] and key of the words."""
 _HOST_WRONG: Final = 421, "login-host"
@@ -90,8 +81,10 @@ class Guard:
     else 403; methods other than GET, HEAD and POST are 405. A path consists of plain letters,
     digits and ``. _ ~ -``, without anything encoded and without a part that begins with a dot,
     else 404. A web socket is refused with 403 for each of these. A body is counted while it is
-    read: 413, and 408 where it takes longer than `BODY_S`. What comes to `JSON_PATHS` must be
-    called ``application/json``, else 415. A request whose sender goes away is answered nothing.
+    read: 413 beyond `LARGEST_BODY_BYTES` or what `largest_bytes` says for its path, and 408 where
+    it takes longer than `BODY_S`. What comes to `json_paths` must be called ``application/json``,
+    as no form of a page elsewhere can, else 415. A request whose sender goes away is answered
+    nothing.
 
     Not protected: a program that is no browser can send any ``Host`` and ``Origin`` it likes; what
     it may do is decided by the log-in and its token. What else forwarded headers say is not looked
@@ -107,9 +100,16 @@ class Guard:
     """
 
     def __init__(
-        self, app: ASGIApp, hosts: Iterable[str], *, secure: bool, language: str = "en"
+        self,
+        app: ASGIApp,
+        hosts: Iterable[str],
+        *,
+        secure: bool,
+        language: str = "en",
+        largest_bytes: Mapping[str, int] = _NONE,
+        json_paths: Collection[str] = (),
     ) -> None:
-        self._app = app
+        self._app, self._largest_bytes, self._json_paths = app, largest_bytes, json_paths
         self._scheme, self._own_port = ("https", ":443") if secure else ("http", ":80")
         self._language = language
         for host in hosts:
@@ -124,7 +124,7 @@ class Guard:
             return
         wrong = next((wrong for refused, wrong in self._rules(scope) if refused), None)
         if scope["type"] == "http":
-            await self._answer(scope, _Body(receive, _largest(scope["path"]), wrong), send)
+            await self._answer(scope, _Body(receive, self._largest(scope["path"]), wrong), send)
         elif wrong is None:
             await self._app(scope, receive, send)
         else:  # before it is one: the web server answers 403, and logs no error
@@ -146,9 +146,12 @@ class Guard:
         ours = headers.getlist("origin") == [f"{self._scheme}://{host}"]
         yield not (looks or ours), _ORIGIN_WRONG
         length = headers.get("content-length", "0")[:18]
-        yield not length.isdecimal() or int(length) > _largest(path), _TOO_LARGE
+        yield not length.isdecimal() or int(length) > self._largest(path), _TOO_LARGE
         kind = headers.get("content-type", "").partition(";")[0].strip().lower()
-        yield not looks and path in JSON_PATHS and kind != "application/json", _KIND_WRONG
+        yield not looks and path in self._json_paths and kind != "application/json", _KIND_WRONG
+
+    def _largest(self, path: str) -> int:
+        return self._largest_bytes.get(path, LARGEST_BODY_BYTES)
 
     async def _answer(self, scope: Scope, body: "_Body", send: Send) -> None:
         """Mark an answer, and refuse in its place where the body must not be read, or read on."""
@@ -212,10 +215,6 @@ class _Body:
                     return message
                 self.wrong = _TOO_LARGE
         return {"type": "http.disconnect"}
-
-
-def _largest(path: str) -> int:
-    return LARGEST_BODIES.get(path, LARGEST_BODY_BYTES)
 
 
 def _mark(message: Message, path: str) -> None:

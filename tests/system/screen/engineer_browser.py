@@ -49,9 +49,6 @@ class Pages:
         self._sockets: list[WebSocketRoute] = []
         assets = Assets()
 
-        async def asset(request: Request) -> Response:
-            return assets.answer(request)
-
         async def blank(request: Request) -> Response:
             return render(request, "sensors.html", page="sensors", **NO_SENSOR)
 
@@ -65,7 +62,7 @@ class Pages:
             who = {"name": person.name, "role": person.role.value}
         self._hello = {"kind": "hello", "program": parts.program, **who}
         routes = [
-            HttpRoute("/static/{name:path}", asset),
+            HttpRoute("/static/{name:path}", assets.answer),
             HttpRoute("/ask", ask, methods=["POST"]),
             HttpRoute("/blank", blank),
             *_model_page.routes(parts),

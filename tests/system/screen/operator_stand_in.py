@@ -322,9 +322,6 @@ def application(stand_in: StandIn) -> Starlette:
     given = parts(configuration, stand_in, people=stand_in.people, view_without_login=looks)
     assets = Assets()
 
-    async def asset(request: Request) -> Response:
-        return assets.answer(request)
-
     async def trend8(request: Request) -> Response:
         return JSONResponse(trend(stand_in.status, spoken(request)))
 
@@ -335,7 +332,7 @@ def application(stand_in: StandIn) -> Starlette:
     if not stand_in.status["model_sha256"]:
         stand_in.status["model_sha256"] = configuration.model.sha256
     own: list[BaseRoute] = [
-        Route("/static/{name:path}", asset),
+        Route("/static/{name:path}", assets.answer),
         Route("/trend8", trend8),
         Route("/helps", helps),
     ]

@@ -15,8 +15,6 @@ import pytest
 import uvicorn
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, Route as Asked, expect
-from starlette.requests import Request
-from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
@@ -45,9 +43,6 @@ class Server:
         given = parts(people=self.people, evaluation_s=280.0)
         assets = Assets()
 
-        async def asset(request: Request) -> Response:
-            return assets.answer(request)
-
         async def live(connection: WebSocket) -> None:
             await connection.accept()
             status = {
@@ -72,7 +67,11 @@ class Server:
                 return
 
         pages = _positioning_page.routes(given)
-        routes = [*pages, Route("/static/{name:path}", asset), WebSocketRoute("/live", live)]
+        routes = [
+            *pages,
+            Route("/static/{name:path}", assets.answer),
+            WebSocketRoute("/live", live),
+        ]
         self.listener = socket.create_server(("127.0.0.1", 0))
         port = self.listener.getsockname()[1]
         self.address = f"http://127.0.0.1:{port}"

@@ -1,5 +1,6 @@
 """Who is let through to which page, and what every page has."""
 
+import asyncio
 import gzip
 import json
 import re
@@ -275,12 +276,7 @@ def test_words_inside_a_script_element_cannot_end_it() -> None:
 
 
 def files(browser_headers: dict[str, str], name: str) -> Response:
-    assets = Assets()
-
-    async def asset(request: Request) -> Response:
-        return assets.answer(request)
-
-    application = Starlette(routes=[Route("/static/{name:path}", asset)])
+    application = Starlette(routes=[Route("/static/{name:path}", Assets().answer)])
     browser = TestClient(application)
     return cast("Response", browser.get(f"/static/{name}", headers=browser_headers))
 
@@ -298,7 +294,7 @@ def test_no_request_packs_or_unpacks_what_was_read_at_the_start(
             "headers": [(b"accept-encoding", encoding)],
             "path_params": {"name": "base.css"},
         }
-        answer = assets.answer(Request(scope))
+        answer = asyncio.run(assets.answer(Request(scope)))
         assert (b"--line-1" in answer.body) is (encoding == b"identity")
 
 

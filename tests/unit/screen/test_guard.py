@@ -16,9 +16,11 @@ from starlette.types import ASGIApp, Message, Scope
 from starlette.websockets import WebSocket
 
 from tests.scenes import scene
+from thermaxis.app.axis import AxisRoom
+from thermaxis.app.thermal import ThermalRoom
 from thermaxis.runtime import run_in_virtual_time
 from thermaxis.web import Guard
-from thermaxis.web._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES
+from thermaxis.web._guard import BODY_S, LARGEST_BODY_BYTES
 
 HOSTS = ("127.0.0.1:8450", "localhost:8450", "[::1]:8450", "lathe-3.shop:8450")
 HERE = "http://127.0.0.1:8450"
@@ -94,7 +96,7 @@ def pages() -> Starlette:
 
 
 def guarded(*, secure: bool = False, hosts: Iterable[str] = HOSTS) -> Guard:
-    return Guard(pages(), tuple(hosts), secure=secure)
+    return Guard(pages(), tuple(hosts), secure=secure, largest_bytes=AxisRoom.largest_bytes)
 
 
 def ask(
@@ -309,8 +311,8 @@ def test_an_upload_may_be_larger_and_is_bounded_as_well() -> None:
     sent = posted(UPLOAD, [part] * 20)
     assert status_of(sent) == 200
     assert json.loads(sent[-1]["body"] or sent[-2]["body"]) == {"bytes": 20_000_000}
-    assert LARGEST_BODIES[UPLOAD] == 20_000_000
-    assert max(LARGEST_BODIES.values()) == 60_000_000
+    assert AxisRoom.largest_bytes[UPLOAD] == 20_000_000
+    assert max({**AxisRoom.largest_bytes, **ThermalRoom.largest_bytes}.values()) == 60_000_000
     assert status_of(posted(UPLOAD, [part] * 20 + [b"x"])) == 413
     for near in (f"{UPLOAD}/", f"{UPLOAD}/x", "/positioning/uploads", "/stream"):
         assert status_of(posted(near, [part])) in {413, 404, 307}

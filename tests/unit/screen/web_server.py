@@ -6,12 +6,11 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from typing import NamedTuple
 
-import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.server import ServerState
 
 from tests.opcua_server import until
-from thermaxis.web import Connection
+from thermaxis.web import Server
 
 
 class Served(NamedTuple):
@@ -28,15 +27,8 @@ async def served(application_at: Callable[[int], ASGIApp]) -> AsyncIterator[Serv
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         port = int(listener.getsockname()[1])
-        config = uvicorn.Config(
-            application_at(port),
-            log_config=None,
-            lifespan="off",
-            http=Connection,
-            ws="websockets-sansio",
-            proxy_headers=False,
-        )
-        server = uvicorn.Server(config)
+        server = Server(application_at(port), lambda: None, web_sockets=True)
+        server.config.lifespan = "off"
         server.capture_signals = contextlib.nullcontext
         task = asyncio.create_task(server.serve(sockets=[listener]))
         try:

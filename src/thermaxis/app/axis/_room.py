@@ -157,6 +157,16 @@ class Asked(NamedTuple):
 class AxisRoom:
     """The routes of the room, opened by a program."""
 
+    largest_bytes: Final[Mapping[str, int]] = {
+        "/positioning/upload": LARGEST_BYTES,
+        "/positioning/trend": 3 * LARGEST_BYTES,
+        "/positioning/program": LARGEST_PLAN_BYTES,
+        "/positioning/toml": LARGEST_TABLE_BYTES,
+    }
+    """Largest bodies by path, where they are larger than a usual request's. [byte]"""
+    files: Final = ("/positioning/",)
+    """Below these paths there are files."""
+
     def __init__(self, host: RoomHost) -> None:
         self._host = host
 

@@ -62,6 +62,11 @@ _log = logging.getLogger(__name__)
 class ThermalRoom:
     """The routes of the room, opened by a program for one person."""
 
+    largest_bytes: Final[Mapping[str, int]] = {"/thermal/log": LARGEST_BYTES}
+    """Largest bodies by path, where they are larger than a usual request's. [byte]"""
+    files: Final = ("/thermal/file/",)
+    """Below these paths there are files."""
+
     def __init__(self, host: RoomHost) -> None:
         self._host = host
         self._bench: Bench | None = None
