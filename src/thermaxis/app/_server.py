@@ -8,7 +8,7 @@ from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from functools import wraps
-from typing import Final, NamedTuple, cast, final
+from typing import Final, NamedTuple, final
 
 from starlette.applications import Starlette
 from starlette.datastructures import MutableHeaders
@@ -19,14 +19,11 @@ from starlette.responses import HTMLResponse, Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from thermaxis.app._rooms import Endpoint, Json
+from thermaxis.app._rooms import Endpoint
 from thermaxis.app.axis import AxisRoom
 from thermaxis.app.thermal import ThermalRoom
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
-from thermaxis.messages import LANGUAGES, short_names
+from thermaxis.messages import short_names
 from thermaxis.web import (
-    LANGUAGE_COOKIE,
     Assets,
     Guard,
     Listener,
@@ -35,7 +32,7 @@ from thermaxis.web import (
     Server,
     answer_json,
     answer_mistake,
-    json_of,
+    choose_language,
     refuse,
     spoken,
     text_of_template,
@@ -50,8 +47,7 @@ LONGEST_S: Final = 600.0
 """Longest time of a command. [s]"""
 ROOMS: Final = (("positioning", "/"), ("thermal", "/thermal"))
 """Rooms in the order of their buttons: key of their name, and address."""
-_YEAR_S = 31_536_000
-_BAD_REQUEST, _FORBIDDEN, _NOT_FOUND = 400, 403, 404
+_FORBIDDEN, _NOT_FOUND = 403, 404
 _OPEN = ("/static/",)
 
 
@@ -177,7 +173,7 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
 
     routes: list[BaseRoute] = [
         Route("/static/{name:path}", assets.answer, methods=["GET"]),
-        Route("/language", _language, methods=["POST"]),
+        Route("/language", choose_language, methods=["POST"]),
         Route("/end", leave, methods=["POST"]),
         *room.routes(),
         *ThermalRoom(host).routes(),
@@ -209,16 +205,6 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
     )
 
 
-async def _language(request: Request) -> Response:
-    asked = await json_of(request)
-    language = cast("Json", asked).get("language") if isinstance(asked, dict) else None
-    if language not in LANGUAGES:
-        return refuse(request, _BAD_REQUEST, "positioning-bad_option", option="language")
-    answer = answer_json({})
-    answer.set_cookie(LANGUAGE_COOKIE, str(language), max_age=_YEAR_S, samesite="strict")
-    return answer
-
-
 async def _no_route(request: Request, error: Exception) -> Response:
     status = error.status_code if isinstance(error, HTTPException) else _NOT_FOUND
     key = "common-no_page" if status == _NOT_FOUND else "common-refused_method"
@@ -240,13 +226,7 @@ async def serve_app(port: int, tell: Callable[[str], None]) -> None:
     ConfigurationError
         If the port is taken.
     """
-    try:
-        listener = Listener.at(ADDRESS, port)
-    except (OSError, OverflowError) as error:
-        cause = getattr(error, "strerror", None) or str(error)
-        place = Place(file=f"{ADDRESS}, port {port}")
-        raise ConfigurationError("app_cannot_listen", cause=cause, place=place) from None
-    with listener:
+    with Listener.at(ADDRESS, port, "app_cannot_listen") as listener:
         token, port = secrets.token_urlsafe(24), int(listener.getsockname()[1])
 
         def end() -> None:

@@ -126,7 +126,7 @@ class LiveSocket:
         whose = visitor.language, looks
         known = self._said.get(whose)
         if known is None or known[0] != told.text:
-            names = self._parts.configuration.input_names(visitor.language)
+            names = self._parts.configuration.shown_names(visitor.language)
             said = said_status(told.status, visitor.language, names)
             shown = said if looks else _gist(said, visitor.language)
             known = told.text, json.dumps(shown, separators=(",", ":"))
@@ -140,7 +140,7 @@ def _gist(said: Mapping[str, Any], language: str) -> dict[str, Any]:
     text = sentence("common-alarms", {"count": count}, language=language)
     shown = {key: said[key] for key in ("number", "utc", "cycle_s", "state", "state_said")}
     alarms = [{"priority": one["priority"], "text": text} for one in gravest]
-    return {**shown, "reasons_said": [], "alarms": alarms}
+    return {**shown, "alarms": alarms}
 
 
 def _ended(before: UserSession | None, now: Visitor) -> str:

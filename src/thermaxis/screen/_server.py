@@ -1,10 +1,8 @@
 """The web server of the screen: a program of its own beside the loop."""
 
 import secrets
-import socket
 import ssl
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 
 from starlette.routing import BaseRoute
 
@@ -68,7 +66,7 @@ async def serve(
         secure=secure,
         configuration_sha256=configuration_sha256(configuration),
     )
-    with _listening(settings) as listener:
+    with Listener.at(settings.address, settings.port, "screen_cannot_listen") as listener:
         port = int(listener.getsockname()[1])
         hosts = allowed_hosts(settings, port, secure=secure)
         server = Server(
@@ -104,15 +102,3 @@ def allowed_hosts(settings: ScreenSettings, port: int, *, secure: bool) -> tuple
 
 def _host(address: str) -> str:
     return f"[{address}]" if ":" in address else address
-
-
-@contextmanager
-def _listening(settings: ScreenSettings) -> Generator[socket.socket]:
-    try:
-        listener = Listener.at(settings.address, settings.port)
-    except OSError as error:
-        place = Place(file=f"{settings.address}, port {settings.port}")
-        cause = error.strerror or str(error)
-        raise ConfigurationError("screen_cannot_listen", cause=cause, place=place) from None
-    with listener:
-        yield listener

@@ -7,7 +7,8 @@ routes, a template and a script; `thermaxis.app` and `thermaxis.screen` put room
 from thermaxis.web._answers import (
     RefusedError as RefusedError,
     answer_mistake as answer_mistake,
-    json_of as json_of,
+    choose_language as choose_language,
+    object_of as object_of,
     refuse as refuse,
     spoken as spoken,
 )
@@ -22,7 +23,6 @@ from thermaxis.web._language import (
 from thermaxis.web._packed import Packed as Packed
 from thermaxis.web._plain_page import (
     answer_json as answer_json,
-    mistake_of as mistake_of,
     wants_page as wants_page,
 )
 from thermaxis.web._render import (

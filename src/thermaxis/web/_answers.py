@@ -1,16 +1,18 @@
 """What is asked as JSON, and refused in the language of who asks."""
 
 import json
-from typing import cast
+from typing import Any, cast
 
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 
 from thermaxis.codes import Value
+from thermaxis.messages import LANGUAGES
 from thermaxis.web._language import LANGUAGE_COOKIE, LanguageOfParts, language_of
-from thermaxis.web._plain_page import mistake_of, refusal
+from thermaxis.web._plain_page import answer_json, mistake_of, refusal
 
-_MISTAKE = 500
+_BAD_REQUEST, _MISTAKE = 400, 500
+_YEAR_S = 31_536_000
 
 
 class RefusedError(Exception):
@@ -32,14 +34,13 @@ def spoken(connection: HTTPConnection) -> str:
     )
 
 
-async def json_of(request: Request) -> object:
-    """Return the JSON value of a request."""
+async def object_of(request: Request) -> dict[str, object]:
+    """Return the JSON object of a request, an empty one where it has none."""
     try:
-        return json.loads(await request.body(), object_pairs_hook=_single)
-    except RecursionError:
-        return None
-    except ValueError:  # no JSON, no text, or an integer of more digits than are read
-        return None
+        found = json.loads(await request.body(), object_pairs_hook=_single)
+    except (RecursionError, ValueError):  # no JSON, no text, or an integer of too many digits
+        return {}
+    return cast("dict[str, object]", found) if isinstance(found, dict) else {}
 
 
 def _single(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -57,3 +58,15 @@ def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -
 async def answer_mistake(request: Request, error: Exception) -> Response:
     """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
     return refuse(request, _MISTAKE, "common-mistake", reference=mistake_of(error).reference)
+
+
+async def choose_language(request: Request) -> Response:
+    """Keep the language that somebody has chosen."""
+    language = (await object_of(request)).get("language")
+    if language not in LANGUAGES:
+        return refuse(request, _BAD_REQUEST, "login-no_language")
+    answer = answer_json({"language": language})
+    secure = request.url.scheme == "https"
+    marks: dict[str, Any] = {"secure": secure, "httponly": True, "samesite": "strict"}
+    answer.set_cookie(LANGUAGE_COOKIE, str(language), max_age=_YEAR_S, **marks)
+    return answer

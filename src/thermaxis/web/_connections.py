@@ -8,6 +8,9 @@ from typing import Any, Final, Self, final
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError
+
 MOST_CONNECTIONS: Final = 200
 """Connections at once; a page has two, for a moment up to seven. [1]"""
 MOST_OF_ADDRESS: Final = 100
@@ -39,22 +42,25 @@ class Listener(socket.socket):
         self._open: dict[str, list[socket.socket]] = {}
 
     @classmethod
-    def at(cls, address: str, port: int) -> Self:
+    def at(cls, address: str, port: int, refusal: str) -> Self:
         """Return one that is bound.
 
         Raises
         ------
-        OSError
-            If the address is taken or not this computer's.
+        ConfigurationError
+            With the code `refusal`, if the address is taken or not this computer's, or the port is
+            none.
         """
         listener = cls(socket.AF_INET6 if ":" in address else socket.AF_INET)
         try:
             if os.name == "posix":  # elsewhere it would take a port from another program
                 listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind((address, port))
-        except OSError:
+        except (OSError, OverflowError) as error:
             listener.close()
-            raise
+            cause = getattr(error, "strerror", None) or str(error)
+            place = Place(file=f"{address}, port {port}")
+            raise ConfigurationError(refusal, cause=cause, place=place) from None
         return listener
 
     def accept(self) -> tuple[socket.socket, Any]:

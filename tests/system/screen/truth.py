@@ -322,6 +322,12 @@ def _stop(_: random.Random) -> Fault:
     return Fault(pressed, _lathe(), frozenset({"headline-interlock"}), INTERLOCK)
 
 
+def _deaf(_: random.Random) -> Fault:
+    """What is written is accepted and read back, and the axis, which is homing, takes nothing."""
+    deaf = _lathe("set homing to 1")
+    return Fault(deaf, _lathe(), frozenset({"headline-not_acting"}), "Z", acting_um=0.0)
+
+
 _DEAD: Final = frozenset({"headline-held_for_input", "headline-input_lost"})
 
 
@@ -346,6 +352,7 @@ _STOPPED, _ON = signal.SIGSTOP, signal.SIGCONT
 FAULTS: Final[Mapping[str, Callable[[random.Random], Fault]]] = {
     "unreachable": _unreachable,
     "emergency stop": _stop,
+    "not acting": _deaf,
     "dead sensor": _sensor,
     "started with a dead sensor": _started_with_a_dead_sensor,
     "loop killed": lambda _: Fault(

@@ -169,7 +169,7 @@ def test_a_damaged_table_is_told_in_words(door: Door) -> None:
 
 
 def test_a_port_that_is_taken_is_said_with_what_to_do() -> None:
-    with Listener.at("127.0.0.1", 0) as taken:
+    with Listener.at("127.0.0.1", 0, "") as taken:
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(ConfigurationError, match="--port"):

@@ -115,20 +115,41 @@ def test_an_input_that_the_model_does_not_need_is_read_all_the_same(tmp_path: Pa
     assert set(found.compensation.sensors) == {"T_spindle_C", "T_column_C"}
 
 
-def test_an_input_is_called_as_people_call_it_in_their_language(tmp_path: Path) -> None:
+def test_an_input_and_its_source_are_called_as_people_call_it_in_their_language(
+    tmp_path: Path,
+) -> None:
     def named(text: str) -> Path:
         heads = [f"[input.{name}]\n" for name in ("T_spindle_C", "T_column_C")]
         changes = ((heads[0], f"{heads[0]}name = {text}\n"),)
         return machine_file(tmp_path, *changes)
 
     found = read_machine(named('{en = "Spindle", cs = "Vřeteno"}'))
-    assert found.input_names("cs") == {"T_spindle_C": "Vřeteno"}
-    assert found.input_names("de") == found.input_names("en") == {"T_spindle_C": "Spindle"}
-    assert read_machine(named('{de = "Spindel"}')).input_names("cs") == {}
+    assert found.shown_names("cs") == dict.fromkeys(("T_spindle_C", "spindle"), "Vřeteno")
+    english = dict.fromkeys(("T_spindle_C", "spindle"), "Spindle")
+    assert found.shown_names("de") == found.shown_names("en") == english
+    assert read_machine(named('{de = "Spindel"}')).shown_names("cs") == {}
     for wrong in ('"Spindle"', '{fr = "Broche"}', '{en = ""}', '{en = "a\\u001b"}', "{en = 1}"):
         assert problems_of(named(wrong)), wrong
     (problem,) = problems_of(named(f'{{en = "{"x" * 41}"}}'))
     assert problem.place.key == "input.T_spindle_C.name.en"
+
+
+def test_an_interlock_is_called_as_people_call_it(tmp_path: Path) -> None:
+    head = "[interlock.emergency_stop]\n"
+    path = machine_file(tmp_path, (head, f'{head}name.de = "Not-Halt"\n'))
+    found = read_machine(path)
+    assert found.shown_names("de") == {"emergency_stop": "Not-Halt"}
+    assert found.shown_names("en") == {}
+
+
+def test_a_source_keeps_its_name_where_that_of_its_input_would_name_two(tmp_path: Path) -> None:
+    head = "[input.T_spindle_C]\n"
+    path = machine_file(tmp_path, (head, f'{head}name.en = "Spindle"\n'))
+    (output,) = model().outputs
+    parts = (*output.parts, replace(output.parts[0], name="chuck"))
+    two = replace(model(), outputs=(replace(output, parts=parts),))
+    write_model(two, tmp_path / "models" / "lathe.json")
+    assert read_machine(path).shown_names("en") == {"T_spindle_C": "Spindle"}
 
 
 def test_no_number_of_the_rules_has_an_unlimited_default() -> None:

@@ -167,8 +167,11 @@ _JSON = st.recursive(
 _METHODS = st.sampled_from([ask.name for ask in ASKS]) | st.text(max_size=8)
 
 
-@given(_JSON | st.fixed_dictionaries({"method": _METHODS | _JSON, "arguments": _JSON}))
-def test_a_question_that_passes_can_be_sent_to_the_loops_server(found: object) -> None:
+_OBJECTS = st.dictionaries(st.text(max_size=8), _JSON, max_size=3)
+
+
+@given(_OBJECTS | st.fixed_dictionaries({"method": _METHODS | _JSON, "arguments": _JSON}))
+def test_a_question_that_passes_can_be_sent_to_the_loops_server(found: dict[str, object]) -> None:
     checked = question_of(found)
     if isinstance(checked, Message):
         assert checked.code in keys("en")

@@ -200,7 +200,6 @@ def test_whoever_may_not_look_is_told_the_state_and_how_many_alarms_and_nothing_
         **{key: SMALL[key] for key in ("number", "utc", "cycle_s")},
         "state": "Holding",
         "state_said": sentence("state-Holding"),
-        "reasons_said": [],
         "alarms": [{"priority": "high", "text": sentence("common-alarms", {"count": 2})}],
     }
 

@@ -174,6 +174,18 @@ def test_an_input_is_called_in_sentences_as_people_call_it() -> None:
     assert "Vřeteno" not in said_status(status(headline=told), "cs")["headline_said"]["text"]
 
 
+def test_an_event_calls_inputs_and_interlocks_as_people_do_also_in_what_it_quotes() -> None:
+    names = {"door": "Tür", "T_spindle_C": "Spindel"}
+    opened = {"state": "Fading", "reasons": ("interlock_open",), "names": ("door", "T_table_C")}
+    state = EventRecord.of(NOW, "state", "", Message("event-state_named", opened))
+    assert "(Tür, T_table)" in said_event(state, "de", names)["said"]
+    lost = Message("alarm-sensor_bad", {"name": "T_spindle_C", "quality": "bad_status"})
+    came = Message("event-alarm", {"alarm": lost, "priority": "high"})
+    said = said_event(EventRecord.of(NOW, "alarm", "", came), "de", names)
+    assert "Spindel" in said["mark"]
+    assert "T_spindle" not in said["said"]
+
+
 def test_a_code_that_is_newer_than_the_screen_stays_as_the_loop_says_it() -> None:
     for language in LANGUAGES:
         found = said_status(

@@ -32,13 +32,12 @@ from thermaxis.app.thermal._asked import (
     export_words,
     identify_words,
     names_of,
-    no_option,
     stored_name,
 )
 from thermaxis.app.thermal._bench import Bench, Entry
 from thermaxis.codes import Message, printable, value_of_json, values_of_json
 from thermaxis.messages import remedy_of, sentence_of, text_of
-from thermaxis.web import RefusedError, answer_json, json_of, refuse, spoken
+from thermaxis.web import RefusedError, answer_json, object_of, refuse, spoken
 from thermaxis.web.work import PROGRESS, BusyError, Limits, Outcome, WorkFolder, work_of
 
 LARGEST_BYTES: Final = 60_000_000
@@ -307,10 +306,7 @@ class ThermalRoom:
 
 
 async def _asked(request: Request) -> Json:
-    found = await json_of(request)
-    if not isinstance(found, dict):
-        raise no_option("JSON")
-    return cast("Json", found)
+    return await object_of(request)
 
 
 def _result_of(outcome: Outcome, longest_s: float) -> Json:

@@ -10,6 +10,7 @@ import argparse
 import asyncio
 import math
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,10 +91,11 @@ def build_rehearsal(
     clock: runtime.Clock,
     historian: runtime.Historian,
     state_file: runtime.StateFile | None = None,
+    interlocks: Sequence[str] = tuple(INTERLOCKS),
 ) -> runtime.CompensationLoop:
-    """Make the loop of a configuration at the lathe in this program."""
+    """Make the loop of a configuration at the lathe in this program, with interlocks of its own."""
     (output,) = configuration.outputs
-    rules = replace(configuration.compensation, interlocks=tuple(INTERLOCKS))
+    rules = replace(configuration.compensation, interlocks=tuple(interlocks))
     settings = replace(
         loop_settings(configuration),
         interlocks_met={},
@@ -101,7 +103,7 @@ def build_rehearsal(
         reads_diameter=False,
         at_stop=runtime.AtStop.LEAVE,
     )
-    source = virtual.LatheSource(lathe, clock)
+    source = virtual.LatheSource(lathe, clock, interlocks=interlocks)
     sink = virtual.LatheSink(lathe, clock, output=output)
     ports = runtime.Ports(source, sink, historian, clock)
     return runtime.CompensationLoop(rules, settings, ports, state_file=state_file)

@@ -13,7 +13,7 @@ priority-medium = střední
 priority-low = nízký
 
 event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
-event-state_named = { CODE($state, "state") }: { CODE($reasons, "reason") } ({ $names })
+event-state_named = { CODE($state, "state") }: { CODE($reasons, "reason") } ({ NAME($names) })
 event-state = { CODE($state, "state") }
 event-request_accepted = { CODE($request, "request") }: přijato, { $answer }
 event-request_refused = { CODE($request, "request") }: odmítnuto, { $answer }

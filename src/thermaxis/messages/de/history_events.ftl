@@ -13,7 +13,7 @@ priority-medium = mittel
 priority-low = niedrig
 
 event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
-event-state_named = { CODE($state, "state") }: { CODE($reasons, "reason") } ({ $names })
+event-state_named = { CODE($state, "state") }: { CODE($reasons, "reason") } ({ NAME($names) })
 event-state = { CODE($state, "state") }
 event-request_accepted = { CODE($request, "request") }: angenommen, { $answer }
 event-request_refused = { CODE($request, "request") }: abgelehnt, { $answer }

@@ -19,7 +19,7 @@ priority-low = low
 ## Events
 
 event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
-event-state_named = { CODE($state, "state") }: { CODE($reasons, "reason") } ({ $names })
+event-state_named = { CODE($state, "state") }: { CODE($reasons, "reason") } ({ NAME($names) })
 event-state = { CODE($state, "state") }
 event-request_accepted = { CODE($request, "request") }: accepted, { $answer }
 event-request_refused = { CODE($request, "request") }: refused, { $answer }

@@ -49,6 +49,7 @@ history-effective = effective offset
 history-part = part { $name }
 history-probe = probe
 history-active = share of time compensating
+history-limited = share of time at the limit
 
 ## second span
 
@@ -92,4 +93,4 @@ history-group_loop = Loop and workpiece
 history-lateness = lateness of the cycle
 history-diameter = workpiece diameter
 history-other_compensation = another compensation
-history-interlock = interlock { $name }
+history-interlock = interlock ({ $name })

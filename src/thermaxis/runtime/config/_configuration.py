@@ -2,6 +2,7 @@
 
 import errno
 import os
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -111,15 +112,26 @@ class MachineConfiguration(MachineFile):
         """File in which the state is kept."""
         return self.machine.state_file or self.path.with_suffix(".state.json")
 
-    def input_names(self, language: str) -> dict[str, str]:
-        """Return what people call the inputs that have a name, by channel."""
-        return {
-            channel: name
+    def shown_names(self, language: str) -> dict[str, str]:
+        """Return what people call inputs, interlocks, and parts of the model that are an input's.
+
+        By the channel, interlock or part; only of those that have a name.
+        """
+        found = {
+            key: name
             for wanted in ("en", language)
-            for channel, one in self.inputs.items()
+            for key, one in {**self.interlocks, **self.inputs}.items()
             for stated, name in one.name.items()
             if stated == wanted
         }
+        parts = {(part.name, part.plus) for one in self.model.model.outputs for part in one.parts}
+        count = Counter(text for pair in parts for text in set(pair))
+        own = {
+            part: found[plus]
+            for part, plus in parts
+            if count[part] == count[plus] == 1 and plus in found
+        }
+        return {**own, **found}
 
     def screen_connection(self, user: str, password: Secret) -> ConnectionSettings:
         """Return the connection of a person, or of every page, to the status server.

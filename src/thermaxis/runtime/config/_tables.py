@@ -100,6 +100,8 @@ PrivateFile = Annotated[Path | None, read_as(Annotated[LOCATED, _checked_by(_pri
 """A file that nobody but its owner may read."""
 Node = Annotated[Text, _checked_by(_node)]
 """A node, or none."""
+Names = Annotated[Mapping[Language, Shown], Field(max_length=3)]
+"""What people call something, by language."""
 _Joint = Annotated[int, Field(ge=0, le=15)]
 NeededNode = Annotated[Word, _checked_by(_node)]
 """A node."""
@@ -198,9 +200,7 @@ class InputSettings(SensorRules):
     change of `life_node`, which is required. Default: a time stamp says when it was measured."""
     redundant_node: Node = ""
     """Node of a redundant sensor at the same place, in the same unit and scale."""
-    name: Annotated[Mapping[Language, Shown], Field(max_length=3)] = field(
-        default_factory=dict[Language, str]
-    )
+    name: Names = field(default_factory=dict[Language, str])
     """What people call it on the pages, at most 40 characters in each language, such as
     `{en = "Spindle", de = "Spindel", cs = "Vřeteno"}`; where a language is left out, the English
     one. Without it: the channel's name without its unit."""
@@ -225,6 +225,9 @@ class InterlockSettings(FlagSettings):
 
     value: Annotated[bool, Field(alias="met")]
     """`true` or `false`: the flag's value at which the condition is met."""
+    name: Names = field(default_factory=dict[Language, str])
+    """What people call it on the pages, as of an input, such as `{en = "Emergency stop", de =
+    "Not-Halt", cs = "Nouzové zastavení"}`. Without it: its NAME."""
 
 
 @final

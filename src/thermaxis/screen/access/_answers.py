@@ -60,9 +60,8 @@ class Question(NamedTuple):
     """Its arguments: texts and numbers."""
 
 
-def question_of(found: object) -> Question | Message:
+def question_of(question: Mapping[str, object]) -> Question | Message:
     """Return what a page asks, or why that is no question."""
-    question = cast("dict[object, object]", found) if isinstance(found, dict) else {}
     if set(question) != {"method", "arguments"}:
         return Message("operator-ask_form")
     method, given = question["method"], question["arguments"]

@@ -7,7 +7,6 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Role
 from thermaxis.screen.access._access import cookie_name, cookie_of, needs, visitor_of, why_out
 from thermaxis.screen.access._parts import ScreenParts, parts_of
@@ -22,9 +21,8 @@ from thermaxis.screen.access._user_sessions import (
     TOO_MANY_FROM_HERE,
     Refusal,
 )
-from thermaxis.web import LANGUAGE_COOKIE, answer_json, json_of, refuse
+from thermaxis.web import answer_json, choose_language, object_of, refuse
 
-_YEAR_S = 31_536_000
 _STATUS = {
     REFUSED: HTTPStatus.UNAUTHORIZED,
     **dict.fromkeys((NO_ROLE, NO_PANEL), HTTPStatus.FORBIDDEN),
@@ -51,7 +49,7 @@ async def _page(request: Request) -> Response:
 
 async def _log_in(request: Request) -> Response:
     parts = parts_of(request)
-    said = await _object_of(request)
+    said = await object_of(request)
     pin = "pin" in said
     name, password = said.get("name"), said.get("pin" if pin else "password")
     if not (isinstance(name, str) and isinstance(password, str) and name and password):
@@ -88,22 +86,10 @@ async def _log_out(request: Request) -> Response:
 
 
 async def _choose_language(request: Request) -> Response:
-    language = (await _object_of(request)).get("language")
-    if not isinstance(language, str) or language not in LANGUAGES:
-        return refuse(request, HTTPStatus.BAD_REQUEST, "login-no_language")
     visitor_of(request, touch=True)
-    answer = answer_json({"language": language})
-    marks = _marks(parts_of(request))
-    answer.set_cookie(LANGUAGE_COOKIE, language, max_age=_YEAR_S, **marks)
-    return answer
+    return await choose_language(request)
 
 
 def _marks(parts: ScreenParts) -> dict[str, Any]:
     """Return what keeps a cookie from scripts and from other sites."""
     return {"path": "/", "secure": parts.secure, "httponly": True, "samesite": "strict"}
-
-
-async def _object_of(request: Request) -> dict[str, object]:
-    """Return the JSON object of a request, an empty one where it has none."""
-    found = await json_of(request)
-    return {str(key): value for key, value in found.items()} if isinstance(found, dict) else {}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType] - JSON

@@ -1,6 +1,8 @@
 """The loop's status as the screen gets it."""
 
 from thermaxis.screen.feed._said_status import (
+    NO_NAMES as NO_NAMES,
+    called as called,
     said_code as said_code,
     said_status as said_status,
 )

@@ -1,7 +1,8 @@
 """The loop's status with what it says in codes put into sentences."""
 
 from collections.abc import Mapping
-from typing import Any, Final
+from dataclasses import replace
+from typing import Any, Final, cast
 
 from thermaxis.codes import Message, Value, values_of_json
 from thermaxis.messages import (
@@ -14,18 +15,20 @@ from thermaxis.messages import (
     sentence,
     sentence_of,
 )
+from thermaxis.runtime import EventRecord
 
-_NOTHING: Final[Mapping[str, str]] = {}
+NO_NAMES: Final[Mapping[str, str]] = {}
+"""Where nothing has a name of its own."""
 _UNSTATED: Final = {"historian": "historian_unstated"}
 """Alarms whose cause is for who looks at the details, and what is said of them at first."""
 
 
 def said_status(
-    status: Mapping[str, Any], language: str, names: Mapping[str, str] = _NOTHING
+    status: Mapping[str, Any], language: str, names: Mapping[str, str] = NO_NAMES
 ) -> dict[str, Any]:
     """Return a status for a page: state, reasons, qualities and alarms in its language as well.
 
-    Inputs that people call by a name of their own are called so in sentences.
+    What people call by a name of their own is called so in sentences.
     """
     return {
         **status,
@@ -42,17 +45,21 @@ def said_status(
     }
 
 
+def called(value: Any, names: Mapping[str, str]) -> Any:
+    """Return an event, a message or one of its values, with what people call what it names."""
+    if isinstance(value, EventRecord | Message):
+        values = {key: called(one, names) for key, one in value.values.items()}
+        return replace(value, values=values)
+    if isinstance(value, tuple):
+        return tuple(called(one, names) for one in cast("tuple[object, ...]", value))
+    if isinstance(value, str):
+        return ", ".join(names.get(one, one) for one in value.split(", "))
+    return value
+
+
 def _values(said: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Value]:
-    """Return the values of a message, with what people call the inputs."""
-
-    def called(value: Value) -> Value:
-        if isinstance(value, tuple):
-            return tuple(names.get(one, one) if isinstance(one, str) else one for one in value)
-        if isinstance(value, str):
-            return ", ".join(names.get(one, one) for one in value.split(", "))
-        return value
-
-    return {key: called(value) for key, value in values_of_json(said.get("values")).items()}
+    values = values_of_json(said.get("values"))
+    return {key: called(value, names) for key, value in values.items()}
 
 
 def _said_headline(

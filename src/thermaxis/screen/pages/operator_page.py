@@ -20,7 +20,7 @@ from thermaxis.runtime import MachineConfiguration, Role
 from thermaxis.screen.access import ScreenParts, needs, parts_of, question_of, render, visitor_of
 from thermaxis.screen.pages.history import found_in_history
 from thermaxis.screen.pages.probe_page import comparison
-from thermaxis.web import answer_json, for_script, json_of, refuse
+from thermaxis.web import answer_json, for_script, object_of, refuse
 
 EXPIRIES_S: Final = (1800.0, 3600.0, 14_400.0, 28_800.0)
 """Times after which a trim may expire, to choose from: half an hour to a shift. [s]"""
@@ -107,7 +107,7 @@ async def _ask(request: Request) -> Response:
     """Hand a question to the loop under the name of who has logged in."""
     parts = parts_of(request)
     visitor = visitor_of(request)
-    question = question_of(await json_of(request))
+    question = question_of(await object_of(request))
     if isinstance(question, Message):
         return refuse(request, HTTPStatus.BAD_REQUEST, question.code, **question.values)
     if not visitor.role.at_least(question.ask.role):

@@ -66,7 +66,7 @@ function showGist(gist, status) {
   const more = others.length ? `(${word("common-alarms", { count: status.alarms.length })})` : "";
   gist.dataset.state = status.state;
   show(state, status.state_said);
-  show(reason, status.headline_said?.text ?? status.reasons_said.join(" "));
+  show(reason, status.headline_said?.text ?? "");
   alarm.hidden = !gravest;
   if (!gravest || alarm.title === `${gravest.text} ${more}`) return;
   alarm.title = `${gravest.text} ${more}`;

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from thermaxis.codes import Message
 from thermaxis.messages import LANGUAGES, isolated, sentence, sentence_of
 from thermaxis.runtime import EventRecord, MachineConfiguration
-from thermaxis.screen.feed import said_code
+from thermaxis.screen.feed import NO_NAMES, called, said_code
 from thermaxis.screen.pages.history._series import Json, lines_of, to_ms
 
 if TYPE_CHECKING:
@@ -42,8 +42,9 @@ MOST_EVENTS: Final = 500
 """Events of one answer: the newest. [1]"""
 
 
-def said_event(event: EventRecord, language: str) -> Json:
-    """Return an event for a page, in its language."""
+def said_event(event: EventRecord, language: str, names: Mapping[str, str] = NO_NAMES) -> Json:
+    """Return an event for a page, in its language and with what people call what it names."""
+    event = called(event, names)
     code = event.code
     message = Message(code, event.values)
     said = sentence_of(message, language=language) if code else event.text

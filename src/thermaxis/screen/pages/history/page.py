@@ -164,7 +164,8 @@ def _acting(parts: "ScreenParts", outputs: Iterable[str]) -> tuple[str, ...]:
 
 def _said(request: Request, events: Sequence[EventRecord]) -> list[Json]:
     language = visitor_of(request).language
-    return [said_event(event, language) for event in events]
+    names = parts_of(request).configuration.shown_names(language)
+    return [said_event(event, language, names) for event in events]
 
 
 def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":

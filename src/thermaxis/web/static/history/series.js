@@ -8,6 +8,7 @@ const QUANTITIES = /** @type {Record<string, string>} */ ({
   wanted: word("history-wanted"),
   model: word("history-model"),
   weight: word("history-weight"),
+  at_limit: word("history-limited"),
   trim: word("history-trim"),
   commanded: word("history-commanded"),
   accepted: word("history-accepted"),
@@ -24,15 +25,15 @@ const NAMED = new RegExp(
   "^(?:interlock_(?<interlock>.+)|probe_(?<probe>.+?)(?:_um)?|(?<output>.+?)_"
   + `(?:part_(?<part>.+?)|(?<quantity>${Object.keys(QUANTITIES).join("|")}))(?:_um)?)$`,
 );
-const USED = /_used(_[A-Za-z]+)?$/; // what the model was given, beside what was read
+const FOR_MACHINES = /_used(_[A-Za-z]+)?$|^monotonic_s$/; // what the model was given, and a clock
 
 /** The group of a series, and its name in words. @param {string} name @returns {[string, string]} */
 function placeOf(name) {
   const { interlock, probe, output, part, quantity } = NAMED.exec(name)?.groups ?? {};
   if (OF_THE_LOOP[name]) return [LOOP, OF_THE_LOOP[name]];
-  if (interlock) return [LOOP, word("history-interlock", { name: interlock })];
+  if (interlock) return [LOOP, word("history-interlock", { name: shortNames(interlock) })];
   if (probe) return [probe, `${probe} ${word("history-probe")}`];
-  if (part) return [output, `${output} ${word("history-part", { name: part })}`];
+  if (part) return [output, `${output} ${word("history-part", { name: shortNames(part) })}`];
   if (quantity) return [output, `${output} ${QUANTITIES[quantity]}`];
   return ["", shortNames(name)];
 }
@@ -49,7 +50,7 @@ export function labelOf(name) {
  * @returns {[string, string[]][]}
  */
 export function bySeries(units) {
-  const names = Object.keys(units).filter((name) => !USED.test(name));
+  const names = Object.keys(units).filter((name) => !FOR_MACHINES.test(name));
   const corrections = names.filter((name) => /_correction(_um)?$/.test(name));
   const [inputs, others] = [word("history-group_inputs"), word("history-group_others")];
   const titles = [...corrections.map((name) => placeOf(name)[0]), inputs, LOOP, others];

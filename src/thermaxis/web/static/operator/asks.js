@@ -286,7 +286,7 @@ function counts(status, mm) {
     Object.entries(parts).map(([part, gains]) => {
       const [first, last] = [gains.points[0]?.[0] ?? 0, gains.points.at(-1)?.[0] ?? 0];
       const end = mm === null ? null : Math.min(Math.max(mm, first), last);
-      const values = { axis: shortNames(output), part, gain: number(gainAt(gains, mm), 2),
+      const values = { axis: shortNames(output), part: shortNames(part), gain: number(gainAt(gains, mm), 2),
         diameter: diameterWord(mm), end: diameterWord(end) };
       return end === mm ? word("operator-gain_counts", values)
         : word("operator-gain_end_counts", values);

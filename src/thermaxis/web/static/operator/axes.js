@@ -7,7 +7,7 @@ import { diameterWord, gainNow, isTrimmed, modelAsksUm } from "./parts.js";
 import { duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
-/** @typedef {{key: string, name: string, k: string, um: number | null}} Share */
+/** @typedef {{key: string, name: string, k: string, um: number | null, part?: string}} Share */
 
 const MOST_CARDS = 4;
 const MOST_SOURCES = [0, 4, 3, 2]; // by the number of outputs
@@ -56,7 +56,7 @@ function sharesOf(status, output, most) {
   const axis = status.outputs[output];
   /** @type {Share[]} */
   const shares = Object.entries(axis.sources_um).map(([part, um]) => ({
-    key: "source", name: part, um,
+    key: "source", name: shortNames(part), part, um,
     k: `${signed(axis.differences_k?.[part], 1)}\u00a0K`,
   }));
   if (shares.length > most) {
@@ -247,7 +247,7 @@ function rowsOf(status, name) {
     ["limits", word("operator-limits"), limits ? word("operator-limits_of", {
       soft: number(limits.soft_um, 0), hard: number(limits.largest_um, 0) }) : "–"],
     ["parts", word("operator-parts"), sharesOf(status, name, Infinity)
-      .map((one) => `${one.name} ${one.k} ${um(one.um)}${gainSaid(status, name, one.name)}`)
+      .map((one) => `${one.name} ${one.k} ${um(one.um)}${gainSaid(status, name, one.part ?? "")}`)
       .join(" · ")],
   ];
 }
