@@ -21,6 +21,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.people import People
 from tests.unit.screen.stand import application, parts
+from thermaxis.app.axis import AxisRoom
 from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Role
 from thermaxis.screen.pages import positioning_page as _positioning_page
@@ -75,7 +76,12 @@ class Server:
         self.listener = socket.create_server(("127.0.0.1", 0))
         port = self.listener.getsockname()[1]
         self.address = f"http://127.0.0.1:{port}"
-        guard = Guard(application(given, routes), [f"127.0.0.1:{port}"], secure=False)
+        guard = Guard(
+            application(given, routes),
+            [f"127.0.0.1:{port}"],
+            secure=False,
+            largest_bytes=AxisRoom.largest_bytes,
+        )
         self.server = uvicorn.Server(
             uvicorn.Config(guard, log_level="error", timeout_graceful_shutdown=1, lifespan="off")
         )

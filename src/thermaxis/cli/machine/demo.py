@@ -32,7 +32,7 @@ from thermaxis import files, runtime, virtual
 from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine.rehearse import build_rehearsal, rehearse
 from thermaxis.compensation import CompensationModel, Output, Part, Section
-from thermaxis.runtime import CertificateUse, Role, User, opcua
+from thermaxis.runtime import CertificateUse, Role, User, opcua, probe_name
 from thermaxis.runtime.history import SqlHistorian
 from thermaxis.screen import serve
 from thermaxis.screen.access import needs, render
@@ -304,7 +304,8 @@ def _shift(configuration: runtime.MachineConfiguration) -> virtual.VirtualLathe:
         historian = SqlHistorian(configuration.historian, clock)
         state = runtime.StateFile(configuration.state_file, every_s=3600.0)
         shift = replace(configuration, compensation=slower)
-        await rehearse(build_rehearsal(shift, lathe, clock, historian, state, ()), SHIFT_H)
+        names = {**{name: name for name in configuration.inputs}, probe_name("Z_um"): "Z_um"}
+        await rehearse(build_rehearsal(shift, lathe, clock, historian, state, names), SHIFT_H)
 
     runtime.run_in_virtual_time(play())
     return lathe

@@ -10,7 +10,7 @@ import argparse
 import asyncio
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -91,19 +91,23 @@ def build_rehearsal(
     clock: runtime.Clock,
     historian: runtime.Historian,
     state_file: runtime.StateFile | None = None,
-    interlocks: Sequence[str] = tuple(INTERLOCKS),
+    names: Mapping[str, str] | None = None,
 ) -> runtime.CompensationLoop:
-    """Make the loop of a configuration at the lathe in this program, with interlocks of its own."""
+    """Make the loop of a configuration at the lathe in this program.
+
+    It reads all that the lathe has, and its interlocks; with `names` these signals alone.
+    """
+    interlocks = () if names else tuple(INTERLOCKS)
     (output,) = configuration.outputs
-    rules = replace(configuration.compensation, interlocks=tuple(interlocks))
+    rules = replace(configuration.compensation, interlocks=interlocks)
     settings = replace(
         loop_settings(configuration),
         interlocks_met={},
-        other_active=True,
+        other_active=None if names else True,
         reads_diameter=False,
         at_stop=runtime.AtStop.LEAVE,
     )
-    source = virtual.LatheSource(lathe, clock, interlocks=interlocks)
+    source = virtual.LatheSource(lathe, clock, names=names, interlocks=interlocks)
     sink = virtual.LatheSink(lathe, clock, output=output)
     ports = runtime.Ports(source, sink, historian, clock)
     return runtime.CompensationLoop(rules, settings, ports, state_file=state_file)

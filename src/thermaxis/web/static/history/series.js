@@ -25,7 +25,8 @@ const NAMED = new RegExp(
   "^(?:interlock_(?<interlock>.+)|probe_(?<probe>.+?)(?:_um)?|(?<output>.+?)_"
   + `(?:part_(?<part>.+?)|(?<quantity>${Object.keys(QUANTITIES).join("|")}))(?:_um)?)$`,
 );
-const FOR_MACHINES = /_used(_[A-Za-z]+)?$|^monotonic_s$/; // what the model was given, and a clock
+// what the model was given, what was read of the diameter that counts, and a clock
+const FOR_MACHINES = /_used(_[A-Za-z]+)?$|^(diameter|monotonic_s)$/;
 
 /** The group of a series, and its name in words. @param {string} name @returns {[string, string]} */
 function placeOf(name) {
@@ -35,7 +36,8 @@ function placeOf(name) {
   if (probe) return [probe, `${probe} ${word("history-probe")}`];
   if (part) return [output, `${output} ${word("history-part", { name: shortNames(part) })}`];
   if (quantity) return [output, `${output} ${QUANTITIES[quantity]}`];
-  return ["", shortNames(name)];
+  const first = name.replace(/_redundant(?=_[A-Za-z]+$|$)/, "");
+  return ["", shortNames(first) + (first === name ? "" : ` (${word("sensors-redundant")})`)];
 }
 
 /** A series' name as every page shows it. @param {string} name */
