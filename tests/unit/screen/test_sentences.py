@@ -250,7 +250,10 @@ SECONDS = (0.0, 0.4, 44.5, 59.4, 60.0, 61.0, 599.0, 600.0, 3599.0, 3600.0, 5400.
 NAMES = ("Z_um", "T_spindle_C", "Z_um, X_um", "um", "Z_umf", "", "probe.Z_um")
 LABELS = {
     "T_spindle_C": "T_spindle",
-    "T_spindle_redundant_C": "T_spindle_redundant",
+    "T_spindle_redundant_C": f"T_spindle ({sentence('sensors-redundant')})",
+    "T_own_C": "Own name",
+    "Z_at_limit": f"Z {sentence('history-limited')}",
+    "interlock_stop": template("history-interlock").format(name="Emergency stop"),
     "Z_correction_um": f"Z {sentence('history-correction')}",
     "Z_weight": f"Z {sentence('history-weight')}",
     "probe_Z_um": f"Z {sentence('history-probe')}",
@@ -261,7 +264,7 @@ WRITTEN = """
 const texts = { words: { textContent: JSON.stringify(given.sentences) } };
 globalThis.document = {
   documentElement: { lang: given.locale }, getElementById: (id) => texts[id] ?? null,
-  body: { dataset: { names: '{"T_own_C": "Own name"}' } },
+  body: { dataset: { names: '{"T_own_C": "Own name", "stop": "Emergency stop"}' } },
 };
 const { duration, number, shortNames, signed, word } = await import(given.words);
 const { labelOf } = await import(given.series);
