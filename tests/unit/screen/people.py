@@ -99,10 +99,10 @@ class People:
         """Log somebody in."""
         if not self._open:
             return Refusal(BUSY)
-        if pin:
-            return Refusal(NO_PANEL)
         if self.refusal is not None:
             return self.refusal
+        if pin:
+            return Refusal(NO_PANEL)
         if password != PASSWORD or name not in set(Role):
             return Refusal(REFUSED)
         role = Role(name)

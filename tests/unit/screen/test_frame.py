@@ -33,7 +33,14 @@ from thermaxis.screen._application import build_application
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._server import allowed_hosts
 from thermaxis.screen.access import ScreenParts, _login_page, needs
-from thermaxis.screen.access._user_sessions import FULL, TOO_MANY, TOO_MANY_FROM_HERE, Refusal
+from thermaxis.screen.access._user_sessions import (
+    FULL,
+    NO_PANEL,
+    REFUSED,
+    TOO_MANY,
+    TOO_MANY_FROM_HERE,
+    Refusal,
+)
 from thermaxis.web import Assets, for_script, modules_of, static_address
 
 LIVE = "ws://127.0.0.1:8450/live"
@@ -241,6 +248,22 @@ def test_a_refused_log_in_says_why_and_sets_no_cookie(refusal: Refusal | None, s
     assert "set-cookie" not in answer.headers
     assert ("48 s" in answer.json()["text"]) is (status == 429)
     assert answer.headers.get("retry-after") == ("48" if status == 429 else None)
+
+
+@pytest.mark.parametrize(
+    ("refusal", "key"),
+    [
+        (Refusal(REFUSED), "login-pin_refused"),
+        (Refusal(TOO_MANY, left_s=48), "login-pin_too_many"),
+        (Refusal(TOO_MANY_FROM_HERE, left_s=48), "login-pin_too_many"),
+        (Refusal(NO_PANEL), "login-no_panel"),
+    ],
+)
+def test_a_refused_pin_is_said_as_such_and_leaves_the_password(refusal: Refusal, key: str) -> None:
+    given = parts()
+    cast("People", given.persons).refusal = refusal
+    answer = client(given, _login_page.routes).post("/login", json={"name": "a", "pin": "000000"})
+    assert answer.json()["error"] == key
 
 
 def test_a_log_out_needs_the_token_and_ends_the_log_in() -> None:

@@ -30,6 +30,11 @@ _STATUS = {
     **dict.fromkeys((FULL, BUSY), HTTPStatus.SERVICE_UNAVAILABLE),
 }
 
+_OF_PINS = {
+    REFUSED: "login-pin_refused",
+    **dict.fromkeys((TOO_MANY, TOO_MANY_FROM_HERE), "login-pin_too_many"),
+}
+
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
     """Return the routes of the log-in."""
@@ -57,7 +62,7 @@ async def _log_in(request: Request) -> Response:
     await parts.persons.log_out(cookie_of(request))
     found = await parts.persons.log_in(name, password, _address(request), pin=pin)
     if isinstance(found, Refusal):
-        return _refused(request, found)
+        return _refused(request, found, pin=pin)
     secret, person = found
     answer = answer_json({"name": person.name, "role": person.role.value})
     answer.set_cookie(cookie_name(parts, request.url.port), secret, **_marks(parts))
@@ -68,9 +73,10 @@ def _address(request: Request) -> str:
     return request.client.host if request.client is not None else ""
 
 
-def _refused(request: Request, found: Refusal) -> Response:
+def _refused(request: Request, found: Refusal, *, pin: bool) -> Response:
     status = _STATUS.get(found.key, HTTPStatus.BAD_GATEWAY)
-    answer = refuse(request, status, found.key, seconds=found.left_s)
+    key = _OF_PINS.get(found.key, found.key) if pin else found.key
+    answer = refuse(request, status, key, seconds=found.left_s)
     if found.left_s:
         answer.headers["Retry-After"] = str(found.left_s)
     return answer
