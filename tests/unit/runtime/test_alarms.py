@@ -62,14 +62,14 @@ def test_an_offset_that_stands_while_it_is_off_is_told_with_the_way_out() -> Non
 
 
 def test_a_fault_says_that_it_waits_to_be_acknowledged() -> None:
-    for reason, priority in (
-        (Reason.READ_BACK_DIFFERS, "critical"),
-        (Reason.LONG_AT_LIMIT, "critical"),
-        (Reason.OFFSET_OUTSIDE, "critical"),
-        (Reason.DOUBLE_COMPENSATION, "high"),
+    for reason in (
+        Reason.READ_BACK_DIFFERS,
+        Reason.LONG_AT_LIMIT,
+        Reason.OFFSET_OUTSIDE,
+        Reason.DOUBLE_COMPENSATION,
     ):
         (one,) = found(with_output(state=SupervisorState.FAULT, reasons=(reason,))).values()
-        assert (one.priority, one.code) == (priority, f"fault_{reason.value}")
+        assert (one.priority, one.code) == ("critical", f"fault_{reason.value}")
         assert "acknowledge" in one.sentences.remedy
     # a double compensation is one that was read as active
     assert "is on" in one.sentences.cause

@@ -41,7 +41,7 @@ ALARMS: Final[Mapping[str, AlarmKind]] = {
     "fault_read_back_differs": AlarmKind("fault READ_BACK_DIFFERS", "critical"),
     "fault_long_at_limit": AlarmKind("fault LONG_AT_LIMIT", "critical"),
     "fault_offset_outside": AlarmKind("fault OFFSET_OUTSIDE", "critical"),
-    "fault_double_compensation": AlarmKind("fault DOUBLE_COMPENSATION", "high"),
+    "fault_double_compensation": AlarmKind("fault DOUBLE_COMPENSATION", "critical"),
     "hold_expired": AlarmKind("hold expired", "medium"),
     "sink_lost": AlarmKind("sink lost", "critical", "low"),
     "write_refused": AlarmKind("write refused", "high"),
