@@ -7,6 +7,7 @@ from ._findings import (
     Finding as Finding,
     Level as Level,
 )
+from ._offsets import OTHERS_WITHIN_S as OTHERS_WITHIN_S
 from ._ports import (
     DIAMETER as DIAMETER,
     NOT_READ as NOT_READ,

@@ -14,7 +14,7 @@ from thermaxis.codes import Message
 from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.screen.access import OUT, ScreenParts, UserSession, Visitor, visitor_of
-from thermaxis.screen.feed import StatusSnapshot, said_status
+from thermaxis.screen.feed import StatusSnapshot, said_code, said_status
 
 MOST_VIEWERS = 64
 """Pages that are open at once. Default: three times what a shop needs. [1]"""
@@ -138,7 +138,8 @@ def _gist(said: Mapping[str, Any], language: str) -> dict[str, Any]:
     """Return what stands at the head of a log-in page."""
     gravest, count = said["alarms"][:1], len(said["alarms"])
     text = sentence("common-alarms", {"count": count}, language=language)
-    shown = {key: said[key] for key in ("number", "utc", "cycle_s", "state", "state_said")}
+    shown = {key: said[key] for key in ("number", "utc", "cycle_s", "state")}
+    shown["state_said"] = said_code("state-", said["state"], language)
     alarms = [{"priority": one["priority"], "text": text} for one in gravest]
     return {**shown, "alarms": alarms}
 

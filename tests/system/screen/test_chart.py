@@ -300,7 +300,7 @@ def test_an_engineer_chooses_a_model_after_a_confirmation(browser: Browser) -> N
         dialog = page.locator("dialog")
         dialog.get_by_text("checks that it fits this machine").wait_for()
         assert pages.asked == []
-        dialog.get_by_role("button", name="Choose this model").click()
+        dialog.get_by_role("button", name="Model lathe.json").click()
         page.wait_for_selector("[data-requests]")
         assert pages.asked == [(TOKEN, {"method": "ChooseModel", "arguments": ["lathe.json"]})]
     assert pages.faults == []

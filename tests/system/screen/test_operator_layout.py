@@ -422,7 +422,7 @@ def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
         line.get_by_text("It may not be").wait_for()
         assert line.get_attribute("data-answer") == "refused"
         (older,) = line.locator(".ask-older").all_inner_texts()
-        assert older.startswith("not yet effective – ")
+        assert older.endswith(" Hold: not yet effective")
         shown(page, stand_in, made_up(state="Holding", reasons=["operator_hold"]))
         (older,) = page.locator("#request .ask-older").all_text_contents()
         assert "✓ effective" in older
@@ -443,7 +443,7 @@ def test_the_list_of_requests_is_a_button_that_space_and_enter_press(
         page, _ = opened(context, stand_in)
         page.click('[data-ask="Hold"]')
         page.click("dialog .main")
-        page.locator("button#request").get_by_text("Hold the correction").wait_for()
+        page.locator("button#request").get_by_text("Hold", exact=True).wait_for()
         for key in ("Space", "Enter"):
             page.focus("#request")
             page.keyboard.press(key)

@@ -168,6 +168,13 @@ def test_what_acts_is_a_number_only_while_it_is_known(
         assert number.inner_text() == "?"
         assert minus in said.inner_text()
         assert "1\xa0min 1\xa0s" in said.inner_text()
+        computed = page.locator('.op-share b, .op-card [data-row="wanted"] .op-said')
+        assert set(computed.all_inner_texts()) == {"–"}
+        shown(page, stand_in, looks()["inputs_unreachable"])
+        assert set(computed.all_inner_texts()) == {"–"}
+        shown(page, stand_in, looks()["off"])  # nothing is wanted, or comes of the sources
+        assert computed.first.inner_text() == "–"
+        assert page.locator('.op-share:not([data-row="source"])').count() == 0
         never = looks()["off"]
         never["outputs"]["Z_um"] |= {"acting_um": None, "acting_age_s": None, "acting_known": False}
         shown(page, stand_in, never)

@@ -1,7 +1,7 @@
 """What a confirmation says before it is asked, and how far a request came, from page to page."""
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
 from tests.system.screen.operator_browser import (
     LOCALES,
@@ -13,15 +13,19 @@ from tests.system.screen.operator_browser import (
     trimmed,
 )
 from tests.system.screen.operator_stand_in import StandIn, made_up
+from thermaxis.codes import Message
+from thermaxis.messages import as_sentence, sentence, sentence_of
 from thermaxis.runtime import Role
+from thermaxis.screen.access import Answer, Outcome
 from thermaxis.web import static_address
 
 pytestmark = pytest.mark.system
 
+HELD = Message("answer-held", {"longest_s": 3600.0})
 CHOSEN = """async () => {
   const { begin, take } = await import("REQUESTS");
-  const asked = begin("ChooseModel", ["new.json"], "Choose a model", null);
-  take(asked, { kind: "accepted", reason: "" });
+  const asked = begin("ChooseModel", ["new.json"], null);
+  take(asked, { kind: "accepted", reason: {} });
 }""".replace("REQUESTS", static_address("ask/requests.js"))
 
 
@@ -79,7 +83,7 @@ def test_a_model_beyond_the_limit_is_said_so_before_the_correction_is_there(
 ) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
-        told = made_up(state="Off", reasons=["disabled"])
+        told = made_up(state="Holding", reasons=["operator_hold"])
         told["outputs"]["Z_um"] |= {"at_limit": True, "correction_um": 18.0, "model_um": -310.0}
         shown(page, stand_in, told)
         card = page.locator(".op-card:first-child")
@@ -87,8 +91,8 @@ def test_a_model_beyond_the_limit_is_said_so_before_the_correction_is_there(
         assert "at the limit" not in card.inner_text()
         fill = "getComputedStyle(document.querySelector('[data-row=sum] i')).backgroundColor"
         quiet = page.evaluate(fill)
-        enable = said(page, "Enable")
-        assert "asks for +310.0 µm now, more than the limit of ±280.0 µm" in enable
+        resume = said(page, "Resume")
+        assert "asks for +310.0 µm now, more than the limit of ±280.0 µm" in resume
         told["outputs"]["Z_um"] |= {"correction_um": 280.0, "at_soft_limit": True}
         shown(page, stand_in, told)
         assert page.evaluate(fill) != quiet
@@ -119,12 +123,12 @@ def test_whose_trim_is_replaced_or_taken_back_stands_in_the_confirmation(
 @pytest.mark.parametrize(
     ("language", "inside", "beyond"),
     [
-        ("en", "gain at 1500.25 mm counts", "the gain of its end at 3000 mm counts"),
-        ("de", "Verstärkung des Modells bei 1500,25 mm", "Verstärkung ihres Endes bei 3000 mm"),
-        ("cs", "zesílení modelu při 1500,25 mm", "zesílení jejího konce při 3000 mm"),
+        ("en", "at 1500.25 mm.", "as at its end at 3000 mm."),
+        ("de", "bei 1500,25 mm.", "wie an ihrem Ende bei 3000 mm."),
+        ("cs", "při 1500,25 mm", "jako na jejím konci při 3000 mm."),
     ],
 )
-def test_a_diameter_beyond_the_models_table_says_which_gain_counts(
+def test_a_diameter_beyond_the_models_table_says_what_counts(
     browser: Browser, stand_in: StandIn, language: str, inside: str, beyond: str
 ) -> None:
     with context_of(browser, language) as context:
@@ -136,6 +140,7 @@ def test_a_diameter_beyond_the_models_table_says_which_gain_counts(
             text = page.inner_text("dialog[open]").replace("\xa0", " ")
             assert expected in text
             assert (beyond in text) is gain_of_end
+            assert sentence("operator-diameter_follows", language=language) in text
             page.keyboard.press("Escape")
             page.wait_for_selector("dialog", state="detached")
         shown(page, stand_in, made_up(diameter_mm=1500.5))
@@ -168,6 +173,7 @@ def test_another_model_is_effective_only_once_the_compensation_follows_it(
 def test_the_last_requests_stay_from_page_to_page_and_go_on_being_watched(
     browser: Browser, stand_in: StandIn, language: str
 ) -> None:
+    stand_in.answer = Outcome(Answer.ACCEPTED, HELD)
     with context_of(browser, language) as context:
         page, wrong = opened(context, stand_in)
         ask(page, "Hold")
@@ -182,6 +188,12 @@ def test_the_last_requests_stay_from_page_to_page_and_go_on_being_watched(
         page.reload()
         page.wait_for_selector("#request b")
         assert "✓" in (page.text_content("#request") or "")
+        other = "cs" if language == "de" else "de"
+        with page.expect_navigation():
+            page.select_option("#language", other)
+        texts = page.locator("#request > *")
+        expect(texts.first).to_have_text(sentence("operator-hold", language=other))
+        expect(texts.last).to_have_text(as_sentence(sentence_of(HELD, language=other)))
         assert wrong == []
 
 

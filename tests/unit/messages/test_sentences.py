@@ -58,7 +58,7 @@ def test_several_codes_are_said_one_after_another_and_an_unknown_one_as_it_is() 
     assert sentence("event-state_reasons", values) == text
     alarms = (Message("alarm-diameter_unknown"), Message("alarm-historian_unstated"))
     said = sentence("answer-no_fault", {"alarms": alarms})
-    assert said.endswith("tool centre point is used. The history cannot be stored.")
+    assert said.endswith("tool centre point counts. The history cannot be stored.")
 
 
 def test_an_alarm_has_a_text_a_cause_and_a_remedy() -> None:

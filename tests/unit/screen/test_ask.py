@@ -36,24 +36,23 @@ def test_a_question_reaches_the_loop_under_the_name_of_who_has_logged_in() -> No
         "answer": "accepted",
         "code": "answer-held",
         "values": {"longest_s": 3600.0},
-        "reason": "It is held, for at most 1\N{NO-BREAK SPACE}h.",
+        "reason": {
+            one: as_sentence(sentence(held.code, held.values, language=one)) for one in LANGUAGES
+        },
     }
     assert somebody.asked == [("Trim", ("Z_um", 2.0, 3600.0))]
 
 
-def test_a_refusal_of_the_loop_is_told_in_the_language_of_who_asks() -> None:
-    code = "answer-acknowledge_first"
-    somebody = Somebody(answer=Outcome(Answer.REFUSED, Message(code)))
+@pytest.mark.parametrize(
+    ("how", "code"), [(Answer.REFUSED, "answer-acknowledge_first"), (Answer.UNKNOWN, LOST)]
+)
+def test_why_not_is_told_in_every_language_as_a_page_may_change_its_own(
+    how: Answer, code: str
+) -> None:
+    answer = Somebody(answer=Outcome(how, Message(code))).ask(HOLD).json()
+    assert (answer["answer"], answer["code"]) == (how, code)
     for language in LANGUAGES:
-        answer = somebody.ask(HOLD, language=language).json()
-        assert (answer["answer"], answer["code"]) == ("refused", code)
-        assert answer["reason"] == as_sentence(sentence(code, language=language))
-
-
-def test_what_the_loop_itself_has_not_answered_is_told_in_words_too() -> None:
-    somebody = Somebody(answer=Outcome(Answer.UNKNOWN, Message(LOST)))
-    answer = somebody.ask(HOLD, language="de").json()
-    assert answer["reason"] == sentence(LOST, language="de")
+        assert answer["reason"][language] == as_sentence(sentence(code, language=language))
 
 
 OUTCOMES = [

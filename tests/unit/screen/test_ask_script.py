@@ -32,7 +32,7 @@ process.stdout.write(JSON.stringify((() => { BODY })()));
 HEADLINES = ("active", "at_limit", "not_acting", "unreachable")
 BEGUN = """
 return given.map(([before, after, method, args]) => ["unknown", "accepted"].map((answer) => {
-  const asked = { ...begin(method, args, method, null, before), answer };
+  const asked = { ...begin(method, args, null, before), answer };
   watch([asked], after, 5);
   return [asked.came === 5, endOf([asked], asked, after, 5)];
 }));
@@ -80,11 +80,10 @@ def course(method: str = "Enable", *args: object, **changed: object) -> dict[str
         "method": method,
         "args": list(args),
         "sha256": None,
-        "title": method,
         "requested": 0,
         "answer": "accepted",
         "answered": 0,
-        "reason": "",
+        "reason": {},
         "started": "a",
         "number": 90,
         "stood": False,

@@ -1,7 +1,7 @@
 """What pages say: every key has a sentence, English is marked, scripts write as the server."""
 
 import re
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
@@ -35,6 +35,7 @@ PAGES = ("operator", "model", "sensors", "history", "probe", "positioning", "the
 
 # ---- use ----------------------------------------------------------------------------------------
 
+HEADLINES = [key.removeprefix("headline-") for key in keys("en") if key.startswith("headline-")]
 COMPOSED = {
     "common-page_": PAGES,
     "common-language_": LANGUAGES,
@@ -48,6 +49,7 @@ COMPOSED = {
     "thermal-plc_": ("cycle_s", "limit_um", "rate_um_per_s", "plausible_c"),
     "positioning-download_": ("page", "dcc", "charts", "csv", "json"),
     "operator-": ("critical", "high", "medium", "low"),
+    "operator-look_": [look for look in HEADLINES if f"operator-look_{look}" in keys("en")],
     "common-role_": tuple(Role),
 }
 """Keys that are put together at run time: their beginnings, and how they end."""
@@ -165,6 +167,34 @@ def test_a_status_says_its_codes_in_the_language_of_the_page(language: str) -> N
     assert (late["code"], late["priority"], late["values"]) == ("late", "high", {"lateness_s": 1.5})
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_state_has_one_word_on_all_pages_that_of_its_cause_if_it_has_one(language: str) -> None:
+    for code, word in (
+        ("interlock", "operator-look_interlock"),
+        ("not_released", "operator-look_interlock"),
+        ("held_by_person", "state-Fading"),
+        ("of_tomorrow", "state-Fading"),
+    ):
+        told = status(state="Fading", headline={"code": f"headline-{code}", "values": {}})
+        assert said_status(told, language)["state_said"] == sentence(word, language=language)
+
+
+def test_a_fault_by_another_writer_says_when_it_can_be_acknowledged() -> None:
+    def said(
+        since_s: float, reason: str = "double_compensation", code: str = "another_writer"
+    ) -> Any:
+        now = datetime(2026, 11, 20, 9, 30, tzinfo=UTC)
+        times = [(now - timedelta(seconds=s)).isoformat() for s in (70.0, since_s)]
+        alarms = [alarm(code) | {"since": time} for time in times]
+        told = status(state="Fault", reasons=[reason], alarms=alarms, utc=now.isoformat())
+        return said_status(told, "en")["acknowledge_said"]
+
+    assert said(15.0) == "other writer: in 45\N{NO-BREAK SPACE}s"
+    assert {said(61.0), said(15.0, "long_at_limit"), said(15.0, code="late")} == {""}
+    told = status(reasons=["double_compensation"], alarms=[alarm("another_writer")])
+    assert said_status(told, "en")["acknowledge_said"] == ""  # without times it is offered
+
+
 def test_an_input_is_called_in_sentences_as_people_call_it() -> None:
     names = {"T_spindle_C": "Vřeteno"}
     told = {"code": "headline-held_for_input", "values": {"name": "T_spindle_C, T_table_C"}}
@@ -211,9 +241,9 @@ def test_free_text_is_marked_as_english_on_a_page_of_another_language_alone() ->
 def test_what_of_an_answer_is_free_text_is_marked(language: str) -> None:
     refused = Outcome(Answer.REFUSED, Message("answer-model_unusable", {"why": FINDING}))
     question = {"method": "Hold", "arguments": []}
-    answer = Somebody(answer=refused).ask(question, language=language).json()
-    assert (isolated(FINDING) in answer["reason"]) is (language != "en")
-    assert FINDING in answer["reason"]
+    reason = Somebody(answer=refused).ask(question).json()["reason"][language]
+    assert (isolated(FINDING) in reason) is (language != "en")
+    assert FINDING in reason
 
 
 NODES = """

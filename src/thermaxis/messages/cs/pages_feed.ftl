@@ -1,9 +1,9 @@
 feed-starting = Obrazovka se připojuje ke kompenzaci.
-feed-no_connection = Není spojení s kompenzací. Pokus se stále opakuje.
+feed-no_connection = Není spojení s kompenzací; pokus se opakuje.
 feed-stands_still = Kompenzace je připojena, ale její cyklus stojí.
 feed-old = Údaje kompenzace jsou příliš staré, než aby platily za současné.
 feed-not_a_viewer = Účet obrazovky smí víc než prohlížet, proto se nepoužívá. Technolog mu dá roli viewer.
-feed-no_answer = Kompenzace je připojena a neodpovídá. Pokus se stále opakuje.
+feed-no_answer = Kompenzace neodpovídá; pokus se opakuje.
 feed-no_status = Kompenzace ještě nedokončila první cyklus.
 feed-not_understood = Údajům kompenzace nelze rozumět. Obrazovka a kompenzace musí mít stejnou verzi.
 feed-ended = Program obrazovky se právě ukončuje.

@@ -1,9 +1,9 @@
 feed-starting = Der Bildschirm verbindet sich mit der Kompensation.
-feed-no_connection = Keine Verbindung zur Kompensation. Es wird laufend weiter versucht.
+feed-no_connection = Keine Verbindung zur Kompensation; neuer Versuch läuft.
 feed-stands_still = Die Kompensation ist verbunden, aber ihr Zyklus steht still.
 feed-old = Die Angaben der Kompensation sind zu alt, um als aktuell zu gelten.
 feed-not_a_viewer = Das Konto des Bildschirms darf mehr als ansehen und wird deshalb nicht benutzt. Der Einrichter gibt ihm die Rolle viewer.
-feed-no_answer = Die Kompensation ist verbunden und antwortet nicht. Es wird laufend weiter versucht.
+feed-no_answer = Die Kompensation antwortet nicht; neuer Versuch läuft.
 feed-no_status = Die Kompensation hat ihren ersten Zyklus noch nicht beendet.
 feed-not_understood = Die Angaben der Kompensation sind nicht verständlich. Bildschirm und Kompensation müssen dieselbe Version haben.
 feed-ended = Das Bildschirmprogramm wird gerade beendet.

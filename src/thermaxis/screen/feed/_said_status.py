@@ -1,7 +1,9 @@
 """The loop's status with what it says in codes put into sentences."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
+from datetime import datetime
 from typing import Any, Final, cast
 
 from thermaxis.codes import Message, Value, values_of_json
@@ -15,7 +17,7 @@ from thermaxis.messages import (
     sentence,
     sentence_of,
 )
-from thermaxis.runtime import EventRecord
+from thermaxis.runtime import OTHERS_WITHIN_S, EventRecord
 
 NO_NAMES: Final[Mapping[str, str]] = {}
 """Where nothing has a name of its own."""
@@ -28,12 +30,14 @@ def said_status(
 ) -> dict[str, Any]:
     """Return a status for a page: state, reasons, qualities and alarms in its language as well.
 
-    What people call by a name of their own is called so in sentences.
+    So is said why an acknowledgement would be refused now. What people call by a name of their own
+    is called so in sentences.
     """
     return {
         **status,
-        "state_said": said_code("state-", status["state"], language),
+        "state_said": _said_look(status, language),
         "headline_said": _said_headline(status.get("headline") or {}, language, names),
+        "acknowledge_said": _said_wait(status, language),
         "reasons_said": [
             as_sentence(said_code("reason-", reason, language)) for reason in status["reasons"]
         ],
@@ -71,6 +75,29 @@ def _said_headline(
         return {"text": told.code, "remedy": ""}
     text = as_sentence(sentence_of(told, language=language))
     return {"text": text, "remedy": remedy_of(told, language=language)}
+
+
+def _said_look(status: Mapping[str, Any], language: str) -> str:
+    """Return the one word for a state on all pages: that of what is the matter goes before."""
+    headline: Mapping[str, Any] = status.get("headline") or {}
+    look = str(headline.get("code", "")).removeprefix("headline-")
+    if f"operator-look_{look}" in keys(LANGUAGES[0]):
+        return said_code("operator-look_", look, language)
+    return said_code("state-", status["state"], language)
+
+
+def _said_wait(status: Mapping[str, Any], language: str) -> str:
+    """Return for how long a fault cannot be acknowledged as another writer was seen of late."""
+    alarms: list[dict[str, Any]] = status["alarms"]
+    if "double_compensation" not in status["reasons"]:
+        return ""
+    with suppress(ValueError, TypeError):  # no times, or none was seen
+        found = max(one["since"] for one in alarms if one.get("code") == "another_writer")
+        passed = datetime.fromisoformat(status["utc"]) - datetime.fromisoformat(found)
+        left_s = OTHERS_WITHIN_S - passed.total_seconds()
+        if left_s > 0.0:
+            return sentence("operator-why_writer", {"left_s": left_s}, language=language)
+    return ""
 
 
 def said_code(begin: str, code: str, language: str) -> str:

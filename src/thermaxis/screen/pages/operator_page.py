@@ -15,7 +15,7 @@ from starlette.routing import BaseRoute, Route
 
 from thermaxis.codes import Message, values_as_json
 from thermaxis.compensation import CompensationModel
-from thermaxis.messages import as_sentence, sentence_of
+from thermaxis.messages import LANGUAGES, as_sentence, sentence_of
 from thermaxis.runtime import MachineConfiguration, Role
 from thermaxis.screen.access import ScreenParts, needs, parts_of, question_of, render, visitor_of
 from thermaxis.screen.pages.history import found_in_history
@@ -119,6 +119,6 @@ async def _ask(request: Request) -> Response:
     if not told.live and question.ask.name != SAFE_WITHOUT_DATA:
         return refuse(request, HTTPStatus.CONFLICT, told.why or "feed-starting")
     answer, message = await parts.persons.ask(visitor.person, question)
-    reason = as_sentence(sentence_of(message, language=visitor.language))
-    said = {"code": message.code, "values": values_as_json(message.values), "reason": reason}
-    return answer_json({"answer": answer, **said})
+    said = {"code": message.code, "values": values_as_json(message.values)}
+    reason = {one: as_sentence(sentence_of(message, language=one)) for one in LANGUAGES}
+    return answer_json({"answer": answer, **said, "reason": reason})

@@ -5,6 +5,8 @@
 const words = JSON.parse(document.getElementById("words")?.textContent ?? "{}");
 /** The locale of numbers and times. */
 export const pageLocale = document.documentElement.lang;
+/** Its language alone. */
+export const pageLanguage = pageLocale.slice(0, 2);
 const MINUS = "\u2212";
 const ABSENT = "\u2013";
 const GAP = /\{(\w+)\}/g;

@@ -5,8 +5,8 @@
 import { button, byId, made, style } from "../elements.js";
 import { post } from "../page.js";
 import { latest } from "../live.js";
-import { word } from "../words.js";
-import { begin, take } from "./requests.js";
+import { pageLanguage, word } from "../words.js";
+import { begin, take, titleOf } from "./requests.js";
 
 const LONGEST_MS = 60_000;
 const LOOK_MS = 250;
@@ -16,7 +16,6 @@ const LOOK_MS = 250;
 
 /**
  * @typedef {object} Wording
- * @property {string} title what is asked, also the text of the button that asks it
  * @property {(status: Status) => string[]} text what will happen, said anew with every status
  * @property {string | null} [sha256] hash of the model's file that is asked for
  * @property {(status: Status) => string} [blocked] why a status leaves nothing to ask for, such as
@@ -35,11 +34,11 @@ style("ask/ask.css");
  * @returns {Promise<boolean>} whether it was accepted
  */
 export async function ask(method, args, wording) {
-  if (!(await confirmed(wording))) return false;
-  const request = begin(method, args, wording.title, wording.sha256 ?? null);
+  if (!(await confirmed(titleOf({ method, args }), wording))) return false;
+  const request = begin(method, args, wording.sha256 ?? null);
   /** @type {Promise<Answer>} */
   const late = new Promise((go) => {
-    setTimeout(go, LONGEST_MS, { kind: "unknown", reason: "" });
+    setTimeout(go, LONGEST_MS, { kind: "unknown", reason: {} });
   });
   const answer = await Promise.race([answerOf(method, args), late]);
   take(request, answer);
@@ -51,18 +50,19 @@ async function answerOf(method, args) {
   try {
     const answer = await post("/ask", { method, arguments: args });
     const said = await answer.json().catch(() => null);
-    if (answer.status >= 500 || said === null) return { kind: "unknown", reason: "" };
-    if (!answer.ok) return { kind: "refused", reason: said.text ?? "" };
+    if (answer.status >= 500 || said === null) return { kind: "unknown", reason: {} };
+    if (!answer.ok) return { kind: "refused", reason: { [pageLanguage]: said.text ?? "" } };
     return { kind: said.answer, reason: said.reason };
   } catch (error) {
     if (!(error instanceof TypeError)) throw error;
-    return { kind: "unknown", reason: word("operator-ask_unreached") };
+    return { kind: "unknown", reason: { [pageLanguage]: word("operator-ask_unreached") } };
   }
 }
 
-/** Say what will happen, or why nothing can be asked. @param {Wording} wording */
-async function confirmed(wording) {
-  const { body, show } = openDialog(wording.title, { go: wording.title });
+/** Say what will happen, or why nothing can be asked.
+ * @param {string} title also of the button that asks it @param {Wording} wording */
+async function confirmed(title, wording) {
+  const { body, show } = openDialog(title, { go: title });
   let told = "";
   return await show(() => {
     const status = latest();

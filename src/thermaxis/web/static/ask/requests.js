@@ -5,10 +5,10 @@
 
 import { made, say } from "../elements.js";
 import { latest, onNoData, onStatus } from "../live.js";
-import { clock, duration, word } from "../words.js";
+import { clock, duration, exactly, pageLanguage, shortNames, signed, word } from "../words.js";
 
 const MOST = 3;
-const KEPT = "thermaxis.requests.5"; // with another form of a request another number
+const KEPT = "thermaxis.requests.6"; // with another form of a request another number
 const LATE_MS = 15 * 60_000;
 const NEAR_ZERO_UM = 0.05;
 const HALF_A_STEP_UM = 0.5; // of a control that keeps its offset in whole micrometres
@@ -22,24 +22,29 @@ const NOT_ACTING = ["headline-not_acting", "headline-unreachable"];
 export const JUMPED = "too_fast";
 
 /** @typedef {Record<string, any>} Status */
-/** @typedef {{kind: "accepted" | "refused" | "unknown", reason: string}} Answer */
+/** @typedef {{kind: "accepted" | "refused" | "unknown", reason: Record<string, string>}} Answer */
 
 /**
  * A request and how far it came; times in milliseconds.
  * @typedef {object} Asked
  * @property {string} method
  * @property {any[]} args
- * @property {string} title what is asked, in words
  * @property {string | null} sha256 hash of a model's file
  * @property {number} requested
  * @property {"waits" | Answer["kind"]} answer
  * @property {number} answered
- * @property {string} reason in words; may be empty
+ * @property {Answer["reason"]} reason in words, by language
  * @property {string} started when the loop was started that was asked; empty if that is not known
  * @property {number} number the loop's number when it was asked
  * @property {boolean} stood whether it was set already when it was asked
  * @property {number | null} came when it was effective
  */
+
+/** Words of what needs no value. @type {Record<string, string>} */
+const TITLES = {
+  Enable: "operator-enable", Disable: "operator-disable", Hold: "operator-hold",
+  Resume: "operator-resume", Acknowledge: "operator-acknowledge",
+};
 
 /** Which requests end one another. @type {Record<string, string>} */
 const TOPICS = {
@@ -159,23 +164,39 @@ export function endOf(all, asked, status, nowMs) {
     : word("operator-effective_late", { time: duration(LATE_MS / 1000) });
 }
 
-/** @param {Asked} asked */
+/** @param {number | null | undefined} diameterMm */
+export function diameterWord(diameterMm) {
+  if (diameterMm === null || diameterMm === undefined) return word("operator-tool_centre");
+  return `${exactly(diameterMm)}\u00a0mm`;
+}
+
+/** What is asked, as its button says it. @param {Pick<Asked, "method" | "args">} asked */
+export function titleOf(asked) {
+  const { method, args: [first, value] } = asked;
+  if (method === "ChooseModel") return `${word("common-page_model")} ${first}`;
+  if (method === "Trim") {
+    return `${word("operator-trim_ask")} ${shortNames(first)} ${signed(value, 1)}\u00a0µm`;
+  }
+  return topicOf(asked) === "Diameter"
+    ? word("operator-diameter_is", { diameter: diameterWord(first) }) : word(TITLES[method] ?? "");
+}
+
+/** @param {Pick<Asked, "method" | "args">} asked */
 function topicOf({ method, args }) {
   return method === "Trim" ? `Trim ${args[0]}` : TOPICS[method] ?? method;
 }
 
 // ---- what is asked now -----------------------------------------------------------------------
 
-/** @param {string} method @param {(string | number)[]} args @param {string} title
- * @param {string | null} sha256 @param {Status | null} status as it is now; null: no data
+/** @param {string} method @param {(string | number)[]} args @param {string | null} sha256
+ * @param {Status | null} status as it is now; null: no data
  * @returns {Asked} */
-export function begin(method, args, title, sha256, status = latest()) {
+export function begin(method, args, sha256, status = latest()) {
   const { started = "", number = -1 } = status ?? {};
   /** @type {Asked} */
   const asked = {
-    method, args, title, sha256, started, number,
-    requested: Date.now(), answer: "waits", answered: Date.now(), reason: "", stood: false,
-    came: null,
+    method, args, sha256, started, number, requested: Date.now(), answer: "waits",
+    answered: Date.now(), reason: {}, stood: false, came: null,
   };
   asked.stood = status !== null && !!(SET[method] ?? EFFECTS[method])?.(status, asked);
   requests = [asked, ...requests].slice(0, MOST);
@@ -197,7 +218,7 @@ function tell() {
   const [newest, ...older] = requests;
   if (!newest) return;
   const place = document.querySelector("[data-requests]") ?? ownPlace();
-  const lines = [made("b", newest.title), ...linesOf(newest), ...older.map(shortOf)];
+  const lines = [made("b", titleOf(newest)), ...linesOf(newest), ...older.map(shortOf)];
   const text = lines.map((line) => line.textContent);
   place.setAttribute("data-answer", newest.answer);
   if (place.textContent === text.join("")) return;
@@ -210,22 +231,22 @@ function tell() {
 
 /** @param {Asked} asked */
 function linesOf(asked) {
-  const watched = WATCHED.includes(asked.answer);
+  const [watched, reason] = [WATCHED.includes(asked.answer), asked.reason[pageLanguage]];
   return [
     made("span", word("operator-requested_at", { time: clock(asked.requested) })),
     made("span", `→ ${answerOf(asked)}`, WRONG.includes(asked.answer) ? "ask-wrong" : ""),
     ...(watched ? [made("span", `→ ${effectOf(asked)}`, "ask-stands")] : []),
-    ...(asked.reason ? [made("span", asked.reason)] : []),
+    ...(reason ? [made("span", reason)] : []),
   ];
 }
 
-/** A request before the newest one: how it stands, and what was asked when. @param {Asked} asked */
+/** A request before the newest one: what was asked when, and how it stands. @param {Asked} asked */
 function shortOf(asked) {
   const { answer, came, reason } = asked;
   const stands = answer === "accepted" || (answer === "unknown" && came) ? effectOf(asked)
     : answer === "unknown" ? `${answerOf(asked)}, ${effectOf(asked)}`
-      : `${answerOf(asked)} ${reason}`.trim();
-  return made("span", `${stands} – ${clock(asked.requested)} ${asked.title}`, "ask-older");
+      : `${answerOf(asked)} ${reason[pageLanguage] ?? ""}`.trim();
+  return made("span", `${clock(asked.requested)} ${titleOf(asked)}: ${stands}`, "ask-older");
 }
 
 /** @param {Asked} asked */

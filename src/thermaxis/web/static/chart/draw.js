@@ -24,7 +24,8 @@ export function drawingOf(chart, axis, marks, width, height) {
     ? zoneNames([axis.first, axis.last], pageLocale) : "";
   const below = chart.xTitle ?? (zone && word("chart-local_time", { zone }));
   const bottom = height - em * ((axis.time ? 2.7 : 1.6) + (below ? 1.4 : 0));
-  const top = marks.length ? 22 : 8;
+  const requested = marks.some(({ letter, asked }) => letter && asked) ? 18 : 0;
+  const top = (marks.length ? 24 : 8) + requested;
   const left = sideOf(chart, "left", axis.empty, bottom, top);
   const right = sideOf(chart, "right", axis.empty, bottom, top);
   const [begin, end] = [em * left.ems + 8, width - (right.ems ? em * right.ems + 8 : 16)];
@@ -85,7 +86,7 @@ export function drawingOf(chart, axis, marks, width, height) {
   });
   inside.append(...lines);
   for (const { x: at, grave, letter, asked } of marks) {
-    const [y, half] = [asked ? top + 9 : top - 10, 4 + 3.5 * letter.length];
+    const [y, half] = [top - 12 - (asked ? 0 : requested), 4 + 3.5 * letter.length];
     path(grave ? "mark chart-grave" : "mark", `M${toX(at)} ${top}V${letter ? bottom : top + 6}`);
     if (!letter) continue;
     const x = Math.min(Math.max(toX(at), begin + half), end - half);

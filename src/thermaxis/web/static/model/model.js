@@ -107,7 +107,6 @@ async function choose() {
   try {
     await load(shown); // the hash of the file as it is now
     const accepted = await ask("ChooseModel", [file], {
-      title: word("model-choose"),
       text: () => [word("model-choose_text", { file }), word("model-choose_effect")],
       sha256: optionOf(file)?.dataset.sha256 || null,
     });

@@ -2,18 +2,15 @@
 // What a person may ask here: which buttons are offered and why not, and what each will do.
 
 import { ask, openDialog } from "../ask/ask.js";
-import { foundElsewhere, isHeld, isZero, JUMPED, waitsForAPerson } from "../ask/requests.js";
+import { diameterWord, foundElsewhere, isHeld, isZero, JUMPED, waitsForAPerson } from "../ask/requests.js";
 import { button, byId, say } from "../elements.js";
 import { latest } from "../live.js";
-import { diameterWord, facts, gainAt, isTrimmed, modelAsksUm } from "./parts.js";
+import { facts, gainAt, isTrimmed, modelAsksUm } from "./parts.js";
 import { clock, duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 
-/**
- * What can be asked without data: to disable alone, the safe direction. What the page does not see
- * cannot speak against it, and the loop may be reached where its status is not.
- */
+/** What can be asked without data, the safe direction: the loop may be reached all the same. */
 const SAFE_WITHOUT_DATA = "Disable";
 
 /** @param {Status} status @returns {[string, any][]} */
@@ -47,7 +44,7 @@ function blocked(status) {
     Resume: held ? "" : word("operator-why_not_held"),
     // To take back is always allowed.
     Trim: trimmed ? "" : fault,
-    Acknowledge: waitsForAPerson(status) ? "" : word("operator-why_calm"),
+    Acknowledge: waitsForAPerson(status) ? status.acknowledge_said : word("operator-why_calm"),
   };
 }
 
@@ -85,18 +82,11 @@ export function startAsks() {
 function plain(name) {
   void ask(name, [], {
     blocked: (status) => blocked(status)[name] ?? "",
-    title: word(TITLES[name] ?? ""),
     text: TEXTS[name] ?? (() => []),
     ...(name === SAFE_WITHOUT_DATA && { blind: [word("operator-disable_blind"),
       word("operator-disable_text"), word("operator-disable_unseen")] }),
   });
 }
-
-/** @type {Record<string, string>} */
-const TITLES = {
-  Enable: "operator-enable_title", Disable: "operator-disable_title", Hold: "operator-hold_title",
-  Resume: "operator-resume_title", Acknowledge: "operator-acknowledge_title",
-};
 
 /** What will happen. @type {Record<string, (status: Status) => string[]>} */
 const TEXTS = {
@@ -220,7 +210,6 @@ function askTrim(output, value, seconds) {
   const axisName = shortNames(output);
   void ask("Trim", [output, value, seconds], {
     blocked: (status) => whyNoTrim(status, output, value),
-    title: `${word("operator-trim_title")}: ${axisName} ${signed(value, 1)}\u00a0µm`,
     text: (status) => {
       const axis = status.outputs[output] ?? {};
       const until = clock(Date.now() + 1000 * seconds).slice(0, 5);
@@ -270,7 +259,6 @@ async function diameter() {
 function askDiameter(value) {
   const diameter = diameterWord(value);
   void ask(value === null ? "NoDiameter" : "Diameter", value === null ? [] : [value], {
-    title: word("operator-diameter_is", { diameter }),
     text: (status) => [
       word("operator-diameter_text", { diameter, before: diameterWord(status.diameter_mm) }),
       ...counts(status, value),
@@ -291,5 +279,5 @@ function counts(status, mm) {
       return end === mm ? word("operator-gain_counts", values)
         : word("operator-gain_end_counts", values);
     }));
-  return found.length ? found : [word("operator-gain_none")];
+  return found.length ? [...found, word("operator-diameter_follows")] : [word("operator-gain_none")];
 }

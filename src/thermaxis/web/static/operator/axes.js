@@ -3,7 +3,8 @@
 // up to it: the temperature difference and the signed share of every source, trim, what is held back.
 
 import { byId, made, say } from "../elements.js";
-import { diameterWord, gainNow, isTrimmed, modelAsksUm } from "./parts.js";
+import { diameterWord } from "../ask/requests.js";
+import { gainNow, isTrimmed, modelAsksUm } from "./parts.js";
 import { duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
@@ -15,6 +16,7 @@ const AGED_S = 3; // what was read longer ago says when
 const LEAST_REST_UM = 0.05;
 const LEAST_SPAN_UM = 10;
 const NEAR_LIMIT_UM = 1e-6;
+const TO_ZERO = ["Off", "Fading", "Fault"];
 
 /** Make a text as narrow as its room, never taller or lower. @param {HTMLElement} element */
 export function fit(element) {
@@ -44,21 +46,30 @@ function commandedUm(axis) {
   return axis.requested_age_s === null || axis.requested_age_s > AGED_S ? null : axis.requested_um;
 }
 
+/** What inputs and control give; null where one of them is not read.
+ * @param {Status} status @param {any} axis @param {number | null} um */
+const ofBoth = (status, axis, um) => (status.source_connected && axis.acting_known ? um : null);
+
+/** Where it goes, while it goes anywhere but to zero. @param {Status} status @param {any} axis */
+const wantedUm = (status, axis) =>
+  TO_ZERO.includes(status.state) ? null : ofBoth(status, axis, axis.wanted_um);
+
 /** What is not known makes a sum unknown.
  * @param {number | null} sum @param {{um: number | null}} one */
 function plus(sum, one) {
   return sum === null || one.um === null ? null : sum + one.um;
 }
 
-/** What adds up to the correction, in the order of the model. @param {Status} status
+/** What adds up to the correction, in the order of the model, and their sum. @param {Status} status
  * @param {string} output @param {number} most sources that are told apart */
 function sharesOf(status, output, most) {
   const axis = status.outputs[output];
   /** @type {Share[]} */
-  const shares = Object.entries(axis.sources_um).map(([part, um]) => ({
-    key: "source", name: shortNames(part), part, um,
-    k: `${signed(axis.differences_k?.[part], 1)}\u00a0K`,
-  }));
+  const shares = Object.entries(axis.sources_um).map(([part, um]) => {
+    const k = axis.differences_k?.[part] ?? null;
+    return { key: "source", name: shortNames(part), part, k: `${signed(k, 1)}\u00a0K`,
+      um: k === null ? k : ofBoth(status, axis, um) };
+  });
   if (shares.length > most) {
     const others = shares.splice(most - 1);
     shares.push({ key: "source", name: word("operator-others", { count: others.length }), k: "",
@@ -67,10 +78,12 @@ function sharesOf(status, output, most) {
   if (isTrimmed(axis)) {
     shares.push({ key: "trim", name: word("operator-trim_manual"), k: "", um: axis.trim_um });
   }
-  if (Math.abs(axis.rest_um) >= LEAST_REST_UM) {
+  if (status.state === "Off") return shares; // nothing comes of them
+  if (Math.abs(axis.rest_um) >= LEAST_REST_UM && shares.reduce(plus, 0) !== null) {
     shares.push({ key: "rest", name: word("operator-rest"), k: "", um: axis.rest_um });
   }
-  return shares;
+  const um = ofBoth(status, axis, axis.correction_um);
+  return [...shares, { key: "sum", name: word("operator-sum"), k: "", um }];
 }
 
 /**
@@ -153,32 +166,29 @@ function fillCard(element, status, name, acting) {
     ["acting", "", acting.said || judgedWords(axis) || weightSaid(axis.weight, false)
       || word("operator-acts_now")],
     ["commanded", word("operator-commanded"), signed(commandedUm(axis), 1)],
-    ["wanted", word("operator-wanted"), signed(axis.wanted_um, 1)],
+    ["wanted", word("operator-wanted"), signed(wantedUm(status, axis), 1)],
   ]);
   const count = Number(element.parentElement?.dataset.count);
   const most = MOST_SOURCES[Math.min(count, MOST_SOURCES.length - 1)] ?? 0;
-  fillShares(element.querySelector(".op-shares"), sharesOf(status, name, most), axis);
+  fillShares(element.querySelector(".op-shares"), sharesOf(status, name, most));
 }
 
 /** Bars that begin where the one before ends: the last one ends at the correction.
- * @param {Element | null} box @param {Share[]} shares @param {Record<string, any>} axis */
-function fillShares(box, shares, axis) {
+ * @param {Element | null} box @param {Share[]} shares */
+function fillShares(box, shares) {
   if (!box) return;
-  const all = [...shares, { key: "sum", name: word("operator-computed"), k: "",
-    um: axis.correction_um ?? 0 }];
-  if (box.childElementCount !== all.length) {
-    box.replaceChildren(...all.map(() => made("span", "", "op-share", made("span"), made("span", "", "op-kelvin"),
+  if (box.childElementCount !== shares.length) {
+    box.replaceChildren(...shares.map(() => made("span", "", "op-share", made("span"), made("span", "", "op-kelvin"),
       made("span", "", "op-bar", made("i"), made("i", "", "op-zero")), made("b"))));
   }
   let end = 0;
-  const ends = shares.map((one) => (end += one.um ?? 0));
-  const sum = axis.correction_um ?? 0;
-  const [low, high] = [Math.min(0, sum, ...ends), Math.max(0, sum, ...ends)];
+  const ends = shares.map(({ key, um }) => (key === "sum" ? um ?? 0 : end += um ?? 0));
+  const [low, high] = [Math.min(0, ...ends), Math.max(0, ...ends)];
   const span = Math.max(LEAST_SPAN_UM, high - low);
   const start = (low + high - span) / 2;
   /** @param {number} um */
   const at = (um) => 100 * (um - start) / span;
-  all.forEach((one, k) => {
+  shares.forEach((one, k) => {
     const row = /** @type {HTMLElement} */ (box.children[k]);
     const [name, kelvin, bar, um] = [...row.children];
     row.dataset.row = one.key;
@@ -186,7 +196,7 @@ function fillShares(box, shares, axis) {
     say(kelvin, one.k);
     say(um, signed(one.um, 1));
     const long = one.um ?? 0;
-    const from = one.key === "sum" ? 0 : (ends[k] ?? 0) - long;
+    const from = (ends[k] ?? 0) - long;
     const [fill, zero] = /** @type {HTMLElement[]} */ ([...bar?.children ?? []]);
     if (!fill || !zero) return;
     fill.style.left = `${at(Math.min(from, from + long))}%`;
@@ -234,10 +244,9 @@ function rowsOf(status, name) {
   };
   return [
     ["commanded", word("operator-commanded"), um(commandedUm(axis))],
-    ["computed", word("operator-computed"), um(axis.correction_um)],
     ["accepted", word("operator-accepted"), read("accepted")],
     ["effective", word("operator-effective"), read("effective")],
-    ["wanted", word("operator-wanted_full"), um(axis.wanted_um)],
+    ["wanted", word("operator-wanted_full"), um(wantedUm(status, axis))],
     ["model", word("operator-model_asks"), um(modelAsksUm(axis))],
     ["trim", word("operator-trim"), isTrimmed(axis)
       ? `${um(axis.trim_um)}, ${word("operator-trim_by", values)}` : word("operator-trim_none")],

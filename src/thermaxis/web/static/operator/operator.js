@@ -18,16 +18,6 @@ const HELPS_MS = 300_000;
 /** Letters that stand out above capitals, or below them. */
 const BEYOND = /[^ -~]|j/i;
 const CALM = ["off", "active"];
-/** What is said in large letters where the state's word would not be what is the matter. */
-const SAID = /** @type {Record<string, string>} */ ({
-  at_limit: "operator-look_at_limit",
-  input_lost: "operator-look_input_lost",
-  inputs_unreachable: "operator-look_inputs_unreachable",
-  interlock: "operator-look_interlock",
-  not_acting: "operator-look_not_acting",
-  not_released: "operator-look_interlock",
-  unreachable: "operator-look_unreachable",
-});
 /** Signs that stand for more than one of what may be the matter. */
 const SIGNS = /** @type {Record<string, string>} */ ({
   inputs_unreachable: "input_lost", not_released: "interlock", hold_expired: "held_by_person",
@@ -60,9 +50,10 @@ function showLook(look, said) {
 function showState(status) {
   const look = lookOf(status);
   byId("op").dataset.state = status.state;
-  showLook(look, SAID[look] ? word(SAID[look] ?? "") : status.state_said);
+  showLook(look, status.state_said);
   say(byId("headline"), status.headline_said.text);
   say(byId("remedy"), status.headline_said.remedy);
+  say(byId("before"), "");
   showSince(status.headline_since, status.headline_since === status.started);
 }
 
@@ -224,11 +215,8 @@ function openRequests() {
   if (!place.childElementCount) return;
   openList(word("operator-request"), (body) => {
     if (body.textContent === place.textContent) return;
-    body.replaceChildren(...[...place.children].map((line) => {
-      const copy = made("p", "");
-      copy.append(.../** @type {Element} */ (line.cloneNode(true)).childNodes);
-      return copy;
-    }));
+    body.replaceChildren(...[...place.children].map((line) =>
+      made("p", "", "", .../** @type {Element} */ (line.cloneNode(true)).childNodes)));
   });
 }
 
@@ -259,7 +247,8 @@ onNoData((none) => {
   showLook("no_data", word("operator-look_no_data"));
   showSince(none.since);
   say(byId("headline"), none.text);
-  say(byId("remedy"), before ? word("operator-before", { state: before.state_said }) : "");
+  say(byId("remedy"), word("operator-no_data_remedy"));
+  say(byId("before"), before ? word("operator-before", { state: before.state_said }) : "");
   showOldAlarm(before);
   if (before) showInputs(before);
   showAsks(null);

@@ -1,17 +1,13 @@
 // @ts-check
 // What the parts of the operator's page share.
 
-import { exactly, word } from "../words.js";
-
 /** @typedef {Record<string, any>} Status */
 
 /**
  * What the configuration says and the loop does not tell.
  * @typedef {object} Facts
  * @property {number} hold_operator_s
- * @property {number} longest_trim_s
- * @property {number[]} expiries_s
- * @property {boolean} diameter_read
+ * @property {boolean} probed
  * @property {string} model_sha256
  * @property {Record<string, Record<string, {points: [number, number][], tool_gain: number}>>} gains
  */
@@ -34,12 +30,6 @@ export function isTrimmed(axis) {
 export function modelAsksUm(axis) {
   const { weight, model_um: modelUm } = axis;
   return typeof weight === "number" && typeof modelUm === "number" ? -weight * modelUm : null;
-}
-
-/** @param {number | null | undefined} diameterMm */
-export function diameterWord(diameterMm) {
-  if (diameterMm === null || diameterMm === undefined) return word("operator-tool_centre");
-  return `${exactly(diameterMm)}\u00a0mm`;
 }
 
 /**
