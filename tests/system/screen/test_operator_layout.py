@@ -120,6 +120,17 @@ def test_nothing_scrolls_and_nothing_is_cut_in_any_state_and_size(
         assert wrong == []
 
 
+def test_a_phone_shows_every_state_in_one_column(browser: Browser, stand_in: StandIn) -> None:
+    with context_of(browser, "de") as context:
+        page, _ = opened(context, stand_in)
+        page.set_viewport_size({"width": 390, "height": 844})
+        for k, status in enumerate(states()):
+            shown(page, stand_in, status)
+            found = [one for script in (CUT, OVERLAPS) for one in page.evaluate(script)]
+            assert not found, (k, found)
+            assert page.evaluate(SCROLLS)[:2] == [0, 0], k  # the part between head and foot does
+
+
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_every_text_of_every_state_is_readable_in_both_themes(
     browser: Browser, stand_in: StandIn, theme: str

@@ -219,6 +219,7 @@ def test_what_is_not_known_of_one_source_is_not_known_of_their_sum(
         shown(page, stand_in, told)
         shares = page.locator('.op-share[data-row="source"] b').all_inner_texts()
         assert set(shares) == {"–"}
+        assert page.inner_text('.op-card [data-row="wanted"] .op-said') == "–"
         assert len(shares) < len(parts)
 
 

@@ -217,8 +217,7 @@ def test_another_person_in_the_same_window_finds_no_requests_of_somebody_else(
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
         ask(page, "Hold")
-        stand_in.people.come(Role.OPERATOR, name="svoboda")
-        page.goto(stand_in.address + "/")
+        stand_in.people.come(Role.OPERATOR, name="svoboda")  # the page loads itself again
         page.wait_for_selector('body[data-name="svoboda"]')
         page.wait_for_selector(".op-card")
         drawn(page)

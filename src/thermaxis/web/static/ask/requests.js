@@ -164,10 +164,9 @@ export function endOf(all, asked, status, nowMs) {
     : word("operator-effective_late", { time: duration(LATE_MS / 1000) });
 }
 
-/** @param {number | null | undefined} diameterMm */
-export function diameterWord(diameterMm) {
-  if (diameterMm === null || diameterMm === undefined) return word("operator-tool_centre");
-  return `${exactly(diameterMm)}\u00a0mm`;
+/** @param {number | null | undefined} mm */
+export function diameterWord(mm) {
+  return (mm ?? null) === null ? word("operator-tool_centre") : `${exactly(mm)}\u00a0mm`;
 }
 
 /** What is asked, as its button says it. @param {Pick<Asked, "method" | "args">} asked */
@@ -243,9 +242,8 @@ function linesOf(asked) {
 /** A request before the newest one: what was asked when, and how it stands. @param {Asked} asked */
 function shortOf(asked) {
   const { answer, came, reason } = asked;
-  const stands = answer === "accepted" || (answer === "unknown" && came) ? effectOf(asked)
-    : answer === "unknown" ? `${answerOf(asked)}, ${effectOf(asked)}`
-      : `${answerOf(asked)} ${reason[pageLanguage] ?? ""}`.trim();
+  const effect = WATCHED.includes(answer) ? effectOf(asked) : reason[pageLanguage] ?? "";
+  const stands = answer === "accepted" || came ? effect : `${answerOf(asked)} ${effect}`;
   return made("span", `${clock(asked.requested)} ${titleOf(asked)}: ${stands}`, "ask-older");
 }
 

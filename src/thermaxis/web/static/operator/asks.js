@@ -192,12 +192,8 @@ async function trim() {
   if (how === "asked") askTrim(chosen("output"), value, Number(chosen("seconds")));
 }
 
-/**
- * Why a trim cannot be set, or not taken back; empty where it can.
- * @param {Status} status
- * @param {string} output
- * @param {number} value 0: it is taken back, which is allowed in every state
- */
+/** Why a trim cannot be set, or not taken back; empty where it can. @param {Status} status
+ * @param {string} output @param {number} value 0: taken back, which is allowed in every state */
 function whyNoTrim(status, output, value) {
   const axis = status.outputs[output];
   if (!axis) return word("operator-why_no_output");

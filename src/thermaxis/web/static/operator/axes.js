@@ -52,7 +52,8 @@ const ofBoth = (status, axis, um) => (status.source_connected && axis.acting_kno
 
 /** Where it goes, while it goes anywhere but to zero. @param {Status} status @param {any} axis */
 const wantedUm = (status, axis) =>
-  TO_ZERO.includes(status.state) ? null : ofBoth(status, axis, axis.wanted_um);
+  TO_ZERO.includes(status.state) || Object.values(axis.differences_k).includes(null) ? null
+    : ofBoth(status, axis, axis.wanted_um);
 
 /** What is not known makes a sum unknown.
  * @param {number | null} sum @param {{um: number | null}} one */
@@ -86,22 +87,15 @@ function sharesOf(status, output, most) {
   return [...shares, { key: "sum", name: word("operator-sum"), k: "", um }];
 }
 
-/**
- * Where the correction itself stands.
- * @param {Status["outputs"][string]} axis
- * @returns {"at_limit" | "at_soft_limit" | "within"}
- */
+/** Where the correction itself stands. @param {any} axis
+ * @returns {"at_limit" | "at_soft_limit" | "within"} */
 function judged(axis) {
   const um = Math.abs(axis.correction_um ?? 0);
   if (axis.limits && um >= axis.limits.largest_um - NEAR_LIMIT_UM) return "at_limit";
   return axis.at_soft_limit ? "at_soft_limit" : "within";
 }
 
-/**
- * What is said of it: first that the model asks for more than is allowed, which may be long before
- * the correction comes there.
- * @param {Status["outputs"][string]} axis
- */
+/** What is said of it: first that the model asks for more than is allowed. @param {any} axis */
 function judgedWords(axis) {
   const values = { limit: number(axis.limits?.largest_um, 0) };
   if (axis.at_limit) return word("operator-over_limit", values);

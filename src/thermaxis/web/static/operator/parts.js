@@ -22,34 +22,23 @@ export function isTrimmed(axis) {
   return Math.abs(axis?.trim_um ?? 0) > NEAR_ZERO;
 }
 
-/**
- * What the model alone asks for, before limits and without a trim.
- * @param {any} axis
- * @returns {number | null}
- */
+/** What the model alone asks for, before limits and without a trim. @param {any} axis
+ * @returns {number | null} */
 export function modelAsksUm(axis) {
   const { weight, model_um: modelUm } = axis;
   return typeof weight === "number" && typeof modelUm === "number" ? -weight * modelUm : null;
 }
 
-/**
- * Gain of a part at a diameter; null for a part without gains, or of a model that is not known.
- * @param {Status} status
- * @param {string} output
- * @param {string} part
- * @returns {number | null}
- */
+/** Gain of a part at a diameter; null for a part without gains, or of a model that is not known.
+ * @param {Status} status @param {string} output @param {string} part @returns {number | null} */
 export function gainNow(status, output, part) {
   const known = status.model_sha256 === facts.model_sha256;
   const gains = known ? facts.gains[output]?.[part] : undefined;
   return gains ? gainAt(gains, status.diameter_mm) : null;
 }
 
-/**
- * Linear between the stated diameters, their end values outside.
- * @param {{points: [number, number][], tool_gain: number}} gains
- * @param {number | null} diameterMm
- */
+/** Linear between the stated diameters, their end values outside.
+ * @param {{points: [number, number][], tool_gain: number}} gains @param {number | null} diameterMm */
 export function gainAt({ points, tool_gain: toolGain }, diameterMm) {
   const [first, last] = [points[0], points.at(-1)];
   if (diameterMm === null || !first || !last) return toolGain;
