@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -266,7 +267,13 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
     parts = ["--input", "spindle=T_spindle_C-T_column_C", "--input", "table=T_table_C-T_column_C"]
     json_words = ["--json", str(folder / "thermal.json")]
     model = str(folder / "model.json")
-    keys_written(["channels", *tests, *json_words], "channels", found)
+    rows = [
+        f"{600 * k},{22 + 0.5 * math.sin(k / 23):.1f},{22 + math.sin(k / 23) + 0.1 * (k % 2):.1f}"
+        for k in range(400)
+    ]
+    coarse = folder / "coarse.csv"
+    coarse.write_text("\n".join(["time_s,T_column_C,T_air_C", *rows]), encoding="ascii")
+    keys_written(["channels", str(coarse), *tests, *json_words], "channels", found)
     joined = str(folder / "joined.csv")
     keys_written(["merge", *tests, "-o", joined, *json_words], "merge", found)
     identify = ["identify", *tests, "--output", "Z_um", "--sample-time", "120", *json_words]

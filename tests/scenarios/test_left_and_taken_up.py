@@ -6,6 +6,8 @@ numbers are those that any other control with the same model and limits has to s
 
 import asyncio
 import json
+import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -15,15 +17,23 @@ from tests.unit.compensation import bench
 from tests.unit.runtime import simulated
 from thermaxis.compensation import (
     SETTLED_UM,
+    WITNESS_S,
     Compensation,
+    CycleReading,
     GainPoint,
     Limits,
     Outcome,
+    Output,
     Part,
     Request,
     RequestKind,
+    Sample,
+    SampleQuality,
     Section,
+    SensorRules,
     SupervisorState,
+    cycle,
+    cycle_state,
 )
 from thermaxis.runtime.status import as_json
 
@@ -173,3 +183,70 @@ def test_an_offset_of_yesterday_that_nobody_commands_is_told() -> None:
 
     rig.play(look)
     assert rig.machine.z_um == -40.0, "a compensation that is off moves nothing"
+
+
+# ---- a sensor of 0.1 K in an air-conditioned hall ----------------------------------------------
+
+FROZEN_S = SensorRules(lowest_c=1.0, highest_c=60.0).frozen_s
+
+
+def hall(**witness: Any) -> Compensation:
+    """Return a compensation whose column may stand while the air around it does."""
+    parts = (Part("s", "s", "", 14.0), Part("c", "c", "", -3.0))
+    rules = SensorRules(lowest_c=1.0, highest_c=60.0, step_k=50.0)
+    plain = bench.lathe(LIMITS)
+    model = replace(
+        plain.model,
+        outputs=(Output("Z_um", parts),),
+        reference_c={"s": 20.0, "c": 20.0},
+    )
+    sensors = {"s": rules, "c": replace(rules, **witness)}
+    sensors |= {"room": rules} if witness else {}
+    return replace(plain, model=model, sensors=sensors)
+
+
+def first_frozen_s(compensation: Compensation, room_c: Any, hours: float) -> float:
+    """Return when a column that stands at 20 degC is called frozen; the spindle flickers. [s]"""
+    state = cycle_state(compensation)
+    for i in range(int(hours * 60.0)):
+        samples = (Sample(25.0 + 0.1 * (i % 2)), Sample(20.0), Sample(room_c(i / 60.0)))
+        state, output = cycle(
+            compensation, state, CycleReading(60.0 * i, samples[: len(state.sensors)])
+        )
+        if output.qualities[1] is SampleQuality.FROZEN:
+            return 60.0 * i
+        assert output.qualities[0] is SampleQuality.GOOD
+    return float("inf")
+
+
+def test_a_healthy_column_of_coarse_steps_is_not_called_frozen_while_the_air_hardly_moves() -> None:
+    rests, alone = hall(moves_with="room", rests_k=0.8), hall()
+
+    def controlled(hour: float) -> float:
+        return round(20.0 + 0.3 * math.sin(2.0 * math.pi * 3.0 * hour), 1)
+
+    assert first_frozen_s(alone, controlled, 24.0) == FROZEN_S + 60.0
+    assert first_frozen_s(rests, controlled, 72.0) == math.inf
+
+
+@pytest.mark.parametrize("begins_h", [0.0, 2.0, 3.9, 9.0])
+def test_a_stuck_column_is_noticed_when_the_air_has_moved_and_no_later_than_without(
+    begins_h: float,
+) -> None:
+    rests, alone = hall(moves_with="room", rests_k=0.8), hall()
+
+    def warms(hour: float) -> float:
+        return round(20.0 + 1.0 * max(0.0, hour - begins_h), 1)
+
+    found_s = first_frozen_s(rests, warms, 24.0)
+    gone_s = WITNESS_S + 3600.0 * (begins_h + 0.8)
+    assert found_s <= max(first_frozen_s(alone, warms, 24.0), gone_s)
+
+
+def test_all_that_stand_together_are_frozen_as_ever_and_a_lost_witness_says_nothing() -> None:
+    rests = hall(moves_with="room", rests_k=0.8)
+    assert first_frozen_s(rests, lambda _: 20.0, 24.0) <= FROZEN_S + 120.0, "a cycle after the air"
+    lost_s = first_frozen_s(
+        rests, lambda hour: 20.0 + 0.1 * (hour % 0.5 > 0.2) if hour < 6.0 else None, 24.0
+    )
+    assert 6.0 * 3600.0 < lost_s <= 6.0 * 3600.0 + FROZEN_S + 60.0

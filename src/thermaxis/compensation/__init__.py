@@ -42,6 +42,7 @@ from thermaxis.compensation._requests import (
 )
 from thermaxis.compensation._sensors import (
     LARGEST_RULE as LARGEST_RULE,
+    WITNESS_S as WITNESS_S,
     Sample as Sample,
     SampleQuality as SampleQuality,
     SensorRules as SensorRules,

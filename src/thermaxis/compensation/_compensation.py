@@ -65,15 +65,30 @@ class Compensation:
     lowest_weight: float = 0.0
     """Weight that is left far outside. Default: none. [1]"""
     rules: tuple[SensorRules, ...] = field(init=False, repr=False)
-    """Rules in the order of the model's channels."""
+    """Rules in the order of `judged`."""
     bounds: tuple[Limits, ...] = field(init=False, repr=False)
     """Limits in the order of the model's outputs."""
+    judged: tuple[str, ...] = field(init=False, repr=False)
+    """Names of everything whose samples are judged: the model's channels, then the inputs besides
+    that one of them moves with."""
+    witnesses: tuple[int, ...] = field(init=False, repr=False)
+    """Number of the input that each of them moves with, among them; -1 for none."""
 
     def __post_init__(self) -> None:
         """Check the parts against each other and put them in order."""
         channels = self.model.channels
         outputs = tuple(output.name for output in self.model.outputs)
-        _match("sensors", channels, self.sensors)
+        witness = {c: self.sensors[c].moves_with for c in channels if c in self.sensors}
+        named = {name for name in witness.values() if name}
+        judged = (*channels, *sorted(named.difference(channels)))
+        _match("sensors", judged, self.sensors)
+        for name in named:
+            other = name
+            for _ in judged:  # no chain is longer
+                other = witness.get(other, "")
+            if other or not self.sensors[name].frozen_s:
+                code = "moves_with_itself" if other else "witness_may_stand"
+                raise ConfigurationError(code, name=name, place=Place(key="sensors"))
         _match("limits", outputs, self.limits)
         _no_others("redundant", channels, self.redundant)
         require_range("cycle_s", self.cycle_s, SHORTEST_CYCLE_S, LONGEST_CYCLE_S)
@@ -83,7 +98,10 @@ class Compensation:
         require_count("interlocks", len(self.interlocks), 0, _MOST_INTERLOCKS)
         object.__setattr__(self, "sensors", MappingProxyType(dict(self.sensors)))
         object.__setattr__(self, "limits", MappingProxyType(dict(self.limits)))
-        object.__setattr__(self, "rules", tuple(self.sensors[name] for name in channels))
+        object.__setattr__(self, "judged", judged)
+        object.__setattr__(self, "rules", tuple(self.sensors[name] for name in judged))
+        found = (witness.get(name) for name in judged)
+        object.__setattr__(self, "witnesses", tuple(judged.index(n) if n else -1 for n in found))
         object.__setattr__(self, "bounds", tuple(self.limits[name] for name in outputs))
 
 

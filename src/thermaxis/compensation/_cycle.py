@@ -63,7 +63,7 @@ class CycleReading(NamedTuple):
     time_s: float
     """Time of the cycle, of a clock that only goes forward. [s]"""
     samples: tuple[Sample, ...]
-    """One per channel of the model, in its order."""
+    """One per name in `judged` of the compensation: the model's channels, then others."""
     redundant: tuple[Sample | None, ...] = ()
     """The redundant sensors, in the same order; None where there is none; may be empty."""
     interlocks: tuple[bool | None, ...] = ()
@@ -91,7 +91,7 @@ class CycleState(NamedTuple):
     thermal: ThermalState
     """The model's state."""
     sensors: tuple[SensorState, ...]
-    """Memory of the sensors, in the order of the channels."""
+    """Memory of the sensors, in the order of the samples."""
     redundant: tuple[SensorState, ...]
     """Memory of the redundant sensors, in the same order."""
     memory: Memory
@@ -388,13 +388,17 @@ def _validated(
         sensors, redundant = [SensorState()] * len(sensors), [SensorState()] * len(redundant)
     values: list[float | None] = []
     qualities: list[SampleQuality] = []
-    for k, (channel, rules) in enumerate(zip(compensation.model.channels, compensation.rules)):
+    rows = zip(compensation.judged, compensation.rules, compensation.witnesses)
+    for k, (channel, rules, other_k) in enumerate(rows):
+        witness = sensors[other_k] if other_k >= 0 else SensorState()
+        if clock[0] - witness.changed_s <= compensation.rules[other_k].frozen_s:
+            witness = witness._replace(refused=False)  # lively: one that is not read for a moment
         sample = _sample(reading.samples, k)
-        quality, sensors[k] = validate_sample(rules, sensors[k], sample, *clock)
+        quality, sensors[k] = validate_sample(rules, sensors[k], sample, *clock, witness)
         value = sample.value if quality is SampleQuality.GOOD else None
         if channel in compensation.redundant:
             other = _sample(reading.redundant, k)
-            seen, redundant[k] = validate_sample(rules, redundant[k], other, *clock)
+            seen, redundant[k] = validate_sample(rules, redundant[k], other, *clock, witness)
             second = other.value if seen is SampleQuality.GOOD else None
             if second is None:
                 pass
@@ -404,7 +408,9 @@ def _validated(
                 value, quality = None, SampleQuality.DISAGREES
         values.append(value)
         qualities.append(quality)
-    return _Validated(tuple(values), tuple(qualities), tuple(sensors), tuple(redundant))
+    count = len(compensation.model.channels)
+    model_values, model_qualities = tuple(values[:count]), tuple(qualities[:count])
+    return _Validated(model_values, model_qualities, tuple(sensors), tuple(redundant))
 
 
 def _sample(samples: Sequence[object], k: int) -> Sample:
@@ -513,8 +519,8 @@ def with_compensation(
             thermal, _ = model_step(new.model, thermal, Reading(time_s, values))
     return CycleState(
         thermal,
-        tuple(_of(channels, state.sensors, c, SensorState()) for c in new.model.channels),
-        tuple(_of(channels, state.redundant, c, SensorState()) for c in new.model.channels),
+        tuple(_of(old.judged, state.sensors, c, SensorState()) for c in new.judged),
+        tuple(_of(old.judged, state.redundant, c, SensorState()) for c in new.judged),
         state.memory._replace(running_s=0.0, ready_s=0.0),
         state.time_s,
         tuple(_of(names, state.correction_um, o.name, 0.0) for o in new.model.outputs),

@@ -10,6 +10,10 @@ from thermaxis.errors import ConfigurationError, require_positive, require_range
 
 LARGEST_RULE = 1e6
 """Largest number in a rule: eleven days, or a million kelvin."""
+WITNESS_S = 3600.0
+"""Time constant of the average that is taken of a witness: the air of a hall swings while its walls
+and columns stand. [s]"""
+_AWAY_C = 1e9  # no temperature is near it
 
 
 class SampleQuality(StrEnum):
@@ -56,6 +60,13 @@ class SensorState(NamedTuple):
     """Time of the last change of the value. [s]"""
     allowance_k: float = 0.0
     """How far the value may have moved while nothing could be read. [K]"""
+    refused: bool = False
+    """Whether the last sample was not believed."""
+    witness_c: float = math.nan
+    """Average of the sensor that it moves with; NaN where that is not known. [degC]"""
+    witnessed_c: float = math.nan
+    """The same when the value changed last; far away once the average has gone further than it
+    may. [degC]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +94,13 @@ class SensorRules:
     frozen_s: float = 14_400.0
     """A value that has not changed at all for so long is not believed; 0 where the sensor may
     stand still. Default: four hours. [s]"""
+    moves_with: str = ""
+    """Input beside this one that moves with it: as long as that is believed and has gone, averaged
+    over an hour, no further than `rests_k` since this value changed, this one may stand longer than
+    `frozen_s`. Without it: it may not."""
+    rests_k: float = 0.0
+    """How far that input may go while this one rests on one step of its resolution; from logs, as
+    `thermaxis channels` tells it. Default: none is named in `moves_with`, else required. [K]"""
     largest_difference_k: float = 3.0
     """Largest difference to the redundant sensor, where there is one. Default: three kelvin. [K]"""
 
@@ -95,24 +113,33 @@ class SensorRules:
             )
         for name in ("largest_rate_k_per_s", "longest_age_s", "largest_difference_k"):
             require_positive(name, getattr(self, name), LARGEST_RULE)
-        for name in ("step_k", "frozen_s"):
+        for name in ("step_k", "frozen_s", "rests_k"):
             require_range(name, getattr(self, name), 0.0, LARGEST_RULE)
+        if self.moves_with:
+            require_positive("rests_k", self.rests_k, LARGEST_RULE)
 
 
 def validate_sample(
-    rules: SensorRules, state: SensorState, sample: Sample, time_s: float, elapsed_s: float
+    rules: SensorRules,
+    state: SensorState,
+    sample: Sample,
+    time_s: float,
+    elapsed_s: float,
+    witness: SensorState = SensorState(),  # noqa: B008 - it never changes
 ) -> tuple[SampleQuality, SensorState]:
     """Judge what was read of one sensor.
 
     A value is believed when it is there, its status good, its age known and small, and the value
     plausible: in its range, no further from the last believed one than its rate allows, and not
-    frozen. While nothing can be read, or nothing in its range, the value may move on at its rate.
-    A value that is refused for a jump is believed again when it comes back, within three steps
-    (and what one cycle allows) of where it was, or when the jump is acknowledged, never by
-    waiting alone: a swapped sensor stays refused.
+    frozen. It is frozen when it stands for longer than `frozen_s`, unless a witness that is
+    believed has hardly moved since the last change. While nothing can be read, or nothing in its
+    range, the value may move on at its rate. A value that is refused for a jump is believed again
+    when it comes back, within three steps (and what one cycle allows) of where it was, or when the
+    jump is acknowledged, never by waiting alone: a swapped sensor stays refused.
 
     Not protected: an error within these bounds is believed, such as a slow drift of the sensor, or
-    two sensors of nearly equal temperature that were swapped.
+    two sensors of nearly equal temperature that were swapped; and one that is stuck is believed for
+    longer than `frozen_s` as long as its witness has hardly moved.
 
     Parameters
     ----------
@@ -126,6 +153,8 @@ def validate_sample(
         Time of the cycle. [s]
     elapsed_s : float
         Time since the last cycle, not negative. [s]
+    witness : SensorState
+        Memory of the sensor that it moves with. Default: there is none.
 
     Returns
     -------
@@ -135,22 +164,37 @@ def validate_sample(
         For the next judgement.
     """
     value, good, age_s = sample
-    good_c, changed_s, allowance_k = state
+    known = not math.isnan(witness.good_c)
+    if known:
+        witness_c = witness.good_c if math.isnan(state.witness_c) else state.witness_c
+        witness_c += elapsed_s / (WITNESS_S + elapsed_s) * (witness.good_c - witness_c)
+        gone = abs(witness_c - state.witnessed_c) > rules.rests_k
+        seen_c = witness_c if math.isnan(state.witnessed_c) else state.witnessed_c
+        state = state._replace(witness_c=witness_c, witnessed_c=_AWAY_C if gone else seen_c)
+    good_c, changed_s, allowance_k, _, witness_c, witnessed_c = state
     rate_k = rules.largest_rate_k_per_s * elapsed_s
-    unread = state._replace(allowance_k=min(allowance_k + rate_k, LARGEST_RULE))
+    unread = state._replace(allowance_k=min(allowance_k + rate_k, LARGEST_RULE), refused=True)
     wrong = _unread(rules, value, good, age_s)
     if wrong is not None or value is None:
         return wrong or SampleQuality.MISSING, unread
     if not rules.lowest_c <= value <= rules.highest_c:
         return SampleQuality.OUT_OF_RANGE, unread
     if value == good_c:
-        if 0.0 < rules.frozen_s < time_s - changed_s:
-            return SampleQuality.FROZEN, state
-        return SampleQuality.GOOD, SensorState(value, min(time_s, changed_s))
+        hardly = abs(witness_c - witnessed_c) <= rules.rests_k
+        rests = known and hardly and not witness.refused
+        if not rests and 0.0 < rules.frozen_s < time_s - changed_s:
+            return SampleQuality.FROZEN, state._replace(refused=True)
+        changed_s = min(time_s, changed_s)
+        return SampleQuality.GOOD, state._replace(
+            changed_s=changed_s, allowance_k=0.0, refused=False
+        )
     if abs(value - good_c) > rules.step_k + rate_k + allowance_k:  # false for NaN: the first value
         most_k = max(allowance_k, 2.0 * rules.step_k)
-        return SampleQuality.TOO_FAST, state._replace(allowance_k=min(allowance_k + rate_k, most_k))
-    return SampleQuality.GOOD, SensorState(value, time_s)
+        allowance_k = min(allowance_k + rate_k, most_k)
+        return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k, refused=True)
+    return SampleQuality.GOOD, SensorState(
+        value, time_s, witness_c=witness_c, witnessed_c=witness_c
+    )
 
 
 def _unread(rules: SensorRules, value: object, good: object, age_s: object) -> SampleQuality | None:

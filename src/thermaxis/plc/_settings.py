@@ -74,6 +74,8 @@ class PlcSettings:
         model = compensation.model
         if compensation.redundant:
             raise ConfigurationError("no_redundant_in_block", place=Place(key="redundant"))
+        if any(rules.moves_with for rules in compensation.rules):
+            raise ConfigurationError("no_witness_in_block", place=Place(key="moves_with"))
         if compensation.interlocks != (INTERLOCK,):
             raise ConfigurationError(
                 "one_interlock_in_block", interlock=INTERLOCK, place=Place(key="interlocks")
@@ -137,8 +139,8 @@ def export_settings(
 ) -> PlcSettings:
     """Return what a PLC gets of a compensation.
 
-    The redundant sensors are left out, the interlocks are one, and every delay is the nearest whole
-    number of cycles; `notes` says which were changed.
+    The redundant sensors are left out, no sensor moves with another one, the interlocks are one,
+    and every delay is the nearest whole number of cycles; `notes` says which were changed.
 
     Parameters
     ----------
@@ -163,8 +165,16 @@ def export_settings(
     ConfigurationError
         If the cycle is not from 0.1 to 60 s, or as `PlcSettings` says.
     """
+    alone = {
+        name: replace(compensation.sensors[name], moves_with="", rests_k=0.0)
+        for name in compensation.model.channels
+    }
     changed = replace(
-        compensation, cycle_s=cycle_s, redundant=frozenset[str](), interlocks=(INTERLOCK,)
+        compensation,
+        sensors=alone,
+        cycle_s=cycle_s,
+        redundant=frozenset[str](),
+        interlocks=(INTERLOCK,),
     )
     notes: list[Message] = []
     outputs = tuple(

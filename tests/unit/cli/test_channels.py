@@ -1,6 +1,7 @@
 """What is in a log, told before a model is made of it."""
 
 import json
+from math import sin
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,25 @@ def test_a_log_in_which_no_temperature_moves_suggests_no_input(tmp_path):
     rows = [(10.0 * k, 20.0, 0.5 * k) for k in range(60)]
     log, _ = told(tmp_path, log_of("T_spindle_C,Z_um", rows))
     assert log["suggested_inputs"] == []
+
+
+def test_a_sensor_that_rests_is_told_as_keys_of_a_configuration(tmp_path, capsys):
+    rows = [
+        (
+            600.0 * k,
+            round(22 + 0.5 * sin(k / 23), 1),
+            round(22 + sin(k / 23 + 0.3) + 0.1 * (k % 2), 1),
+        )
+        for k in range(400)
+    ]
+    log, _ = told(
+        tmp_path, log_of("T_column_C,T_air_C,Z_um", [(*row, 0.1 * row[0]) for row in rows])
+    )
+    (one,) = log["resting"]
+    assert (one["name"], one["moves_with"]) == ("T_column_C", "T_air_C")
+    assert (
+        f'rests: moves_with = "T_air_C", rests_k = {one["rests_k"]:.2g}' in capsys.readouterr().out
+    )
 
 
 @pytest.mark.parametrize("rows", [3, 400, 20_000])

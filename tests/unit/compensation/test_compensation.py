@@ -47,6 +47,29 @@ def test_what_does_not_fit_is_refused_at_its_place() -> None:
         assert isinstance(replace(lathe(), **changes), Compensation)
 
 
+def test_an_input_moves_with_another_one_that_is_judged_and_never_with_itself() -> None:
+    def stated(**moves_with: str) -> dict[str, SensorRules]:
+        plain = dict.fromkeys(("s", "a", "t"), RULES)
+        rests = {n: replace(RULES, moves_with=w, rests_k=1.0) for n, w in moves_with.items()}
+        return plain | rests
+
+    found = replace(quick_lathe(), sensors={**stated(s="room", a="s"), "room": RULES})
+    assert found.judged == ("s", "a", "t", "room")
+    assert found.witnesses == (3, 0, -1, -1)
+    for sensors, code, values in (
+        (stated(s="room"), "entries_missing", {"names": ("room",)}),
+        (stated(s="s"), "moves_with_itself", {"name": "s"}),
+        (stated(s="a", a="s"), "moves_with_itself", {}),
+        (stated(s="a", a="t", t="a"), "moves_with_itself", {}),
+        (
+            {**stated(s="a"), "a": replace(RULES, frozen_s=0.0)},
+            *("witness_may_stand", {"name": "a"}),
+        ),
+    ):
+        with refused(code, Place(key="sensors"), **values):
+            replace(quick_lathe(), sensors=sensors)
+
+
 def test_rules_and_limits_stand_in_the_order_of_the_model() -> None:
     compensation = quick_lathe()
     assert compensation.model.channels == ("s", "a", "t")

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from thermaxis.compensation import (
+    WITNESS_S,
     Sample,
     SampleQuality,
     SensorRules,
@@ -87,7 +88,7 @@ def test_a_value_that_does_not_change_at_all_is_frozen_after_its_time() -> None:
     assert validate_sample(RULES, BEFORE, Sample(20.0), 190.0, 2.0) == (GOOD, BEFORE)
     assert validate_sample(RULES, BEFORE, Sample(20.0), 190.5, 2.0) == (
         SampleQuality.FROZEN,
-        BEFORE,
+        BEFORE._replace(refused=True),
     )
     assert validate_sample(RULES, BEFORE, Sample(20.1), 190.5, 2.0)[0] is GOOD
     quick = replace(RULES, frozen_s=0.5)
@@ -95,6 +96,32 @@ def test_a_value_that_does_not_change_at_all_is_frozen_after_its_time() -> None:
     assert validate_sample(quick, BEFORE, Sample(20.0), 90.75, 2.0)[0] is SampleQuality.FROZEN
     still = replace(RULES, frozen_s=0.0)
     assert validate_sample(still, BEFORE, Sample(20.0), 1e9, 2.0) == (GOOD, BEFORE)
+
+
+def test_a_witness_that_hardly_moves_lets_a_value_stand_and_one_that_went_away_never_again() -> (
+    None
+):
+    rules = replace(RULES, moves_with="bed", rests_k=0.5)
+
+    def stands(state: SensorState, witness: SensorState, time_s: float = 1e6) -> tuple[bool, Any]:
+        told = validate_sample(rules, state, Sample(20.0), time_s, 1e15, witness)
+        return told[0] is GOOD, told[1]
+
+    _, state = validate_sample(rules, BEFORE, Sample(20.0), 95.0, 2.0, SensorState(18.0, 95.0))
+    assert state[-2:] == (18.0, 18.0), "not known before: from now on"
+    assert stands(state, SensorState(18.499, 1e6))[0]
+    assert stands(state, SensorState(17.501, 1e6))[0]
+    _, slow = validate_sample(rules, state, Sample(20.0), 1e6, WITNESS_S, SensorState(18.9, 1e6))
+    assert slow[-2:] == (pytest.approx(18.45), 18.0), "half way in an hour"
+    assert not stands(state, SensorState(18.0, 1e6, refused=True))[0]
+    assert not stands(state, SensorState())[0]
+    short, away = stands(state, SensorState(18.501, 180.0), 180.0)
+    assert short, "not before its time"
+    for value_c in (18.501, 18.0):
+        believed, away = stands(away, SensorState(value_c, 1e6))
+        assert not believed, "it has been away, wherever it is now"
+    moved = validate_sample(rules, away, Sample(20.1), 1e6, 1e15, SensorState(18.0, 1e6))
+    assert moved == (GOOD, SensorState(20.1, 1e6, witness_c=18.0, witnessed_c=18.0))
 
 
 def test_while_nothing_is_read_a_value_may_move_on_at_its_rate() -> None:
@@ -105,7 +132,7 @@ def test_while_nothing_is_read_a_value_may_move_on_at_its_rate() -> None:
         state = BEFORE
         for k in range(3):
             _, state = validate_sample(RULES, state, sample, 100.0 + 2.0 * k, 2.0)
-        assert state == SensorState(20.0, 90.0, 3.0), sample
+        assert state == SensorState(20.0, 90.0, 3.0, refused=True), sample
         moved, jumped, same = (
             validate_sample(RULES, state, Sample(value), 108.0, 2.0)
             for value in (25.0, 25.001, 20.0)
@@ -121,14 +148,14 @@ def test_a_swapped_sensor_stays_refused_however_long_one_waits() -> None:
     for k in range(1000):
         quality, state = validate_sample(RULES, state, Sample(24.5), 100.0 + 2.0 * k, 2.0)
         assert quality is SampleQuality.TOO_FAST
-    assert state == SensorState(20.0, 90.0, 2.0)
+    assert state == SensorState(20.0, 90.0, 2.0, refused=True)
 
 
 def test_a_jump_is_forgiven_by_twice_its_own_step() -> None:
     fine, state = replace(RULES, step_k=0.5), BEFORE
     for k in range(10):
         state = validate_sample(fine, state, Sample(30.0), 100.0 + 2.0 * k, 2.0)[1]
-    assert state == SensorState(20.0, 90.0, 1.0)
+    assert state == SensorState(20.0, 90.0, 1.0, refused=True)
     assert validate_sample(fine, state, Sample(22.5), 130.0, 2.0)[0] is GOOD
     assert validate_sample(fine, state, Sample(22.501), 130.0, 2.0)[0] is SampleQuality.TOO_FAST
 
@@ -146,7 +173,7 @@ def test_a_value_that_jumped_is_believed_when_it_comes_back_within_three_steps()
 
 
 def test_what_it_may_have_moved_while_unread_is_not_taken_back_by_a_jump() -> None:
-    state = SensorState(20.0, 90.0, 7.0)
+    state = SensorState(20.0, 90.0, 7.0, refused=True)
     quality, after = validate_sample(RULES, state, Sample(50.0), 100.0, 2.0)
     assert (quality, after) == (SampleQuality.TOO_FAST, state)
 
@@ -173,7 +200,11 @@ def test_rules_that_rule_nothing_are_refused() -> None:
             for value in (0.0, -1.0, 1.1e6, math.nan)
         ),
         *(("largest_difference_k", value) for value in (0.0, -1.0, math.inf)),
-        *((name, value) for name in ("step_k", "frozen_s") for value in (-1e-9, 1.1e6, math.nan)),
+        *(
+            (name, value)
+            for name in ("step_k", "frozen_s", "rests_k")
+            for value in (-1e-9, 1.1e6, math.nan)
+        ),
         ("lowest_c", 60.0),
         ("lowest_c", -1_000_000.5),
         ("lowest_c", math.nan),

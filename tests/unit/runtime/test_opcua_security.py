@@ -50,7 +50,8 @@ from thermaxis.runtime.opcua import (
     write_certificate,
     write_pair,
 )
-from thermaxis.runtime.opcua._certificates import KEY_BITS, certificate_from
+from thermaxis.runtime.opcua._certificates import certificate_from
+from thermaxis.runtime.opcua._new_certificates import KEY_BITS
 from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
 from thermaxis.runtime.sources import NodeSettings, OpcUaSource
 

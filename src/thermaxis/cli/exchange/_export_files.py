@@ -168,5 +168,7 @@ def _remarks(exported: Exported, target: plc.Target, size: int) -> Iterator[Mess
         yield Message("remark-large_instance", {"size": size})
     if exported.compensation.redundant:
         yield Message("remark-no_redundant_in_block")
+    if any(rules.moves_with for rules in exported.compensation.rules):
+        yield Message("remark-no_witness_in_block")
     if len(exported.compensation.interlocks) > 1:
         yield Message("remark-one_interlock", {"interlocks": exported.compensation.interlocks})

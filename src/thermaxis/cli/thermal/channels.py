@@ -76,6 +76,10 @@ def _text(entry: ReadLog) -> list[Part]:
     title += f", every {log.usual_step_s:g} s"
     inputs = [_written(definition) for definition in thermal.suggest_inputs(log)]
     suggested = [f"inputs to begin with: {' '.join(inputs)}"] if inputs else []
+    suggested += [
+        f'{one.name} rests: moves_with = "{one.moves_with}", rests_k = {one.rests_k:.2g}'
+        for one in thermal.find_resting(log)
+    ]
     return [Section("", [Table(title, _channels(log), words=2)]), *suggested]
 
 
@@ -100,6 +104,7 @@ def _log(entry: ReadLog) -> list[Part]:
                 for one in thermal.suggest_inputs(log)
             ],
         ),
+        Value("resting", [one._asdict() for one in thermal.find_resting(log)]),
     ]
 
 

@@ -69,7 +69,9 @@ class MachineRules:
 
     def applied_to(self, model: CompensationModel) -> Compensation:
         """Return a compensation with a model."""
-        sensors = {name: r for name, r in self.sensors.items() if name in model.channels}
+        witnesses = {r.moves_with for n, r in self.sensors.items() if n in model.channels}
+        wanted = witnesses.union(model.channels)
+        sensors = {name: rules for name, rules in self.sensors.items() if name in wanted}
         return Compensation(
             model=model,
             sensors=sensors,

@@ -10,6 +10,9 @@ from thermaxis.runtime.config._configuration import MachineConfiguration
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+_LATER = {"moves_with", "rests_k"}
+"""Keys that count where they are stated: without them other versions have the same hash."""
+
 
 def configuration_sha256(configuration: MachineConfiguration) -> str:
     """Return the hash of what a screen shows of a configuration, and the loop works by.
@@ -39,7 +42,8 @@ def configuration_sha256(configuration: MachineConfiguration) -> str:
 def _plain(value: object) -> object:
     """Return a frozen value as what json writes; the order of a set does not count."""
     if is_dataclass(value):
-        return {one.name: getattr(value, one.name) for one in fields(value)}
+        told = {one.name: getattr(value, one.name) for one in fields(value)}
+        return {key: one for key, one in told.items() if key not in _LATER or one}
     if isinstance(value, frozenset):
         return sorted(cast("frozenset[str]", value))
     return dict(cast("Mapping[str, object]", value))

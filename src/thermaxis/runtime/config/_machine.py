@@ -316,7 +316,7 @@ def _fitted(rules: MachineRules, model: CompensationModel) -> Compensation:
     try:
         return rules.applied_to(model)
     except ConfigurationError as error:
-        keys = {field: f"validity.{key}" for key, field in _VALIDITY.items()}
+        keys = {field: f"validity.{key}" for key, field in _VALIDITY.items()} | {"sensors": "input"}
         key = keys.get(error.place.key, f"machine.{error.place.key}")
         raise error.at(Place(key=key)) from None
 

@@ -98,7 +98,7 @@ def _about_input(
     configuration: MachineConfiguration, name: str, rules: SensorRules
 ) -> Iterator[_Row]:
     key, cycle_s = f"input.{name}", configuration.rules.cycle_s
-    yield name not in configuration.compensation.model.channels, "input_unused", key, {}
+    yield name not in configuration.compensation.judged, "input_unused", key, {}
     yield rules.lowest_c <= 0.0 <= rules.highest_c, "zero_plausible", key, {}
     yield rules.frozen_s == 0.0, "frozen_unseen", key, {}
     ages: dict[str, Value] = {"longest_age_s": rules.longest_age_s, "cycle_s": cycle_s}

@@ -26,12 +26,11 @@ def reading_of(
     tested: bool,
 ) -> CycleReading:
     """Return the reading of a cycle, without requests."""
-    channels = compensation.model.channels
     redundant: tuple[Sample | None, ...] = ()
     if compensation.redundant:
         redundant = tuple(
             _sample(samples, redundant_name(c)) if c in compensation.redundant else None
-            for c in channels
+            for c in compensation.judged
         )
     other: bool | None = False
     if settings.other_active is not None:
@@ -46,7 +45,7 @@ def reading_of(
     ]
     return CycleReading(
         time_s,
-        tuple([_sample(samples, channel) for channel in channels]),
+        tuple([_sample(samples, name) for name in compensation.judged]),
         redundant,
         tuple(met),
         connected=connected,

@@ -149,6 +149,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
         "enabled": saved.enabled,
         "held_by": saved.held_by,
         "channels": compensation.model.channels,
+        "judged": compensation.judged,
         "outputs": [output.name for output in compensation.model.outputs],
         "state": {**state._asdict(), "thermal": state.thermal._asdict()},
     }
@@ -192,12 +193,12 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
         references = dict(zip(saved["channels"], thermal["reference"], strict=True))
         known = {c: r for c, r in references.items() if not math.isnan(r)}
         restored = initial_state(model, known)._replace(warm=True)
-    memory = raw["memory"]
+    judged, memory = saved.get("judged", saved["channels"]), raw["memory"]
     state, fault = SupervisorState(memory[0]), memory[4]
     return blank._replace(
         thermal=restored,
-        sensors=_sensors(saved["channels"], raw["sensors"], compensation),
-        redundant=_sensors(saved["channels"], raw["redundant"], compensation),
+        sensors=_sensors(judged, raw["sensors"], compensation),
+        redundant=_sensors(judged, raw["redundant"], compensation),
         memory=Memory(*memory)._replace(
             state=state, fault=None if fault is None else Reason(fault)
         ),
@@ -210,10 +211,10 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
 
 
 def _sensors(
-    channels: list[str], states: list[list[float]], compensation: Compensation
+    channels: list[str], states: list[list[Any]], compensation: Compensation
 ) -> tuple[SensorState, ...]:
     known = dict(zip(channels, states, strict=True))
-    return tuple(SensorState(*known.get(c, ())) for c in compensation.model.channels)
+    return tuple(SensorState(*known.get(c, ())) for c in compensation.judged)
 
 
 def _trim(value_um: float = 0.0, who: object = "", left_s: float = 0.0) -> Trim:

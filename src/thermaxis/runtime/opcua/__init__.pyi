@@ -3,17 +3,11 @@ from ._browse import (
     browse_server as browse_server,
 )
 from ._certificates import (
-    DEFAULT_DAYS as DEFAULT_DAYS,
     Certificate as Certificate,
-    CertificateUse as CertificateUse,
-    NewCertificate as NewCertificate,
     certificate_of as certificate_of,
     check_own_pair as check_own_pair,
-    make_pair as make_pair,
     private_key_of as private_key_of,
     validity_warning as validity_warning,
-    write_certificate as write_certificate,
-    write_pair as write_pair,
 )
 from ._failures import (
     FAILURES as FAILURES,
@@ -30,6 +24,14 @@ from ._link import (
     connect_once as connect_once,
     discard as discard,
     take_leave as take_leave,
+)
+from ._new_certificates import (
+    DEFAULT_DAYS as DEFAULT_DAYS,
+    CertificateUse as CertificateUse,
+    NewCertificate as NewCertificate,
+    make_pair as make_pair,
+    write_certificate as write_certificate,
+    write_pair as write_pair,
 )
 from ._nodes import (
     parse_node as parse_node,

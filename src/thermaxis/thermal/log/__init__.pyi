@@ -37,6 +37,10 @@ from ._resample import (
     block_numbers as block_numbers,
     even_step_s as even_step_s,
 )
+from ._rests import (
+    RestingSensor as RestingSensor,
+    find_resting as find_resting,
+)
 from ._suggestion import (
     quantity_of as quantity_of,
     suggest_inputs as suggest_inputs,

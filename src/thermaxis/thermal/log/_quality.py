@@ -352,7 +352,7 @@ def _report_constant(channel: _Channel) -> LogFinding | None:
     return _finding(FindingKind.CONSTANT, channel.name, values, at)
 
 
-def _runs(values: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def runs(values: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the first index of every run of equal values, and its length. [1]"""
     begins = np.flatnonzero(np.concatenate(([True], np.diff(values) != 0.0)))
     return begins, np.diff(np.concatenate((begins, [values.size])))
@@ -362,7 +362,7 @@ def _find_stuck(channel: _Channel, peers: Sequence[_Channel]) -> list[LogFinding
     """Find the longest run of one value that noise, resolution and the peers do not allow."""
     if not (channel.is_temperature or channel.is_length):
         return []
-    begins, lengths = _runs(channel.values)
+    begins, lengths = runs(channel.values)
     order = np.argsort(lengths)[::-1][:3]
     others = [p for p in peers if p is not channel and p.spread > 0.0]
     findings: list[LogFinding] = []
@@ -567,7 +567,7 @@ def _report_steps(channel: _Channel) -> list[LogFinding]:
     if channel.resolution > 0.999 * least:
         values = {"step": channel.resolution, "unit": channel.unit}
         return [_finding(FindingKind.QUANTISED, channel.name, values)]
-    _, lengths = _runs(channel.values)
+    _, lengths = runs(channel.values)
     if not (channel.is_temperature or channel.is_length) or lengths.size < 20:
         return []
     usual = int(np.median(lengths[1:-1]))
