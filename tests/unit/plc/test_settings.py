@@ -51,6 +51,16 @@ def test_an_export_has_the_cycle_of_the_plc_one_interlock_and_no_second_sensors(
     assert settings.notes == ()
 
 
+def test_in_an_export_no_sensor_moves_with_another_one() -> None:
+    plain = a_compensation(interlocks=("plc",))
+    rules = plain.sensors["t"]
+    resting = {"t": replace(rules, moves_with="air", rests_k=1.0), "air": rules}
+    given = replace(plain, sensors=resting)
+    assert exported(given).compensation == exported(plain).compensation
+    with refused("no_witness_in_block"):
+        PlcSettings(compensation=given)
+
+
 def test_a_delay_becomes_the_nearest_whole_number_of_cycles_and_the_export_says_so() -> None:
     parts = [Part(f"p{k}", "t", "", 1.0, delay_s=d) for k, d in enumerate((0.0, 0.4, 2.6, 4.0))]
     settings = exported(a_compensation(*parts))
