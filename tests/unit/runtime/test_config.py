@@ -328,6 +328,17 @@ WRONG = (
 """What stands in the file, what is put in its place, and what is said of it, at which key."""
 
 
+def test_an_input_may_move_with_one_that_the_model_does_not_need(tmp_path: Path) -> None:
+    column, hall = "largest_rate_k_per_s = 0.05\n", '[input.T_hall_C]\nunit = "degC"\n'
+    hall += 'node = "ns=2;s=T_hall"\nlowest_c = 5.0\nhighest_c = 60.0\n'
+    rests = column + 'moves_with = "T_hall_C"\nrests_k = 0.5\n'
+    found = read_machine(machine_file(tmp_path, (column, rests + hall)))
+    assert found.compensation.judged == ("T_spindle_C", "T_column_C", "T_hall_C")
+    assert found.compensation.witnesses == (-1, 2, -1)
+    (lacking,) = problems_of(machine_file(tmp_path, (column, rests)))
+    assert (lacking.code, lacking.place.key) == ("error-entries_missing", "input")
+
+
 def test_a_value_that_cannot_be_is_refused_at_its_place(tmp_path: Path) -> None:
     for right, wrong, code, key in WRONG:
         path = machine_file(tmp_path, (right, wrong))

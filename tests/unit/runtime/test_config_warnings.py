@@ -172,6 +172,9 @@ def test_an_input_that_is_only_recorded_is_said(tmp_path: Path) -> None:
     )
     found = warned(tmp_path, ("[supervisor]", more + "[supervisor]"))
     assert codes(found)["input_unused"].place.key == "input.T_hall_C"
+    rests = ("= 0.05\n", '= 0.05\nmoves_with = "T_hall_C"\nrests_k = 0.5\n')
+    found = warned(tmp_path, ("[supervisor]", more + "[supervisor]"), rests)
+    assert "input_unused" not in codes(found)
 
 
 def test_the_largest_displacement_of_the_training_takes_the_worst_of_every_part() -> None:
