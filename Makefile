@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 .PHONY: help setup setup-dev demo test system commands timed check lint format bench
 
 # Tests run side by side: threads inside each would only get in each other's way. One program more
-# than two cores have, because some tests wait for others.
+# than two cores have, because some tests wait for others; those by the clock mostly wait.
 test commands timed: export OMP_NUM_THREADS = 1
 WORKERS ?= 3
 unexport PYTHONDONTWRITEBYTECODE
@@ -53,7 +53,7 @@ commands: setup-dev
 	$(BIN)/python -m pytest -m "system and not real_time" -n $(WORKERS) --dist loadfile -q
 
 timed: setup-dev
-	$(BIN)/python -m pytest -m "system and real_time" -n 2 --dist loadfile -q tests/system
+	$(BIN)/python -m pytest -m "system and real_time" -n 4 --dist loadfile -q tests/system
 
 check: lint test
 

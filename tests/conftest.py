@@ -26,12 +26,36 @@ settings.load_profile("same")
 ROOT = Path(__file__).resolve().parent.parent
 
 TOGETHER = {
-    "linuxcnc": ("test_linuxcnc", "test_linuxcnc_offset", "test_loop_is_killed"),
+    "linuxcnc": (
+        "test_linuxcnc",
+        "test_linuxcnc_offset",
+        "test_linuxcnc_loop",
+        "test_linuxcnc_source",
+    ),
     "asyncua": ("test_opcua_session", "test_opcua_security", "test_probes"),
     "node-opcua": ("test_foreign_opcua", "test_foreign_opcua_loop", "test_foreign_status_client"),
 }
 """Files of tests that would wait for each other, or share what takes long to start: a computer has
 one LinuxCNC, packages of the foreign server are installed once, and a server is started once."""
+
+
+FIRST = (
+    "test_linuxcnc",
+    "test_loop_is_killed",
+    "test_foreign_opcua",
+    "test_plc_export",
+    "test_clean_installation",
+    "test_tutorials",
+    "test_app",
+    "test_operator_looks",
+    "test_interventions",
+    "test_thermal",
+    "test_compensated_lathe",
+    "test_historian_power_loss",
+    "test_access",
+    "test_loop_faults",
+)
+"""Files that take longest: what begins last ends soon."""
 
 
 class ByFile(LoadFileScheduling):
@@ -41,6 +65,12 @@ class ByFile(LoadFileScheduling):
         file = super()._split_scope(nodeid)
         groups = [group for group, files in TOGETHER.items() if Path(file).stem in files]
         return groups[0] if groups else file
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the files that take longest come first."""
+    rank = {stem: k for k, stem in enumerate(FIRST)}
+    items.sort(key=lambda item: rank.get(item.path.stem, len(FIRST)))
 
 
 def pytest_collection_finish() -> None:
@@ -53,7 +83,10 @@ def pytest_collection_finish() -> None:
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> ByFile | None:
     """Return how tests come to the workers with `--dist loadfile`."""
-    return ByFile(config, log) if config.getvalue("dist") == "loadfile" else None
+    if config.getvalue("dist") != "loadfile":
+        return None
+    config.option.loadscopereorder = False  # as they come, not those of many tests first
+    return ByFile(config, log)
 
 
 @contextmanager

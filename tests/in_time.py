@@ -1,6 +1,10 @@
 """Times that are promised of a computer without other work, judged on one that has some."""
 
 import time
+from typing import Final
+
+LONGEST_S: Final = 120.0
+"""What must come about is waited for so long, also on a slow computer. [s]"""
 
 
 def slowness() -> float:

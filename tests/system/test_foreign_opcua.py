@@ -17,7 +17,7 @@ from asyncua import ua
 from asyncua.client.client import Client
 from asyncua.common.node import Node
 
-from tests.in_time import in_time
+from tests.in_time import LONGEST_S, in_time
 from tests.refusals import said_by
 from tests.system.opcua.client import (
     CHANNELS,
@@ -41,7 +41,7 @@ from tests.system.opcua.foreign_server import (
 )
 from thermaxis.runtime import ConnectionSettings, Secret, SourceSample
 
-pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -190,7 +190,7 @@ async def sample(link: Link, name: str, of: Callable[[SourceSample], bool]) -> S
         found = (await link.source.read(DEADLINE_S))[name]
         if of(found):
             return found
-        if time.monotonic() - began_s > 3.0:
+        if time.monotonic() - began_s > LONGEST_S:
             pytest.fail(f"{name} stays {found}")
         await asyncio.sleep(0.02)
 
@@ -296,7 +296,7 @@ def test_offsets_of_three_types_and_both_signs_arrive_exactly(machine: ForeignSe
         applied = await link.sink.read_back(DEADLINE_S)
         for name, value in correction_um.items():
             assert applied[name].requested_um == value
-        await until(lambda: machine.record()[-1].accepted_um["X"] == -7.25, 2.0, "accepted")
+        await until(lambda: machine.record()[-1].accepted_um["X"] == -7.25, LONGEST_S, "accepted")
 
     within(open_settings(machine), machine, steps)
     accepted = machine.record()[-1].accepted_um
@@ -404,7 +404,7 @@ def refusal(settings: ConnectionSettings, machine: ForeignServer) -> str:
 
     async def run() -> str:
         async with linked(settings, machine) as link:
-            await until(lambda: bool(link.session.last_error), 10.0, "a reason")
+            await until(lambda: bool(link.session.last_error), LONGEST_S, "a reason")
             assert not link.session.connected
             assert not (await link.source.read(0.1))["Temp1"].good
             assert not await link.sink.write({"Z_um": 1.0}, 0.1)
@@ -496,10 +496,12 @@ def test_a_certificate_that_the_operator_trusts_later_connects_by_itself(
 
     async def run() -> None:
         async with linked(secured_settings(machine, new), machine) as link:
-            await until(lambda: bool(link.session.last_error), 10.0, "a reason")
+            await until(lambda: bool(link.session.last_error), LONGEST_S, "a reason")
             assert "does not trust the own certificate" in link.session.last_error
             assert str(new.certificate) in link.session.last_error
-            await until(lambda: bool(machine.rejected()), 5.0, "the machine shows whom it refused")
+            await until(
+                lambda: bool(machine.rejected()), LONGEST_S, "the machine shows whom it refused"
+            )
             machine.trust_rejected()
             await link.connected(WATCH_S)
             assert link.session.last_error == ""
@@ -515,7 +517,7 @@ def test_a_machine_without_a_free_session_says_so_and_lets_the_next_one_in(
         async with linked(open_settings(machine), machine) as first:
             await first.connected()
             async with linked(open_settings(machine), machine) as second:
-                await until(lambda: bool(second.session.last_error), 5.0, "a reason")
+                await until(lambda: bool(second.session.last_error), LONGEST_S, "a reason")
                 assert "no session left" in second.session.last_error
                 assert (await first.source.read(DEADLINE_S))["Temp1"].good
                 await first.sink.close()
@@ -538,7 +540,7 @@ async def works_again(link: Link, returned_s: Callable[[], float]) -> float:
     """Read until values are good again; return the time since the machine's return. [s]"""
     began_s = time.monotonic()
     while not (await link.source.read(DEADLINE_S))["Temp1"].good:
-        assert time.monotonic() - began_s < 20.0, link.session.last_error
+        assert time.monotonic() - began_s < LONGEST_S, link.session.last_error
         await asyncio.sleep(0.01)
     return time.monotonic() - returned_s()
 
@@ -696,11 +698,11 @@ def test_lost_connections_do_not_use_up_the_machines_sessions(tmp_path: Path) ->
                 machine.freeze()
                 try:
                     await link.source.read(0.1)
-                    await until(lambda: not link.session.connected, 3.0, "the loss is seen")
+                    await until(lambda: not link.session.connected, LONGEST_S, "the loss is seen")
                 finally:
                     machine.thaw()
                 thawed_s = time.monotonic()
-                assert await works_again(link, lambda: thawed_s) < 12.0  # noqa: B023 - at once
+                assert in_time(await works_again(link, lambda: thawed_s), 12.0)  # noqa: B023 - at once
                 assert link.session.generation > generation
 
         within(open_settings(machine), machine, steps)

@@ -20,7 +20,7 @@ from tests.unit.runtime.status_server_parts import (
 from thermaxis.compensation import RequestKind
 from thermaxis.runtime import StatusServer, SystemClock
 
-pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time]
 LONGEST_S = 60.0
 
 

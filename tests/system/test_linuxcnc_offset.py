@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from tests.contracts.conformance import SinkRig, check_sink
-from tests.in_time import in_time
+from tests.in_time import LONGEST_S, in_time
 from tests.refusals import said_by
 from tests.system.linuxcnc.machine import missing, one_at_a_time
 from tests.system.linuxcnc.offset_machine import (
@@ -35,7 +35,7 @@ from thermaxis.compensation import Limits
 from thermaxis.runtime import AWAY, TOWARDS, Applied, Clock, SystemClock
 from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
 
-pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time]
 
 BOUND_UM, RATE_UM_PER_S, GOAL_UM = 40.0, 10.0, 30.0
 STATED = json.dumps(
@@ -126,7 +126,9 @@ class Writer:
         """Let it stop itself between two cycles; return when it stood."""
         state = Path(f"/proc/{self.program.pid}/stat")
         self.must_stop.touch()
-        wait_for(lambda: state.read_text().rpartition(")")[2].split()[0] == "T", 20.0, "a stop")
+        wait_for(
+            lambda: state.read_text().rpartition(")")[2].split()[0] == "T", LONGEST_S, "a stop"
+        )
         self.must_stop.unlink()
         return time.monotonic()
 
@@ -140,7 +142,7 @@ class Writer:
             lines = self.lines()
             return bool(lines) and reached(lines[-1])
 
-        wait_for(last, 20.0, what)
+        wait_for(last, LONGEST_S, what)
 
     def __enter__(self) -> Self:
         return self
@@ -267,7 +269,7 @@ async def hold(sink: LinuxCncSink, value_um: float, duration_s: float) -> None:
 
 
 async def until(reached: Callable[[], bool]) -> None:
-    await asyncio.to_thread(wait_for, reached, 10.0, "something of the sink")
+    await asyncio.to_thread(wait_for, reached, LONGEST_S, "something of the sink")
 
 
 # ---- what the campaign shows --------------------------------------------------------------------

@@ -14,12 +14,13 @@ from pathlib import Path
 import pytest
 from asyncua import Client, ua
 
+from tests.in_time import LONGEST_S
 from tests.system.loop_stand import Watcher, excess, lathe, read_runs, write_site
 from tests.system.programs import KILLED_WITH_US, compensating, gaps
 from thermaxis.compensation import SupervisorState
 from thermaxis.runtime.history import HistoryReader
 
-pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time]
 
 SERVER = '\n[server]\nanonymous_role = "viewer"\nport = {port}\n'
 
@@ -69,8 +70,8 @@ def test_servers_and_history_that_are_killed_come_back_and_the_loop_does_not_not
     with lathe(tmp_path, watchdog="2s") as url, Watcher(url) as watcher:
         configuration = write_site(tmp_path, url, more=SERVER.format(port=port))
         with compensating(configuration, "--enable") as loop:
-            address = loop.wait_for("status server: ", 30.0).text.partition(": ")[2]
-            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+            address = loop.wait_for("status server: ", LONGEST_S).text.partition(": ")[2]
+            loop.wait_for_state(SupervisorState.ACTIVE, LONGEST_S)
             before = active(address)
             served = child_of(loop.popen.pid)
             os.kill(served, signal.SIGKILL)
@@ -94,14 +95,14 @@ def test_a_loop_that_is_killed_leaves_no_process_and_no_port_behind(tmp_path: Pa
     with lathe(tmp_path, watchdog="2s") as url:
         configuration = write_site(tmp_path, url, more=SERVER.format(port=port))
         with compensating(configuration, "--enable") as loop:
-            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+            loop.wait_for_state(SupervisorState.ACTIVE, LONGEST_S)
             served = Path(f"/proc/{child_of(loop.popen.pid)}")
             until_s = loop.kill() + 30.0
             while served.exists():
                 assert time.monotonic() < until_s
                 time.sleep(0.01)
         with compensating(configuration, "--enable") as loop:
-            loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+            loop.wait_for_state(SupervisorState.ACTIVE, LONGEST_S)
             os.kill(child_of(loop.popen.pid), signal.SIGSTOP)
             time.sleep(15.0)  # it is told after ten
             os.kill(child_of(loop.popen.pid), signal.SIGCONT)
@@ -141,6 +142,6 @@ def test_a_port_that_is_taken_ends_it_before_the_loop_acts(tmp_path: Path) -> No
         url = f"opc.tcp://127.0.0.1:{free_port()}/lathe"
         configuration = write_site(tmp_path, url, more=more)
         with compensating(configuration) as loop:
-            assert loop.wait(30.0) == 2
+            assert loop.wait(LONGEST_S) == 2
             assert f"Port {taken.getsockname()[1]} cannot be listened at" in loop.tail()
     assert not (tmp_path / "history.db").exists()

@@ -15,6 +15,8 @@ import linuxcnc
 
 PAUSE_S = 0.01
 SETTLE_S = 0.2
+LONGEST_S = 30.0
+"""What must come about is waited for so long, also on a slow computer. [s]"""
 
 
 class RefusedError(Exception):
@@ -54,30 +56,30 @@ class Operator:
     def switch_on(self) -> None:
         status, command = self.status, self.command
         command.state(linuxcnc.STATE_ESTOP_RESET)
-        self.wait("emergency stop off", lambda: not status.estop, 5.0)
+        self.wait("emergency stop off", lambda: not status.estop, LONGEST_S)
         command.state(linuxcnc.STATE_ON)
-        self.wait("machine on", lambda: status.task_state == linuxcnc.STATE_ON, 5.0)
+        self.wait("machine on", lambda: status.task_state == linuxcnc.STATE_ON, LONGEST_S)
 
     def home(self) -> None:
         status, command = self.status, self.command
         command.mode(linuxcnc.MODE_MANUAL)
-        command.wait_complete(5.0)
+        command.wait_complete(LONGEST_S)
         command.teleop_enable(0)
-        command.wait_complete(5.0)
+        command.wait_complete(LONGEST_S)
         command.home(-1)
-        self.wait("home", lambda: all(status.homed[: status.joints]), 10.0)
+        self.wait("home", lambda: all(status.homed[: status.joints]), LONGEST_S)
 
     def run(self, program: Path, limit_s: float) -> None:
         status, command = self.status, self.command
         command.mode(linuxcnc.MODE_AUTO)
-        command.wait_complete(5.0)
+        command.wait_complete(LONGEST_S)
         command.program_open(str(program))
-        command.wait_complete(5.0)
+        command.wait_complete(LONGEST_S)
         command.auto(linuxcnc.AUTO_RUN, 0)
         idle = linuxcnc.INTERP_IDLE
-        self.wait("start of the program", lambda: status.interp_state != idle, 5.0)
+        self.wait("start of the program", lambda: status.interp_state != idle, LONGEST_S)
         self.wait("end of the program", lambda: status.interp_state == idle, limit_s)
-        self.wait("standstill", lambda: status.inpos, 5.0)
+        self.wait("standstill", lambda: status.inpos, LONGEST_S)
 
 
 def main() -> None:

@@ -17,6 +17,8 @@ import linuxcnc
 
 PAUSE_S = 0.01
 LIFE_S = 240.0
+LONGEST_S = 30.0
+"""What must come about is waited for so long, also on a slow computer. [s]"""
 
 
 class RefusedError(Exception):
@@ -31,7 +33,7 @@ class Operator:
         self.status = linuxcnc.stat()
         self.messages = linuxcnc.error_channel()
 
-    def wait(self, what: str, reached: Callable[[], bool], limit_s: float = 10.0) -> None:
+    def wait(self, what: str, reached: Callable[[], bool], limit_s: float = LONGEST_S) -> None:
         deadline = time.monotonic() + limit_s
         while time.monotonic() < deadline:
             self.status.poll()
@@ -66,19 +68,19 @@ class Operator:
             self.wait("unhomed", lambda: not status.homed[int(order["joint"])])
         elif verb == "move":
             command.mode(linuxcnc.MODE_MDI)
-            command.wait_complete(5.0)
+            command.wait_complete(LONGEST_S)
             command.mdi(order["text"])
-            command.wait_complete(5.0)
+            command.wait_complete(LONGEST_S)
             idle = linuxcnc.INTERP_IDLE
-            self.wait("end of the move", lambda: status.interp_state == idle and status.inpos, 30.0)
+            self.wait("end of the move", lambda: status.interp_state == idle and status.inpos)
         elif verb != "look":
             raise RefusedError(f"unknown order: {verb}")
 
     def manual(self) -> None:
         self.command.mode(linuxcnc.MODE_MANUAL)
-        self.command.wait_complete(5.0)
+        self.command.wait_complete(LONGEST_S)
         self.command.teleop_enable(0)
-        self.command.wait_complete(5.0)
+        self.command.wait_complete(LONGEST_S)
 
     def shown(self) -> dict[str, object]:
         self.status.poll()
