@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "examples" / "x_axis_100_cycles.csv"
-REPETITIONS = 10
+REPETITIONS = 5
 
 COMMANDS = {
     "python -c pass": ["-c", "pass"],

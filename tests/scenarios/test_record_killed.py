@@ -33,7 +33,7 @@ unit = "degC"
 """
 KILLS = 5
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.system
 
 
 async def recorded(folder: Path) -> list[float]:

@@ -41,7 +41,7 @@ from thermaxis.runtime.history import (
 )
 from thermaxis.runtime.history._columns import Item
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.system
 
 PASSWORD = "not a secret: of a server that lives for a test"  # noqa: S105 - see its text
 KEPT = {"cycles", "events", "history"}

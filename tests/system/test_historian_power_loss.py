@@ -13,11 +13,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.in_time import LONGEST_S
 from tests.system.history_writer import recorded
 from tests.unit.runtime.history_records import OUTPUTS, url_of
 from thermaxis.runtime.history import Columns, HistoryReader, check_file
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = pytest.mark.system
 
 KILLS = 10
 SNAPSHOTS = 25
@@ -138,7 +139,7 @@ def full_disk_scene(
         assert child.poll() is None
         time.sleep(0.1)
     make_room()
-    child.communicate("go on\n", timeout=60)
+    child.communicate("go on\n", timeout=LONGEST_S)
     return states_of(path)
 
 

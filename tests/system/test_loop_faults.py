@@ -10,7 +10,7 @@ from tests.system.opcua.foreign_server import install, missing
 from tests.system.programs import Recorded
 from thermaxis.compensation import SupervisorState
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+pytestmark = pytest.mark.system
 
 STEP_UM = RULES.rate_um_per_s * RULES.cycle_s
 

@@ -15,7 +15,7 @@ from thermaxis.plc import PlcInputs, PlcSettings, build_program, scenario_steps
 from thermaxis.plc.tree import Executed, executable
 from thermaxis.plc.vectors import by_variable
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+pytestmark = pytest.mark.system
 
 
 def block_of(settings: PlcSettings, *, compensated: bool = True) -> Executed:

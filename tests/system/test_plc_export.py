@@ -8,14 +8,13 @@ optimise, and runs every text of them over what must come out, which is computed
 import gc
 import multiprocessing
 import os
-import platform
 import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from itertools import chain, repeat
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,10 +26,8 @@ from tests.unit.plc.equal_parts import (
     Seen,
     Task,
     compared_together,
-    differing_when_contracted,
 )
 from tests.unit.plc.plc_scenarios import OUTCOMES, REASONS, SAMPLE_QUALITIES, STATES
-from tests.unit.plc.test_c import float_away_from_double
 from tests.unit.plc.test_mutants import (
     NOT_NOTICED,
     Mutant,
@@ -46,10 +43,10 @@ from thermaxis.plc.blocks import NEVER_OUTCOMES, NEVER_QUALITIES
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
 
-MODELS = int(os.environ.get("PLC_MODELS", "40"))
+MODELS = int(os.environ.get("PLC_MODELS", "20"))
 FAST_MODELS = MODELS // 20
-FIRST_SEED = 40
-"""From here on a few models have one to four channels and one to eight sections."""
+FIRST_SEED = 46
+"""From here on few models have one to four channels and one to eight sections."""
 HOURS = 8.0
 TOGETHER = 2
 OPTIMISED = 4
@@ -169,37 +166,6 @@ def test_whatever_can_occur_did_occur(demand: Demand) -> None:
 def test_another_grammar_reads_a_whole_program() -> None:
     text = print_st(build_program(settings_with_everything()), "twincat")
     assert parse_source_code(text).exception is None
-    assert parse_source_code(text.replace("END_IF;", "", 1)).exception is not None
-
-
-def test_what_contraction_would_change_is_measured(
-    pool: ProcessPoolExecutor, tmp_path: Path
-) -> None:
-    """For information: gcc contracts where the processor can, unless it is told not to."""
-    some = [task._replace(hours=1.0) for task in tasks(double=True)[FAST_MODELS:][:20]]
-    ways = {"plain": ("-O2",), "native": ("-O2", "-march=native")}
-    waiting = {
-        name: pool.submit(differing_when_contracted, some, tmp_path / name, *flags)
-        for name, flags in ways.items()
-    }
-    for name, asked in waiting.items():
-        differing = asked.result()
-        print(f"\ncontraction allowed, {name} processor: {differing} of {len(some)} models differ")
-        if name == "plain" and platform.machine() in {"x86_64", "AMD64"}:
-            # Without the newer instructions there is nothing to contract to.
-            assert differing == 0
-
-
-def test_compiled_float_stays_within_two_nanometres_of_double_in_a_shift_of_the_papers_models(
-    pool: ProcessPoolExecutor, tmp_path: Path
-) -> None:
-    names = ("eps1", "eps2")
-    places = [tmp_path / name for name in names]
-    found = pool.map(float_away_from_double, names, repeat(HOURS), places)
-    for name, (largest_um, span_um) in zip(names, found, strict=True):
-        print(f"\n{name}: float differs by {largest_um:.2e} um of a span of {span_um:.1f} um")
-        assert span_um > 10.0
-        assert 0.0 < largest_um < 0.002
 
 
 def test_every_coefficient_in_real_is_noticed_when_it_is_the_next_number(

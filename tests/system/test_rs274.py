@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.in_time import LONGEST_S
 from thermaxis.controls import ProgramRequest, check_options, control_by_name
 from thermaxis.files import plan_sha256
 from thermaxis.positioning import (
@@ -21,7 +22,7 @@ from thermaxis.positioning import (
 )
 from thermaxis.quantities import AxisKind
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.system
 
 LETTERS = "XYZABC"
 PLAN = TestPlan(
@@ -51,7 +52,7 @@ def canonical(program: str, folder: Path) -> list[str]:
         cwd=folder,
         capture_output=True,
         encoding="utf-8",
-        timeout=60,
+        timeout=LONGEST_S,
         check=False,
     )
     lines = done.stdout.splitlines()

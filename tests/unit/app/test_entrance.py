@@ -144,7 +144,6 @@ FILES = {
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
-@pytest.mark.timeout(300)
 def test_twenty_hostile_files_end_in_a_sentence_each_and_leave_nothing(door: Door) -> None:
     state = cast("Any", door.app)._app.state
     state.work = Work(where=door.where)

@@ -112,12 +112,12 @@ HOSTILE: list[dict[str, Any]] = [
 ]
 
 
-@pytest.mark.parametrize("asked", HOSTILE)
-def test_what_the_page_never_asks_for_is_refused(bench: Bench, asked: dict[str, Any]) -> None:
+def test_what_the_page_never_asks_for_is_refused(bench: Bench) -> None:
     log = bench.log()
-    answer = bench.post("identify", logs=[log], **asked)
-    assert answer.status_code == 400
-    assert len(answer.json()["text"]) > 20
+    for asked in HOSTILE:
+        answer = bench.post("identify", logs=[log], **asked)
+        assert answer.status_code == 400, asked
+        assert len(answer.json()["text"]) > 20
 
 
 def test_a_name_is_shown_as_it_is_and_no_command_obeys_it(bench: Bench) -> None:

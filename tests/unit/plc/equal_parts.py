@@ -213,9 +213,7 @@ def st_block(program: Program, text: str, name: str) -> CBlock:
     return CBlock(st_as_c(text, name), *columns(program.blocks[-1]))
 
 
-def c_library(
-    blocks: Mapping[str, CBlock], folder: Path, *flags: str, contracted: bool = False
-) -> Path:
+def c_library(blocks: Mapping[str, CBlock], folder: Path, *flags: str) -> Path:
     """Make one shared object of many blocks of one kind of number, with one call of gcc.
 
     By the name of each in its text; the flags are those besides what the exported text must stand.
@@ -229,11 +227,10 @@ def c_library(
         driver += _c_driver(name, block)
     (folder / "driver.c").write_text("\n".join(driver) + "\n", encoding="ascii")
     path = folder / "blocks.so"
-    used = tuple(f for f in FLAGS if not (contracted and f == "-ffp-contract=off"))
     # What calls the blocks computes nothing, so it need not be optimised.
     _gcc(folder, *FLAGS, "-O0", "-c", "driver.c")
     sources = (f"{name}.c" for name in blocks)
-    _gcc(folder, *used, *flags, "-shared", "-o", str(path), "driver.o", *sources)
+    _gcc(folder, *FLAGS, *flags, "-shared", "-o", str(path), "driver.o", *sources)
     return path
 
 
@@ -380,19 +377,6 @@ def compared_together(tasks: Sequence[Task], folder: Path) -> list[Comparison]:
     ]
     found[0].seconds["gcc"] = built_s
     return found
-
-
-def differing_when_contracted(tasks: Sequence[Task], folder: Path, *flags: str) -> int:
-    """Return how many models say something else where gcc may contract a product and a sum."""
-    settings = [task.settings() for task in tasks]
-    programs = [build_program(one) for one in settings]
-    blocks = {program.name: c_block(program) for program in programs}
-    library = CLibrary(c_library(blocks, folder, *flags, contracted=True))
-    differing = 0
-    for task, one, program in zip(tasks, settings, programs, strict=True):
-        record = shift(one, hours=task.hours, seed=task.seed)
-        differing += difference(record, library.run(program.name, record)) != ""
-    return differing
 
 
 # ---- numbers one step further -------------------------------------------------------------------
