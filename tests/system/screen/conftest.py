@@ -1,8 +1,7 @@
-"""A browser, a stand, and visitors who have logged in."""
+"""A stand, and visitors who have logged in."""
 
-import os
-import shutil
 from collections.abc import Callable, Generator
+from contextlib import suppress
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -13,17 +12,14 @@ from playwright.sync_api import (
     ConsoleMessage,
     Error as PlaywrightError,
     Page,
-    Playwright,
     Request,
-    expect,
-    sync_playwright,
+    TimeoutError as PlaywrightTimeout,
 )
 
 from tests.system.screen.operator_stand_in import StandIn, served
 from tests.system.screen.stand import PATIENCE_S, Rig, Visitor, wait_until
 
 WIDTH, HEIGHT = 1366, 768
-expect.set_options(timeout=1e3 * PATIENCE_S)
 EXPECTED_WITHOUT_SERVER = ("WebSocket connection to", "net::ERR_CONNECTION_REFUSED", "net::ERR_")
 
 
@@ -32,37 +28,22 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Every test here is a system test with a bounded life."""
+    """Every test here is a system test."""
     for item in items:
         if Path(__file__).parent in item.path.parents:
             item.add_marker(pytest.mark.system)
-            item.add_marker(pytest.mark.timeout(400))
 
 
 @pytest.fixture(scope="session")
-def screens(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of the pictures."""
-    stated = request.config.getoption("--screens", default=None)
-    folder = Path(stated) if stated else tmp_path_factory.mktemp("screens")
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+def pictured(request: pytest.FixtureRequest) -> Callable[[Page, str], None]:
+    """Return what keeps a picture of a page by its name, where a folder was named for them."""
+    folder = request.config.getoption("--screens", default=None)
 
+    def keep(page: Page, name: str) -> None:
+        if folder is not None:
+            page.screenshot(path=Path(folder) / f"{name}.png")
 
-@pytest.fixture(scope="module")
-def playwright() -> Generator[Playwright]:
-    with sync_playwright() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def browser(playwright: Playwright) -> Generator[Browser]:
-    """Yield the system's Chromium."""
-    path = shutil.which("chromium") or shutil.which("chromium-browser")
-    if path is None:
-        pytest.fail("no chromium is installed: apt-get install chromium, as .ci/run does")
-    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
-    with playwright.chromium.launch(executable_path=path, args=arguments) as found:
-        yield found
+    return keep
 
 
 @pytest.fixture(scope="session")
@@ -144,6 +125,11 @@ class Looked:
         """Wait for fresh values."""
         self.page.wait_for_selector('body[data-live="yes"]', timeout=1e3 * limit_s)
 
+    def wait_idle(self) -> None:
+        """Wait until nothing is asked for half a second; where everything takes long, ten."""
+        with suppress(PlaywrightTimeout):
+            self.page.wait_for_load_state("networkidle", timeout=10_000)
+
     def until(self, expression: str, limit_s: float = PATIENCE_S) -> None:
         """Wait until an expression is true on the page; the page itself may not evaluate any."""
         wait_until(expression, lambda: self.page.evaluate(expression), limit_s)
@@ -167,7 +153,6 @@ def look(
             **options,
         }
         context = browser.new_context(**settings)
-        context.set_default_timeout(1e3 * PATIENCE_S)
         opened.append(context)
         if role:
             context.add_cookies(

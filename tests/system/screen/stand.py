@@ -33,6 +33,7 @@ from typing import Any, Final, NamedTuple, Self
 
 from asyncua.client.client import Client
 
+from tests.in_time import LONGEST_S
 from tests.system.loop_stand import NODES
 from tests.system.programs import Program
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
@@ -56,12 +57,12 @@ TRIM_UM: Final = 10.0
 """Largest trim. [µm]"""
 CYCLE_S: Final = 0.5
 """Cycle of the loop. [s]"""
-START_S: Final = 90.0
-"""Longest start of a program, also of a busy computer. [s]"""
+START_S: Final = LONGEST_S
+"""Longest start of a program. [s]"""
 AHEAD: Final = -10
 """Priority of the loop, its machine and its screen, whose times the tests look at. [1]"""
-PATIENCE_S: Final = 60.0
-"""What must come about is waited for so long, also on a busy computer. [s]"""
+PATIENCE_S: Final = LONGEST_S
+"""What must come about is waited for so long. [s]"""
 NO_DATA_STATUS: Final = 409
 """Nothing is asked while the screen has no data. [1]"""
 PEOPLE: Final = ("viewer", "operator", "engineer")
@@ -342,7 +343,7 @@ class Rig:
             cwd=self.folder,
             capture_output=True,
             text=True,
-            timeout=60.0,
+            timeout=PATIENCE_S,
             check=False,
         )
         if ended.returncode:

@@ -97,7 +97,7 @@ def test_every_text_has_the_contrast_of_wcag_aa(look: Look, name: str, theme: st
         seen.wait_live()
     if name in CHARTS:
         page.wait_for_selector(".chart-plot svg", state="attached")
-    page.wait_for_load_state("networkidle")
+    seen.wait_idle()
     found = page.evaluate(WALK)
     assert len(found) > 5, found
     assert poor(found) == []

@@ -95,7 +95,6 @@ def test_the_demo_lives_soon_breaks_by_every_button_and_leaves_nothing(
     demo.wait_for("Ctrl+C", START_S)
     said = "\n".join(one.text for one in demo.said)
     context = browser.new_context(locale="en-GB")
-    context.set_default_timeout(1e3 * PATIENCE_S)
     page = context.new_page()
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))

@@ -26,7 +26,6 @@ IN_SIGHT = """(place, text) => {
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
     found = browser.new_context(viewport={"width": 1024, "height": 600}, locale="en-GB")
-    found.set_default_timeout(20_000)
     yield found
     found.close()
 

@@ -44,7 +44,6 @@ def language(request: pytest.FixtureRequest) -> str:
 @pytest.fixture
 def context(browser: Browser, language: str) -> Iterator[BrowserContext]:
     found = browser.new_context(locale=LOCALES[language])
-    found.set_default_timeout(20_000)
     yield found
     found.close()
 
@@ -100,14 +99,14 @@ def test_a_refused_run_and_warnings_of_a_run_are_marked_and_its_diagnosis_is_tra
     wrong.write_text("this is no measured run\n", "utf-8")
     page.set_input_files("input[name=file]", wrong)
     page.click("#run-submit")
-    page.wait_for_selector("#run-wrong:visible", timeout=60_000)
+    page.wait_for_selector("#run-wrong:visible")
     begin = template("positioning-refused", language=tongue).replace("{said}", "")
     (said,) = page.evaluate(MARKED % "#run-wrong")
     assert page.inner_text("#run-wrong") == begin + said
     assert "wrong.csv" in said
     page.set_input_files("input[name=file]", RUN)
     page.click("#run-submit")
-    page.wait_for_selector("#run-shown li", timeout=90_000)
+    page.wait_for_selector("#run-shown li")
     for key, foreign in (("positioning-diagnosis", False), ("positioning-warnings", True)):
         title = page.get_by_role("heading", name=sentence(key, language=tongue), exact=True)
         part = page.locator("#run-shown section", has=title)

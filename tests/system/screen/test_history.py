@@ -137,7 +137,7 @@ def test_the_span_is_exported_as_the_loop_recorded_it(
     look: Look, tmp_path: Path, ending: str
 ) -> None:
     page = opened(look, "/history", "viewer").page
-    with page.expect_download(timeout=60_000) as found:
+    with page.expect_download() as found:
         page.click(f"button[data-format='{ending}']")
     name = found.value.suggested_filename
     assert re.fullmatch(rf"history-\d{{8}}T\d{{6}}Z-\d{{8}}T\d{{6}}Z\.{ending}", name)

@@ -1,6 +1,7 @@
 """Who was logged in when the loop or the screen went: stays so, or is told why not."""
 
 import json
+import signal
 import time
 from collections.abc import Callable, Generator
 
@@ -100,14 +101,14 @@ def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
     log_in(seen, closed, "operator")
     page.wait_for_url("**/history*")
     seen.wait_live()
-    closed.kill("screen")
+    closed.kill("screen", signal.SIGTERM)
     closed.start_screen()
     page.wait_for_url("**/login?next=/history")
     page.wait_for_selector("#why")
     assert "started anew" in page.locator("#why").inner_text()
     page.wait_for_selector("body[data-live=yes]")
     assert page.locator("#gist b").inner_text(), "the state is out of sight at the log-in"
-    closed.kill("run")
+    closed.kill("run", signal.SIGTERM)
     page.wait_for_selector("body[data-live=no]")
     assert page.locator("#no-data").inner_text().startswith("NO DATA since")
     closed.start_loop()

@@ -2,15 +2,16 @@
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Final
 
 import pytest
+from playwright.sync_api import Page
 
 from tests.system.screen.conftest import Looked
 from tests.system.screen.stand import Rig, Visitor, wait_until
 
 Look = Callable[..., Looked]
+Pictured = Callable[[Page, str], None]
 PAGES: Final = {
     "operator": "/",
     "model": "/model",
@@ -35,14 +36,14 @@ def active(stand: Rig, people: Callable[[str], Visitor]) -> None:
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_opens_asks_no_other_address_and_fits_its_width_at_three_sizes(
-    look: Look, screens: Path, name: str, theme: str
+    look: Look, pictured: Pictured, name: str, theme: str
 ) -> None:
     seen = look("engineer", color_scheme=theme)
     page = seen.open(PAGES[name])
     seen.wait_live()
     if name in CHARTS:
         page.wait_for_selector(".chart-plot svg", state="attached")
-    page.wait_for_load_state("networkidle")
+    seen.wait_idle()
     assert page.evaluate("document.documentElement.dataset.theme") == theme
     assert page.locator("nav.pages a").count() == len(PAGES)
     assert page.locator('nav.pages a[aria-current="page"]').get_attribute("href") == PAGES[name]
@@ -50,7 +51,7 @@ def test_a_page_opens_asks_no_other_address_and_fits_its_width_at_three_sizes(
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
         seen.until(f"innerWidth === {width}")
-        page.screenshot(path=screens / f"{name}-{theme}-{width}x{height}.png")
+        pictured(page, f"{name}-{theme}-{width}x{height}")
         over = page.evaluate(
             "[document.scrollingElement.scrollWidth - innerWidth,"
             " document.scrollingElement.scrollHeight - innerHeight]"

@@ -4,7 +4,6 @@ import http.client
 import json
 import sys
 import urllib.parse
-from collections.abc import Generator
 
 import pytest
 
@@ -16,13 +15,6 @@ GUESSER, SHOP = "127.0.0.2", "127.0.0.1"
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="elsewhere 127.0.0.2 is no address of this computer by itself"
 )
-
-
-@pytest.fixture
-def guessed_at(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
-    """Yield a stand of its own: its log-ins are refused for a while."""
-    with Rig(tmp_path_factory.mktemp("guessed")) as found:
-        yield found
 
 
 def log_in(stand: Rig, address: str, name: str, password: str) -> tuple[int, str]:
@@ -40,15 +32,15 @@ def log_in(stand: Rig, address: str, name: str, password: str) -> tuple[int, str
 
 
 def test_thirty_wrong_log_ins_from_one_address_keep_out_that_address_alone(
-    guessed_at: Rig,
+    stand: Rig,
 ) -> None:
     wrong = [
-        log_in(guessed_at, GUESSER, f"nobody{i}", "wrong" if i % 2 else "\ud800")
+        log_in(stand, GUESSER, f"nobody{i}", "wrong" if i % 2 else "\ud800")
         for i in range(3 * FAILURES_BY_ADDRESS)
     ]
     assert wrong[:FAILURES_BY_ADDRESS] == [(401, "login-refused")] * FAILURES_BY_ADDRESS
     assert set(wrong[FAILURES_BY_ADDRESS:]) == {(429, "login-too_many_from_here")}
-    right = guessed_at.passwords["operator"]
-    assert log_in(guessed_at, GUESSER, "operator", right) == (429, "login-too_many_from_here")
-    assert log_in(guessed_at, SHOP, "operator", right) == (200, "")
-    assert log_in(guessed_at, SHOP, "operator", "wrong") == (401, "login-refused")
+    right = stand.passwords["operator"]
+    assert log_in(stand, GUESSER, "operator", right) == (429, "login-too_many_from_here")
+    assert log_in(stand, SHOP, "operator", right) == (200, "")
+    assert log_in(stand, SHOP, "operator", "wrong") == (401, "login-refused")

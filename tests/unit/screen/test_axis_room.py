@@ -170,7 +170,6 @@ def real(tmp_path_factory: pytest.TempPathFactory) -> Real:
     return Real(tmp_path_factory.mktemp("real"))
 
 
-@pytest.mark.timeout(120)
 def test_the_figures_are_those_of_the_evaluation_itself(real: Real) -> None:
     test = read_positioning(EXAMPLES / "x_axis_100_cycles.csv")
     iso230_2 = evaluate_iso230_2(test)
