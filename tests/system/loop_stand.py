@@ -235,7 +235,7 @@ class Watcher:
 
     def __exit__(self, *_: object) -> None:
         self._end.set()
-        self._thread.join(20.0)
+        self._thread.join(LONGEST_S)
         assert not self._failed, self._failed
 
     def _live(self) -> None:
@@ -279,7 +279,7 @@ class Watcher:
     @property
     def last(self) -> Look:
         """What it saw last."""
-        self._wait(lambda: bool(self.looks), 10.0)
+        self._wait(lambda: bool(self.looks), LONGEST_S)
         return self.looks[-1]
 
     def wait_until(self, what: str, limit_s: float, **limits: float) -> Look:

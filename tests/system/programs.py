@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from tests.in_time import LONGEST_S
 from thermaxis.compensation import SupervisorState
 from thermaxis.runtime.history import HistoryReader
 
@@ -163,7 +164,7 @@ class Program:
         """End it, whatever it does."""
         if self.popen.poll() is None:
             self.popen.kill()
-            self.popen.wait(10.0)
+            self.popen.wait(LONGEST_S)
         self._reader.join(10.0)
         while not self._lines.empty():
             line = self._lines.get()

@@ -40,7 +40,7 @@ def read(url: str) -> tuple[int, str]:
     """Return the number of the cycle and the state, as any client reads them."""
 
     async def ask() -> tuple[int, str]:
-        async with Client(url, timeout=30.0) as client:
+        async with Client(url, timeout=LONGEST_S) as client:
             space = await client.get_namespace_index("urn:thermaxis:runtime")
             nodes = [
                 client.get_node(ua.NodeId(f"Status/{name}", space))
@@ -53,7 +53,7 @@ def read(url: str) -> tuple[int, str]:
 
 def active(url: str, after: int = -1) -> int:
     """Return the number of a later cycle as soon as it can be read that it is active."""
-    until_s = time.monotonic() + 30.0
+    until_s = time.monotonic() + LONGEST_S
     while time.monotonic() < until_s:
         with suppress(OSError):
             number, state = read(url)
@@ -97,7 +97,7 @@ def test_a_loop_that_is_killed_leaves_no_process_and_no_port_behind(tmp_path: Pa
         with compensating(configuration, "--enable") as loop:
             loop.wait_for_state(SupervisorState.ACTIVE, LONGEST_S)
             served = Path(f"/proc/{child_of(loop.popen.pid)}")
-            until_s = loop.kill() + 30.0
+            until_s = loop.kill() + LONGEST_S
             while served.exists():
                 assert time.monotonic() < until_s
                 time.sleep(0.01)
@@ -128,7 +128,7 @@ def test_a_pipe_that_nobody_reads_holds_up_neither_start_nor_end(tmp_path: Path)
             os.write(full, b"." * 4096)
     os.set_blocking(full, True)
     command = [*KILLED_WITH_US, sys.executable, "-m", "thermaxis", "run", *words]
-    subprocess.run(command, check=True, stdout=full, stderr=full, timeout=200.0)
+    subprocess.run(command, check=True, stdout=full, stderr=full, timeout=LONGEST_S)
     os.close(reader)
     os.close(full)
     assert len(read_runs(tmp_path)[0]) == 3

@@ -24,6 +24,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
 
+from tests.in_time import LONGEST_S
+
 FOLDER = Path(__file__).parent
 MODULES = FOLDER / "node_modules"
 STAMP = MODULES / ".installed-from"
@@ -193,7 +195,7 @@ class ForeignServer:
         """End it by SIGTERM; return when. [s]"""
         return self._end_by(signal.SIGTERM)
 
-    def wait_for_end(self, limit_s: float = 10.0) -> int:
+    def wait_for_end(self, limit_s: float = LONGEST_S) -> int:
         """Wait until it has ended by itself; return its exit code."""
         code = self.running.popen.wait(limit_s)
         self.running.end()
@@ -353,10 +355,10 @@ class _Process:
         if self.popen.poll() is None:
             self.popen.send_signal(number)
             try:
-                self.popen.wait(10.0)
+                self.popen.wait(LONGEST_S)
             except subprocess.TimeoutExpired:
                 self.popen.kill()
-                self.popen.wait(10.0)
+                self.popen.wait(LONGEST_S)
         self._reader.join(10.0)
         assert self.popen.stdin is not None
         assert self.popen.stdout is not None

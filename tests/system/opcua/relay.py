@@ -7,6 +7,8 @@ import time
 from types import TracebackType
 from typing import Self
 
+from tests.in_time import LONGEST_S
+
 
 class Relay:
     """Relays to a port of this computer; delays count for every piece, in each direction."""
@@ -22,7 +24,7 @@ class Relay:
 
     def __enter__(self) -> Self:
         self._thread.start()
-        assert self._ready.wait(10.0)
+        assert self._ready.wait(LONGEST_S)
         return self
 
     def __exit__(
