@@ -29,6 +29,7 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
+from thermaxis.runtime.status import Headlines
 from thermaxis.virtual import LatheSettings, LatheSink, LatheSource, OffsetRules, VirtualLathe
 
 RATE_UM_PER_S = 0.5
@@ -79,13 +80,14 @@ def pressed_for(duration_s: float, *, machine_rate_um_per_s: float, hold_s: floa
             Ports(LatheSource(lathe, clock), LatheSink(lathe, clock), SimulatedHistorian(), clock),
         )
 
-        def look(status: RuntimeStatus) -> None:
+        def look(told: RuntimeStatus) -> None:
+            status = replace(told, headline=headlines.headline_of(told)[0])
             at_s = status.output.time_s - loop_began_s
             pressed = PRESSED_S <= at_s < PRESSED_S + duration_s
             lathe.set_flag("emergency_stop", value=pressed)
             seen.append(Seen(at_s, status, lathe.axis.effective_um, pressed))
 
-        loop_began_s = clock.monotonic_s()
+        headlines, loop_began_s = Headlines(), clock.monotonic_s()
         loop.listeners.append(look)
         running = asyncio.ensure_future(
             loop.run(asyncio.Event(), cycles=int(PRESSED_S + duration_s + 120.0))

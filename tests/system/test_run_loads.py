@@ -22,6 +22,7 @@ NOT_NEEDED = (
     "runtime/status/_server",
     "runtime/status/_metrics",
     "runtime/status/_fields",
+    "runtime/status/_headline",
     "runtime/history/_database",
     "runtime/history/_historian",
     "runtime/config/_warnings",

@@ -62,6 +62,8 @@ class OffsetMismatch(NamedTuple):
     number: int  # of the cycle that found it
     another: bool | None = False
     """Whether nothing but another writer explains it; None where the next look tells."""
+    utc: datetime | None = None
+    """When it was found."""
 
     @property
     def key(self) -> str:
@@ -197,8 +199,7 @@ def look_step(rules: OffsetRules, state: OffsetsState, look: Look) -> tuple[Offs
 
     Not protected: between the look and the write, some milliseconds, nothing is noticed; nor is an
     offset that was moved by less than the tolerance, or put back before the look. A watchdog's way
-    that one look alone sees counts as another writer's. What was found is not saved: a restart
-    tells of it no more, and only the history has it.
+    that one look alone sees counts as another writer's.
     """
     recent = tuple(s for s in state.others_s if look.time_s - s <= OTHERS_WITHIN_S)
     state = state._replace(others_s=recent)
@@ -353,7 +354,7 @@ def _judged(
     if um is None:
         return None, None
     left_um = one.path[-1].um if one.path else um
-    return um, OffsetMismatch(rules.names[k], um, left_um, look.number, another)
+    return um, OffsetMismatch(rules.names[k], um, left_um, look.number, another, look.utc)
 
 
 def _gone(

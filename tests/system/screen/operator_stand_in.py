@@ -187,10 +187,10 @@ def looks() -> dict[str, dict[str, Any]]:
             {},
             name="drives_on",
             names=["drives_on"],
-            then="wait",
+            then="resume_anew",
         ),
         "fault": _with(
-            made_up(state="Fault", reasons=["double_compensation"]),
+            made_up(state="Fault", **open_ | {"reasons": ["double_compensation"]}),
             "fault",
             {},
             reason="double_compensation",

@@ -3,7 +3,7 @@
 import asyncio
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import Any
@@ -12,7 +12,14 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.simulated import Rig, alarms_of, ask, enabled_for, state_of
-from tests.unit.runtime.status_server_parts import NOW, offsets, output, status
+from tests.unit.runtime.status_server_parts import (
+    NOW,
+    alarm,
+    compensation,
+    offsets,
+    output,
+    status,
+)
 from thermaxis.codes import Message
 from thermaxis.compensation import Outcome, Reason, RequestKind, SampleQuality, SupervisorState
 from thermaxis.messages import ISOLATE, LANGUAGES, remedy_of, sentence_of
@@ -21,9 +28,17 @@ from thermaxis.runtime import (
     OTHER_COMPENSATION,
     CompensationLoop,
     RuntimeStatus,
+    Source,
     SourceSample,
 )
-from thermaxis.runtime.status import Headlines, as_json, leaves_of, shape_of, state_message
+from thermaxis.runtime.status import (
+    Headlines,
+    OutputFacts,
+    as_json,
+    leaves_of,
+    shape_of,
+    state_message,
+)
 
 VIRTUAL_TIME = True
 STATES, REASONS = tuple(SupervisorState), tuple(Reason)
@@ -90,8 +105,11 @@ def test_the_cause_is_named_before_the_state(told: RuntimeStatus) -> None:
         assert found.values["names"] == told.open_interlocks
         assert found.values["name"] == told.open_interlocks[0]
     elif told.source_connected and Reason.CONNECTION_LOST in told.output.reasons:
-        assert found.code == "headline-unreachable"
-    elif Reason.INTERLOCK_OPEN in told.output.reasons:
+        tests = Reason.INTERLOCK_OPEN in told.output.reasons
+        assert found.code == ("headline-starting" if tests else "headline-unreachable")
+    elif {*told.output.reasons} & {Reason.INTERLOCK_OPEN, Reason.CONNECTION_LOST} == {
+        Reason.INTERLOCK_OPEN
+    }:
         assert found.code == "headline-not_released"
     elif told.differing:
         assert found.code == "headline-not_acting"
@@ -217,12 +235,80 @@ def test_an_interlock_that_is_met_is_not_said_to_be_open_because_another_read_fa
 
 def test_what_stood_at_the_first_look_stands_since_the_start_at_least() -> None:
     of, opened = Headlines(), {"door": False}
-    away = status(source_connected=False, interlocks={"door": None}, sink_connected=False)
+    away = status(number=1, source_connected=False, interlocks={"door": None}, sink_connected=False)
     assert of.headline_of(away)[1] == away.started
     found, since = of.headline_of(status(interlocks=opened))
     assert (found.code, since) == ("headline-interlock", away.started)
     of.headline_of(status())
     assert of.headline_of(status(interlocks=opened))[1] == NOW
+    late = Headlines()  # which begins beside a loop that runs
+    assert late.headline_of(status(interlocks=opened))[1] == NOW
+
+
+FADES = SupervisorState.FADING
+
+
+@pytest.mark.parametrize("lost_at_first", [True, False])
+@pytest.mark.parametrize(("state", "um"), [(FADES, -5.0), (SupervisorState.WARMING, 0.0)])
+def test_a_hold_that_holds_nothing_says_why_and_since_when(
+    state: SupervisorState, um: float, *, lost_at_first: bool
+) -> None:
+    names, of = Headlines(), output(state=state, reasons=(Reason.OPERATOR_HOLD,))
+    lost = status(number=1, held_s=3600.0, output=of._replace(correction_um=(um,)))
+    if not lost_at_first:
+        names.headline_of(status(number=1))
+    found, since = names.headline_of(lost)
+    assert found == Message("headline-hold_lost", {"why": "restart" if lost_at_first else "other"})
+    assert since == (lost.started if lost_at_first else NOW)
+
+
+def test_a_hold_of_what_was_found_before_the_model_has_settled_is_a_hold() -> None:
+    of = output(state=SupervisorState.WARMING, reasons=(Reason.OPERATOR_HOLD,))
+    assert headline(status(output=of)).code == "headline-held_by_person"
+
+
+FAR = output(wanted_um=(-43.0,))
+HERE = FAR._replace(correction_um=(-41.0,))
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({}, "on_its_way"),
+        ({"output": HERE, "offsets": {"Z_um": offsets(-41.0, -41.0, -40.0)}}, "active"),
+        ({"output": HERE, "offsets": {"Z_um": offsets(-41.0, -41.0, -12.0)}}, "on_its_way"),
+        ({"interlocks": {"door": False}}, "interlock"),
+        ({"differing": ("Z_um",)}, "not_acting"),
+        ({"sink_connected": False}, "unreachable"),
+        ({"output": FAR._replace(state=FADES)}, "warming"),
+        ({"output": FAR._replace(state=FADES), "enabled": False}, "fading"),
+    ],
+)
+def test_it_is_on_its_way_only_where_it_moves_and_has_far_to_go(
+    changes: dict[str, Any], code: str
+) -> None:
+    limits = replace(compensation().bounds[0], deadband_um=1.5)
+    told = status(**{"output": FAR, "facts": {"Z_um": OutputFacts(limits, ())}, **changes})
+    names = Headlines()
+    for at_s in (0.0, 60.0):  # one look alone is doubted
+        found, _ = names.headline_of(replace(told, output=told.output._replace(time_s=at_s)))
+    assert found.code == f"headline-{code}"
+    if code == "on_its_way":
+        assert found.values == {"name": "Z_um", "left_um": 31.0, "left_s": 62.0}
+
+
+def test_it_follows_the_model_only_since_it_has_arrived() -> None:
+    seen = looks()
+    assert [seen(s, output=FAR)[0] for s in (0.0, 1.0, 2.0)] == ["on_its_way"] * 3
+    assert seen(3.0) == ("active", 3.0)
+
+
+@pytest.mark.parametrize(("age_s", "code"), [(0.0, "another_writer"), (300.0, "on_its_way")])
+def test_another_writer_is_named_until_what_it_did_is_made_good(age_s: float, code: str) -> None:
+    values = {"name": "Z_um", "found_um": 61.0, "left_um": -12.0}
+    wrote = alarm(code="another_writer", values=values, since=NOW - timedelta(seconds=age_s))
+    told = status(output=FAR, alarms=(wrote,))
+    assert headline(told).code == f"headline-{code}"
 
 
 def test_a_cause_keeps_its_time_through_other_states_and_other_causes() -> None:
@@ -248,131 +334,198 @@ def test_a_cause_keeps_its_time_through_other_states_and_other_causes() -> None:
 # ---- beside a loop ------------------------------------------------------------------------------
 
 
-def of(loop: CompensationLoop) -> tuple[str, dict[str, Any]]:
-    assert loop.status is not None
-    return loop.status.headline.code, dict(loop.status.headline.values)
+class Named(Rig):
+    """A rig whose loop is followed as by the process that publishes."""
+
+    def loop(self, source: Source | None = None, **settings: Any) -> CompensationLoop:
+        loop, names = super().loop(source, **settings), Headlines()
+
+        def listen(told: RuntimeStatus) -> None:
+            headline, since = names.headline_of(told)
+            self.named.append(replace(told, headline=headline, headline_since=since))
+
+        self.named = list[RuntimeStatus]()
+        loop.listeners.append(listen)
+        return loop
+
+    @property
+    def since(self) -> datetime:
+        since = self.named[-1].headline_since
+        assert since is not None
+        return since
+
+
+def of(bench: Named) -> tuple[str, dict[str, Any]]:
+    told = bench.named[-1].headline
+    return told.code, dict(told.values)
 
 
 async def test_a_loop_that_begins_with_a_dead_sensor_names_it_and_does_not_warm_up() -> None:
-    bench = Rig()
+    bench = Named()
     bench.machine.values["s"] = None
     async with bench.running() as loop:
         await ask(loop, RequestKind.ENABLE)
         for _ in range(20):
             await asyncio.sleep(1.0)
-            assert of(loop) == ("headline-input_lost", {"name": "s", "then": "wait"})
+            assert of(bench) == ("headline-input_lost", {"name": "s", "then": "wait"})
         bench.machine.values["s"] = 23.0
         await asyncio.sleep(2.0)
-        code, values = of(loop)
+        code, values = of(bench)
         assert code == "headline-warming"
         left_s = values["left_s"]
         await asyncio.sleep(left_s + 1.5)
-        assert of(loop) == ("headline-active", {})
+        assert of(bench)[0] == "headline-on_its_way"
+
+
+async def test_a_loop_says_how_far_the_correction_has_to_go_and_who_else_moved_it() -> None:
+    bench = Named()
+    async with bench.running() as loop:
+        await enabled_for(loop, 20.0)
+        for _ in range(2):
+            assert of(bench)[0] == "headline-on_its_way"
+            await asyncio.sleep(20.0)
+        await asyncio.sleep(110.0)
+        assert of(bench) == ("headline-active", {})
+        bench.machine.set_offset(Z_um=-10.0)
+        await asyncio.sleep(2.0)
+        assert of(bench) == ("headline-another_writer", {"name": "Z_um"})
+        await asyncio.sleep(120.0)
+        assert of(bench) == ("headline-active", {})
+        assert "another_writer" in alarms_of(loop), "until somebody acknowledges it"
+
+
+async def test_an_interlock_ends_a_hold_and_the_loop_says_so() -> None:
+    bench = Named(hold_operator_s=1000.0)
+    async with bench.running() as loop:
+        await enabled_for(loop, 100.0)
+        await ask(loop, RequestKind.HOLD)
+        await asyncio.sleep(5.0)
+        bench.machine.values["interlock.referenced"] = 0.0
+        await asyncio.sleep(5.0)
+        code, values = of(bench)
+        assert (code, values["then"]) == ("headline-interlock", "resume_anew")
+        bench.machine.values["interlock.referenced"] = 1.0
+        for seconds in (2.0, 120.0):
+            await asyncio.sleep(seconds)
+            assert of(bench) == ("headline-hold_lost", {"why": "other"})
+        held_s = (bench.named[-1].utc - bench.since).total_seconds()
+        assert held_s == pytest.approx(127.0, abs=2.0), "since it fades, not since it was held"
+
+
+async def test_a_loop_that_tests_the_machine_at_first_says_that_it_starts() -> None:
+    bench = Named()
+
+    async def finds_nothing() -> Sequence[Message]:
+        await asyncio.sleep(4.0)
+        return ()
+
+    bench.self_test = finds_nothing
+    async with bench.running() as loop:
+        await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(3.0)
+        assert of(bench) == ("headline-starting", {})
+        await asyncio.sleep(3.0)
+        assert of(bench)[0] == "headline-on_its_way"
 
 
 async def test_a_loop_names_who_holds_it_and_what_keeps_it() -> None:
-    bench = Rig(hold_input_s=20.0)
+    bench = Named(hold_input_s=20.0)
     async with bench.running() as loop:
         await asyncio.sleep(2.0)
-        assert of(loop) == ("headline-off", {})
+        assert of(bench) == ("headline-off", {})
         await enabled_for(loop, 30.0)
         await ask(loop, RequestKind.HOLD)
         await asyncio.sleep(2.0)
-        assert of(loop) == ("headline-held_by_person", {"who": "Jana"})
+        assert of(bench) == ("headline-held_by_person", {"who": "Jana"})
         await ask(loop, RequestKind.RESUME)
         await asyncio.sleep(3.0)
         bench.machine.values["s"] = None
         await asyncio.sleep(10.0)
-        assert loop.status is not None
-        began = loop.status.headline_since
-        assert of(loop) == ("headline-held_for_input", {"name": "s", "then": "wait"})
+        began = bench.since
+        assert of(bench) == ("headline-held_for_input", {"name": "s", "then": "wait"})
         text = bench.said("state")[-1].text
         assert text == "Hold: an input has no usable value (s)"
         await asyncio.sleep(30.0)
         assert state_of(loop) is SupervisorState.FADING
-        assert of(loop) == ("headline-input_lost", {"name": "s", "then": "wait"})
-        assert loop.status.headline_since == began, "the sensor is dead since then"
+        assert of(bench) == ("headline-input_lost", {"name": "s", "then": "wait"})
+        assert bench.since == began, "the sensor is dead since then"
         bench.machine.lose()
         await asyncio.sleep(2.0)
-        assert of(loop) == ("headline-unreachable", {})
+        assert of(bench) == ("headline-unreachable", {})
 
 
 async def test_a_control_that_falls_silent_is_said_to_be_unreachable_and_no_interlock() -> None:
-    bench, seen = Rig(), set[str]()
+    bench = Named()
     async with bench.running() as loop:
-        await enabled_for(loop, 40.0)
-        loop.listeners.append(lambda told: seen.add(told.headline.code))
+        await enabled_for(loop, 150.0)
+        bench.named.clear()
         bench.machine.unanswered = 100
         await asyncio.sleep(10.0)
-        assert loop.status is not None
-        assert loop.status.sink_connected
+        assert bench.named[-1].sink_connected
+        seen = {told.headline.code for told in bench.named}
         assert seen == {"headline-active", "headline-unreachable"}
 
 
 @pytest.mark.parametrize("deaf", ["refuses", "obeys"])
 async def test_a_loop_whose_offset_does_not_follow_says_so_before_it_is_a_fault(deaf: str) -> None:
-    bench = Rig(read_back_s=60.0)
+    bench = Named(read_back_s=60.0)
     async with bench.running() as loop:
-        await enabled_for(loop, 40.0)
-        assert of(loop) == ("headline-active", {})
+        await enabled_for(loop, 150.0)
+        assert of(bench) == ("headline-active", {})
         setattr(bench.machine, deaf, deaf == "refuses")
         bench.machine.values["s"] = 24.0
         await asyncio.sleep(10.0)
         assert state_of(loop) is SupervisorState.ACTIVE
-        assert of(loop) == ("headline-not_acting", {"names": ("Z_um",)})
+        assert of(bench) == ("headline-not_acting", {"names": ("Z_um",)})
         setattr(bench.machine, deaf, deaf != "refuses")
-        await asyncio.sleep(10.0)
-        assert of(loop) == ("headline-active", {})
+        await asyncio.sleep(100.0)
+        assert of(bench) == ("headline-active", {})
 
 
 async def test_a_loop_whose_writes_are_refused_says_so_also_while_it_fades() -> None:
-    bench = Rig()
+    bench = Named()
     async with bench.running() as loop:
         await enabled_for(loop, 60.0)
         loop.sink.failure = Message("error-write_refused", {"refused": "Z_um"})
         await asyncio.sleep(5.0)
-        assert (of(loop)[0], "write_refused" in alarms_of(loop)) == ("headline-not_acting", True)
+        assert (of(bench)[0], "write_refused" in alarms_of(loop)) == ("headline-not_acting", True)
         await ask(loop, RequestKind.DISABLE)
         await asyncio.sleep(5.0)
         assert state_of(loop) is SupervisorState.FADING
-        assert (of(loop)[0], "write_refused" in alarms_of(loop)) == ("headline-not_acting", True)
+        assert (of(bench)[0], "write_refused" in alarms_of(loop)) == ("headline-not_acting", True)
         loop.sink.failure = None
         await asyncio.sleep(2.0)
-        assert of(loop)[0] == "headline-fading"
+        assert of(bench)[0] == "headline-fading"
 
 
 async def test_a_headline_comes_with_its_alarm_however_short_the_cycle() -> None:
-    bench, seen = Rig(cycle_s=0.2), list[tuple[str, set[str]]]()
-    async with bench.running() as loop:
+    bench = Named(cycle_s=0.2)
+    async with bench.running():
         await asyncio.sleep(9.5)  # off: its state does not change
-        loop.listeners.append(lambda told: seen.append((told.headline.code, alarms_of(loop))))
         bench.machine.lose()
         await asyncio.sleep(2.0)
-    told = [codes for code, codes in seen if code == "headline-unreachable"]
-    assert told
-    assert all("sink_lost" in codes for codes in told)
+    told = [one.alarms for one in bench.named if one.headline.code == "headline-unreachable"]
+    assert told[1:]
+    assert all("sink_lost" in {alarm.code for alarm in alarms} for alarms in told)
 
 
 def test_a_hold_keeps_its_time_and_its_person_through_a_restart() -> None:
-    bench = Rig(hold_operator_s=1000.0)
+    bench = Named(hold_operator_s=1000.0)
 
-    async def holds(rig: Rig, loop: CompensationLoop) -> None:
+    async def holds(_: Rig, loop: CompensationLoop) -> None:
         await enabled_for(loop, 30.0)
         await ask(loop, RequestKind.HOLD)
         await asyncio.sleep(100.0)
-        assert loop.status is not None
-        begun.append(loop.status.headline_since)
+        begun.append(bench.since)
 
-    async def goes_on(rig: Rig, loop: CompensationLoop) -> None:
+    async def goes_on(*_: object) -> None:
         await asyncio.sleep(10.0)
-        assert of(loop) == ("headline-held_by_person", {"who": "Jana"})
-        assert loop.status is not None
-        began, since = begun[0], loop.status.headline_since
-        assert began is not None
-        assert since is not None
-        assert abs(since - began) <= timedelta(seconds=2.0)  # the state is saved once a second
+        assert of(bench) == ("headline-held_by_person", {"who": "Jana"})
+        assert abs(bench.since - begun[0]) <= timedelta(
+            seconds=2.0
+        )  # the state is saved once a second
 
-    begun: list[datetime | None] = []
+    begun: list[datetime] = []
     bench.play_and_kill(holds)
     bench.play(goes_on)
 

@@ -51,6 +51,7 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
+from thermaxis.runtime._offsets import OffsetMismatch
 from thermaxis.runtime.loop._saved_state import resumed
 
 NOW = datetime(2030, 5, 6, 7, 8, 9, 101112, tzinfo=UTC)
@@ -104,6 +105,7 @@ def saved(state: CycleState, **changes: object) -> SavedState:
         "enabled": True,
         "state": state,
         "held_by": "Jana",
+        "mismatches": (OffsetMismatch("Z_um", 35.0, -36.5, 12, another=True, utc=NOW),),
     }
     return SavedState(**{**values, **changes})
 
@@ -182,6 +184,7 @@ def test_what_is_saved_comes_back_exactly(
     assert repr(found.state) == repr(state)  # repr: every bit of a number, and NaN is NaN
     assert (found.utc, found.enabled) == (one.utc, enabled)
     assert (found.model_file, found.monotonic_s) == (name, one.monotonic_s)
+    assert found.mismatches == one.mismatches
 
 
 def test_a_reloaded_state_goes_on_exactly_like_the_one_that_was_saved(tmp_path: Path) -> None:
@@ -297,9 +300,8 @@ def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -
                 _, output = cycle(MACHINE, found.state, CycleReading(90.0, WARM))
                 assert math.isfinite(output.model_um[0]), key
             else:
-                assert (found is None) is (key not in {"held_by", "judged"}), (
-                    key
-                )  # not saved at first
+                later = key in {"held_by", "judged", "mismatches"}  # not saved at first
+                assert (found is None) is not later, key
             place[key] = kept
 
 

@@ -29,7 +29,7 @@ globalThis.sessionStorage = {
 const { begin, endOf, keep, kept, watch } = await import("file://STATIC/ask/requests.js");
 process.stdout.write(JSON.stringify((() => { BODY })()));
 """
-HEADLINES = ("active", "at_limit", "not_acting", "unreachable")
+HEADLINES = ("active", "at_limit", "another_writer", "not_acting", "unreachable")
 BEGUN = """
 return given.map(([before, after, method, args]) => ["unknown", "accepted"].map((answer) => {
   const asked = { ...begin(method, args, null, before), answer };
@@ -144,7 +144,7 @@ def test_an_enable_is_effective_only_while_the_control_follows() -> None:
     told = [status() | {"headline": {"code": f"headline-{code}"}} for code in HEADLINES]
     refused = status() | {"sink_reason": {"code": "error-node_not_writable", "values": {}}}
     for asked in (course(), course("ChooseModel", "new.json", sha256="ab")):
-        assert acts(asked, *told, refused) == [True, True, False, False, False]
+        assert acts(asked, *told, refused) == [True, True, False, False, False, False]
 
 
 def test_a_correction_has_arrived_where_it_was_read_to_act_and_nowhere_else() -> None:

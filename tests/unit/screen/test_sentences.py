@@ -216,6 +216,16 @@ def test_an_event_calls_inputs_and_interlocks_as_people_do_also_in_what_it_quote
     assert "T_spindle" not in said["said"]
 
 
+@pytest.mark.parametrize("code", ["off", "fault", "interlock"])
+def test_an_open_interlock_is_named_once_in_off_and_fault_too(code: str) -> None:
+    values = {"reason": "long_at_limit", "names": ["door"], "then": "wait"}
+    told = {"code": f"headline-{code}", "values": values}
+    found = said_status(status(headline=told, open_interlocks=["door"]), "de", {"door": "Tür"})
+    assert found["opened_said"] == "Verriegelung offen: Tür."
+    assert " ".join(found["headline_said"].values()).count(found["opened_said"]) == 1
+    assert said_status(status(headline=told), "de")["opened_said"] == ""
+
+
 def test_a_code_that_is_newer_than_the_screen_stays_as_the_loop_says_it() -> None:
     for language in LANGUAGES:
         found = said_status(

@@ -9,10 +9,14 @@ headline-off = Kompenzace je vypnuta.
 headline-warming = Začne sama za { DURATION($left_s) }.
     .remedy = Počkejte.
 headline-active = Korekce sleduje model.
+headline-on_its_way = { NAME($name) } na cestě: zbývá { FIXED($left_um, decimals: 0) } µm, asi { DURATION($left_s) }.
+    .remedy = Počkejte: ještě nepůsobí, co žádá model.
 headline-at_limit = Model žádá více, než dovoluje mez { NAME($name) }.
     .remedy = Před další prací porovnejte s měřením sondou.
 headline-held_by_person = Podržena obsluhou ({ $who }).
     .remedy = Stiskněte Pokračovat.
+headline-hold_lost = Podržení nedrží žádný posun: { CODE($why, "lost") }.
+    .remedy = Posun jde na nulu a zůstane tam, dokud nestisknete Pokračovat.
 headline-hold_expired = Podržena příliš dlouho: korekce dobíhá.
     .remedy = Pokračujte, nebo vypněte.
 headline-held_for_input = Podržena: { NAME($name) } nedává použitelnou hodnotu.
@@ -23,6 +27,10 @@ headline-interlock = Otevřené blokování: { NAME($names) }.
     .remedy = Uvolněte je na stroji; { CODE($then, "then") }.
 headline-not_released = Zatím neuvolněna.
     .remedy = Udělejte, co říkají alarmy.
+headline-starting = Program byl spuštěn: čte a zkouší řízení.
+    .remedy = Počkejte.
+headline-another_writer = Posun { NAME($name) } nastavilo něco jiného.
+    .remedy = Zjistěte, kdo jej zapisuje, a ukončete to; viz alarm.
 headline-fading = Vypnuta: korekce dobíhá.
     .remedy = Zapněte, má-li se znovu kompenzovat.
 headline-unreachable = Řídicí systém nelze číst: co působí, není známo.
@@ -36,7 +44,11 @@ headline-fault = { CODE($reason, "reason") }
 
 then-wait = pokračuje sama
 then-resume = potom stiskněte Pokračovat
+then-resume_anew = podržení skončilo: dobíhá, potom stiskněte Pokračovat
 then-enable = potom znovu zapněte
+
+lost-restart = program byl znovu spuštěn
+lost-other = žádný nebyl, nebo bylo přerušeno
 
 reason-disabled = není zapnuta
 reason-settling = model ještě neběží dost dlouho

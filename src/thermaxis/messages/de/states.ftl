@@ -9,10 +9,14 @@ headline-off = Die Kompensation ist aus.
 headline-warming = Sie beginnt von selbst in { DURATION($left_s) }.
     .remedy = Warten.
 headline-active = Die Korrektur folgt dem Modell.
+headline-on_its_way = { NAME($name) } unterwegs: noch { FIXED($left_um, decimals: 0) } µm, etwa { DURATION($left_s) }.
+    .remedy = Warten: noch wirkt nicht, was das Modell verlangt.
 headline-at_limit = Das Modell verlangt mehr, als die Grenze von { NAME($name) } zulässt.
     .remedy = Vor dem Weiterarbeiten mit einer Tastermessung vergleichen.
 headline-held_by_person = Von einer Person gehalten ({ $who }).
     .remedy = Fortsetzen, um weiterzumachen.
+headline-hold_lost = Das Halten hält keinen Versatz: { CODE($why, "lost") }.
+    .remedy = Der Versatz geht auf null und bleibt dort, bis fortgesetzt wird.
 headline-hold_expired = Zu lange gehalten: die Korrektur läuft aus.
     .remedy = Fortsetzen oder ausschalten.
 headline-held_for_input = Gehalten: { NAME($name) } liefert keinen brauchbaren Wert.
@@ -23,6 +27,10 @@ headline-interlock = Verriegelung offen: { NAME($names) }.
     .remedy = An der Maschine freigeben; { CODE($then, "then") }.
 headline-not_released = Noch nicht freigegeben.
     .remedy = Tun, was die Alarme sagen.
+headline-starting = Das Programm wurde gestartet: es liest und prüft die Steuerung.
+    .remedy = Warten.
+headline-another_writer = Etwas anderes hat den Versatz von { NAME($name) } gesetzt.
+    .remedy = Herausfinden, wer ihn schreibt, und das beenden; siehe Alarm.
 headline-fading = Ausgeschaltet: die Korrektur läuft aus.
     .remedy = Einschalten, um wieder zu kompensieren.
 headline-unreachable = Die Steuerung ist nicht lesbar: was wirkt, ist unbekannt.
@@ -36,7 +44,11 @@ headline-fault = { CODE($reason, "reason") }
 
 then-wait = es geht von selbst weiter
 then-resume = dann fortsetzen
+then-resume_anew = Halten vorbei: läuft aus, dann fortsetzen
 then-enable = dann wieder einschalten
+
+lost-restart = das Programm wurde neu gestartet
+lost-other = es gab keinen, oder es wurde unterbrochen
 
 reason-disabled = sie ist nicht eingeschaltet
 reason-settling = das Modell läuft noch nicht lange genug

@@ -13,10 +13,14 @@ headline-off = The compensation is off.
 headline-warming = It begins by itself in { DURATION($left_s) }.
     .remedy = Wait.
 headline-active = The correction follows the model.
+headline-on_its_way = { NAME($name) } on its way: { FIXED($left_um, decimals: 0) } µm to go, about { DURATION($left_s) }.
+    .remedy = Wait: what acts is not what the model asks for yet.
 headline-at_limit = The model asks for more than the limit of { NAME($name) } allows.
     .remedy = Compare with a probe measurement before going on.
 headline-held_by_person = Held by a person ({ $who }).
     .remedy = Resume to go on.
+headline-hold_lost = The hold keeps no offset: { CODE($why, "lost") }.
+    .remedy = The offset goes to zero and stays there until you resume.
 headline-hold_expired = Held for too long: the correction fades out.
     .remedy = Resume, or disable.
 headline-held_for_input = Held: { NAME($name) } gives no usable value.
@@ -27,6 +31,10 @@ headline-interlock = Interlock open: { NAME($names) }.
     .remedy = Release it at the machine; { CODE($then, "then") }.
 headline-not_released = Not released yet.
     .remedy = Do what the alarms say.
+headline-starting = The program was started: it reads and tests the control.
+    .remedy = Wait.
+headline-another_writer = Something else has set the offset of { NAME($name) }.
+    .remedy = Find out who writes it and end that; see the alarm.
 headline-fading = Switched off: the correction fades out.
     .remedy = Enable to compensate again.
 headline-unreachable = The control cannot be read: what acts is not known.
@@ -42,7 +50,13 @@ headline-fault = { CODE($reason, "reason") }
 
 then-wait = it goes on by itself
 then-resume = then resume to go on
+then-resume_anew = the hold is over: it fades, then resume
 then-enable = then enable to compensate again
+
+## Why a hold keeps no offset
+
+lost-restart = the program was restarted
+lost-other = there was none, or it was interrupted
 
 ## Why the compensation is not active
 

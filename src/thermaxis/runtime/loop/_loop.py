@@ -38,7 +38,6 @@ from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
 from thermaxis.runtime.loop._telling import differing, record_of, status_of
 from thermaxis.runtime.status import (
     Alarm,
-    Headlines,
     RuntimeStatus,
     alarms_of,
     sensor_key,
@@ -57,7 +56,7 @@ PAST_EVERY_S = 60.0
 PAST_ROWS = 1440
 """So many of them: a day. [1]"""
 ALARMS_EVERY_S = 1.0
-"""Alarms are looked for so often, and whenever state or headline change. [s]"""
+"""Alarms are looked for so often, and at once where a headline may change. [s]"""
 UNREAD_AFTER_S = 5.0
 """It is told when a machine that is there does not tell its offsets for so long. [s]"""
 _DECIDES: Final = frozenset({RequestKind.ENABLE, RequestKind.DISABLE, RequestKind.ACKNOWLEDGE})
@@ -128,7 +127,6 @@ class CompensationLoop:
         self._state = cycle_state(self.compensation)
         self._names = tuple(output.name for output in compensation.model.outputs)
         self._machine = Machine(ports, self._journal, self.compensation)
-        self._headlines = Headlines()
         self._interlocks: Mapping[str, bool | None] = {}
         self._held_by, self._differing = "", tuple[str, ...]()
         self._known_s = 0.0
@@ -138,6 +136,7 @@ class CompensationLoop:
         self._other_state: Message | None = None
         self._alarms: tuple[Alarm, ...] = ()
         self._alarms_s = self._past_s = float("-inf")
+        self._signs: object = None
         self._resume = self._stopping = False
         self._state_since = self._started = self.clock.utc()
         self._past: deque[tuple[float, Mapping[str, float]]] = deque(maxlen=PAST_ROWS)
@@ -204,6 +203,8 @@ class CompensationLoop:
             return
         self._state, self._diameter = taken.state, taken.state.diameter_mm
         self._held_by = taken.held_by
+        offsets = self._machine.offsets
+        self._machine.offsets = offsets._replace(mismatches=taken.mismatches)
         memory, latches = self._state.memory, self.settings.latch_offset_mismatch
         if memory.held or (memory.enabled and latches):  # it should stand where it was
             self._machine.left_at(self._state.correction_um)
@@ -402,11 +403,11 @@ class CompensationLoop:
             self._journal.event("state", told.code, told.values)
         self.historian.record(record_of(status, now_s, self._machine.applied))
         self._journal.connections(self.status, status)
-        headline, since = self._headlines.headline_of(status)
-        status = replace(status, headline=headline, headline_since=since)
-        changed = changed or headline.code != (self.status and self.status.headline.code)
-        if changed or now_s - self._alarms_s >= ALARMS_EVERY_S:
-            self._alarms_s = now_s
+        known = tuple(map(status.acting_known, self._names))
+        signs = (known, status.sink_connected, output.reasons, output.at_limit, output.state)
+        signs = (*signs, self._machine.offsets.mismatches)
+        if signs != self._signs or now_s - self._alarms_s >= ALARMS_EVERY_S:
+            self._alarms_s, self._signs = now_s, signs
             self._alarms = alarms_of(
                 status,
                 self.compensation,
@@ -435,4 +436,5 @@ class CompensationLoop:
             not self._latched and (self._resume if self._stopping else self._state.memory.enabled),
             self._state,
             self._held_by,
+            self._machine.offsets.mismatches,
         )

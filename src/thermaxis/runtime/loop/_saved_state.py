@@ -30,6 +30,7 @@ from thermaxis.compensation import (
     shifted,
     with_compensation,
 )
+from thermaxis.runtime._offsets import OffsetMismatch
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime.loop._requests import LONGEST_TEXT
 from thermaxis.runtime.loop._settings import LoopSettings
@@ -77,6 +78,8 @@ class SavedState:
     """State of the cycle."""
     held_by: str = ""
     """Who held it last."""
+    mismatches: tuple[OffsetMismatch, ...] = ()
+    """What nobody has acknowledged yet."""
 
 
 @final
@@ -148,6 +151,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
         "model_file": saved.model_file,
         "enabled": saved.enabled,
         "held_by": saved.held_by,
+        "mismatches": [(*one[:-1], one.utc and one.utc.isoformat()) for one in saved.mismatches],
         "channels": compensation.model.channels,
         "judged": compensation.judged,
         "outputs": [output.name for output in compensation.model.outputs],
@@ -176,6 +180,7 @@ def _read(place: Path, compensation: Compensation) -> SavedState:
         bool(saved["enabled"]),
         _fitted(saved, compensation),
         _named(saved.get("held_by")),
+        tuple(_mismatch(*one) for one in saved.get("mismatches", ())),
     )
 
 
@@ -225,6 +230,13 @@ def _named(who: object) -> str:
     return printable(who, LONGEST_TEXT) if isinstance(who, str) else ""
 
 
+def _mismatch(
+    output: str, found_um: float, left_um: float, number: int, another: object, utc: str
+) -> OffsetMismatch:
+    found = float(found_um), float(left_um), int(number), bool(another)
+    return OffsetMismatch(_named(output), *found, datetime.fromisoformat(utc).astimezone(UTC))
+
+
 def _tuples(value: Any) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list) else value  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType] - JSON
 
@@ -243,6 +255,8 @@ class TakenUp(NamedTuple):
     """Why a saved state of another version was not used."""
     held_by: str = ""
     """Who held it last."""
+    mismatches: tuple[OffsetMismatch, ...] = ()
+    """Offsets found elsewhere that nobody has acknowledged."""
 
 
 def take_up(
@@ -263,7 +277,9 @@ def take_up(
     age_s = max(0.0, age_s)
     state, taken = resumed(saved, compensation, settings, now_s=clock.monotonic_s(), age_s=age_s)
     event = Message("event-saved_state", {"age_s": age_s, "resumed": taken})
-    return TakenUp(state, event, held_by=saved.held_by)
+    names = {output.name for output in compensation.model.outputs}
+    unseen = tuple(one for one in saved.mismatches if one.output in names)
+    return TakenUp(state, event, held_by=saved.held_by, mismatches=unseen)
 
 
 def resumed(

@@ -9,7 +9,7 @@ import pickle
 import socket
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Final, TypeAlias, cast, final
@@ -104,6 +104,7 @@ async def _serve(
         message = Message("event-server_unopened", {"reason": refused})
         history.event(EventRecord.of(records.utc(), "alarm", "", message))
     outputs = [output.name for output in configuration.compensation.model.outputs]
+    headlines = status.Headlines()
     telling = asyncio.create_task(_tell(loop, history, configuration, makers, opened))
     with suppress(OSError, asyncio.IncompleteReadError):
         while True:
@@ -116,8 +117,10 @@ async def _serve(
                 elif isinstance(item, EventRecord):
                     history.event(item)
                 elif isinstance(item, status.RuntimeStatus):
+                    headline, since = headlines.headline_of(item)
+                    told = replace(item, headline=headline, headline_since=since)
                     for server in servers:
-                        server.publish(item)
+                        server.publish(told)
                 else:
                     loop.answer(*item)
     telling.cancel()

@@ -22,7 +22,6 @@ from ._fields import (
 )
 from ._headline import (
     Headlines as Headlines,
-    state_message as state_message,
 )
 from ._metrics import (
     MetricsServer as MetricsServer,
@@ -42,4 +41,5 @@ from ._status import (
     OutputOffsets as OutputOffsets,
     RuntimeStatus as RuntimeStatus,
     facts_of as facts_of,
+    state_message as state_message,
 )

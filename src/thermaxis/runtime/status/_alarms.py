@@ -124,7 +124,8 @@ def alarms_of(
     ]
     if other_state is not None:
         found.append(("state_version", "", other_state.values))
-    came = {alarm.key: alarm.since for alarm in status.alarms}
+    came = {one.key: one.utc for one in elsewhere if one.utc}
+    came |= {alarm.key: alarm.since for alarm in status.alarms}
     told = (_alarm(*one, status.utc, enabled=status.enabled) for one in found)
     unique = {one.key: replace(one, since=came.get(one.key, one.since)) for one in told}
     return tuple(sorted(unique.values(), key=lambda one: PRIORITIES.index(one.priority)))

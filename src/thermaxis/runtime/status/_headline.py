@@ -2,19 +2,22 @@
 
 from collections.abc import Iterator, Mapping
 from datetime import datetime, timedelta
-from typing import TypeAlias, final
+from typing import TypeAlias, cast, final
 
 from thermaxis.codes import Message, Value
-from thermaxis.compensation import Reason, SampleQuality, SupervisorState
-from thermaxis.runtime._ports import OTHER_COMPENSATION
+from thermaxis.compensation import Reason, SupervisorState
 from thermaxis.runtime.status._status import RuntimeStatus
 
 _Causes: TypeAlias = Iterator[tuple[str, str, Mapping[str, Value]]]
-_USABLE = frozenset({SampleQuality.GOOD, SampleQuality.REDUNDANT})
 _DOUBTFUL = frozenset({"not_acting", "inputs_unreachable", "input_lost"})
 """What a single missed read looks like, too."""
-_STANDING = frozenset({"headline-active", "headline-at_limit", "headline-interlock"})
+_STANDING = frozenset(f"headline-{c}" for c in ("active", "on_its_way", "at_limit", "interlock"))
 """What is told on meanwhile, in the same state."""
+_LATE_S, _LATE_UM = 2.0, 1.0
+"""What the rate makes good so soon, or is so little beyond the deadband, is the ordinary lag; what
+acts may be two cycles later."""
+_WRITER_S = 10.0
+"""Another writer is named for so long, beside the time of the way back: to be read. [s]"""
 
 
 @final
@@ -29,6 +32,7 @@ class Headlines:
         self._since: dict[str, datetime] = {}
         self._state = SupervisorState.OFF
         self._told: tuple[Message, datetime] | None = None
+        self._began: datetime | None = None
         self._looked = False
         self._sure_s = float("-inf")
 
@@ -36,7 +40,7 @@ class Headlines:
         """Return the headline of a status, and since when its cause has stood.
 
         What stood at the first look at the machine has stood since the loop was started, or for
-        longer.
+        longer; who looks first at a loop that runs knows of no time before.
 
         Parameters
         ----------
@@ -44,10 +48,12 @@ class Headlines:
             Status of a cycle.
         """
         causes, state = [*_causes(status)], status.output.state
-        came = status.utc if self._looked else status.started
+        if self._told is None and status.number <= 1:
+            self._began = status.started
+        came = status.utc if self._looked else self._began or status.utc
         since = {key: self._since.get(key, came) for key, _, _ in causes}
-        if "hold" in since and "hold" not in self._since:
-            since["hold"] = status.utc - timedelta(seconds=status.held_s)
+        if "hold" in since and not self._looked:
+            since["hold"] = _asked(status)
         self._looked = self._looked or status.source_connected
         if causes[0][1] not in _DOUBTFUL:
             self._sure_s = status.output.time_s
@@ -59,26 +65,11 @@ class Headlines:
             if told.code in _STANDING and unread:
                 self._since |= since
                 return self._told
+        if code == "hold_lost":
+            values = {"why": "restart" if since[key] == status.started else "other"}
         self._since, self._state = since, state
         self._told = Message(f"headline-{code}", values), since[key]
         return self._told
-
-
-def state_message(status: RuntimeStatus) -> Message:
-    """Return the state with its reasons, and the names of interlocks and inputs that matter."""
-    output = status.output
-    state, reasons = output.state.value, tuple(reason.value for reason in output.reasons)
-    if not reasons:
-        return Message("event-state", {"state": state})
-    names: tuple[str, ...] = ()
-    if Reason.INTERLOCK_OPEN in output.reasons:
-        names = status.open_interlocks
-    if Reason.INPUT_BAD in output.reasons and status.source_connected:
-        names += tuple(_lost_inputs(status))
-    values: dict[str, Value] = {"state": state, "reasons": reasons}
-    if not names:
-        return Message("event-state_reasons", values)
-    return Message("event-state_named", {**values, "names": names})
 
 
 def _causes(status: RuntimeStatus) -> _Causes:
@@ -98,10 +89,14 @@ def _causes(status: RuntimeStatus) -> _Causes:
     then = _then(status)
     for name in opened:
         yield f"interlock {name}", "interlock", {"name": name, "names": opened, **then}
-    if Reason.CONNECTION_LOST in reasons and status.source_connected:
-        yield "sink", "unreachable", {}
-    if Reason.INTERLOCK_OPEN in reasons and not opened:
+    tests = Reason.INTERLOCK_OPEN in reasons and not opened
+    if Reason.CONNECTION_LOST in reasons:
+        if status.source_connected:
+            yield ("test", "starting", {}) if tests else ("sink", "unreachable", {})
+    elif tests:
         yield "release", "not_released", {}
+    for name in _written_by_others(status):
+        yield f"writer {name}", "another_writer", {"name": name}
     unlike = status.outputs if status.sink_reason is not None else status.differing
     if unlike:
         yield "acting", "not_acting", {"names": unlike}
@@ -116,7 +111,8 @@ def _then(status: RuntimeStatus) -> Mapping[str, Value]:
     if not status.enabled:
         return {"then": "enable"}
     held = {Reason.OPERATOR_HOLD, Reason.HOLD_EXPIRED} & {*status.output.reasons}
-    return {"then": "resume" if held else "wait"}
+    fades = status.output.state is SupervisorState.FADING
+    return {"then": "wait" if not held else "resume_anew" if fades else "resume"}
 
 
 def _of_enabled(status: RuntimeStatus, then: Mapping[str, Value]) -> _Causes:
@@ -125,29 +121,52 @@ def _of_enabled(status: RuntimeStatus, then: Mapping[str, Value]) -> _Causes:
     if not status.source_connected:
         yield "source", "inputs_unreachable", then
     held = "held_for_input" if state is SupervisorState.HOLDING else "input_lost"
-    for name in _lost_inputs(status):
+    for name in status.lost_inputs:
         yield f"input {name}", held, {"name": name, **then}
-    if Reason.OPERATOR_HOLD in reasons:
+    at_zero = state is SupervisorState.WARMING and not any(status.output.correction_um)
+    if Reason.OPERATOR_HOLD in reasons and (at_zero or state is SupervisorState.FADING):
+        yield "lost", "hold_lost", {}
+    elif Reason.OPERATOR_HOLD in reasons:
         yield "hold", "held_by_person", {"who": status.held_by or None}
     elif Reason.HOLD_EXPIRED in reasons:
-        yield "hold", "hold_expired", {}
+        yield "expired", "hold_expired", {}
     if state is not SupervisorState.ACTIVE:
-        yield "start", "warming", {"left_s": status.active_in_s}
+        yield "start", "warming", {"left_s": max(1.0, status.active_in_s)}
         return
+    yield from [*_not_there(status)] or [("active", "active", {})]
+
+
+def _not_there(status: RuntimeStatus) -> _Causes:
+    """Yield the outputs that do not follow the model: at their limit, or on their way."""
     for name, at_limit in zip(status.outputs, status.output.at_limit, strict=True):
         if at_limit:
             yield f"limit {name}", "at_limit", {"name": name}
-    yield "active", "active", {}
+    output = status.output
+    for name, wanted_um, um in zip(
+        status.outputs, output.wanted_um, output.correction_um, strict=True
+    ):
+        limits, acting_um = status.facts[name].limits, status.offsets[name].acting.um
+        rate_um_per_s = limits.largest_rate_um_per_s
+        near_um = max(limits.deadband_um + _LATE_UM, _LATE_S * rate_um_per_s)
+        to_go_um = abs(wanted_um - um)
+        acts_um = to_go_um if acting_um is None else abs(wanted_um - acting_um)
+        if to_go_um > near_um or acts_um > near_um + 2.0 * status.cycle_s * rate_um_per_s:
+            left_um = max(to_go_um, acts_um)
+            left = {"left_um": left_um, "left_s": left_um / rate_um_per_s}
+            yield f"way {name}", "on_its_way", {"name": name, **left}
 
 
-def _lost_inputs(status: RuntimeStatus) -> Iterator[str]:
-    """Yield the names of everything that the correction needs and that cannot be read."""
-    for name, quality in zip(status.channels, status.output.qualities, strict=False):
-        if quality not in _USABLE:
-            yield name
-    for name, met in status.interlocks.items():
-        if met is None:
-            yield name
-    other = status.samples.get(OTHER_COMPENSATION)
-    if other is not None and (other.value is None or not other.good):
-        yield OTHER_COMPENSATION
+def _written_by_others(status: RuntimeStatus) -> Iterator[str]:
+    """Yield the outputs that another has just written, until they are back on their way."""
+    for alarm in status.alarms:
+        name = str(alarm.values.get("name"))
+        if alarm.code == "another_writer" and name in status.facts:
+            um = [cast("float", alarm.values[key]) for key in ("found_um", "left_um")]
+            back_s = abs(um[0] - um[1]) / status.facts[name].limits.largest_rate_um_per_s
+            if 0.0 <= (status.utc - alarm.since).total_seconds() <= _WRITER_S + back_s:
+                yield name
+
+
+def _asked(status: RuntimeStatus) -> datetime:
+    """Return when the hold was asked for, also before a restart."""
+    return status.utc - timedelta(seconds=status.held_s)

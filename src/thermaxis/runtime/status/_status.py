@@ -7,12 +7,13 @@ from functools import partial
 from typing import NamedTuple, final
 
 from thermaxis.codes import Message, Value, printable
-from thermaxis.compensation import Compensation, CycleOutput, Limits
+from thermaxis.compensation import Compensation, CycleOutput, Limits, Reason, SampleQuality
 from thermaxis.messages import AlarmSentences, alarm_sentences
 from thermaxis.runtime._offsets import SHORTEST_SILENCE_S, SILENCE_CYCLES
-from thermaxis.runtime._ports import HistorianStatus, SourceSample
+from thermaxis.runtime._ports import OTHER_COMPENSATION, HistorianStatus, SourceSample
 
 _LONGEST_TEXT = 300
+_USABLE = frozenset({SampleQuality.GOOD, SampleQuality.REDUNDANT})
 LOOK_S = 1.0
 """What was read so long before the machine may have taken an offset back still tells it. [s]"""
 
@@ -189,6 +190,17 @@ class RuntimeStatus:
         return tuple(name for name, met in self.interlocks.items() if met is False)
 
     @property
+    def lost_inputs(self) -> tuple[str, ...]:
+        """Names of everything that the correction needs and that cannot be read."""
+        rows = zip(self.channels, self.output.qualities, strict=False)
+        lost = [name for name, quality in rows if quality not in _USABLE]
+        lost += [name for name, met in self.interlocks.items() if met is None]
+        other = self.samples.get(OTHER_COMPENSATION)
+        if other is not None and (other.value is None or not other.good):
+            lost.append(OTHER_COMPENSATION)
+        return tuple(lost)
+
+    @property
     def patience_s(self) -> float:
         """Time for which a look may fail before what it told may be so no more. [s]"""
         return max(SILENCE_CYCLES * self.cycle_s, SHORTEST_SILENCE_S) + LOOK_S
@@ -197,3 +209,18 @@ class RuntimeStatus:
         """Whether what acts at an output was read at the last look: else it may be gone."""
         age_s = self.offsets.get(output, OutputOffsets()).acting.age_s
         return self.sink_connected and age_s is not None and age_s <= self.patience_s
+
+
+def state_message(status: RuntimeStatus) -> Message:
+    """Return the state with its reasons, and the names of interlocks and inputs that matter."""
+    output = status.output
+    values: dict[str, Value] = {"state": output.state.value}
+    if not output.reasons:
+        return Message("event-state", values)
+    values["reasons"] = tuple(reason.value for reason in output.reasons)
+    names = status.open_interlocks if Reason.INTERLOCK_OPEN in output.reasons else ()
+    if Reason.INPUT_BAD in output.reasons and status.source_connected:
+        names += status.lost_inputs
+    if not names:
+        return Message("event-state_reasons", values)
+    return Message("event-state_named", {**values, "names": names})

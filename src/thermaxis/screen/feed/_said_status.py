@@ -21,6 +21,7 @@ from thermaxis.runtime import OTHERS_WITHIN_S, EventRecord
 
 NO_NAMES: Final[Mapping[str, str]] = {}
 """Where nothing has a name of its own."""
+_BESIDE: Final = ("headline-off", "headline-fault")
 _UNSTATED: Final = {"historian": "historian_unstated"}
 """Alarms whose cause is for who looks at the details, and what is said of them at first."""
 
@@ -33,10 +34,12 @@ def said_status(
     So is said why an acknowledgement would be refused now. What people call by a name of their own
     is called so in sentences.
     """
+    opened = _said_opened(status.get("open_interlocks"), language, names)
     return {
         **status,
         "state_said": _said_look(status, language),
-        "headline_said": _said_headline(status.get("headline") or {}, language, names),
+        "opened_said": opened,
+        "headline_said": _said_headline(status.get("headline") or {}, opened, language, names),
         "acknowledge_said": _said_wait(status, language),
         "reasons_said": [
             as_sentence(said_code("reason-", reason, language)) for reason in status["reasons"]
@@ -67,14 +70,27 @@ def _values(said: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Valu
 
 
 def _said_headline(
-    headline: Mapping[str, Any], language: str, names: Mapping[str, str]
+    headline: Mapping[str, Any], opened: str, language: str, names: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return what is the matter and what to do; the code itself where it is newer than this."""
+    """Return what is the matter and what to do; the code itself where it is newer than this.
+
+    Where that does not say so, an open interlock is named in the place of what to do: in Fault the
+    alarm says that, too.
+    """
     told = Message(str(headline.get("code", "")), _values(headline, names))
     if told.code not in keys(LANGUAGES[0]):
         return {"text": told.code, "remedy": ""}
     text = as_sentence(sentence_of(told, language=language))
-    return {"text": text, "remedy": remedy_of(told, language=language)}
+    remedy = remedy_of(told, language=language)
+    return {"text": text, "remedy": opened if opened and told.code in _BESIDE else remedy}
+
+
+def _said_opened(opened: object, language: str, names: Mapping[str, str]) -> str:
+    """Return which interlocks are open; empty where none is."""
+    if not opened:
+        return ""
+    values = _values({"values": {"names": opened}}, names)
+    return as_sentence(sentence_of(Message("headline-interlock", values), language=language))
 
 
 def _said_look(status: Mapping[str, Any], language: str) -> str:

@@ -17,7 +17,7 @@ const MISMATCHES = ["offset_mismatch", "another_writer"];
 const WATCHED = ["accepted", "unknown"];
 const WRONG = ["refused", "unknown"];
 const HELD = ["operator_hold", "hold_expired"];
-const NOT_ACTING = ["headline-not_acting", "headline-unreachable"];
+const NOT_ACTING = ["headline-not_acting", "headline-another_writer", "headline-unreachable"];
 /** What a sensor's quality is called whose value waits for a person's word. */
 export const JUMPED = "too_fast";
 

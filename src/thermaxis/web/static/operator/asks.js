@@ -82,7 +82,7 @@ export function startAsks() {
 function plain(name) {
   void ask(name, [], {
     blocked: (status) => blocked(status)[name] ?? "",
-    text: TEXTS[name] ?? (() => []),
+    text: (status) => [...stands(status), ...TEXTS[name]?.(status) ?? []],
     ...(name === SAFE_WITHOUT_DATA && { blind: [word("operator-disable_blind"),
       word("operator-disable_text"), word("operator-disable_unseen")] }),
   });
@@ -92,9 +92,9 @@ function plain(name) {
 const TEXTS = {
   Enable: (status) => [word("operator-enable_text"), ...followed(status)],
   Disable: (status) => [...fades(status), word("operator-disable_text")],
-  Hold: (status) => [
+  Hold: (status) => status.state === "Fading" ? [word("operator-hold_none")] : [
     ...axesOf(status).map(([name, axis]) => word("operator-hold_axis", {
-      axis: shortNames(name), now: signed(axis.correction_um, 1),
+      axis: shortNames(name), now: signed(nowUm(axis), 1),
     })),
     word("operator-hold_text", { time: duration(facts.hold_operator_s) }),
   ],
@@ -102,15 +102,25 @@ const TEXTS = {
   Acknowledge: acknowledged,
 };
 
+/** What an open interlock has against all that is promised. @param {Status} status */
+function stands({ opened_said: opened }) {
+  return opened ? [word("operator-ask_interlock", { opened })] : [];
+}
+
+/** What acts; what was written where that is not known. @param {any} axis @returns {number} */
+function nowUm(axis) {
+  return axis.acting_known ? axis.acting_um : axis.correction_um;
+}
+
 /** Where each correction goes when it follows the model. @param {Status} status */
 function followed(status) {
   return axesOf(status).map(([name, axis]) => [
     word("operator-enable_axis", {
       axis: shortNames(name),
-      now: signed(axis.correction_um, 1),
+      now: signed(nowUm(axis), 1),
       wanted: signed(axis.wanted_um, 1),
       rate: rate(axis),
-      time: takes(axis, axis.wanted_um - axis.correction_um),
+      time: takes(axis, axis.wanted_um - nowUm(axis)),
     }),
     ...askedFor(axis),
   ].join(" "));
@@ -133,9 +143,10 @@ function trimValues(axis) {
 /** @param {Status} status */
 function fades(status) {
   return axesOf(status).map(([name, axis]) => {
-    const values = { axis: shortNames(name), now: signed(axis.correction_um, 1),
-      rate: rate(axis), time: takes(axis, axis.correction_um) };
-    return isZero(axis.correction_um)
+    const now = nowUm(axis);
+    const values = { axis: shortNames(name), now: signed(now, 1), rate: rate(axis),
+      time: takes(axis, now) };
+    return isZero(now)
       ? word("operator-disable_zero", values) : word("operator-disable_axis", values);
   });
 }

@@ -21,6 +21,7 @@ const CALM = ["off", "active"];
 /** Signs that stand for more than one of what may be the matter. */
 const SIGNS = /** @type {Record<string, string>} */ ({
   inputs_unreachable: "input_lost", not_released: "interlock", hold_expired: "held_by_person",
+  hold_lost: "fading", on_its_way: "warming", starting: "warming", another_writer: "not_acting",
 });
 
 /** When the last status came, and since when what is the matter lasts, by this page's clock: the
@@ -102,8 +103,9 @@ function showOldAlarm(status) {
 function showAlarm(status) {
   const [first] = status.alarms;
   if (!first) {
-    const calm = CALM.includes(lookOf(status)) ? word("operator-no_alarm_more") : "";
-    showBanner("none", "0", ["", word("operator-no_alarm"), calm]);
+    const calm = CALM.includes(lookOf(status)) && !status.opened_said;
+    const more = calm ? word("operator-no_alarm_more") : "";
+    showBanner("none", "0", ["", word("operator-no_alarm"), more]);
     return;
   }
   const more = [first.cause, first.remedy].filter(Boolean).join(" · ");
