@@ -335,8 +335,8 @@ def test_a_refusal_shows_the_reason_in_the_language_of_the_page(
 @pytest.mark.parametrize(
     ("name", "state", "reasons", "after", "expected"),
     [
-        ("Enable", "Off", ["disabled"], "Active", "−35.2 µm to −35.5 µm"),
-        ("Disable", "Active", [], "Off", "−35.2 µm fades to zero at 0.50 µm/s: about 1\xa0min 10"),
+        ("Enable", "Off", ["disabled"], "Active", "−35.1 µm to −35.5 µm"),
+        ("Disable", "Active", [], "Off", "−35.1 µm fades to zero at 0.50 µm/s: about 1\xa0min 10"),
         ("Resume", "Holding", ["operator_hold"], "Active", "follows the model again"),
         ("Acknowledge", "Fault", ["double_compensation"], "Off", "Another"),
     ],
@@ -352,9 +352,10 @@ def test_every_plain_request_says_what_will_happen_and_when_it_has(
 ) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
-        shown(page, stand_in, made_up(state=state, reasons=reasons))
+        shown(page, stand_in, made_up(state=state, reasons=reasons, open_interlocks=["door"]))
         page.click(f'[data-ask="{name}"]')
         assert expected in page.inner_text("dialog[open]")
+        assert "Interlock open: door. While the drives stand" in page.inner_text("dialog[open]")
         page.keyboard.press("Escape")
         page.wait_for_selector("dialog", state="detached")
         assert stand_in.asked == []
