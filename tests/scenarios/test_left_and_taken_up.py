@@ -243,10 +243,14 @@ def test_a_stuck_column_is_noticed_when_the_air_has_moved_and_no_later_than_with
     assert found_s <= max(first_frozen_s(alone, warms, 24.0), gone_s)
 
 
+def flickers(hour: float) -> float:
+    return 20.0 + 0.1 * (hour % 0.5 > 0.2)
+
+
 def test_all_that_stand_together_are_frozen_as_ever_and_a_lost_witness_says_nothing() -> None:
     rests = hall(moves_with="room", rests_k=0.8)
     assert first_frozen_s(rests, lambda _: 20.0, 24.0) <= FROZEN_S + 120.0, "a cycle after the air"
-    lost_s = first_frozen_s(
-        rests, lambda hour: 20.0 + 0.1 * (hour % 0.5 > 0.2) if hour < 6.0 else None, 24.0
-    )
-    assert 6.0 * 3600.0 < lost_s <= 6.0 * 3600.0 + FROZEN_S + 60.0
+    lost_s = first_frozen_s(rests, lambda hour: flickers(hour) if hour < 6.0 else None, 24.0)
+    assert 6.0 * HOUR_S < lost_s <= 6.0 * HOUR_S + FROZEN_S + 60.0
+    pauses = first_frozen_s(rests, lambda h: None if 6.0 < h < 8.0 else flickers(h), 24.0)
+    assert pauses == math.inf, "a lively one may be unread for a while"

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from thermaxis.codes import message_as_json
-from thermaxis.compensation import Output
+from thermaxis.compensation import Output, SensorRules
 from thermaxis.messages import place_text, remedy_of, sentence_of, text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, filled, values_of
 from thermaxis.runtime import (
@@ -152,12 +152,19 @@ def _inputs(configuration: MachineConfiguration) -> Table:
                 Value("", f"{rules.lowest_c:g} to {rules.highest_c:g}", "plausible °C"),
                 Value("", 60.0 * rules.largest_rate_k_per_s, "K/min", "g"),
                 Value("", _seconds(rules.longest_age_s), "oldest"),
-                Value("", _seconds(rules.frozen_s) if rules.frozen_s else "never", "frozen after"),
+                Value("", _frozen_after(rules), "frozen after"),
                 Value("", second, "redundant sensor"),
             ]
         )
     title = "What is read, and when it is believed"
     return Table(title, rows, key="inputs", names=list(configuration.inputs), words=3)
+
+
+def _frozen_after(rules: SensorRules) -> str:
+    if not rules.frozen_s:
+        return "never"
+    rests = f" unless {rules.moves_with} rests within {rules.rests_k:g} K"
+    return f"{_seconds(rules.frozen_s)}{rests if rules.moves_with else ''}"
 
 
 def _conditions(configuration: MachineConfiguration) -> Iterator[str]:
