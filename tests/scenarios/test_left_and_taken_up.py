@@ -130,6 +130,13 @@ def test_settled_is_told_neither_at_a_limit_nor_held_nor_while_the_machine_does_
     rig.assert_nothing_unreported()
 
 
+def test_what_a_deadband_keeps_away_has_settled() -> None:
+    rig = Rig(bench.lathe(Limits(150.0, RATE_UM_PER_S, deadband_um=5.0), Part("s", "s", "", 14.0)))
+    rig.steps(60)
+    rig.warmth_k += 4.5 / 14.0
+    assert (rig.step().settled, rig.output.to_go_um) == (True, (pytest.approx(4.5),))
+
+
 # ---- a weekend off ---------------------------------------------------------------------------
 
 SLOW = Part("s", "s", "", 0.0, (Section(15.0, 3.0 * HOUR_S),))
@@ -241,6 +248,16 @@ def test_a_stuck_column_is_noticed_when_the_air_has_moved_and_no_later_than_with
     found_s = first_frozen_s(rests, warms, 24.0)
     gone_s = WITNESS_S + 3600.0 * (begins_h + 0.8)
     assert found_s <= max(first_frozen_s(alone, warms, 24.0), gone_s)
+
+
+def test_a_redundant_column_may_stand_as_the_first_one_may() -> None:
+    compensation = replace(hall(moves_with="room", rests_k=0.8), redundant=frozenset({"c"}))
+    state = cycle_state(compensation)
+    for i in range(6 * 60):
+        samples = (Sample(25.0 + 0.1 * (i % 2)), Sample(None), Sample(flickers(i / 60.0)))
+        reading = CycleReading(60.0 * i, samples, (None, Sample(20.0)))
+        state, output = cycle(compensation, state, reading)
+    assert output.qualities[1] is SampleQuality.REDUNDANT
 
 
 def flickers(hour: float) -> float:
