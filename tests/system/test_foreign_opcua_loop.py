@@ -125,7 +125,7 @@ def assert_held_then_faded(lived: Sequence[Stay], outage: Outage) -> float:
             SupervisorState.FADING,
         ]
         held_s = away[0].end_s - away[0].begin_s
-        assert away[0].end_s - outage.killed_s >= HOLD_S - ONE_CYCLE_S
+        assert in_time(HOLD_S - ONE_CYCLE_S, away[0].end_s - outage.killed_s)
         assert in_time(held_s - HOLD_S, 0.4)
     if outage.returned_s - outage.killed_s < HOLD_S - 0.5:
         assert not faded or faded[0].begin_s > outage.returned_s

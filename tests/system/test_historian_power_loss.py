@@ -94,13 +94,19 @@ def test_a_kill_at_any_moment_takes_no_more_than_the_last_second(
     assert max(missing) > 0  # else the ends came at no moment that matters
 
 
+def holds_cycles(path: Path) -> bool:
+    with HistoryReader(url_of(path)) as reader:
+        return "number" in reader.cycles().collect_schema().names()
+
+
 def test_a_copy_of_the_files_at_any_moment_opens_clean(root: Path, tmp_path: Path) -> None:
     """Both files as they are at one moment, as after a loss of power; then with a torn tail."""
     rng = random.Random(20261104)  # noqa: S311 - see above
     path = tmp_path / "h.db"
     copies: list[tuple[Path, float]] = []
     with recording(root, path, 500.0, 100_000) as child:
-        time.sleep(0.5)
+        while not holds_cycles(path):
+            time.sleep(0.5)
         for k in range(10 * SNAPSHOTS):
             if k >= SNAPSHOTS and len({copy.stat().st_size for copy, _ in copies}) > 2:
                 break  # what the log had went into the database meanwhile, more than once
