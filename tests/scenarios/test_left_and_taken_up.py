@@ -35,7 +35,7 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
 )
-from thermaxis.runtime.status import as_json
+from thermaxis.runtime.status import Headlines, as_json
 
 RATE_UM_PER_S = 0.3
 LIMITS = Limits(150.0, RATE_UM_PER_S)
@@ -135,6 +135,29 @@ def test_what_a_deadband_keeps_away_has_settled() -> None:
     rig.steps(60)
     rig.warmth_k += 4.5 / 14.0
     assert (rig.step().settled, rig.output.to_go_um) == (True, (pytest.approx(4.5),))
+
+
+def test_the_headline_says_on_its_way_as_long_as_an_active_one_has_not_settled() -> None:
+    rig, seen = simulated.Rig(), []
+
+    async def stops(rig: simulated.Rig, loop: Any) -> None:
+        loop.listeners.append(seen.append)
+        await simulated.enabled_for(loop, 200.0)
+        rig.machine.values["interlock.referenced"] = 0.0
+        await asyncio.sleep(100.0)
+        rig.machine.values["interlock.referenced"] = 1.0
+        await asyncio.sleep(100.0)
+
+    rig.play(stops)
+    headlines = Headlines()
+    said = {
+        (one.output.state, one.output.settled, headlines.headline_of(one)[0].code) for one in seen
+    }
+    assert {one for one in said if one[0] is SupervisorState.ACTIVE} == {
+        (SupervisorState.ACTIVE, False, "headline-on_its_way"),
+        (SupervisorState.ACTIVE, True, "headline-active"),
+    }
+    assert {state for state, settled, _ in said if settled} == {SupervisorState.ACTIVE}
 
 
 # ---- a weekend off ---------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 from typing import TypeAlias, cast, final
 
 from thermaxis.codes import Message, Value
-from thermaxis.compensation import Reason, SupervisorState
+from thermaxis.compensation import SETTLED_UM, Reason, SupervisorState
 from thermaxis.runtime.status._status import RuntimeStatus
 
 _Causes: TypeAlias = Iterator[tuple[str, str, Mapping[str, Value]]]
@@ -13,9 +13,9 @@ _DOUBTFUL = frozenset({"not_acting", "inputs_unreachable", "input_lost"})
 """What a single missed read looks like, too."""
 _STANDING = frozenset(f"headline-{c}" for c in ("active", "on_its_way", "at_limit", "interlock"))
 """What is told on meanwhile, in the same state."""
-_LATE_S, _LATE_UM = 2.0, 1.0
-"""What the rate makes good so soon, or is so little beyond the deadband, is the ordinary lag; what
-acts may be two cycles later."""
+_LATE_S = 2.0
+"""What the rate makes good so soon is the ordinary lag, as is what counts as settled; what acts may
+be two cycles later."""
 _WRITER_S = 10.0
 """Another writer is named for so long, beside the time of the way back: to be read. [s]"""
 
@@ -142,13 +142,12 @@ def _not_there(status: RuntimeStatus) -> _Causes:
         if at_limit:
             yield f"limit {name}", "at_limit", {"name": name}
     output = status.output
-    for name, wanted_um, um in zip(
-        status.outputs, output.wanted_um, output.correction_um, strict=True
+    for name, wanted_um, to_go_um in zip(
+        status.outputs, output.wanted_um, output.to_go_um, strict=True
     ):
         limits, acting_um = status.facts[name].limits, status.offsets[name].acting.um
         rate_um_per_s = limits.largest_rate_um_per_s
-        near_um = max(limits.deadband_um + _LATE_UM, _LATE_S * rate_um_per_s)
-        to_go_um = abs(wanted_um - um)
+        near_um = max(limits.deadband_um + SETTLED_UM, _LATE_S * rate_um_per_s)
         acts_um = to_go_um if acting_um is None else abs(wanted_um - acting_um)
         if to_go_um > near_um or acts_um > near_um + 2.0 * status.cycle_s * rate_um_per_s:
             left_um = max(to_go_um, acts_um)
