@@ -3,7 +3,6 @@
 from thermaxis.app._rooms import (
     Endpoint as Endpoint,
     Json as Json,
-    Owner as Owner,
     RoomHost as RoomHost,
 )
 from thermaxis.app._server import serve_app as serve_app

@@ -1,7 +1,9 @@
 """What the rooms of the app share: who opens them, what is received, and what a command says.
 
 A room is some routes over the one worker, a template and a script. It is opened by a program that
-says who may enter and how its pages look: the app itself, or the screen of a machine.
+says who may enter and how its pages look: the app itself, or the screen of a machine. A file goes
+through no code of the pages: a command in a process of its own reads it. What a page shows is the
+JSON that the command prints; sentences come from their codes, in the page's language.
 """
 
 import asyncio
@@ -9,21 +11,24 @@ import json
 import logging
 import os
 import re
+import shutil
 import sys
 import tempfile
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine, Mapping, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
-from typing import Any, Final, Protocol, TypeVar, cast
+from typing import Any, Final, NamedTuple, Protocol, TypeVar, cast
 
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import Response
+from starlette.responses import FileResponse, Response
+from starlette.routing import Route
 
-from thermaxis.codes import Message, printable, value_of_json
-from thermaxis.messages import text_of
-from thermaxis.web import RefusedError
-from thermaxis.web.work import Ending, Outcome, WorkFolder
+from thermaxis.app._shelf import Clock, Entry, Owner, Shelf
+from thermaxis.codes import Message, printable, value_of_json, values_of_json
+from thermaxis.messages import remedy_of, sentence_of, text_of
+from thermaxis.web import RefusedError, answer_json, refuse
+from thermaxis.web.work import PROGRESS, BusyError, Ending, Limits, Outcome, WorkFolder, work_of
 
 UPLOAD_S: Final = 60.0
 """Time in which an upload must have come. [s]"""
@@ -31,10 +36,16 @@ LONGEST_NAME: Final = 120
 """Characters of a file's name that are shown. [1]"""
 LARGEST_JSON_BYTES: Final = 8_000_000
 """Largest result, which a command prints. [byte]"""
+RESULTS: Final = "results.json"
+"""File in which the JSON of a command lies beside what it has made."""
+_VALUE = re.compile(r"-?[A-Za-z0-9][A-Za-z0-9_.,:+ -]{0,39}")
+"""What may stand in an option: nothing that is a path or another option."""
 _LACKS_MEMORY = re.compile(r"\bMemoryError\b|\bmemory allocation\b|\bbad_alloc\b")
-_BAD_REQUEST, _TOO_SLOW, _TOO_LARGE, _NOT_EVALUATED = 400, 408, 413, 422
+_BAD_REQUEST, _UNAUTHORIZED, _NOT_FOUND, _TOO_SLOW, _TOO_LARGE = 400, 401, 404, 408, 413
+_NOT_EVALUATED, _BUSY, _NO_ROOM = 422, 429, 507
 _REFUSED, _SIGKILL = 2, -9
 _NOT_ALLOWED_IN_NAME = re.compile(r"[^A-Za-z0-9_-]+")
+_MEDIA = {".html": "text/html", ".json": "application/json", ".pdf": "application/pdf"}
 _log = logging.getLogger(__name__)
 
 Json = dict[str, Any]
@@ -44,21 +55,7 @@ Endpoint = Callable[[Request], Awaitable[Response]]
 _Found = TypeVar("_Found")
 
 
-class Owner(Protocol):
-    """Somebody whom results belong to."""
-
-    @property
-    def name(self) -> str:
-        """What they are called."""
-        ...
-
-    @property
-    def ended(self) -> object:
-        """Whether they have left: what was theirs goes with what is not empty here."""
-        ...
-
-
-class RoomHost(Protocol):
+class RoomHost(Clock, Protocol):
     """What a program gives to the rooms that it opens."""
 
     @property
@@ -66,12 +63,9 @@ class RoomHost(Protocol):
         """Longest time of a command. [s]"""
         ...
 
-    def monotonic_s(self) -> float:
-        """Return a time that only rises. [s]"""
-        ...
-
-    def utc(self) -> datetime:
-        """Return the time by the calendar."""
+    @property
+    def settings(self) -> Path | None:
+        """Folder where forms are kept for the next time; none: as long as the program runs."""
         ...
 
     def guarded(self, endpoint: Endpoint) -> Endpoint:
@@ -89,6 +83,138 @@ class RoomHost(Protocol):
     def page(self, request: Request, template: str, *, page: str, **context: object) -> Response:
         """Return a page of this program."""
         ...
+
+
+class Kind(NamedTuple):
+    """A file that can be made of an entry."""
+
+    file: str
+    """The file that a command writes, or the page offers."""
+    words: tuple[str, ...] = ()
+    """Words with which the command of the entry writes it; none: it is there, or made otherwise."""
+    headers: Mapping[str, str] = {}
+    """More headers; a file with its own policy is shown in the page, not offered."""
+
+
+class Room:
+    """What every room does: asks commands, keeps what comes, and says in words what cannot be."""
+
+    def __init__(self, host: RoomHost, name: str, shelf: Shelf, kinds: Mapping[str, Kind]) -> None:
+        self.host, self.name, self.shelf, self._kinds = host, name, shelf, kinds
+        self._works: WorkFolder | None = None
+
+    def at(self, path: str, endpoint: Endpoint, method: str = "GET") -> Route:
+        """Return a route below the room's name, for those who may work."""
+        answered = self.host.guarded(self._answered(endpoint))
+        return Route(f"/{self.name}{path}", answered, methods=[method])
+
+    def _answered(self, endpoint: Endpoint) -> Endpoint:
+        """Return an endpoint that says in words what any work can meet."""
+
+        async def answered(request: Request) -> Response:
+            try:
+                return await endpoint(request)
+            except BusyError as error:
+                return refuse(request, _BUSY, "room-own" if error.own else "room-busy")
+            except OSError as error:
+                _log.warning("a file could not be stored: %s", printable(str(error), 500))
+                return refuse(request, _NO_ROOM, "room-not_stored")
+            except ClientDisconnect:
+                return Response(status_code=_BAD_REQUEST)  # nobody reads it
+
+        return answered
+
+    def owner(self, request: Request) -> Owner:
+        """Return who works."""
+        owner = self.host.owner_of(request)
+        if owner is None:
+            raise RefusedError(_UNAUTHORIZED, "login-needed")
+        return owner
+
+    def found(self, request: Request, key: object = None) -> Entry:
+        """Return the entry that is asked for."""
+        wanted = str(request.path_params["id"] if key is None else key)
+        found = self.shelf.of(self.host.owner_of(request), wanted)
+        if found is None:
+            raise RefusedError(_NOT_FOUND, "room-gone")
+        return found
+
+    def keep(self, entry: Entry) -> Entry:
+        """Keep an entry with its folder, and beside its files what its command printed."""
+        (entry.folder.path / RESULTS).write_text(json.dumps(entry.told, indent=2), "utf-8")
+        return self.shelf.keep(entry)
+
+    @asynccontextmanager
+    async def work(self, request: Request) -> AsyncGenerator[WorkFolder]:
+        """Take a place and a folder, which goes afterwards unless it was kept."""
+        works = work_of(request)
+        with works.place(self.owner(request).name, kind=self.name):
+            folder = works.folder()
+            try:
+                yield folder
+            finally:
+                if not self.shelf.keeps(folder):
+                    await asyncio.to_thread(folder.remove)
+
+    async def ask(
+        self,
+        request: Request,
+        words: Sequence[str],
+        folder: WorkFolder,
+        *,
+        names: Mapping[str, str] | None = None,
+        inputs: Mapping[str, bytes | Path] | None = None,
+    ) -> Json:
+        """Return what a command prints: JSON, or its text as ``said``; folders that it made packed.
+
+        `names` are what people call the files, by the names under which they are stored.
+        """
+        limits = Limits(self.host.longest_s, said_bytes=LARGEST_JSON_BYTES)
+        self._works = folder
+        try:
+            run = work_of(request).run_command(words, limits=limits, inputs=inputs, folder=folder)
+            outcome = await unless_gone(request, run)
+        finally:
+            self._works = None
+        return await asyncio.to_thread(_told_of, outcome, names or {}, limits.longest_s)
+
+    async def progress(self, _: Request) -> Response:
+        """Return the step at which the command is that runs."""
+        try:
+            text = (self._works.path / PROGRESS).read_text() if self._works else "{}"
+            found = cast("Json", json.loads(text))
+        except (OSError, ValueError):
+            found = {}
+        return answer_json(found)
+
+    async def file(self, request: Request) -> Response:
+        """Return a file of an entry, made when it is first asked for."""
+        kind, entry = self._kinds.get(request.path_params["kind"]), self.found(request)
+        if kind is None:
+            raise RefusedError(_NOT_FOUND, "room-gone")
+        path = entry.folder.path / kind.file
+        words = self.words_for(entry, kind)
+        if not path.exists() and words:
+            works = work_of(request)
+            with works.place(kind=self.name):  # several of one person wait for each other
+                own = list(entry.folder.path.iterdir())
+                inputs = {n: p for n, p in entry.inputs.items() if p.parent != entry.folder.path}
+                try:
+                    await self.ask(request, words, entry.folder, inputs=inputs)
+                finally:
+                    await asyncio.to_thread(entry.folder.leave_only, [*own, path])
+        if not path.exists():
+            raise RefusedError(_NOT_FOUND, "room-gone")
+        return FileResponse(
+            path,
+            media_type=_MEDIA.get(path.suffix, "application/octet-stream"),
+            filename=None if kind.headers else f"{file_stem(entry.name)}-{kind.file}",
+            headers={"Cache-Control": "no-store", **kind.headers},
+        )
+
+    def words_for(self, entry: Entry, kind: Kind) -> list[str]:
+        """Return the words of the command that writes a file of an entry."""
+        return [*entry.words, *kind.words] if kind.words else []
 
 
 def shown_name(given: str) -> str:
@@ -113,13 +239,15 @@ async def receive_files(
                 async for chunk in request.stream():
                     received += len(chunk)
                     if received > largest_bytes:
-                        raise RefusedError(_TOO_LARGE, "positioning-too_large")
+                        raise RefusedError(
+                            _TOO_LARGE, "room-too_large", megabytes=largest_bytes // 1_000_000
+                        )
                     stream.write(chunk)
     except TimeoutError:
-        raise RefusedError(_TOO_SLOW, "positioning-too_slow", limit=UPLOAD_S) from None
+        raise RefusedError(_TOO_SLOW, "room-too_slow", limit=UPLOAD_S) from None
     first_bytes = received - sum(others.values())
     if first_bytes <= 0:
-        raise RefusedError(_BAD_REQUEST, "positioning-empty")
+        raise RefusedError(_BAD_REQUEST, "room-empty")
     with (folder / first).open("r+b") as stream:
         stream.seek(first_bytes)
         for name, size in others.items():
@@ -152,75 +280,92 @@ async def unless_gone(request: Request, work: Coroutine[Any, Any, _Found]) -> _F
         await asyncio.gather(working, leaving, return_exceptions=True)
 
 
-def printed_of(outcome: Outcome, names: Mapping[str, str], longest_s: float) -> Json:
-    """Return the JSON that a command has printed, or refuse in words what came instead.
+def words_of(
+    asked: Mapping[str, object], options: Sequence[str], *, flags: Sequence[str] = ()
+) -> list[str]:
+    """Return words of a command: options of a fixed list, whose sense the command itself judges."""
+    words: list[str] = []
+    for option in (*options, *flags):
+        value = asked.get(option) or ""
+        if value == "" or (value == "no" and option in flags):
+            continue
+        if not isinstance(value, str) or not _VALUE.fullmatch(value):
+            raise no_option(option)
+        if option in flags and value != "yes":
+            raise no_option(option)
+        word = f"--{option.replace('_', '-')}"
+        words.append(word if option in flags else f"{word}={value}")
+    return words
 
-    Parameters
-    ----------
-    outcome : Outcome
-        How the command ended.
-    names : mapping of str to str
-        What people call the files, by the names under which they are stored.
-    longest_s : float
-        Time that it was given. [s]
 
-    Raises
-    ------
-    RefusedError
-        If it has printed no result.
+def no_option(option: str) -> RefusedError:
+    """Return the refusal of what the page never sends."""
+    return RefusedError(_BAD_REQUEST, "room-bad_option", option=option)
+
+
+def spoken_as(told: object, language: str) -> Any:
+    """Return what a command printed, what has a code said in a language.
+
+    A list ``x_codes`` takes the place of the texts ``xs`` or ``x``, ``x_code`` that of the text
+    ``x``; an object with ``code`` and ``text`` speaks itself, one with ``message`` and ``text`` by
+    that.
     """
-    printed = _printed(outcome.printed)
-    _check_ending(outcome, longest_s)
-    if outcome.code == _REFUSED and "error" in printed:
-        said = text_of(_message_of(without_paths(printed["error"], outcome.folder, names)))
-        raise RefusedError(_NOT_EVALUATED, "positioning-refused", said=said)
-    if outcome.code == 0 and printed:
-        return printed
-    raise _crashed(outcome)
+    if isinstance(told, list):
+        return [spoken_as(one, language) for one in cast("list[object]", told)]
+    if not isinstance(told, dict):
+        return told
+    found = cast("Json", told)
+    table = {key: spoken_as(one, language) for key, one in found.items()}
+    message = found if "code" in found else found.get("message")
+    if "text" in found and isinstance(message, dict):
+        of = cast("Json", message)
+        said = Message(str(of["code"]), values_of_json(of["values"]))
+        table["text"] = sentence_of(said, language=language)
+        table["remedy"] = remedy_of(said, language=language)
+    for key, one in found.items():
+        stem, _, end = key.rpartition("_")
+        if end == "codes" and stem != "reading" and one is not None:
+            texts = [_text_of(code, language) for code in cast("list[object]", one)]
+            table[stem if stem in table else f"{stem}s"] = texts
+        elif end == "code" and one is not None:
+            table[stem] = _text_of(one, language)
+    return table
 
 
-def said_of(outcome: Outcome, names: Mapping[str, str], longest_s: float) -> str:
-    """Return the text that a command has printed beside its files, or refuse as `printed_of`."""
-    _check_ending(outcome, longest_s)
-    if outcome.code == _REFUSED and outcome.said:
-        said = without_paths(outcome.said, outcome.folder, names)
-        text = printable(str(said).removeprefix("thermaxis: error: ").strip(), 2000)
-        raise RefusedError(_NOT_EVALUATED, "positioning-refused_plainly", said=text)
-    if outcome.code == 0 and outcome.files:
-        return str(without_paths(outcome.printed, outcome.folder, names))
-    raise _crashed(outcome)
+def _text_of(code: object, language: str) -> str:
+    found = value_of_json(code)
+    return text_of(found, language=language) if isinstance(found, Message) else str(found)
 
 
-def _check_ending(outcome: Outcome, longest_s: float) -> None:
+def _told_of(outcome: Outcome, names: Mapping[str, str], longest_s: float) -> Json:
+    """Return what a command has printed, or refuse in words what came instead."""
     if outcome.ending is Ending.TOO_LONG:
-        raise RefusedError(_NOT_EVALUATED, "positioning-too_long", limit=longest_s)
+        raise RefusedError(_NOT_EVALUATED, "room-too_long", limit=longest_s)
     if outcome.ending is Ending.TOO_MUCH:
-        raise RefusedError(_NOT_EVALUATED, "positioning-too_much")
+        raise RefusedError(_NOT_EVALUATED, "room-too_much")
     if outcome.code == _SIGKILL or _LACKS_MEMORY.search(outcome.said):
-        raise RefusedError(_NOT_EVALUATED, "positioning-too_hungry")
-
-
-def _crashed(outcome: Outcome) -> RefusedError:
-    said = printable(outcome.said.strip()[-2000:], 2000)
-    _log.warning("the command failed with code %s: %s", outcome.code, said)
-    return RefusedError(_NOT_EVALUATED, "positioning-crashed")
-
-
-def _printed(text: str) -> Json:
-    """Return the result or the error that the command has printed; nothing where it is neither."""
+        raise RefusedError(_NOT_EVALUATED, "room-too_hungry")
     try:
-        found = json.loads(text)
+        printed: object = json.loads(outcome.printed)
     except (ValueError, RecursionError):
-        return {}
-    return cast("Json", found) if isinstance(found, dict) else {}
-
-
-def _message_of(error: object) -> Message:
-    """Return the error of a command."""
-    found = value_of_json(error)
-    if not isinstance(found, Message):
-        return Message("ask-told", {"said": str(found)})
-    return replace(found, code=f"error-{found.code}")
+        printed = {"said": outcome.printed} if outcome.code == 0 else {}
+    told = cast("Json", without_paths(printed, outcome.folder, names))
+    if outcome.code == 0 and isinstance(printed, dict):
+        for path in outcome.folder.path.glob("[!.]*/"):
+            shutil.make_archive(str(path), "zip", path)
+            shutil.rmtree(path)
+        return told
+    if outcome.code == _REFUSED and isinstance(printed, dict) and "error" in printed:
+        found = value_of_json(told["error"])
+        if isinstance(found, Message):
+            found = text_of(replace(found, code=f"error-{found.code}"))
+        raise RefusedError(_NOT_EVALUATED, "room-refused", said=str(found))
+    said = str(without_paths(outcome.said, outcome.folder, names))
+    text = printable(said.removeprefix("thermaxis: error: ").strip()[-2000:], 2000)
+    if outcome.code == _REFUSED and printed == {} and text:
+        raise RefusedError(_NOT_EVALUATED, "room-refused", said=text)
+    _log.warning("the command failed with code %s: %s", outcome.code, text)
+    raise RefusedError(_NOT_EVALUATED, "room-crashed")
 
 
 def without_paths(said: object, folder: WorkFolder, names: Mapping[str, str]) -> object:

@@ -2,12 +2,16 @@
 
 import asyncio
 import hmac
+import os
 import secrets
+import sys
 import time
 from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from functools import wraps
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Final, NamedTuple, final
 
 from starlette.applications import Starlette
@@ -22,7 +26,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from thermaxis.app._rooms import Endpoint
 from thermaxis.app.axis import AxisRoom
 from thermaxis.app.thermal import ThermalRoom
-from thermaxis.messages import short_names
+from thermaxis.messages import LANGUAGES, short_names
 from thermaxis.web import (
     Assets,
     Guard,
@@ -41,8 +45,6 @@ from thermaxis.web.work import Work, close_work
 
 ADDRESS: Final = "127.0.0.1"
 """This computer alone."""
-PORT: Final = 8460
-"""Usual port: what a browser keeps for the forms, it keeps by address and port. [1]"""
 LONGEST_S: Final = 600.0
 """Longest time of a command. [s]"""
 ROOMS: Final = (("positioning", "/"), ("thermal", "/thermal"))
@@ -58,11 +60,11 @@ class _Someone(NamedTuple):
     ended: bool = False
 
 
-class AppParts(NamedTuple):
-    """What the pages share, as ``app.state.parts``."""
-
-    language: str = "en"
-    """Language of who has chosen none and asks for none that there is."""
+def settings_folder() -> Path:
+    """Return the user's own folder of settings of this program, which may not be there."""
+    stated = os.environ.get("APPDATA" if sys.platform == "win32" else "XDG_CONFIG_HOME", "")
+    base = Path(stated) if Path(stated).is_absolute() else Path.home() / ".config"
+    return base / "thermaxis"
 
 
 @final
@@ -70,6 +72,7 @@ class AppHost:
     """The app, as a room sees it: everything belongs to whoever came in."""
 
     longest_s = LONGEST_S
+    settings = settings_folder()
     _someone = _Someone()
 
     def monotonic_s(self) -> float:
@@ -195,7 +198,7 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
         ],
         exception_handlers={HTTPException: _no_route, Exception: answer_mistake},
     )
-    application.state.parts = AppParts()
+    application.state.parts = SimpleNamespace(language=LANGUAGES[0])
     application.state.work = Work(nice=0)  # there is no loop that it could stand back behind
     return Guard(
         application,

@@ -1,81 +1,28 @@
-"""The app as people have it: its command, a real browser, files dropped, the end."""
+"""Measured runs in a real browser: files dropped, numbers, forms, files taken along, the end."""
 
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 
-from thermaxis.cli import main
-from thermaxis.messages import LANGUAGES, sentence
+from tests.system.app.stand import (
+    DROP,
+    EXAMPLES,
+    FAULTS,
+    LONGEST_MS,
+    App,
+    command,
+    opened,
+    readable,
+)
+from thermaxis.messages import sentence
 
 pytestmark = pytest.mark.system
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
 RUNS = (EXAMPLES / "x_axis_100_cycles.csv", EXAMPLES / "y_axis_50_cycles.rtl")
-SIZES = ((1366, 768), (1920, 1080), (390, 844))
-LONGEST_MS = 300_000.0
-FAULTS: dict[Page, list[str]] = {}
-"""What the browser disliked, by page."""
-DROP = """([selector, name, text]) => {
-  const files = new DataTransfer();
-  files.items.add(new File([text], name));
-  const event = new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true });
-  document.querySelector(selector).dispatchEvent(event);
-}"""
-
-
-class App:
-    """A running `thermaxis app`, with its temporary files in a folder of the test."""
-
-    def __init__(self, where: Path) -> None:
-        self.where = where
-        words = [sys.executable, "-m", "thermaxis", "app", "--port", "0", "--no-browser"]
-        self.program = subprocess.Popen(
-            words,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "TMPDIR": str(where)},
-        )
-        assert self.program.stdout is not None
-        self.address = self.program.stdout.readline().strip()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.program.poll() is None:
-            self.program.send_signal(signal.SIGINT)
-        self.program.communicate(timeout=LONGEST_MS / 1e3)
-
-
-@pytest.fixture(scope="module")
-def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
-    with App(tmp_path_factory.mktemp("app")) as made:
-        yield made
-
-
-def opened(browser: Browser, app: App, *, language: str = "en", **look: Any) -> Page:
-    """Return the page of somebody whose browser says if it dislikes anything."""
-    context = browser.new_context(
-        **{"locale": language, "viewport": {"width": 1366, "height": 768}, **look}
-    )
-    page = context.new_page()
-    faults: list[str] = []
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("console", lambda said: faults.append(said.text) if said.type == "error" else None)
-    FAULTS[page] = faults
-    page.goto(app.address)
-    return page
 
 
 def named(page: Page, name: str) -> None:
@@ -95,14 +42,6 @@ def shown(page: Page) -> dict[str, list[str]]:
     }
 
 
-def commands_figures(
-    run: Path, to: Path, capsys: pytest.CaptureFixture[str]
-) -> tuple[list[dict[str, Any]], str]:
-    """Return the figures and the summary that the command prints."""
-    assert main(["evaluate", str(run), "--json", str(to)]) == 0
-    return json.loads(to.read_text())["figure_table"], capsys.readouterr().out
-
-
 KEYS = ("value", "expanded_uncertainty", "drift_free", "drift_free_expanded_uncertainty")
 
 
@@ -112,15 +51,16 @@ def test_the_page_shows_the_numbers_of_the_command_to_the_last_digit(
     runs = list(RUNS)
     for seed in range(8):
         runs.append(tmp_path / f"run{seed}.csv")
-        words = ["generate", "x-axis", "--cycles", "5", "--seed", str(seed), "-o", str(runs[-1])]
-        assert main(words) == 0
-    capsys.readouterr()
+        command("generate", "x-axis", "--cycles", 5, "--seed", seed, "-o", runs[-1])
     page = opened(browser, app)
     for run in runs:
         page.set_input_files("input[name=file]", run)
         page.click("#run-submit")
         named(page, run.name)
-        figures, summary = commands_figures(run, tmp_path / "result.json", capsys)
+        capsys.readouterr()
+        command("evaluate", run, "--json", tmp_path / "result.json")
+        summary = capsys.readouterr().out
+        figures = json.loads((tmp_path / "result.json").read_text())["figure_table"]
         rows = shown(page)
         assert len(rows) == len(figures) == 12
         for figure, numbers in zip(figures, rows.values(), strict=True):
@@ -141,10 +81,12 @@ def test_a_dropped_run_becomes_a_certificate_and_every_other_file(
     app: App, browser: Browser, tmp_path: Path
 ) -> None:
     page = opened(browser, app)
-    for name in ("header.toml", "limits.toml", "budget.toml", RUNS[0].name):
-        page.evaluate(DROP, ["#run-drop", name, (EXAMPLES / name).read_text("utf-8")])
-        expect(page.locator(".run-file-name", has_text=name)).to_have_count(1)
-    named(page, RUNS[0].name)
+    run = tmp_path / "run.csv"
+    command("generate", "x-axis", "--cycles", 5, "-o", run)
+    for file in (*(EXAMPLES / f"{one}.toml" for one in ("header", "limits", "budget")), run):
+        page.evaluate(DROP, ["#run-drop", file.name, file.read_text("utf-8")])
+        expect(page.locator(".room-file-name", has_text=file.name)).to_have_count(1)
+    named(page, run.name)
     expect(page.locator(".run-verdict")).to_be_visible()  # by the limits that were dropped
     expect(page.locator("#run-facts")).to_contain_text("virtual milling machine")  # by the head
     beginnings = {
@@ -202,20 +144,27 @@ def test_a_form_is_kept_and_sent_as_the_file_that_the_command_reads(
     page = opened(browser, app)
     page.click("[data-form=head]")
     page.fill("[name='machine.name']", 'mill "7" <b>')
-    page.click("#form-dialog button.main")
+    page.click("dialog[open] button.main")
     page.reload()
     page.click("[data-form=head]")  # the next time
     expect(page.locator("[name='machine.name']")).to_have_value('mill "7" <b>')
-    page.click("#form-dialog button.main")
+    page.click("dialog[open] button.main")
     page.set_input_files("input[name=file]", RUNS[1])
     page.click("#run-submit")
     named(page, RUNS[1].name)
     expect(page.locator("#run-facts")).to_contain_text('mill "7" <b>')
     page.click("[data-form=limits]")
     page.fill("[name='limits.A_um']", "many")
-    page.click("#form-dialog button.main")
+    page.click("dialog[open] button.main")
     page.click("#run-submit")
-    expect(page.locator("#run-wrong")).to_contain_text("A_um", timeout=LONGEST_MS)
+    expect(page.locator("#wrong")).to_contain_text("A_um", timeout=LONGEST_MS)
+    for form in ("head", "limits"):  # nothing is kept for those who come
+        page.click(f"[data-form={form}]")
+        page.click("dialog[open] [data-act=empty]")
+        page.click("dialog[open] button.main")
+        expect(page.locator(f"#run-form [name={form}] ~ * .room-file-name")).to_have_text(
+            "no file chosen"
+        )
 
 
 def test_two_meanings_of_a_number_are_a_choice_on_the_page(app: App, browser: Browser) -> None:
@@ -228,7 +177,7 @@ def test_two_meanings_of_a_number_are_a_choice_on_the_page(app: App, browser: Br
     )
     head = "cycle,direction,position_mm,deviation_um,time\n"
     page.evaluate(DROP, ["#run-drop", "run.csv", head + dates])
-    wrong = page.locator("#run-wrong")
+    wrong = page.locator("#wrong")
     expect(wrong).to_contain_text("--date-order", timeout=LONGEST_MS)
     expect(page.locator("select[name=date_order]")).to_be_visible()
     page.select_option("select[name=date_order]", "day")
@@ -236,27 +185,15 @@ def test_two_meanings_of_a_number_are_a_choice_on_the_page(app: App, browser: Br
     named(page, "run.csv")
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_the_page_is_readable_for_everybody_in_every_size(
-    app: App, browser: Browser, language: str
+def test_the_page_is_readable_for_everybody_in_every_language_and_size(
+    app: App, browser: Browser
 ) -> None:
-    for (width, height), scheme in zip(SIZES, ("light", "dark", "light"), strict=True):
-        look = {"viewport": {"width": width, "height": height}, "color_scheme": scheme}
-        page = opened(browser, app, language=language, **look)
-        expect(page.locator("#run-submit")).to_have_text(
-            sentence("positioning-submit", language=language)
-        )
-        for step in ("empty", "result"):
-            if step == "result":
-                page.set_input_files("input[name=file]", RUNS[1])
-                page.click("#run-submit")
-                expect(page.locator("#run-cancel")).to_be_hidden(timeout=LONGEST_MS)
-                expect(page.locator("#run-levels .chart-plot > svg")).to_be_visible()
-            found = Axe().run(page)
-            assert found.violations_count == 0, found.generate_report()
-            across = page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
-            assert across <= 0, (step, width)
-        page.context.close()
+    page = opened(browser, app)
+    page.set_input_files("input[name=file]", RUNS[1])
+    page.click("#run-submit")
+    named(page, RUNS[1].name)
+    readable(page)
+    page.context.close()
 
 
 def test_the_first_visit_is_light_and_the_address_loses_its_token(
@@ -282,10 +219,12 @@ def test_work_that_is_given_up_ends_and_the_button_ends_the_program(
 ) -> None:
     with App(tmp_path) as own:
         page = opened(browser, own)
+        expect(page.locator("#run-nothing li")).to_have_count(3)
+        assert Axe().run(page).violations_count == 0
         page.set_input_files("input[name=file]", RUNS[0])
         page.click("#run-submit")
-        page.click("#run-cancel")
-        expect(page.locator("#run-wrong")).to_have_text(sentence("positioning-cancelled"))
+        page.click("#cancel")
+        expect(page.locator("#wrong")).to_have_text(sentence("room-cancelled"))
         page.set_input_files("input[name=file]", RUNS[1])
         page.click("#run-submit")  # its place is free again
         named(page, RUNS[1].name)

@@ -194,8 +194,8 @@ def test_a_run_goes_in_and_figures_report_and_certificate_come_out(
     empty = tmp_path / "empty.csv"
     empty.touch()
     visit.send(empty)
-    expect(page.locator("#run-wrong")).to_have_text("Die Datei ist leer.")
-    expect(page.locator("#run-wrong")).to_be_in_viewport(ratio=1.0)
+    expect(page.locator("#wrong")).to_have_text("Die Datei ist leer.")
+    expect(page.locator("#wrong")).to_be_in_viewport(ratio=1.0)
     expect(page.locator("#run-result")).to_be_hidden()  # no figures beside a refusal
     page.click("#run-kept button")
     expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv")
@@ -208,11 +208,11 @@ def test_a_file_that_is_no_run_is_refused_in_words_under_its_own_name(
     path.write_bytes(b"no run\n")
     page = visit.open()
     visit.send(path)
-    wrong = page.locator("#run-wrong")
+    wrong = page.locator("#wrong")
     expect(wrong).to_be_visible(timeout=LONGEST_MS)
-    expect(wrong).to_contain_text("Der Lauf kann nicht ausgewertet werden: <img src=x onerror")
+    expect(wrong).to_contain_text("Das geht nicht: <img src=x onerror")
     assert "/" not in re.sub(r"docs/\w+\.md", "", wrong.inner_text())
-    assert page.locator("#run-wrong img").count() == 0
+    assert page.locator("#wrong img").count() == 0
 
 
 @pytest.mark.usefixtures("kept")
@@ -226,22 +226,22 @@ def test_figures_of_an_earlier_run_never_stand_for_the_one_that_was_sent(
     sent: list[Asked] = []
     page.route("**/positioning/upload*", partial(list.append, sent), times=1)
     visit.send(path)
-    expect(page.locator("#run-told")).to_be_visible()
+    expect(page.locator("#work")).to_be_visible()
     expect(page.locator("#run-result")).to_be_hidden()  # the answer is not even there
     wait_until("the upload", lambda: page.evaluate("true") and sent)
     sent[0].continue_()
-    expect(page.locator("#run-wrong")).to_be_visible(timeout=LONGEST_MS)
+    expect(page.locator("#wrong")).to_be_visible(timeout=LONGEST_MS)
 
     asked: list[Asked] = []
     page.route("**/positioning/result/*", partial(list.append, asked), times=1)
     page.reload()
     wait_until("the kept run", lambda: page.evaluate("true") and asked)
     visit.send(path)
-    expect(page.locator("#run-wrong")).to_be_visible(timeout=LONGEST_MS)
+    expect(page.locator("#wrong")).to_be_visible(timeout=LONGEST_MS)
     with page.expect_response("**/positioning/result/*"):
         asked[0].continue_()  # the kept run arrives after the refusal of the later one
     page.evaluate("() => new Promise((done) => setTimeout(done, 50))")
-    expect(page.locator("#run-wrong")).to_be_visible()
+    expect(page.locator("#wrong")).to_be_visible()
     expect(page.locator("#run-result")).to_be_hidden()
 
 
@@ -252,7 +252,7 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_sent(
     path.write_bytes(b"x" * 20_000_001)
     page = visit.open()
     visit.send(path)
-    expect(page.locator("#run-wrong")).to_contain_text("größer als 20 MB")
+    expect(page.locator("#wrong")).to_contain_text("größer als 20 MB")
 
 
 def test_a_refused_result_leaves_the_page_as_it_was(visit: Visit) -> None:
@@ -260,7 +260,7 @@ def test_a_refused_result_leaves_the_page_as_it_was(visit: Visit) -> None:
     page.select_option("select[name=reference]", "cycle")
     page.fill("input[name=reference_value]", "x")
     visit.send(EXAMPLES / "y_axis_50_cycles.rtl")
-    expect(page.locator("#run-wrong")).to_contain_text("reference_cycle", timeout=LONGEST_MS)
+    expect(page.locator("#wrong")).to_contain_text("--reference-cycle", timeout=LONGEST_MS)
 
 
 @pytest.mark.usefixtures("kept")
@@ -289,13 +289,13 @@ def test_every_size_shows_all_of_it_without_scrolling_sideways(
         )
         assert tallest < 110, (language, width)  # no name of a figure is squeezed into a column
         cut = page.evaluate(
-            "() => [...document.querySelectorAll('.run-scroll')]"
+            "() => [...document.querySelectorAll('.room-scroll')]"
             ".filter((one) => one.scrollWidth > one.clientWidth).length"
         )
         assert cut == 0, (language, width)
         small = page.evaluate(
             "() => [...document.querySelectorAll('main button, main select, main a.button,"
-            " main input:not([type=checkbox], .unseen), main label.run-check')]"
+            " main input:not([type=checkbox], .unseen), main label.room-check')]"
             ".filter((one) => one.offsetParent && one.getBoundingClientRect().height < 44)"
             ".map((one) => one.outerHTML)"
         )
@@ -320,13 +320,13 @@ def test_a_shown_result_is_readable_for_everybody(
 
 def test_what_lacks_is_said_before_anything_is_sent(visit: Visit) -> None:
     page = visit.open()
-    expect(page.locator(".run-file-name").first).to_have_text("keine Datei gewählt")
+    expect(page.locator(".room-file-name").first).to_have_text("keine Datei gewählt")
     page.click("#run-submit")
-    expect(page.locator("#run-wrong")).to_have_text("Zuerst einen gemessenen Lauf wählen.")
-    page.select_option("select[name=reference]", "hours")
+    expect(page.locator("#wrong")).to_have_text("Zuerst einen gemessenen Lauf wählen.")
+    page.select_option("select[name=reference]", "time")
     visit.send(EXAMPLES / "y_axis_50_cycles.rtl")
-    expect(page.locator("#run-wrong")).to_contain_text("Nummer des Zyklus oder die Stunden")
-    expect(page.locator(".run-file-name").first).to_have_text("y_axis_50_cycles.rtl")
+    expect(page.locator("#wrong")).to_contain_text("Nummer des Zyklus oder die Stunden")
+    expect(page.locator(".room-file-name").first).to_have_text("y_axis_50_cycles.rtl")
 
 
 def test_a_viewer_is_told_who_may(browser: Browser, server: Server) -> None:

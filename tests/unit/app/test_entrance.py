@@ -1,8 +1,10 @@
 """Who gets into the app, and what hostile requests and files are told."""
 
 import asyncio
+import io
 import subprocess
 import sys
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self, cast
@@ -55,8 +57,15 @@ def door(tmp_path: Path) -> Iterator[Door]:
 
 
 GOOD = {"Host": f"127.0.0.1:{PORT}", "Origin": HERE, "Cookie": COOKIE}
-PATHS = ("/", "/positioning", "/positioning/results", "/positioning/result/x", "/nowhere")
-POSTS = (UPLOAD, "/positioning/trend", "/positioning/plan", "/positioning/toml", "/end")
+PATHS = (
+    *("/", "/positioning", "/positioning/results", "/positioning/result/x", "/nowhere"),
+    *("/thermal", "/thermal/bench", "/thermal/progress", "/thermal/model/x"),
+)
+POSTS = (
+    *(UPLOAD, "/positioning/trend", "/positioning/plan", "/positioning/toml", "/end"),
+    *("/positioning/form/head", "/thermal/log?name=log.csv", "/thermal/identify"),
+    *("/thermal/verify", "/thermal/export", "/thermal/remove"),
+)
 STRANGE = {
     "no cookie": {"Cookie": ""},
     "another cookie": {"Cookie": f"thermaxis_app_{PORT}=guessed"},
@@ -72,11 +81,11 @@ CROSS_SITE = {
 }
 
 
-def test_forty_requests_of_strangers_are_refused_each_with_a_sentence(door: Door) -> None:
+def test_over_a_hundred_requests_of_strangers_are_refused_each_with_a_sentence(door: Door) -> None:
     asked = [("GET", path, why) for path in PATHS for why in STRANGE.values()]
     asked += [("POST", path, why) for path in POSTS for why in (*STRANGE.values(),)]
     asked += [("POST", path, why) for path in POSTS for why in CROSS_SITE.values()]
-    assert len(asked) >= 40
+    assert len(asked) > 100
     for method, path, why in asked:
         answer = door.ask(method, path, {**GOOD, **why})
         assert answer.status_code in {403, 421}, (method, path, why)
@@ -90,6 +99,11 @@ def test_paths_that_lead_elsewhere_and_methods_that_are_none_end_in_words(door: 
         "/static/../_server.py",
         "/positioning/report/%2e%2e%2flock",
         "/positioning/x/0",
+        "/thermal/model/../../etc/passwd",
+        "/thermal/html/%2e%2e%2fmodel.json",
+        "/thermal/..%5cmodel/x",
+        f"/thermal/passwd/{'0' * 32}",
+        f"/thermal/model/{'0' * 32}",
         "//etc/passwd",
         "/.git",
         f"/{'a' * 5000}",
@@ -118,11 +132,21 @@ def test_the_token_is_taken_once_at_the_first_page_alone_and_becomes_a_strict_co
     assert door.ended == 1
 
 
-BOMB = b"PK\x03\x04" + b"\x00" * 5000
-FILES = {
+def zip_bomb() -> bytes:
+    """Return a workbook of some hundred kilobytes whose sheet has 200 MB."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr("[Content_Types].xml", "<Types/>")
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+        archive.writestr("xl/worksheets/sheet1.xml", b" " * 200_000_000)
+    return packed.getvalue()
+
+
+HEAD = b"time_s,T_spindle_C,Z_um\n"
+RUNS = {
     "empty.csv": b"",
     "zeros.csv": b"\x00" * 10_000,
-    "bomb.xlsx": BOMB,
+    "bomb.xlsx": zip_bomb(),
     "cut.xlsx": b"PK\x03\x04cut",
     "no.xls": b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\xff" * 2000,
     "script.csv": b"<script>alert(1)</script>\n1,2\n",
@@ -143,20 +167,39 @@ FILES = {
 }
 
 
+LOGS = {
+    "empty.csv": b"",
+    "bomb.xlsx": RUNS["bomb.xlsx"],
+    "letter.txt": b"Dear colleague,\nthe log follows tomorrow.\n",
+    "heading.csv": HEAD,
+    "picture.csv": b"\x89PNG\r\n\x1a\n" + bytes(400),
+    "script.csv": b"<script>alert(1)</script>,<img src=x onerror=alert(1)>\n1,2\n",
+    "wide.csv": b",".join(b"c%d" % k for k in range(1_000_000)) + b"\n",
+    "twice.csv": b"time_s,Z_um,Z_um,T_C,T_C\n0,1,2,20,20\n10,1,2,20,20\n",
+    "no.xlsx": b"PK\x03\x04 no workbook",
+    "no.parquet": b"PAR1 no table PAR1",
+    "no.mat": bytes(300),
+    "no.tdms": b"TDSm" + bytes(60),
+}
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
-def test_twenty_hostile_files_end_in_a_sentence_each_and_leave_nothing(door: Door) -> None:
+def test_hostile_files_end_in_a_sentence_each_and_leave_nothing(door: Door) -> None:
     state = cast("Any", door.app)._app.state
     state.work = Work(where=door.where)
-    assert len(FILES) == 20
-    for name, content in FILES.items():
-        answer = door.ask("POST", f"/positioning/upload?name={name}", GOOD, content)
-        assert answer.status_code in {400, 422}, (name, answer.text[:300])
+    dropped = [(f"/positioning/upload?name={name}", RUNS[name]) for name in RUNS]
+    dropped += [(f"/thermal/log?name={name}", LOGS[name]) for name in LOGS]
+    assert len(dropped) > 30
+    for path, content in dropped:
+        answer = door.ask("POST", path, GOOD, content)
+        assert answer.status_code in {400, 422}, (path, answer.text[:300])
         found = answer.json()
-        assert len(found["text"]) > 15, name
-        assert found["error"] in {"positioning-refused", "positioning-empty"}, (name, found)
+        assert len(found["text"]) > 15, path
+        assert found["error"] in {"room-refused", "room-empty"}, (path, found)
+        assert "Traceback" not in found["text"]
         assert str(door.where) not in found["text"]
         folders = [one for root in door.where.iterdir() for one in root.iterdir() if one.is_dir()]
-        assert [one.name for one in folders] == ["settings"], name
+        assert [one.name for one in folders] == ["settings"], path
     state.work.close()
 
 

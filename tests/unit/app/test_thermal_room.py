@@ -11,7 +11,7 @@ from urllib.parse import urlencode
 
 import pytest
 
-from tests.unit.app.test_entrance import GOOD, Door
+from tests.unit.app.test_entrance import GOOD, HEAD, Door
 from thermaxis.messages import LANGUAGES, sentence
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
@@ -51,33 +51,9 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
         yield made
 
 
-HEAD = b"time_s,T_spindle_C,Z_um\n"
-BAD = {
-    "empty.csv": b"",
-    "letter.txt": b"Dear colleague,\nthe log follows tomorrow.\n",
-    "heading.csv": HEAD,
-    "picture.csv": b"\x89PNG\r\n\x1a\n" + bytes(400),
-    "no.xlsx": b"PK\x03\x04 no workbook",
-    "no.parquet": b"PAR1 no table PAR1",
-    "no.mat": bytes(300),
-    "no.tdms": b"TDSm" + bytes(60),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_what_is_no_log_is_refused_in_a_sentence_and_not_kept(bench: Bench, name: str) -> None:
-    answer = bench.drop(name, BAD[name])
-    assert 400 <= answer.status_code < 500, answer.text
-    said = answer.json()["text"]
-    assert said.endswith(".")
-    assert said != sentence("thermal-crashed")
-    assert "Traceback" not in said
-    assert str(bench.where) not in said
-    assert bench.entries() == []
-
-
 UNFIT = {
     "one_row.csv": HEAD + b"0,20,0\n",
+    "nan.csv": HEAD + b"0,NaN,NaN\n10,inf,NaN\n20,NaN,-inf\n",
     "words.csv": HEAD + b"0,warm,0\n10,hot,1\n",
     "still.csv": HEAD + b"".join(b"%d,20,%d\n" % (10 * k, k) for k in range(300)),
     "no_length.csv": b"time_s,T_a_C,T_b_C\n"
@@ -134,21 +110,22 @@ def test_a_name_is_shown_as_it_is_and_no_command_obeys_it(bench: Bench) -> None:
 def test_everything_of_a_model_can_be_taken_along_and_goes_with_its_log(bench: Bench) -> None:
     log = bench.log()
     model = bench.model(log).json()["id"]
-    told = bench.ask("GET", f"/thermal/file/{model}/model-1.json", GOOD)
+    told = bench.ask("GET", f"/thermal/model/{model}", GOOD)
     assert told.json()["provenance"]["logs"][0]["name"] == "lathe.csv"
-    assert bench.ask("GET", f"/thermal/file/{model}/report.html", GOOD).text.startswith("<!")
-    limits = {"cycle_s": "1", "limit_um": "100", "rate_um_per_s": "1", "plausible_c": "5:60"}
+    assert bench.ask("GET", f"/thermal/html/{model}", GOOD).text.startswith("<!")
+    limits = {"cycle_s": "1", "limit": "100", "rate": "1", "plausible": "5:60"}
     refused = bench.post("export", model=model, dialect="st", **{**limits, "cycle_s": "900"})
     assert refused.status_code == REFUSED
     exported = bench.post("export", model=model, dialect="st", **limits)
     assert exported.status_code == OK, exported.text
-    packed = bench.ask("GET", f"/thermal/file/{model}/plc.zip", GOOD).content
+    packed = bench.ask("GET", f"/thermal/plc/{model}", GOOD).content
     names = zipfile.ZipFile(io.BytesIO(packed)).namelist()
     assert any(name.endswith(".st") for name in names)
-    for name in ("lathe.csv", "../model-1.json", "passwd"):
-        assert bench.ask("GET", f"/thermal/file/{model}/{name}", GOOD).status_code == 404
+    for kind in ("lathe.csv", "../model", "%2e%2e%2fmodel", "passwd", "csv"):
+        assert bench.ask("GET", f"/thermal/{kind}/{model}", GOOD).status_code == 404
+    assert bench.ask("GET", f"/thermal/plc/{log}", GOOD).status_code == 404
     assert bench.post("remove", id=log).json() == {"entries": []}
-    assert bench.ask("GET", f"/thermal/file/{model}/model-1.json", GOOD).status_code == 404
+    assert bench.ask("GET", f"/thermal/model/{model}", GOOD).status_code == 404
 
 
 def test_two_models_are_compared_and_two_recorders_joined(bench: Bench) -> None:

@@ -10,7 +10,9 @@ from hypothesis import given, strategies as st
 from tests.unit.screen.feed_parts import text_of
 from tests.unit.screen.page_script import said_by
 from tests.unit.screen.stand import Somebody
+from thermaxis.app.axis._forms import forms
 from thermaxis.codes import Message
+from thermaxis.files.settings import HEADER_GROUPS
 from thermaxis.messages import (
     ISOLATE,
     LANGUAGES,
@@ -22,6 +24,7 @@ from thermaxis.messages import (
     short_names,
     template,
 )
+from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import EventRecord, Role
 from thermaxis.screen.access import Answer, Outcome
 from thermaxis.screen.feed import parse_status, said_status
@@ -40,13 +43,34 @@ COMPOSED = {
     "common-page_": PAGES,
     "common-language_": LANGUAGES,
     "history-length_": ("1h", "8h", "1d", "7d", "30d", "all"),
-    "positioning-": (
-        *("head", "limits", "budget", "plan", "decimal_point", "decimal_comma", "date_order_day"),
-        *("date_order_month", "date_order_year"),
+    "positioning-": ("head", "limits", "budget"),
+    "positioning-decimal_": ("point", "comma"),
+    "positioning-date_order_": ("day", "month", "year"),
+    "positioning-figure_": tuple(key.lower() for key in FIGURE_KEYS),
+    "positioning-cycle_": ("standard", "pilgrim", "step"),
+    "positioning-rule_": ("simple", "iso14253"),
+    "positioning-drift_": ("none", "line", "smooth"),
+    "positioning-picture_": (
+        *("run", "trend", "plan", "log", "model"),
+        *("run_more", "trend_more", "plan_more", "log_more", "model_more"),
+    ),
+    "room-step_": (
+        *("waiting", "reading", "checking", "identifying", "simulating", "joining", "report"),
+    ),
+    "form-": (
+        *(table for tables in forms().values() for table in tables),
+        *(
+            f"{table}_{key}"
+            for tables in forms().values()
+            for table, fields in tables.items()
+            for key, _, _ in fields
+            if table != "limits" or key == "decision_rule"
+        ),
     ),
     "thermal-line_": ("measured", "simulated", "residual"),
     "thermal-method_": ("modal", "oe", "arx", "averages", "static"),
-    "thermal-plc_": ("cycle_s", "limit_um", "rate_um_per_s", "plausible_c"),
+    "thermal-take_": ("model", "pdf", "html", "json", "plc"),
+    "thermal-plc_": ("cycle_s", "limit", "rate", "plausible"),
     "positioning-download_": ("page", "dcc", "charts", "csv", "json"),
     "operator-": ("critical", "high", "medium", "low"),
     "operator-look_": [look for look in HEADLINES if f"operator-look_{look}" in keys("en")],
@@ -59,11 +83,13 @@ KINDS = (
     "chart",
     "common",
     "feed",
+    "form",
     "history",
     "login",
     "model",
     "operator",
     "positioning",
+    "room",
     "thermal",
 )
 OF_PAGES = {key for key in keys("en") if key.split("-")[0] in {*KINDS, "probe", "sensors"}}
@@ -85,6 +111,13 @@ def test_every_key_that_a_page_names_has_a_sentence_and_every_sentence_is_named(
     assert said - set(COMPOSED) - OF_PAGES == set()
     assert OF_PAGES - named - composed == set()
     assert composed <= OF_PAGES
+
+
+def test_a_form_asks_in_english_what_the_certificate_says() -> None:
+    for group in HEADER_GROUPS:
+        assert sentence(f"form-{group.name}") == group.title
+        for one in group.fields:
+            assert sentence(f"form-{group.name}_{one.name}") == one.label
 
 
 def test_the_scripts_know_no_language() -> None:

@@ -1,333 +1,224 @@
-"""Thermal: logs are dropped, a model is identified and verified, and taken along.
-
-A file goes through no code of the pages: a command in a process of its own reads it. What the page
-shows is the JSON that the command prints; sentences come from their codes, in the page's language.
-"""
+"""Thermal: logs are dropped, a model is identified and verified, and taken along."""
 
 import asyncio
-import json
-import logging
-import shutil
+import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final, cast
+from typing import Any, Final, cast
 
-from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, Response
+from starlette.requests import Request
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.app._rooms import (
-    LARGEST_JSON_BYTES,
-    Endpoint,
+    RESULTS,
     Json,
+    Kind,
+    Room,
     RoomHost,
     file_stem,
-    printed_of,
+    no_option,
     receive_files,
-    said_of,
     shown_name,
-    unless_gone,
+    spoken_as,
+    words_of,
 )
-from thermaxis.app.thermal._asked import (
-    export_words,
-    identify_words,
-    names_of,
-    stored_name,
-)
-from thermaxis.app.thermal._bench import Bench, Entry
-from thermaxis.codes import Message, printable, value_of_json, values_of_json
-from thermaxis.messages import remedy_of, sentence_of, text_of
-from thermaxis.web import RefusedError, answer_json, object_of, refuse, spoken
-from thermaxis.web.work import PROGRESS, BusyError, Limits, Outcome, WorkFolder, work_of
+from thermaxis.app._shelf import Entry, Shelf
+from thermaxis.web import RefusedError, answer_json, object_of, spoken
+from thermaxis.web.work import WorkFolder
 
 LARGEST_BYTES: Final = 60_000_000
 """Largest log. [byte]"""
-_BAD_REQUEST, _UNAUTHORIZED, _NOT_FOUND, _BUSY, _NO_ROOM = 400, 401, 404, 429, 507
-_MODEL, _SERIES, _PLC, _JSON = "model.json", "series.json", "plc", "results.json"
-_REPORTS: Final = ("report.html", "report.pdf")
-_MEDIA: Final = {".json": "application/json", ".pdf": "application/pdf", ".html": "text/html"}
-_OWN_WORDS: Final[Mapping[str, str]] = {
-    "positioning-refused": "thermal-refused",
-    "positioning-refused_plainly": "thermal-refused",
-    "positioning-too_large": "thermal-too_large",
-    "positioning-too_long": "thermal-too_long",
-    "positioning-too_hungry": "thermal-too_hungry",
-    "positioning-crashed": "thermal-crashed",
+MOST_BYTES: Final = 400_000_000
+"""Largest sum of the files. [byte]"""
+MOST_ENTRIES: Final = 60
+"""Logs, models and verifications together. [1]"""
+MOST_NAMES: Final = 40
+"""Most inputs, outputs or logs of one request. [1]"""
+_BAD_REQUEST, _NO_ROOM = 400, 507
+_EXTENSIONS = (".csv", ".txt", ".parquet", ".xlsx", ".mat", ".tdms")
+_NAME = r"[^\x00-\x1f\x7f]{1,200}"
+_MODEL, _SERIES, _MAP = "model.json", "series.json", "map.toml"
+_IDENTIFY = ("method", "sample_time")
+_EXPORT = ("dialect", "cycle_s", "limit", "rate", "plausible")
+_KINDS: Final[Mapping[str, Kind]] = {
+    "model": Kind(_MODEL),
+    "series": Kind(_SERIES),
+    "plc": Kind("plc.zip"),
+    "pdf": Kind("report.pdf", ("--report=report.pdf",)),
+    "html": Kind("report.html", ("--report=report.html",)),
+    "json": Kind(RESULTS),
 }
-"""What is said of logs here in place of runs."""
-_log = logging.getLogger(__name__)
 
 
-class ThermalRoom:
+class ThermalRoom(Room):
     """The routes of the room, opened by a program for one person."""
 
     largest_bytes: Final[Mapping[str, int]] = {"/thermal/log": LARGEST_BYTES}
     """Largest bodies by path, where they are larger than a usual request's. [byte]"""
-    files: Final = ("/thermal/file/",)
+    files: Final = tuple(f"/thermal/{kind}/" for kind in _KINDS if kind != "series")
     """Below these paths there are files."""
 
     def __init__(self, host: RoomHost) -> None:
-        self._host = host
-        self._bench: Bench | None = None
-        self._works: WorkFolder | None = None
+        shelf = Shelf(host, longest_s=math.inf, most=MOST_ENTRIES, most_bytes=MOST_BYTES)
+        super().__init__(host, "thermal", shelf, _KINDS)
+        self._models = 0
 
     def routes(self) -> list[BaseRoute]:
         """Return the routes."""
-
-        def at(path: str, endpoint: Endpoint, method: str = "GET") -> Route:
-            answered = self._host.guarded(self._answered(endpoint))
-            return Route(f"/thermal{path}", answered, methods=[method])
-
         return [
-            Route("/thermal", self._host.paged(self.page), methods=["GET"]),
-            at("/bench", self._told),
-            at("/progress", self._progress),
-            at("/log", self._upload, "POST"),
-            at("/join", self._join, "POST"),
-            at("/identify", self._identify, "POST"),
-            at("/verify", self._verify, "POST"),
-            at("/compare", self._compare, "POST"),
-            at("/export", self._export, "POST"),
-            at("/remove", self._remove, "POST"),
-            at("/file/{id}/{name}", self._file),
+            Route("/thermal", self.host.paged(self.page), methods=["GET"]),
+            self.at("/bench", self._told),
+            self.at("/progress", self.progress),
+            self.at("/log", self._upload, "POST"),
+            self.at("/join", self._join, "POST"),
+            self.at("/identify", self._identify, "POST"),
+            self.at("/verify", self._verify, "POST"),
+            self.at("/compare", self._compare, "POST"),
+            self.at("/export", self._export, "POST"),
+            self.at("/remove", self._remove, "POST"),
+            self.at("/{kind}/{id}", self.file),
         ]
-
-    def _answered(self, endpoint: Endpoint) -> Endpoint:
-        """Return an endpoint for who works here, that says in words what any work can meet."""
-
-        async def answered(request: Request) -> Response:
-            if self._host.owner_of(request) is None:
-                return refuse(request, _UNAUTHORIZED, "login-needed")
-            try:
-                return await endpoint(request)
-            except BusyError as error:
-                key = "thermal-own" if error.own else "thermal-busy"
-                return refuse(request, _BUSY, key)
-            except RefusedError as error:
-                key = _OWN_WORDS.get(error.key, error.key)
-                return refuse(request, error.status, key, **error.values)
-            except OSError as error:
-                _log.warning("a file could not be stored: %s", printable(str(error), 500))
-                return refuse(request, _NO_ROOM, "positioning-not_stored")
-            except ClientDisconnect:
-                return Response(status_code=_BAD_REQUEST)  # nobody reads it
-
-        return answered
 
     async def page(self, request: Request) -> Response:
         """Return the page."""
-        return self._host.page(
+        return self.host.page(
             request,
             "thermal.html",
             page="thermal",
             megabytes=LARGEST_BYTES // 1_000_000,
             largest_bytes=LARGEST_BYTES,
+            extensions=",".join((*_EXTENSIONS, ".toml")),
         )
 
     # ---- what is there -------------------------------------------------------------------------
 
     async def _told(self, request: Request) -> Response:
-        entries = self._open(request).entries.values()
-        language = spoken(request)
+        entries, language = self.shelf.all_of(self.owner(request)), spoken(request)
         told = await asyncio.to_thread(lambda: [_shown(one, language) for one in entries])
         return answer_json({"entries": told})
 
-    async def _progress(self, _: Request) -> Response:
-        """Return the step at which the command is that runs."""
-        try:
-            text = (self._works.path / PROGRESS).read_text() if self._works else "{}"
-            found = cast("Json", json.loads(text))
-        except (OSError, ValueError):
-            found = {}
-        return answer_json(found)
-
     async def _remove(self, request: Request) -> Response:
-        asked = await _asked(request)
-        await asyncio.to_thread(self._open(request).remove, str(asked.get("id")))
+        entry = self.found(request, (await object_of(request)).get("id"))
+        await asyncio.to_thread(self.shelf.drop, entry.id)
         return await self._told(request)
-
-    async def _file(self, request: Request) -> Response:
-        """Return a file of an entry; a report is made when it is first asked for."""
-        name, bench = str(request.path_params["name"]), self._open(request)
-        entry = bench.entries.get(str(request.path_params["id"]))
-        if entry is None or not (name in entry.files or name in (*_REPORTS, _JSON)):
-            raise RefusedError(_NOT_FOUND, "thermal-gone")
-        if name == _JSON:
-            return answer_json(entry.told)
-        if name not in entry.files:
-            words = [*entry.words, f"--report={name}"]
-            _, folder = await self._run(request, words, entry.inputs, (name,))
-            entry = bench.add_file(entry, name, folder.path / name)
-            folder.remove()
-        return FileResponse(
-            entry.files[name],
-            media_type=_MEDIA.get(Path(name).suffix, "application/octet-stream"),
-            filename=f"{file_stem(entry.name)}-{name}",
-        )
 
     # ---- work ----------------------------------------------------------------------------------
 
     async def _upload(self, request: Request) -> Response:
         """Keep a log, if the command can read it."""
-        given = request.query_params.get("name", "")
-        name, work = stored_name(given), work_of(request)
-        folder = work.folder()
-        try:
-            await receive_files(request, folder.path, name, {}, LARGEST_BYTES)
-            return await self._taken(request, folder.path / name, shown_name(given))
-        finally:
-            folder.remove()
+        query = request.query_params
+        name, size = query.get("name", ""), query.get("map_bytes", "0")
+        if not re.fullmatch("[0-9]{1,5}", size, re.ASCII):
+            raise no_option("map")
+        others = {_MAP: int(size)} if int(size) else {}
+        async with self.work(request) as folder:
+            log = folder.path / stored_name(name)
+            await receive_files(request, folder.path, log.name, others, LARGEST_BYTES)
+            return await self._taken(request, folder, log, shown_name(name), *others)
 
-    async def _taken(self, request: Request, log: Path, name: str) -> Response:
+    async def _taken(
+        self, request: Request, folder: WorkFolder, log: Path, name: str, *maps: str
+    ) -> Response:
         """Look at a log, and keep it under a name that no other log has."""
-        entries = self._open(request).entries.values()
-        known = {file for one in entries for file in one.files}
+        known = {file for one in self.shelf.all_of(self.owner(request)) for file in one.inputs}
         stem, number = log.stem, 1
         while log.name in known:
             number += 1
             log = log.rename(log.with_name(f"{stem}-{number}{log.suffix}"))
-        entry = Entry("log", name, ("channels", log.name), {log.name: log})
-        return await self._keep(request, entry, {_SERIES: "--series"})
+        words = ("channels", log.name, *(f"--mapping={one}" for one in maps))
+        inputs = {log.name: log, **{one: folder.path / one for one in maps}}
+        entry = Entry(self.owner(request), "log", name, words, folder, inputs)
+        return await self._made(request, entry, {_SERIES: "--series"})
 
     async def _join(self, request: Request) -> Response:
         """Join two logs by time, and keep what comes as one more."""
-        first, second = await self._logs(await _asked(request), 2)
-        words = ["merge", *first.inputs, *second.inputs, "--output=joined.csv"]
-        inputs = {**first.inputs, **second.inputs}
-        _, folder = await self._run(request, words, inputs, ("joined.csv",))
-        try:
+        first, second = logs = self._logs(request, await object_of(request), 2)
+        words = ["merge", *_files_of(logs), "--output=joined.csv", "--json=-"]
+        async with self.work(request) as folder:
+            await self.ask(request, words, folder, inputs=_inputs_of(logs))
             name = f"{first.name} + {second.name}"
-            return await self._taken(request, folder.path / "joined.csv", name)
-        finally:
-            folder.remove()
+            return await self._taken(request, folder, folder.path / "joined.csv", name)
 
     async def _identify(self, request: Request) -> Response:
-        asked = await _asked(request)
-        logs = await self._logs(asked, 0)
-        bench = self._open(request)
-        name = f"model-{bench.number()}"
-        today = self._host.utc().astimezone().date().isoformat()
-        inputs = _inputs_of(logs)
-        words = ("identify", *inputs, *identify_words(asked), f"--date={today}")
-        entry = Entry("model", name, words, inputs, _ids_of(logs))
-        return await self._keep(request, entry, {f"{name}.json": "--model", _SERIES: "--series"})
+        asked = await object_of(request)
+        today = self.host.utc().astimezone().date().isoformat()
+        self._models += 1
+        name, options = f"model-{self._models}", (*identify_words(asked), f"--date={today}")
+        logs, files = self._logs(request, asked, 0), {_MODEL: "--model", _SERIES: "--series"}
+        return await self._judged(request, ("model", "identify"), name, logs, files, options)
 
     async def _verify(self, request: Request) -> Response:
-        asked = await _asked(request)
-        model, logs = self._entry(asked.get("model"), "model"), await self._logs(asked, 0)
-        words = ("verify", *(inputs := _inputs_of([model, *logs])))
+        asked = await object_of(request)
+        logs, files = self._logs(request, asked, 0), {_SERIES: "--series"}
+        of = [self._entry(request, asked.get("model"), "model"), *logs]
         title = ", ".join(one.name for one in logs)
-        entry = Entry("verification", title, words, inputs, _ids_of([model, *logs]))
-        return await self._keep(request, entry, {_SERIES: "--series"})
+        return await self._judged(request, ("verification", "verify"), title, of, files)
 
     async def _compare(self, request: Request) -> Response:
-        asked = await _asked(request)
-        (log,) = await self._logs(asked, 1)
-        models = [self._entry(one, "model") for one in names_of(asked, "models")]
-        inputs = _inputs_of([*models, log])
-        entry = Entry("comparison", log.name, ("compare", *inputs), inputs, _ids_of([*models, log]))
-        return await self._keep(request, entry, {})
+        asked = await object_of(request)
+        (log,) = self._logs(request, asked, 1)
+        models = [self._entry(request, one, "model") for one in _names_of(asked, "models")]
+        of = [*models, log]
+        return await self._judged(request, ("comparison", "compare"), log.name, of, {})
 
-    async def _export(self, request: Request) -> Response:
-        """Return the folder of a block for a PLC, packed."""
-        asked = await _asked(request)
-        model = self._entry(asked.get("model"), "model")
-        inputs = _inputs_of([model])
-        words = ["export", *inputs, f"--output={_PLC}", *export_words(asked)]
-        told, folder = await self._run(request, words, inputs, ())
-        try:
-            path = folder.path / _PLC
-            packed = await asyncio.to_thread(shutil.make_archive, str(path), "zip", path)
-            bench = self._open(request)
-            bench.add_file(bench.entries[model.id], f"{_PLC}.zip", Path(packed))
-        finally:
-            folder.remove()
-        return answer_json({"report": told, "file": f"{_PLC}.zip"})
-
-    async def _keep(self, request: Request, entry: Entry, made: Mapping[str, str]) -> Response:
-        """Run the command of an entry, and keep what it prints and writes, by file and option."""
-        bench = self._open(request)
-        if bench.is_full:
-            raise RefusedError(_NO_ROOM, "thermal-full")
-        words = [*entry.words, *(f"{option}={file}" for file, option in made.items())]
-        told, folder = await self._run(request, words, entry.inputs, tuple(made))
-        try:
-            own = (*made, *entry.inputs) if entry.kind == "log" else made
-            files = {file: folder.path / file for file in own}
-            kept = await asyncio.to_thread(bench.keep, entry._replace(told=told), files)
-        finally:
-            folder.remove()
-        return answer_json({"id": kept.id})
-
-    async def _run(
+    async def _judged(
         self,
         request: Request,
-        words: Sequence[str],
-        inputs: Mapping[str, Path],
-        made: Sequence[str],
-    ) -> tuple[Json, WorkFolder]:
-        """Return the JSON that a command prints, and the folder in which it worked."""
-        work, owner = work_of(request), self._host.owner_of(request)
-        limits = Limits(self._host.longest_s, said_bytes=LARGEST_JSON_BYTES)
-        with work.place("" if owner is None else owner.name, kind="thermal"):
-            folder = self._works = work.folder()
-            try:
-                run = work.run_command(
-                    [*words, "--json=-"], limits=limits, inputs=inputs, outputs=made, folder=folder
-                )
-                outcome = await unless_gone(request, run)
-                told = await asyncio.to_thread(_result_of, outcome, limits.longest_s)
-            except BaseException:
-                await asyncio.to_thread(folder.remove)
-                raise
-            finally:
-                self._works = None
-        return told, folder
+        made: tuple[str, str],
+        name: str,
+        of: Sequence[Entry],
+        files: Mapping[str, str],
+        options: Sequence[str] = (),
+    ) -> Response:
+        """Keep what a command makes of entries: its kind, and the command's word."""
+        async with self.work(request) as folder:
+            (kind, word), owner = made, self.owner(request)
+            words, ids = (word, *_files_of(of), *options), tuple(one.id for one in of)
+            entry = Entry(owner, kind, name, words, folder, _inputs_of(of), made_of=ids)
+            return await self._made(request, entry, files)
+
+    async def _made(self, request: Request, entry: Entry, files: Mapping[str, str]) -> Response:
+        """Run the command of an entry, and keep what it prints and writes, by file and option."""
+        if self.shelf.is_full(entry.owner):
+            raise RefusedError(_NO_ROOM, "thermal-full")
+        folder = entry.folder
+        words = [*entry.words, *(f"{option}={file}" for file, option in files.items()), "--json=-"]
+        inputs = {n: path for n, path in entry.inputs.items() if path.parent != folder.path}
+        told = await self.ask(request, words, folder, inputs=inputs)
+        own = [*(path for path in entry.inputs.values()), *(folder.path / file for file in files)]
+        await asyncio.to_thread(
+            folder.leave_only, [one for one in own if one.parent == folder.path]
+        )
+        return answer_json({"id": self.keep(entry._replace(told=told)).id})
+
+    async def _export(self, request: Request) -> Response:
+        """Make the folder of a block for a PLC, packed, and return what the command says of it."""
+        asked = await object_of(request)
+        model = self._entry(request, asked.get("model"), "model")
+        words = ["export", *_files_of([model]), "--output=plc", *words_of(asked, _EXPORT)]
+        async with self.work(request) as folder:
+            inputs = _inputs_of([model])
+            told = await self.ask(request, [*words, "--json=-"], folder, inputs=inputs)
+            packed = folder.path / "plc.zip"
+            await asyncio.to_thread(packed.replace, model.folder.path / packed.name)
+        return answer_json(spoken_as(told, spoken(request)))
 
     # ---- what is asked for ---------------------------------------------------------------------
 
-    def _open(self, request: Request) -> Bench:
-        if self._bench is None:
-            self._bench = Bench(work_of(request).folder())
-        return self._bench
-
-    def _entry(self, key: object, kind: str) -> Entry:
-        found = None if self._bench is None else self._bench.entries.get(str(key))
-        if found is None or found.kind != kind:
-            raise RefusedError(_NOT_FOUND, "thermal-gone")
+    def _entry(self, request: Request, key: object, kind: str) -> Entry:
+        found = self.found(request, key or "")
+        if found.kind != kind:
+            raise no_option(kind)
         return found
 
-    async def _logs(self, asked: Json, count: int) -> list[Entry]:
+    def _logs(self, request: Request, asked: Json, count: int) -> list[Entry]:
         """Return the logs that are asked for: so many, or any number."""
-        found = [self._entry(key, "log") for key in names_of(asked, "logs")]
+        found = [self._entry(request, key, "log") for key in _names_of(asked, "logs")]
         if not found or (count and len(found) != count):
             raise RefusedError(_BAD_REQUEST, "thermal-choose_logs")
         return found
-
-
-async def _asked(request: Request) -> Json:
-    return await object_of(request)
-
-
-def _result_of(outcome: Outcome, longest_s: float) -> Json:
-    """Return what a command printed; an option that it refused is told on standard error alone."""
-    if outcome.code and not outcome.printed.strip():
-        said_of(outcome, {}, longest_s)
-    return printed_of(outcome, {}, longest_s)
-
-
-def _inputs_of(entries: Sequence[Entry]) -> dict[str, Path]:
-    """Return the files of logs and models, by the names that a command knows."""
-    return {
-        file: path
-        for one in entries
-        for file, path in (one.files if one.kind == "model" else one.inputs).items()
-        if one.kind == "log" or file == f"{one.name}.json"
-    }
-
-
-def _ids_of(entries: Sequence[Entry]) -> tuple[str, ...]:
-    return tuple(one.id for one in entries)
 
 
 def _shown(entry: Entry, language: str) -> Json:
@@ -335,40 +226,66 @@ def _shown(entry: Entry, language: str) -> Json:
         "id": entry.id,
         "kind": entry.kind,
         "name": entry.name,
-        "files": sorted(entry.files),
+        "has_series": (entry.folder.path / _SERIES).exists(),
         "made_of": entry.made_of,
-        "told": _spoken(entry.told, language),
+        "told": spoken_as(entry.told, language),
     }
 
 
-def _spoken(told: object, language: str) -> object:
-    """Return what a command printed, what has a code said in a language.
-
-    A list ``x_codes`` takes the place of the texts ``xs`` or ``x``, ``x_code`` that of the text
-    ``x``; an object with ``code`` and ``text`` speaks itself. What stands among the warnings of an
-    identification without a code are findings and remarks of reading, which have lists of their
-    own.
-    """
-    if isinstance(told, list):
-        return [_spoken(one, language) for one in cast("list[object]", told)]
-    if not isinstance(told, dict):
-        return told
-    found = cast("Json", told)
-    table = {key: _spoken(one, language) for key, one in found.items()}
-    if "code" in found and "text" in found:
-        message = Message(str(found["code"]), values_of_json(found["values"]))
-        table["text"] = sentence_of(message, language=language)
-        table["remedy"] = remedy_of(message, language=language)
-    for key, one in found.items():
-        stem, _, end = key.rpartition("_")
-        if end == "codes" and stem != "reading":
-            texts = [_sentence(code, language) for code in cast("list[object]", one)]
-            table[stem if stem in table else f"{stem}s"] = texts
-        elif end == "code" and one is not None:
-            table[stem] = _sentence(one, language)
-    return table
+def _inputs_of(entries: Sequence[Entry]) -> dict[str, Path]:
+    """Return the files of logs and models, by the names that a command knows."""
+    found: dict[str, Path] = {}
+    for one in entries:
+        model = {f"{one.name}.json": one.folder.path / _MODEL}
+        found = {**(model if one.kind == "model" else one.inputs), **found}
+    return found
 
 
-def _sentence(code: object, language: str) -> str:
-    found = value_of_json(code)
-    return text_of(found, language=language) if isinstance(found, Message) else str(found)
+def _files_of(entries: Sequence[Entry]) -> list[str]:
+    """Return the words of a command that name models and logs, and the mapping of the first."""
+    files = list(dict.fromkeys(name for one in entries for name in _inputs_of([one])))
+    return [f"--mapping={_MAP}" if one == _MAP else one for one in files]
+
+
+# ---- what is asked, as words of commands ---------------------------------------------------------
+
+
+def identify_words(asked: Json) -> list[str]:
+    """Return outputs, inputs and options of an identification."""
+    words = [f"--output={one}" for one in _names_of(asked, "outputs")]
+    for one in _list(asked, "inputs"):
+        if not isinstance(one, dict):
+            raise no_option("inputs")
+        found = cast("Json", one)
+        plus, minus = _text(found.get("plus"), "inputs"), found.get("minus") or ""
+        if asked.get("choose") is True:
+            words.append(f"--candidates={plus}")
+            continue
+        name = _text(found.get("name") or plus, "inputs").replace("=", " ")
+        less = f"-{_text(minus, 'inputs')}" if minus else ""
+        words.append(f"--input={name}={plus}{less}")
+    return [*words, *words_of(asked, _IDENTIFY)]
+
+
+def stored_name(given: str) -> str:
+    """Return a name for an uploaded log that no command takes for an option."""
+    suffix = Path(given).suffix.lower()
+    stem = file_stem(given).strip("-")
+    return f"{stem or 'log'}{suffix if suffix in _EXTENSIONS else '.csv'}"
+
+
+def _names_of(asked: Json, key: str) -> list[str]:
+    return list(dict.fromkeys(_text(one, key) for one in _list(asked, key)))
+
+
+def _list(asked: Json, key: str) -> list[Any]:
+    found = asked.get(key, [])
+    if not isinstance(found, list) or len(cast("list[Any]", found)) > MOST_NAMES:
+        raise no_option(key)
+    return cast("list[Any]", found)
+
+
+def _text(value: object, key: str) -> str:
+    if not isinstance(value, str) or not re.fullmatch(_NAME, value):
+        raise no_option(key)
+    return value

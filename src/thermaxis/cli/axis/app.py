@@ -12,7 +12,7 @@ import webbrowser
 from thermaxis.cli._arguments import adder, count
 
 PORT = 8460
-"""Usual port. [1]"""
+"""Usual port: its cookie is the browser's of this address and port. [1]"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

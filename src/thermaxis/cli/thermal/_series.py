@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from thermaxis import thermal
 from thermaxis.cli._arguments import AddsArguments, adder
 from thermaxis.cli._json import write_json
+from thermaxis.report.thermal import drawn_line
 
-_BLOCKS = 400
-_GAP_BLOCKS = 3.0
-_GAP_STEPS = 2.5
+_POINTS = 800
 _Floats = NDArray[np.float64]
 
 
@@ -64,23 +63,10 @@ def _series(
 
 def _points(time_s: _Floats, values: _Floats) -> dict[str, object]:
     """Return the lowest and highest value of each stretch of time; null where rows are missing."""
-    known = np.flatnonzero(~np.isnan(values))
-    if known.size == 0:
-        return {"time_h": [], "values": []}
-    width_s = max(float(time_s[-1]) / _BLOCKS, 1e-9)
-    begins = np.flatnonzero(np.diff(np.floor(time_s[known] / width_s))) + 1
-    rows: list[int] = []
-    for part in np.split(known, begins):
-        ends = {int(part[np.argmin(values[part])]), int(part[np.argmax(values[part])])}
-        rows += sorted(ends)
-    if rows[-1] != known[-1]:
-        rows.append(int(known[-1]))
-    at_s, shown = time_s[rows], values[rows]
-    usual_s = float(np.median(np.diff(time_s[known]))) if known.size > 1 else 0.0
-    gaps = np.flatnonzero(np.diff(at_s) > _GAP_BLOCKS * width_s + _GAP_STEPS * usual_s) + 1
-    at_s = np.insert(at_s, gaps, at_s[gaps - 1])
-    shown = np.insert(shown, gaps, np.nan)
-    return {"time_h": [_short(t / 3600.0) for t in at_s], "values": [_short(v) for v in shown]}
+    line = drawn_line(time_s / 3600.0, values, _POINTS)
+    gaps = np.flatnonzero(np.isnan(line.y))
+    line.x[gaps] = line.x[gaps - 1]
+    return {"time_h": [_short(t) for t in line.x], "values": [_short(v) for v in line.y]}
 
 
 def _short(value: float) -> float | None:

@@ -74,17 +74,13 @@ def _text(entry: ReadLog) -> list[Part]:
     log = entry.log
     title = f"{log.where}: {log.rows} rows, {log.duration_s / 3600.0:.3g} h"
     title += f", every {log.usual_step_s:g} s"
-    inputs = [_written(definition) for definition in thermal.suggest_inputs(log)]
+    inputs = [f"{one.name}={one.expression}" for one in thermal.suggest_inputs(log)]
     suggested = [f"inputs to begin with: {' '.join(inputs)}"] if inputs else []
     suggested += [
         f'{one.name} rests: moves_with = "{one.moves_with}", rests_k = {one.rests_k:.2g}'
         for one in thermal.find_resting(log)
     ]
     return [Section("", [Table(title, _channels(log), words=2)]), *suggested]
-
-
-def _written(definition: thermal.InputDefinition) -> str:
-    return f"{definition.name}={definition.expression}"
 
 
 def _log(entry: ReadLog) -> list[Part]:

@@ -26,31 +26,15 @@ positioning-full = s, R and A also on an axis over 2000 mm
 positioning-head = Head of the certificate (TOML)
 positioning-limits = Limits of the figures (TOML)
 positioning-submit = Evaluate
-positioning-running = The run is being evaluated: { $elapsed } s of at most { $limit } s, without waiting for others
 positioning-needs_engineer = Files are evaluated for those who have logged in as engineer.
 positioning-kept = Evaluated here (kept for an hour, at most { $most })
 positioning-nothing_yet = No run has been evaluated yet.
 
 ## refusals
 
-positioning-busy = Other runs are being evaluated. Try again in a minute.
-positioning-own = A run or an export that you asked for before is still at work. Its result comes by itself: try again in a minute.
-positioning-bad_option = The option is not known or has no sense: { $option }
-positioning-too_large = The file is larger than 20 MB. Shorten the run, or export fewer columns.
 positioning-table_too_large = Head and limits may have at most { $largest } kB each.
-positioning-too_slow = The file has not arrived within { $limit } s. Check the connection and send it again.
-positioning-empty = The file is empty.
-positioning-too_long = The evaluation took longer than { $limit } s and was stopped. Evaluate the run on another computer.
-positioning-too_much = The evaluation wrote more than it may and was stopped. Evaluate the run on another computer.
-positioning-too_hungry = The evaluation needed more memory than it may take, and ended. Evaluate the run on another computer.
-positioning-not_stored = The file could not be stored: the disk may be full. Make room, then try again.
-positioning-crashed = The work failed. What the program prints, or its log, says more.
-positioning-refused = The run cannot be evaluated: { $said }
-positioning-refused_plainly = This cannot be made: { $said }
 positioning-runs_wrong = A trend needs 2 to { $most } runs of one axis.
 positioning-no_toml = The file is no TOML: it does not state keys and values.
-positioning-gone = There is no such result any more. Results are kept for an hour, for whoever made them.
-positioning-no_answer = The program does not answer. See that it still runs, then try again.
 
 ## result
 
@@ -87,7 +71,7 @@ positioning-drift_state = The drift-free figures are those of the thermal state 
 positioning-anomalies = Targets that stand out
 positioning-anomaly = { $approach } position { $position } ({ $target } { $unit }): its spread is { $ratio } times that of the others
 positioning-diagnosis = Diagnosis
-positioning-warnings = Warnings (in the words of the evaluation)
+positioning-warnings = Warnings
 positioning-other = Figures of { $name }
 
 ## figures by name
@@ -118,16 +102,16 @@ positioning-date_order_month = month
 positioning-date_order_year = year
 positioning-units = Units of position, deviation (mm,um)
 positioning-target_tolerance = Targets closer than this are one
+positioning-encoding = Encoding of the text
+positioning-map = What the columns hold (TOML, as --map)
 positioning-budget = Uncertainty budget (TOML)
 positioning-plan = Plan to compare with (JSON)
 positioning-form = Fill in
 positioning-form_used = from the form
-positioning-form_kept = Kept by this browser for the next time; saved as the file that the commands read.
+positioning-form_kept = Kept for the next time, as the file that the commands read.
 positioning-form_keep = Use
 positioning-form_save = Save as file
 positioning-form_empty = Empty
-positioning-cancel = Cancel
-positioning-cancelled = The work was given up.
 positioning-downloads = More files
 positioning-download_page = Certificate (HTML)
 positioning-download_dcc = Digital Calibration Certificate
@@ -168,3 +152,7 @@ positioning-picture_trend = Several runs of one axis
 positioning-picture_trend_more = give the trend of their figures.
 positioning-picture_plan = A run with its plan
 positioning-picture_plan_more = is held against it; what differs is said.
+positioning-picture_log = A log of temperatures and displacements
+positioning-picture_log_more = gives a model of the thermal error, under Thermal model.
+positioning-picture_model = A second log
+positioning-picture_model_more = verifies the model; several models are compared, and one is taken along as a block for a PLC.

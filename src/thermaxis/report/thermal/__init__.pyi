@@ -1,6 +1,9 @@
 from ._compared import (
     ComparedModel as ComparedModel,
 )
+from ._lines import (
+    drawn_line as drawn_line,
+)
 from ._output import (
     write_comparison_figures as write_comparison_figures,
     write_comparison_report as write_comparison_report,

@@ -24,6 +24,8 @@ from thermaxis.screen.access import (
 class _Host:
     """The screen, as a room sees it: results belong to a log-in."""
 
+    settings = None
+
     def __init__(self, parts: ScreenParts) -> None:
         self._clock = parts.clock
         self.longest_s = parts.settings.evaluation_s

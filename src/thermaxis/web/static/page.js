@@ -64,11 +64,12 @@ function say(text) {
  * Ask, and say it where that fails.
  * @param {string} path
  * @param {unknown} body
+ * @param {boolean} [asIs] whether the body is sent as it is, in place of JSON
  * @returns {Promise<boolean>} whether it was done
  */
-export async function went(path, body) {
+export async function went(path, body, asIs = false) {
   try {
-    const answer = await post(path, body);
+    const answer = await post(path, body, asIs);
     if (answer.ok) return true;
     const found = await answer.json().catch(() => ({}));
     say(found.text ?? word("history-no_answer"));

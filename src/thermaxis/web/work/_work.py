@@ -219,7 +219,8 @@ class Work:
         with self.place() if folder is None else contextlib.nullcontext():
             mine = folder or self.folder()
             with contextlib.ExitStack() as undone:
-                undone.callback(remove_aside, mine)
+                if folder is None:
+                    undone.callback(remove_aside, mine)
                 await asyncio.to_thread(_put, mine.path, inputs or {})
                 async with self._turn:
                     outcome = await self._outcome_of(words, mine, outputs, limits)

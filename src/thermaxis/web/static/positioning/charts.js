@@ -3,24 +3,23 @@
 
 import { drawChart } from "../chart/chart.js";
 import { word } from "../words.js";
+import { unitsOf } from "./result.js";
 
 /** @typedef {Record<string, any>} Result */
-
-const UNITS = { linear: ["mm", "µm"], rotary: ["°", "″"] };
 
 /**
  * Mean deviations and spread at each target.
  * @param {HTMLElement} levels @param {HTMLElement} spread @param {Result} result
  */
 export function drawLevels(levels, spread, result) {
-  const [mm, unit] = UNITS[/** @type {keyof typeof UNITS} */ (result.kind)] ?? UNITS.linear;
-  const x = result.levels.map((/** @type {Result} */ one) => one.position);
+  const { target: mm, deviation: unit } = unitsOf(result.test.kind);
+  const { targets } = result.iso230_2;
+  const x = targets.map((/** @type {Result} */ one) => one.position);
   const of = (/** @type {string} */ key) =>
-    result.levels.map((/** @type {Result} */ one) => one[key] ?? null);
+    targets.map((/** @type {Result} */ one) => one[key] ?? null);
   const axes = { xTitle: `${word("positioning-chart_position")}, ${mm}`, yTitle: unit };
   const forward = { x, unit, digits: 2, color: 2, marker: "triangle-up", dash: "solid" };
   const backward = { ...forward, color: 3, marker: "square" };
-  const free = result.levels_drift_free;
   const title = (/** @type {string} */ name, /** @type {string} */ way) => `${name} ${way}`;
   const [measured, without] = [word("positioning-measured"), word("positioning-drift_free")];
   drawChart(levels, {
@@ -29,8 +28,8 @@ export function drawLevels(levels, spread, result) {
     lines: [
       { ...forward, name: title(measured, "↑"), y: of("mean_forward") },
       { ...backward, name: title(measured, "↓"), y: of("mean_backward") },
-      { ...forward, name: title(without, "↑"), y: free.forward, dash: "dash" },
-      { ...backward, name: title(without, "↓"), y: free.backward, dash: "dash" },
+      { ...forward, name: title(without, "↑"), y: result.drift?.levels_forward ?? [], dash: "dash" },
+      { ...backward, name: title(without, "↓"), y: result.drift?.levels_backward ?? [], dash: "dash" },
     ].filter((line) => line.y.some((/** @type {unknown} */ one) => one !== null)),
   });
   drawChart(spread, {
@@ -45,7 +44,7 @@ export function drawLevels(levels, spread, result) {
 
 /** Figures of several runs over time. @param {HTMLElement} element @param {Result} trend */
 export function drawTrend(element, trend) {
-  const [, unit] = UNITS[/** @type {keyof typeof UNITS} */ (trend.kind)] ?? UNITS.linear;
+  const { deviation: unit } = unitsOf(trend.kind);
   const dated = trend.runs.every((/** @type {Result} */ run) => run.start);
   const x = trend.runs.map((/** @type {Result} */ run, /** @type {number} */ k) =>
     dated ? run.start : k + 1);

@@ -2,305 +2,186 @@
 // What the evaluation of a run says, as parts of the page.
 
 import { inEnglish, made } from "../elements.js";
+import { listed, numberCell, section, tableOf, titleCell } from "../room.js";
 import { moment, number, signed, word } from "../words.js";
 
-/** @typedef {Record<string, any>} Result */
+/** @typedef {Record<string, any>} Result the JSON that the command prints */
 
-const SYMBOLS = {
-  B: "B", B_mean: "B̄", M: "M", E_forward: "E↑", E_backward: "E↓", E: "E",
-  R_forward: "R↑", R_backward: "R↓", R: "R", A_forward: "A↑", A_backward: "A↓", A: "A",
-  U_max: "Umax", U_mean: "Ū", Ps_max: "Ps max", Ps_mean: "P̄s", Pa: "Pa", P: "P",
-};
-const FIGURES = {
-  B: "positioning-figure_b", B_mean: "positioning-figure_b_mean", M: "positioning-figure_m",
-  E_forward: "positioning-figure_e_forward", E_backward: "positioning-figure_e_backward",
-  E: "positioning-figure_e", R_forward: "positioning-figure_r_forward",
-  R_backward: "positioning-figure_r_backward", R: "positioning-figure_r",
-  A_forward: "positioning-figure_a_forward", A_backward: "positioning-figure_a_backward",
-  A: "positioning-figure_a",
-};
-const CYCLES = {
-  standard: "positioning-cycle_standard",
-  pilgrim: "positioning-cycle_pilgrim",
-  step: "positioning-cycle_step",
-};
-const DECISIONS = {
+const SYMBOLS = /** @type {Record<string, string>} */ ({
+  B_mean: "B̄", U_max: "Umax", U_mean: "Ū", Ps_max: "Ps max", Ps_mean: "P̄s",
+});
+const DECISIONS = /** @type {Record<string, string[]>} */ ({
   pass: ["✓", "positioning-passed"],
   fail: ["✗", "positioning-failed"],
   "not decided": ["?", "positioning-not_decided"],
-};
-const RULES = {
-  simple: "positioning-rule_simple",
-  "iso14253-1": "positioning-rule_iso14253",
-};
-const MODELS = {
-  none: "positioning-drift_none",
-  line: "positioning-drift_line",
-  smooth: "positioning-drift_smooth",
-};
+});
 const OTHERS = { iso230_2_1988: "ISO 230-2:1988", vdi3441: "VDI/DGQ 3441" };
-const UNITS = {
-  linear: { deviation: "µm", target: "mm", growth: "µm/m" },
-  rotary: { deviation: "″", target: "°", growth: "″/1000°" },
-};
+const LINEAR = { deviation: "µm", target: "mm", growth: "µm/m" };
+const ROTARY = { deviation: "″", target: "°", growth: "″/1000°" };
 
-/**
- * @template T
- * @param {Record<string, T>} table
- * @param {string} key
- * @returns {T | undefined}
- */
-function known(table, key) {
-  return Object.hasOwn(table, key) ? table[key] : undefined;
+/** @param {string} kind */
+export const unitsOf = (kind) => kind === "rotary" ? ROTARY : LINEAR;
+
+/** How a figure is written. @param {string} key */
+export function symbolOf(key) {
+  return SYMBOLS[key] ?? key.replace("_forward", "↑").replace("_backward", "↓");
 }
+
+/** @param {string} key */
+const symbol = (key) => made("span", symbolOf(key), "run-symbol");
 
 /** @param {(number | null)[]} values */
 function decimals(values) {
-  const sizes = values.filter((value) => value !== null).map((value) => Math.abs(Number(value)));
-  const largest = Math.max(0, ...sizes);
+  const largest = Math.max(0, ...values.map((value) => Math.abs(value ?? 0)));
   if (largest >= 1) return 2;
   return largest >= 0.1 ? 3 : 4;
 }
 
-/**
- * An uncertainty with two significant digits.
- * @param {number | null} value
- */
-function within(value) {
-  return number(value, twoDigits(value));
-}
-
-/**
- * Decimals that show two significant digits of a number.
- * @param {number | null} value
- */
+/** Decimals that show two significant digits of a number. @param {number | null} value */
 function twoDigits(value) {
   if (!value) return 1;
   const rounded = Math.abs(Number(value.toPrecision(2)));
   return Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(rounded))));
 }
 
+/** An uncertainty with two significant digits. @param {number | null} value */
+const within = (value) => number(value, twoDigits(value));
+
 /** @param {string | null} verdict */
 function decision(verdict) {
-  const found = known(DECISIONS, verdict ?? "");
-  if (!found) return made("span");
-  const mark = made("span", `${found[0]} ${word(found[1])}`, "run-decision");
+  const [sign, key] = DECISIONS[verdict ?? ""] ?? [];
+  const mark = made("span", key ? `${sign} ${word(key)}` : "", key ? "run-decision" : "");
   mark.dataset.verdict = verdict ?? "";
   return mark;
 }
 
 /** @param {Result} result */
-function figureTable(result) {
-  const rows = /** @type {Result[]} */ (result.figures);
-  const hasWithin = rows.some((row) => row.measured_within !== null);
-  const hasDrift = result.drift !== null;
-  const hasLimits = result.verdict !== null;
-  const digits = decimals(rows.map((row) => row.measured));
-  const unit = unitsOf(result).deviation;
-  const columns = [
-    `${word("positioning-measured")}, ${unit}`,
-    ...(hasWithin ? [word("positioning-within")] : []),
-    ...(hasDrift ? [`${word("positioning-drift_free")}, ${unit}`] : []),
-    ...(hasDrift && hasWithin ? [word("positioning-within")] : []),
-    ...(hasLimits ? [word("positioning-limit")] : []),
-  ];
-  const head = [heading(word("positioning-figure")), ...columns.map((one) => heading(one, "number"))];
-  if (hasLimits) head.push(heading(word("positioning-decision")));
-  return table(head, rows.map((row) => {
-    const name = /** @type {HTMLTableCellElement} */ (made("th"));
-    name.scope = "row";
-    name.append(made("span", known(SYMBOLS, row.key) ?? row.key, "run-symbol"),
-      ` ${word(known(FIGURES, row.key) ?? "")}`);
-    const exact = (/** @type {number | null} */ value, /** @type {number | null} */ band) =>
-      figure(number(value, band ? twoDigits(band) : digits), value);
-    const bandOf = (/** @type {number | null} */ band) => figure(within(band), band);
-    const cells = [
-      exact(row.measured, row.measured_within),
-      ...(hasWithin ? [bandOf(row.measured_within)] : []),
-      ...(hasDrift ? [exact(row.drift_free, row.drift_free_within)] : []),
-      ...(hasDrift && hasWithin ? [bandOf(row.drift_free_within)] : []),
-      ...(hasLimits ? [figure(number(row.limit, digits), row.limit)] : []),
-    ];
-    const judged = hasLimits ? [made("td", "", "", decision(row.verdict))] : [];
-    return [name, ...cells, ...judged];
-  }));
-}
-
-/** A number as it is shown, with all of its digits behind it. @param {string} text @param {number | null} value */
-function figure(text, value) {
-  const cell = made("td", text, "number");
-  if (value !== null) cell.dataset.value = cell.title = String(value);
-  return cell;
-}
-
-/**
- * @param {string} text
- * @param {string} [kind]
- */
-function heading(text, kind = "") {
-  const cell = /** @type {HTMLTableCellElement} */ (made("th", text, kind));
-  cell.scope = "col";
-  return cell;
-}
-
-/**
- * @param {HTMLElement[]} head
- * @param {HTMLElement[][]} rows
- */
-function table(head, rows) {
-  const rowOf = (/** @type {HTMLElement[]} */ cells) => made("tr", "", "", ...cells);
-  const scroll = made("div", "", "run-scroll", made("table", "", "",
-    made("thead", "", "", rowOf(head)), made("tbody", "", "", ...rows.map(rowOf))));
-  scroll.tabIndex = 0;
-  scroll.setAttribute("role", "region");
-  scroll.setAttribute("aria-label", word("positioning-figures"));
-  return scroll;
+function figureTable({ figure_table: rows, drift, limits, test }) {
+  const hasWithin = rows.some((/** @type {Result} */ row) => row.expanded_uncertainty !== null);
+  const digits = decimals(rows.map((/** @type {Result} */ row) => row.value));
+  const unit = unitsOf(test.kind).deviation;
+  const pair = (/** @type {string} */ key) =>
+    [`${word(key)}, ${unit}`, ...(hasWithin ? [word("positioning-within")] : [])];
+  const cells = (/** @type {number | null} */ value, /** @type {number | null} */ band) =>
+    [numberCell(value, band ? twoDigits(band) : digits),
+      ...(hasWithin ? [numberCell(band, twoDigits(band))] : [])];
+  const head = [word("positioning-figure"), ...pair("positioning-measured"),
+    ...(drift ? pair("positioning-drift_free") : []),
+    ...(limits ? [word("positioning-limit"), word("positioning-decision")] : [])];
+  return tableOf(word("positioning-figures"), head, rows.map((/** @type {Result} */ row) => [
+    titleCell(symbol(row.figure), ` ${word(`positioning-figure_${row.figure.toLowerCase()}`)}`),
+    ...cells(row.value, row.expanded_uncertainty),
+    ...(drift ? cells(row.drift_free, row.drift_free_expanded_uncertainty) : []),
+    ...(limits ? [numberCell(row.limit, digits), made("td", "", "", decision(row.verdict))] : []),
+  ]));
 }
 
 /** @param {Result} result */
-function unitsOf(result) {
-  return known(UNITS, result.kind) ?? UNITS.linear;
-}
-
-/** @param {Result} result */
-function notes(result) {
+function notes({ drift, figure_table: rows, uncertainty }) {
+  const without = uncertainty?.measured?.left_out ?? [];
   const lines = [
-    ...(result.drift ? [word("positioning-not_the_standard")] : []),
-    ...(result.figures.some((/** @type {Result} */ row) => row.measured === null)
+    ...(drift ? [word("positioning-not_the_standard")] : []),
+    ...(rows.some((/** @type {Result} */ row) => row.value === null)
       ? [word("positioning-absent")] : []),
-    ...(result.left_out.length > 0
-      ? [word("positioning-uncertainty_without", { terms: result.left_out.join("; ") })] : []),
+    ...(without.length
+      ? [word("positioning-uncertainty_without", { terms: without.join("; ") })] : []),
   ];
   return made("div", "", "muted", ...lines.map((text) => made("p", text)));
 }
 
 /** @param {Result} result */
-function verdict(result) {
-  if (result.verdict === null) return [];
-  const line = made("p", word("positioning-verdict"), "run-verdict", decision(result.verdict));
-  const rule = known(RULES, result.decision_rule);
-  return rule ? [line, made("p", word(rule), "muted")] : [line];
+function verdict({ limits }) {
+  if (!limits) return [];
+  const rule = word(`positioning-rule_${limits.decision_rule.split("-")[0]}`);
+  return [made("p", word("positioning-verdict"), "run-verdict", decision(limits.verdict)),
+    made("p", rule, "muted")];
 }
 
 /** @param {Result} result */
-function drift(result) {
-  const found = result.drift;
+function driftOf({ drift: found, test }) {
   if (!found) return [];
-  const units = unitsOf(result);
-  const lines = [word(known(MODELS, found.model) ?? "positioning-drift_smooth")];
-  if (found.model !== "none") {
+  const units = unitsOf(test.kind);
+  const model = ["none", "line"].includes(found.model) ? found.model : "smooth";
+  const lines = [word(`positioning-drift_${model}`)];
+  if (model !== "none") {
     lines.push(word("positioning-drift_total", {
       total: signed(found.total, twoDigits(found.total_within)),
       within: within(found.total_within), unit: units.deviation,
       per_m: signed(found.total_per_m, twoDigits(found.total_per_m_within)),
       per_m_within: within(found.total_per_m_within), unit_per: units.growth,
-    }));
-    const hours = number(found.reference_time_s / 3600, 2);
-    lines.push(word("positioning-drift_state", { hours }));
+    }), word("positioning-drift_state", { hours: number(found.reference_time_s / 3600, 2) }));
   }
-  return section(word("positioning-drift_title"), lines.map((text) => made("p", text)));
+  return section(word("positioning-drift_title"), ...lines.map((text) => made("p", text)));
 }
 
 /** @param {Result} result */
-function anomalies(result) {
-  const unit = unitsOf(result).target;
-  const rows = result.anomalies.map((/** @type {Result} */ one) => made("li", word(
-    "positioning-anomaly",
-    {
-      approach: one.approach === "forward" ? "↑" : "↓", position: one.position,
-      target: number(one.target, 3), unit, ratio: number(one.statistic, 2),
-    },
-  )));
-  return listed(word("positioning-anomalies"), rows);
+function anomalies({ adjacent_difference: found, test }) {
+  const unit = unitsOf(test.kind).target;
+  return listed(word("positioning-anomalies"), ["forward", "backward"].flatMap((approach) =>
+    (found?.[approach]?.anomalies ?? []).map((/** @type {Result} */ one) =>
+      word("positioning-anomaly", {
+        approach: approach === "forward" ? "↑" : "↓", position: one.position,
+        target: number(one.position_mm, 3), unit, ratio: number(one.statistic, 2),
+      }))));
 }
 
-/** @param {Result} result */
+/** Figures of the other standard, if one was asked for. @param {Result} result */
 function other(result) {
-  if (!result.other) return [];
-  const head = [heading(word("positioning-figure")),
-    heading(`${word("positioning-measured")}, ${unitsOf(result).deviation}`, "number")];
-  const entries = /** @type {[string, number][]} */ (Object.entries(result.other.figures));
-  const digits = decimals(entries.map(([, value]) => value));
-  const rows = entries.map(([key, value]) => [
-    made("td", known(SYMBOLS, key) ?? key, "run-symbol"),
-    made("td", number(value, digits), "number"),
-  ]);
-  const name = known(OTHERS, result.other.name) ?? "";
-  return section(word("positioning-other", { name }), [
-    table(head, rows), inEnglish("p", result.other.mark),
-  ]);
+  return Object.entries(OTHERS).filter(([key]) => result[key]).flatMap(([key, name]) => {
+    const entries = /** @type {[string, number][]} */ (
+      Object.entries(result[key]).filter(([, value]) => typeof value === "number"));
+    const digits = decimals(entries.map(([, value]) => value));
+    const measured = `${word("positioning-measured")}, ${unitsOf(result.test.kind).deviation}`;
+    const title = word("positioning-other", { name });
+    return section(title, tableOf(title, [word("positioning-figure"), measured],
+      entries.map(([one, value]) => [titleCell(symbol(one)), numberCell(value, digits)])),
+    inEnglish("p", result[key].mark ?? ""));
+  });
 }
 
-/**
- * @param {string} title
- * @param {HTMLElement[]} content
- */
-function section(title, content) {
-  return [made("section", "", "", made("h3", title), ...content)];
-}
-
-/**
- * @param {string} title
- * @param {HTMLElement[]} rows
- */
-function listed(title, rows) {
-  if (rows.length === 0) return [];
-  return section(title, [made("ul", "", "", ...rows)]);
-}
-
-/**
- * The figures of several runs, one run in a row.
- * @param {Result} trend
- */
+/** The figures of several runs, one run in a row. @param {Result} trend */
 export function trendOf(trend) {
   const keys = ["B", "E", "R", "A"];
-  const { deviation } = known(UNITS, trend.kind) ?? UNITS.linear;
-  const head = [heading(word("positioning-trend_run")), heading(word("positioning-trend_begun")),
-    ...keys.flatMap((key) => [heading(`${key}, ${deviation}`, "number"),
-      heading(word("positioning-within"), "number")])];
+  const { deviation } = unitsOf(trend.kind);
+  const head = [word("positioning-trend_run"), word("positioning-trend_begun"),
+    ...keys.flatMap((key) => [`${key}, ${deviation}`, word("positioning-within")])];
   const rows = trend.runs.map((/** @type {Result} */ run) => [
-    made("td", run.name), made("td", moment(run.start)),
-    ...keys.flatMap((key) => [
-      made("td", number(run.iso230_2[key], twoDigits(run.uncertainty[key])), "number"),
-      made("td", within(run.uncertainty[key]), "number")]),
+    titleCell(run.name), made("td", moment(run.start)),
+    ...keys.flatMap((key) => [numberCell(run.iso230_2[key], twoDigits(run.uncertainty[key])),
+      numberCell(run.uncertainty[key], twoDigits(run.uncertainty[key]))]),
   ]);
-  const remarks = trend.warnings.map((/** @type {string} */ one) => inEnglish("p", one));
-  return [table(head, rows), ...remarks];
+  return [tableOf(word("positioning-trend_title"), head, rows),
+    ...listed(word("positioning-warnings"), trend.warnings)];
 }
 
 /** @param {Result} result */
-export function facts(result) {
-  const ways = word(result.unidirectional ? "positioning-one_way" : "positioning-both_ways");
-  const cycle = known(CYCLES, result.cycle);
+export function facts({ test, iso230_2 }) {
+  const { axis, machine } = test.header;
   return [
-    ...(result.machine ? [result.machine] : []),
-    ...(result.axis ? [word("positioning-axis", { axis: result.axis })] : []),
+    ...(machine ? [machine] : []),
+    ...(axis ? [word("positioning-axis", { axis })] : []),
     word("positioning-runs", {
-      targets: result.targets, cycles: result.cycles, cycle: cycle ? word(cycle) : result.cycle,
+      targets: test.targets.length, cycles: test.cycles,
+      cycle: word(`positioning-cycle_${test.cycle}`),
     }),
-    ways,
-    ...(result.start ? [word("positioning-begun", { time: moment(result.start) })] : []),
-    `ISO 230-2:${result.edition}`,
+    word(test.unidirectional ? "positioning-one_way" : "positioning-both_ways"),
+    ...(test.start ? [word("positioning-begun", { time: moment(test.start) })] : []),
+    `ISO 230-2:${iso230_2.edition}`,
   ].join(" · ");
 }
 
-/**
- * Everything below the name of the run.
- * @param {Result} result
- * @returns {HTMLElement[]}
- */
+/** Everything below the name of the run. @param {Result} result @returns {HTMLElement[]} */
 export function shownOf(result) {
+  const diagnosis = (result.drift?.diagnosis ?? []).map((/** @type {Result} */ one) => one.text);
   return [
     ...verdict(result),
     figureTable(result),
     notes(result),
     ...other(result),
-    ...drift(result),
+    ...driftOf(result),
     ...anomalies(result),
-    ...listed(word("positioning-diagnosis"),
-      result.diagnosis.map((/** @type {string} */ text) => made("li", text))),
-    ...listed(word("positioning-warnings"),
-      result.warnings.map((/** @type {string} */ text) => inEnglish("li", text))),
-    made("p", word("positioning-content", { sha256: result.sha256 }), "muted"),
+    ...listed(word("positioning-diagnosis"), diagnosis),
+    ...listed(word("positioning-warnings"), result.warnings),
+    made("p", word("positioning-content", { sha256: result.input.sha256 }), "muted"),
   ];
 }

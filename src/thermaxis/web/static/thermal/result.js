@@ -2,12 +2,12 @@
 // What lies on the bench, each as a card: a log, a model, a verification, models compared.
 
 import { drawChart } from "../chart/chart.js";
-import { button, inEnglish, made } from "../elements.js";
-import { duration, number, word } from "../words.js";
+import { button, byId, made } from "../elements.js";
+import { askedBy, download, listed, numberCell, tableOf, titleCell } from "../room.js";
+import { duration, word } from "../words.js";
 
-/** @typedef {Record<string, any>} Data */
+/** @typedef {import("../room.js").Data} Data */
 /** @typedef {{ask: (path: string, body: unknown) => Promise<Data | null>,
- *   download: (entry: Data, name: string) => Promise<void>,
  *   remove: (entry: Data) => Promise<void>}} Acts */
 /** @typedef {[string, number, (row: Data) => any]} Column its head, its decimals, its value */
 
@@ -47,13 +47,8 @@ const LOOKS = /** @type {Record<string, Data>} */ ({
   residual: { color: 3, dash: "solid", marker: "square" },
 });
 const QUANTITIES = { temperature: "thermal-temperature", displacement: "thermal-displacement" };
-const PLC = { cycle_s: "1", limit_um: "", rate_um_per_s: "", plausible_c: "" };
 
-/**
- * @param {Data} entry
- * @param {Data[]} entries all, for the names of what it is made of
- * @param {Acts} acts
- */
+/** @param {Data} entry @param {Data[]} entries all, for the names of what it is made of @param {Acts} acts */
 export function cardOf(entry, entries, acts) {
   const names = entry.made_of.map((/** @type {string} */ key) =>
     entries.find(({ id }) => id === key)?.name ?? "");
@@ -62,15 +57,18 @@ export function cardOf(entry, entries, acts) {
   }[/** @type {"log"} */ (entry.kind)](entry, names, acts);
   const heading = made("h2", title);
   heading.tabIndex = -1;
-  const buttons = files.map(([text, name]) => button(text, () => void acts.download(entry, name)));
+  const buttons = files.map((kind) => button(word(`thermal-take_${kind}`), () =>
+    void download(`/thermal/${kind}/${entry.id}`)));
   const card = made("section", "", "panel", made("header", "", "", heading, ...buttons,
     button("✕", () => void acts.remove(entry), word("thermal-remove", { name: title }))), ...parts);
   card.dataset.kind = entry.kind;
-  if (entry.files.includes("series.json")) void drawSeries(card, entry);
+  if (entry.has_series) void drawSeries(card, entry);
   return card;
 }
 
-/** @typedef {[string, HTMLElement[], [string, string][]]} Card title, parts, files */
+/** @typedef {[string, HTMLElement[], string[]]} Card title, parts, files */
+
+const REPORTS = ["pdf", "html", "json"];
 
 /** @param {Data} entry @returns {Card} */
 function logParts({ name, told }) {
@@ -78,21 +76,23 @@ function logParts({ name, told }) {
   const said = word("thermal-log_facts", {
     rows: log.rows, lasts: duration(log.duration_s), step: duration(log.usual_step_s),
   });
-  const remedies = new Set(told.findings.map((/** @type {Data} */ one) => one.remedy));
-  const findings = [...remedies].map((remedy) => {
+  const remedies = [...new Set(told.findings.map((/** @type {Data} */ one) => one.remedy))];
+  const findings = remedies.map((remedy) => {
     const alike = told.findings.filter((/** @type {Data} */ one) => one.remedy === remedy);
     const rows = alike.map((/** @type {Data} */ one) => made("li", one.time_s
       ? `${one.text} (${word("thermal-between",
         { from: duration(one.time_s[0]), to: duration(one.time_s[1]) })})` : one.text));
     return made("li", remedy, alike[0].serious ? "bench-serious" : "", made("ul", "", "", ...rows));
   });
-  const remarks = told.reading_codes.map((/** @type {Data} */ one) => made("li", one.text));
+  const remarks = told.reading_codes.map((/** @type {Data} */ one) => one.text);
   const rows = log.channels.map((/** @type {Data} */ one) => [
     `${one.name}${one.unit ? ` [${one.unit}]` : ""}`, one]);
   return [name, [
-    made("p", said), listOf("thermal-findings", findings, "thermal-no_findings"),
-    ...(remarks.length ? [listOf("thermal-remarks", remarks)] : []), made("div"),
-    details("thermal-channels", tableOf(["thermal-channel"], CHANNELS, rows)),
+    made("p", said),
+    ...(findings.length ? listed(word("thermal-findings"), findings)
+      : [made("p", word("thermal-no_findings"), "muted")]),
+    ...listed(word("thermal-remarks"), remarks), made("div"),
+    details("thermal-channels", columnsOf("thermal-channel", CHANNELS, rows)),
   ], []];
 }
 
@@ -100,34 +100,27 @@ function logParts({ name, told }) {
 function modelParts(entry, names, acts) {
   const { outputs, warnings } = entry.told;
   const all = /** @type {[string, Data][]} */ (Object.entries(outputs));
-  const said = all.flatMap(([name, output]) => output.warnings.map((/** @type {string} */ text) =>
-    made("li", `${name}: ${text}`)));
+  const said = all.flatMap(([name, output]) =>
+    output.warnings.map((/** @type {string} */ text) => `${name}: ${text}`));
   const parts = /** @type {[string, Data][]} */ (all.flatMap(([name, output]) =>
     output.parts.map((/** @type {Data} */ part) => [`${name} ← ${part.input}`, part])));
   const held = new Set(all.map(([, { held_out }]) => held_out?.what).filter(Boolean));
   const next = all.map(([, { next_test }]) => next_test?.text).filter(Boolean);
   return [`${entry.name}: ${all.map(([name]) => name).join(", ")} (${names.join(", ")})`, [
-    tableOf(["thermal-output"], IDENTIFIED, all),
+    columnsOf("thermal-output", IDENTIFIED, all),
     ...[...held].map((text) => made("p", text, "muted")),
-    tableOf(["thermal-part"], PARTS, parts), made("div"),
-    listOf("thermal-warnings", [...said, ...texts(warnings)], "thermal-no_warnings"),
+    columnsOf("thermal-part", PARTS, parts), made("div"),
+    ...warned([...said, ...warnings]),
     ...next.map((text) => made("p", text)), plcOf(entry, acts),
-  ], [
-    [word("thermal-take_model"), `${entry.name}.json`], ...reports,
-  ]];
+  ], ["model", ...REPORTS]];
 }
-
-const reports = /** @type {[string, string][]} */ ([
-  [word("thermal-take_pdf"), "report.pdf"], [word("thermal-take_html"), "report.html"],
-  [word("thermal-take_json"), "results.json"],
-]);
 
 /** @param {Data} entry @param {string[]} names @returns {Card} */
 function verificationParts({ name, told }, [model]) {
   return [word("thermal-verification", { model, log: name }), [
-    tableOf(["thermal-output"], VERIFIED, Object.entries(told.outputs)), made("div"),
-    listOf("thermal-warnings", texts([...told.left_over, ...told.warnings]), "thermal-no_warnings"),
-  ], reports];
+    columnsOf("thermal-output", VERIFIED, Object.entries(told.outputs)), made("div"),
+    ...warned([...told.left_over, ...told.warnings]),
+  ], REPORTS];
 }
 
 /** @param {Data} entry @returns {Card} */
@@ -136,21 +129,15 @@ function comparisonParts({ name, told }) {
     Object.entries(model.outputs).map(([output, figures]) => [`${model.name}: ${output}`, figures]));
   const said = new Set(told.models.flatMap((/** @type {Data} */ model) => model.warnings));
   return [word("thermal-comparison", { log: name }), [
-    tableOf(["thermal-model"], VERIFIED, rows),
-    listOf("thermal-warnings", texts([...said]), "thermal-no_warnings"),
-  ], reports];
+    columnsOf("thermal-model", VERIFIED, rows), ...warned([...said]),
+  ], REPORTS];
 }
 
 // ---- parts --------------------------------------------------------------------------------------
 
 /** @param {string[]} said */
-const texts = (said) => said.map((text) => made("li", text));
-
-/** @param {string} title @param {HTMLElement[]} rows @param {string} [none] */
-function listOf(title, rows, none = "") {
-  if (!rows.length) return made("p", none && word(none), "muted");
-  return made("div", "", "", made("h3", word(title)), made("ul", "", "", ...rows));
-}
+const warned = (said) => said.length ? listed(word("thermal-warnings"), said)
+  : [made("p", word("thermal-no_warnings"), "muted")];
 
 /** @param {string} title @param {HTMLElement} inner */
 function details(title, inner) {
@@ -158,37 +145,19 @@ function details(title, inner) {
 }
 
 /**
- * @param {string[]} first head of the names
+ * @param {string} first head of the names
  * @param {Column[]} columns
  * @param {[string, Data][]} rows name and values
  */
-function tableOf(first, columns, rows) {
-  const head = [...first, ...columns.map(([key]) => key)].map((key, k) => {
-    const cell = /** @type {HTMLTableCellElement} */ (made("th", word(key), k ? "number" : ""));
-    cell.scope = "col";
-    return cell;
-  });
-  const body = rows.map(([name, row]) => {
-    const title = /** @type {HTMLTableCellElement} */ (made("th", name));
-    title.scope = "row";
-    return made("tr", "", "", title, ...columns.map(([, digits, of]) => {
-      const values = /** @type {(number | null | undefined)[]} */ ([of(row)].flat());
-      const cell = made("td", values.map((one) => number(one, digits)).join("; "), "number");
-      cell.dataset.value = values.map((one) => String(one ?? "")).join(" ");
-      return cell;
-    }));
-  });
-  const scroll = made("div", "", "bench-scroll", made("table", "", "",
-    made("thead", "", "", made("tr", "", "", ...head)), made("tbody", "", "", ...body)));
-  scroll.tabIndex = 0;
-  scroll.setAttribute("role", "group");
-  scroll.setAttribute("aria-label", word(first[0]));
-  return scroll;
+function columnsOf(first, columns, rows) {
+  return tableOf(word(first), [first, ...columns.map(([key]) => key)].map((key) => word(key)),
+    rows.map(([name, row]) =>
+      [titleCell(name), ...columns.map(([, digits, of]) => numberCell(of(row), digits))]));
 }
 
 /** Charts stand in the empty part of a card. @param {HTMLElement} card @param {Data} entry */
 async function drawSeries(card, entry) {
-  const answer = await fetch(`/thermal/file/${entry.id}/series.json`).catch(() => null);
+  const answer = await fetch(`/thermal/series/${entry.id}`).catch(() => null);
   const place = card.querySelector(":scope > div:empty");
   if (!answer?.ok || !place) return;
   const { series } = await answer.json();
@@ -221,30 +190,18 @@ function draw(place, label, yTitle, lines) {
 const SIGNS = /** @type {Record<string, string>} */ ({ um: "µm", degC: "°C", degF: "°F" });
 
 /** @param {Data} entry @param {Acts} acts */
-function plcOf(entry, { ask, download }) {
-  const form = /** @type {HTMLFormElement} */ (made("form", "", "bench-plc"));
-  const dialect = /** @type {HTMLSelectElement} */ (made("select"));
-  dialect.name = "dialect";
-  dialect.append(new Option("IEC 61131-3 ST", "st"), new Option("Siemens SCL", "scl"),
-    new Option("C99", "c"));
-  const fields = Object.entries(PLC).map(([name, value]) => {
-    const input = /** @type {HTMLInputElement} */ (made("input"));
-    [input.name, input.value, input.required, input.maxLength] = [name, value, true, 20];
-    return made("label", word(`thermal-plc_${name}`), "", input);
-  });
-  const told = made("div");
-  told.setAttribute("role", "status");
-  form.append(made("label", word("thermal-plc_dialect"), "", dialect), ...fields,
-    made("button", word("thermal-plc_make"), "main"));
+function plcOf(entry, { ask }) {
+  const made_of = /** @type {HTMLTemplateElement} */ (byId("plc")).content.cloneNode(true);
+  const shown = details("thermal-plc", made("div", "", "", made_of));
+  const form = /** @type {HTMLFormElement} */ (shown.querySelector("form"));
+  const told = /** @type {HTMLElement} */ (shown.querySelector("[role=status]"));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    const found = await ask("export",
-      { model: entry.id, ...Object.fromEntries(new FormData(form).entries()) });
+    const found = await ask("export", { model: entry.id, ...Object.fromEntries(askedBy(form)) });
     if (!found) return;
-    const warnings = found.report.warnings.map((/** @type {string} */ one) => inEnglish("li", one));
-    told.replaceChildren(made("ul", "", "", ...warnings),
-      button(word("thermal-plc_take"), () => void download(entry, found.file)));
+    told.replaceChildren(...listed(word("thermal-warnings"), found.warnings),
+      button(word("thermal-take_plc"), () => void download(`/thermal/plc/${entry.id}`)));
     told.querySelector("button")?.focus();
   });
-  return details("thermal-plc", made("div", "", "", form, told));
+  return shown;
 }

@@ -1,19 +1,14 @@
 // @ts-check
 // Logs on the bench: dropped, a model identified from some, verified on others.
 
-import { button, byId, made, say } from "../elements.js";
+import { button, byId, made } from "../elements.js";
 import { post } from "../page.js";
-import { duration, word } from "../words.js";
+import { onDrop, refuse, work } from "../room.js";
+import { word } from "../words.js";
 import { cardOf } from "./result.js";
 
-/** @typedef {Record<string, any>} Data what the server says, as it comes */
+/** @typedef {import("../room.js").Data} Data */
 
-const LOOK_MS = 500;
-const STEPS = /** @type {Record<string, string>} */ ({
-  reading: "thermal-step_reading", "checking sensors": "thermal-step_checking",
-  identifying: "thermal-step_identifying", simulating: "thermal-step_simulating",
-  joining: "thermal-step_joining", report: "thermal-step_report",
-});
 const largest = Number(byId("drop").dataset.largest);
 const form = {
   identify: /** @type {HTMLFormElement} */ (byId("identify")),
@@ -22,70 +17,12 @@ const form = {
 const cards = /** @type {Map<string, HTMLElement>} */ (new Map());
 const chosen = /** @type {Map<string, HTMLInputElement>} */ (new Map()); // logs, by id
 let entries = /** @type {Data[]} */ ([]);
-let running = /** @type {AbortController | null} */ (null);
 let asked = ""; // the log that the form is about
-
-// ---- asking -------------------------------------------------------------------------------------
-
-/** @param {string} text */
-function refuse(text) {
-  const wrong = byId("wrong");
-  say(wrong, text);
-  wrong.hidden = text === "";
-  if (text) wrong.scrollIntoView({ block: "center" });
-}
-
-/**
- * Ask for work that takes its time: its step is shown, and it can be cancelled.
- * @template T
- * @param {(signal: AbortSignal) => Promise<Response>} ask
- * @param {(answer: Response) => Promise<T>} take
- * @returns {Promise<T | null>}
- */
-async function work(ask, take) {
-  if (running) return null; // one at a time
-  refuse("");
-  running = new AbortController();
-  const begunMs = performance.now();
-  const tell = async () => {
-    const answer = await fetch("/thermal/progress").catch(() => null);
-    const told = answer?.ok ? await answer.json() : {};
-    const known = Object.keys(STEPS).find((one) => String(told.step ?? "").startsWith(one));
-    const step = word(known ? STEPS[known] : "thermal-step_waiting");
-    say(byId("step"), `${step} ${duration((performance.now() - begunMs) / 1000)}`);
-  };
-  say(byId("step"), word("thermal-step_waiting"));
-  byId("work").hidden = false;
-  const timer = setInterval(() => void tell(), LOOK_MS);
-  try {
-    const answer = await ask(running.signal);
-    if (answer.ok) return await take(answer);
-    refuse(String((await answer.json()).text ?? word("positioning-no_answer")));
-  } catch {
-    refuse(word(running.signal.aborted ? "thermal-cancelled" : "positioning-no_answer"));
-  } finally {
-    clearInterval(timer);
-    running = null;
-    byId("work").hidden = true;
-  }
-  return null;
-}
+let mapping = new Blob([]); // what the columns of the logs hold
 
 /** @param {string} path @param {unknown} body @returns {Promise<Data | null>} */
 async function ask(path, body, asIs = false) {
   return work((signal) => post(`/thermal/${path}`, body, asIs, signal), (answer) => answer.json());
-}
-
-/** Take a file along. @param {Data} entry @param {string} name */
-async function download(entry, name) {
-  const content = await work((signal) => fetch(`/thermal/file/${entry.id}/${name}`, { signal }),
-    (answer) => answer.blob());
-  if (!content) return;
-  const link = /** @type {HTMLAnchorElement} */ (made("a"));
-  link.href = URL.createObjectURL(content);
-  link.download = `${entry.name}-${name}`;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
 // ---- what is there ------------------------------------------------------------------------------
@@ -93,7 +30,7 @@ async function download(entry, name) {
 /** @param {string} [latest] entry that is shown first */
 async function refresh(latest = "") {
   const answer = await fetch("/thermal/bench").catch(() => null);
-  if (!answer?.ok) return refuse(word("positioning-no_answer"));
+  if (!answer?.ok) return refuse(word("room-no_answer"));
   entries = (await answer.json()).entries;
   for (const [id, card] of cards) {
     if (entries.some((one) => one.id === id)) continue;
@@ -103,7 +40,7 @@ async function refresh(latest = "") {
   }
   for (const entry of entries) {
     if (cards.has(entry.id)) continue;
-    const card = cardOf(entry, entries, { ask, download, remove });
+    const card = cardOf(entry, entries, { ask, remove });
     cards.set(entry.id, card);
     byId("results").prepend(card);
   }
@@ -130,18 +67,22 @@ function listLogs() {
   const logs = all("log");
   for (const { id } of logs) {
     if (chosen.has(id)) continue;
-    const box = /** @type {HTMLInputElement} */ (made("input"));
-    box.type = "checkbox";
-    box.checked = chosen.size === 0;
-    box.addEventListener("change", askModel);
-    chosen.set(id, box);
+    chosen.set(id, checkBox("", chosen.size === 0));
+    chosen.get(id)?.addEventListener("change", askModel);
   }
   byId("logs").replaceChildren(...logs.map((log) => made("li", "", "",
-    made("label", "", "bench-check", /** @type {Node} */ (chosen.get(log.id)), log.name),
+    made("label", "", "room-check", /** @type {Node} */ (chosen.get(log.id)), log.name),
     button("✕", () => void remove(log), word("thermal-remove", { name: log.name })))));
 }
 
 // ---- forms --------------------------------------------------------------------------------------
+
+/** A box of the outputs, or of none. @param {string} value @param {boolean} checked */
+function checkBox(value, checked) {
+  const box = /** @type {HTMLInputElement} */ (made("input"));
+  Object.assign(box, { type: "checkbox", name: value && "output", value, checked });
+  return box;
+}
 
 /** @param {string[]} values @param {string} chosenOne @param {string} label */
 function select(values, chosenOne, label) {
@@ -160,11 +101,8 @@ function askModel() {
   asked = log.id;
   const { channels, suggested_inputs: inputs } = log.told.logs[0];
   const lengths = channels.filter((/** @type {Data} */ one) => one.quantity === "displacement");
-  byId("outputs").replaceChildren(...lengths.map((/** @type {Data} */ one, /** @type {number} */ k) => {
-    const box = /** @type {HTMLInputElement} */ (made("input"));
-    [box.type, box.name, box.value, box.checked] = ["checkbox", "output", one.name, k === 0];
-    return made("label", "", "bench-check", box, one.name);
-  }), ...(lengths.length ? [] : [made("p", word("thermal-no_displacement"), "wrong")]));
+  byId("outputs").replaceChildren(...lengths.map((/** @type {Data} */ one, /** @type {number} */ k) =>
+    made("label", "", "room-check", checkBox(one.name, k === 0), one.name)), ...(lengths.length ? [] : [made("p", word("thermal-no_displacement"), "wrong")]));
   byId("inputs").replaceChildren(...inputs.map(inputRow),
     ...(inputs.length ? [] : [made("p", word("thermal-no_temperature"), "wrong")]));
 }
@@ -232,13 +170,15 @@ async function judge(path, body) {
   return show(ask(path, { logs: [data.get("log")], ...body(data) }));
 }
 
-/** @param {Iterable<File>} files */
+/** Take logs, and the mapping for them. @param {File[]} files */
 async function add(files) {
-  for (const file of files) {
-    if (file.size > largest) refuse(word("thermal-too_large"));
+  mapping = files.find(({ name }) => name.toLowerCase().endsWith(".toml")) ?? mapping;
+  for (const file of files.filter((one) => one !== mapping)) {
+    if (file.size > largest) refuse(word("room-too_large", { megabytes: largest / 1e6 }));
     else {
-      const query = new URLSearchParams({ name: file.name.slice(-200) });
-      const found = await ask(`log?${query}`, file, true);
+      const query = new URLSearchParams(
+        { name: file.name.slice(-200), map_bytes: String(mapping.size) });
+      const found = await ask(`log?${query}`, new Blob([file, mapping]), true);
       if (!found) return;
       await refresh(found.id);
     }
@@ -248,13 +188,7 @@ async function add(files) {
 const files = /** @type {HTMLInputElement} */ (byId("files"));
 files.addEventListener("change", () => void add([...(files.files ?? [])])
   .then(() => { files.value = ""; }));
-for (const name of ["dragover", "dragleave", "drop"]) {
-  document.addEventListener(name, (event) => {
-    event.preventDefault();
-    byId("drop").dataset.over = name === "dragover" ? "yes" : "no";
-    if (name === "drop") void add([...(/** @type {DragEvent} */ (event).dataTransfer?.files ?? [])]);
-  });
-}
+onDrop(/** @type {HTMLElement} */ (document.querySelector(".room")), add);
 for (const [name, act] of /** @type {const} */ ([
   ["identify", identify],
   ["verify", () => judge("verify", (data) => ({ model: data.get("model") }))],
@@ -273,5 +207,4 @@ byId("input-add").addEventListener("click", () => {
   byId("inputs").append(row);
   row.querySelector("select")?.focus();
 });
-byId("cancel").addEventListener("click", () => running?.abort());
 void refresh();
