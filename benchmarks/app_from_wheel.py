@@ -55,11 +55,11 @@ def said(what: str, value: float, unit: str = "s") -> None:
 def installed(folder: Path) -> Path:
     """Return the Python of a bare environment with the wheel and its core dependencies."""
     pip = [sys.executable, "-m", "pip"]
-    subprocess.run([*pip, "wheel", "-q", "--no-deps", "-w", folder, ROOT], check=True)
+    subprocess.run([*pip, "wheel", "-qq", "--no-deps", "-w", folder, ROOT], check=True)
     (wheel,) = folder.glob("*.whl")
     venv.create(folder / "env")
     python = folder / "env" / ("Scripts" if os.name == "nt" else "bin") / "python"
-    words = ["--python", python, "install", "-q", "-c", ROOT / "constraints.txt", wheel]
+    words = ["--python", python, "install", "-qq", "-c", ROOT / "constraints.txt", wheel]
     subprocess.run([*pip, *words], check=True)
     print(f"wheel of {wheel.stat().st_size / 1e6:.1f} MB")
     return python
@@ -182,7 +182,7 @@ def main() -> int:
                 page = browser.new_page(viewport={"width": 1366, "height": 768})
                 weights: list[int] = []
                 page.on("requestfinished", lambda one, to=weights: to.append(
-                    one.sizes()["responseBodySize"]
+                    max(0, one.sizes()["responseBodySize"])  # what is kept counts as -1
                 ))  # fmt: skip
                 page.goto(address, wait_until="networkidle")
                 said("page", sum(weights) / 1000, "kB")

@@ -1,7 +1,7 @@
 ### Slova místnosti teplotních záznamů.
 
 thermal-logs = Záznamy
-thermal-drop = Sem přetáhněte záznamy teplot a posunutí, nebo je vyberte (.csv, .xlsx, .parquet, .mat, .tdms; každý nejvýše { $megabytes } MB)
+thermal-drop = Sem přetáhněte záznamy teplot a posunutí, nebo je vyberte (.csv, .xlsx, .parquet, .mat, .tdms; každý nejvýše { $megabytes } MB; přiřazení sloupců (.toml) platí pro záznamy, které přijdou s ním a po něm)
 thermal-join = Spojit oba podle času
 thermal-remove = Odebrat { $name }
 thermal-identify_title = Identifikace ze zaškrtnutých záznamů

@@ -1,7 +1,7 @@
 ### Wörter des Raums der thermischen Protokolle.
 
 thermal-logs = Protokolle
-thermal-drop = Protokolle von Temperaturen und Verlagerungen hier ablegen oder wählen (.csv, .xlsx, .parquet, .mat, .tdms; je höchstens { $megabytes } MB)
+thermal-drop = Protokolle von Temperaturen und Verlagerungen hier ablegen oder wählen (.csv, .xlsx, .parquet, .mat, .tdms; je höchstens { $megabytes } MB; eine Zuordnung der Spalten (.toml) gilt für die Protokolle, die mit ihr und nach ihr kommen)
 thermal-join = Beide über die Zeit verbinden
 thermal-remove = { $name } entfernen
 thermal-identify_title = Aus den angekreuzten Protokollen identifizieren

@@ -1,7 +1,7 @@
 ### Words of the room of thermal logs.
 
 thermal-logs = Logs
-thermal-drop = Drop logs of temperatures and displacements here, or choose them (.csv, .xlsx, .parquet, .mat, .tdms; at most { $megabytes } MB each)
+thermal-drop = Drop logs of temperatures and displacements here, or choose them (.csv, .xlsx, .parquet, .mat, .tdms; at most { $megabytes } MB each; a mapping of their columns (.toml) holds for the logs that come with it and after it)
 thermal-join = Join both by time
 thermal-remove = Remove { $name }
 thermal-identify_title = Identify from the ticked logs
