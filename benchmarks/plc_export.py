@@ -1,6 +1,6 @@
 """How long the export of a block takes, beside reading its model, and the whole command.
 
-One block is built and printed from a model that was read; times of one thread, the best of several
+One block is written from a model that was read; times of one thread, the best of several
 turns in which all parts take part, so that a busy machine slows them alike. The vectors, which take
 longest, are made of three models, whole, in as many turns as a minute has room for. The whole
 command runs as a program of its own and also writes vectors, guide and report.
@@ -20,15 +20,12 @@ from typing import NamedTuple
 from thermaxis.compensation import Compensation, Limits, SensorRules
 from thermaxis.files import model_sha256, read_model
 from thermaxis.plc import (
+    Block,
     GuideFacts,
     PlcSettings,
     Target,
-    build_program,
     export_settings,
     guide_text,
-    print_c,
-    print_scl,
-    print_st,
     vectors_of,
 )
 
@@ -39,7 +36,7 @@ VECTORS = (MODEL, EXAMPLES / "models" / "eps1.json", EXAMPLES / "models" / "spin
 MOST_TURNS = 5
 """Turns of which the best is taken. [1]"""
 LONGEST_S = 0.3
-"""The promise: a block is built and printed in less. [s]"""
+"""The promise: a block is written in less. [s]"""
 
 
 class VectorTime(NamedTuple):
@@ -69,14 +66,14 @@ def settings_of(path: Path) -> PlcSettings:
 
 def parts_of(settings: PlcSettings) -> dict[str, Callable[[], object]]:
     """Return what is timed, by its name."""
-    program = build_program(settings)
+    block = Block(settings=settings)
     facts = GuideFacts(Target("c"), ("tx_lathe.c",), "tx_lathe.vectors.csv")
     return {
         "read the model": lambda: settings_of(MODEL),
-        "build and print SCL": lambda: print_scl(build_program(settings)),
-        "build and print ST": lambda: print_st(build_program(settings)),
-        "build and print C": lambda: print_c(build_program(settings)),
-        "guide": lambda: guide_text(settings, program, facts),
+        "write SCL": lambda: Block(settings=settings).scl(),
+        "write ST": lambda: Block(settings=settings).st(),
+        "write C": lambda: Block(settings=settings).c(),
+        "guide": lambda: guide_text(settings, block, facts),
     }
 
 

@@ -78,7 +78,7 @@ RENAMED: dict[str, str] = {
     "thermaxis.runtime.Borders": "thermaxis.runtime.Ports",
     "thermaxis.compensation.judge": "thermaxis.compensation.validate_sample",
     "thermaxis.plc.Course": "thermaxis.plc.CallSequence",
-    "thermaxis.plc.Twin": "thermaxis.plc.BlockInstance",
+    "thermaxis.plc.Twin": "thermaxis.plc.CycleBlock",
     "thermaxis.report.read_budget": "thermaxis.files.read_budget",
     "thermaxis.report.read_header": "thermaxis.files.read_header",
     "thermaxis.report.read_limits": "thermaxis.files.read_figure_limits",

@@ -4,45 +4,35 @@ The figures are those of ``docs/theory/plc-arithmetic.md``; see them with ``pyte
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.unit.plc.compiled import Compiled
 from tests.unit.plc.plc_scenarios import paper_model, wide
 from thermaxis.compensation import CompensationModel
-from thermaxis.plc import PlcInputs, PlcSettings, build_program, scenario_steps
-from thermaxis.plc.tree import Executed, executable
-from thermaxis.plc.vectors import by_variable
+from thermaxis.plc import LIBRARY, Block, CycleBlock, scenario_steps, st_library
 
 pytestmark = pytest.mark.system
 
 
-def block_of(settings: PlcSettings, *, compensated: bool = True) -> Executed:
-    """Return an instance; with plain increments its lag is that of LREAL, rounded."""
-    program = build_program(settings)
+def in_real(model: CompensationModel, *, compensated: bool) -> Compiled:
+    """Return an instance in REAL; with plain increments its lag is that of LREAL, rounded."""
+    block = Block(settings=wide(model, double=False))
+    texts = block.st()
     if not compensated:
-        double = replace(settings, double=True)
-        program = replace(program, blocks=(build_program(double).blocks[0], *program.blocks[1:]))
-    return executable(program)()
-
-
-def model_um(block: Executed, settings: PlcSettings, inputs: PlcInputs) -> float:
-    for name, value in by_variable(settings.names, inputs).items():
-        setattr(block, name, value)
-    block.step()
-    return getattr(block, f"model_{settings.names.outputs[0]}")
+        texts[f"{LIBRARY}.st"] = st_library(double=True).replace("LREAL", "REAL")
+    return Compiled(block, texts=texts)
 
 
 def largest_difference_um(model: CompensationModel, *, compensated: bool) -> tuple[float, float]:
     """Return how far REAL is from LREAL in 8 h at 1 s, and the span of the model."""
-    settings = wide(model, double=False)
-    single = block_of(settings, compensated=compensated)
+    single = in_real(model, compensated=compensated)
     largest_um = highest_um = lowest_um = 0.0
     for inputs, wanted in scenario_steps(wide(model, double=True), hours=8.0, seed=1):
-        said_um, wanted_um = model_um(single, settings, inputs), wanted.model_um[0]
-        assert single.state == wanted.state
-        largest_um = max(largest_um, abs(said_um - wanted_um))
+        said, wanted_um = single.step(inputs), wanted.model_um[0]
+        assert said.state == wanted.state
+        largest_um = max(largest_um, abs(said.model_um[0] - wanted_um))
         highest_um, lowest_um = max(highest_um, wanted_um), min(lowest_um, wanted_um)
     return largest_um, highest_um - lowest_um
 
@@ -70,31 +60,33 @@ def test_at_constant_temperatures_only_the_compensated_section_in_real_reaches_i
 
 def largest_after_a_step_um(model: CompensationModel, *, compensated: bool) -> float:
     """Return how far REAL is from LREAL while one temperature rises by 9 K and then stands."""
-    kinds = [wide(model, double=kind) for kind in (False, True)]
-    blocks = [block_of(kinds[0], compensated=compensated), block_of(kinds[1])]
-    calm = next(iter(scenario_steps(kinds[1], hours=1.0, seed=0))).inputs
+    settings = wide(model, double=True)
+    blocks = (in_real(model, compensated=compensated), CycleBlock(settings))
+    calm = next(iter(scenario_steps(settings, hours=1.0, seed=0))).inputs
     largest_um = 0.0
     for call in range(28_800):
         rise_k = 0.09 * min(call, 100)
         # A count of the sensor to and fro: a value that does not change at all is not believed.
         count_k = 0.005 * (call // 7200 % 2)
         inputs = calm._replace(temperatures_c=(20.0 + rise_k + count_k, 20.0), enable=call > 0)
-        pair = [model_um(b, s, inputs) for b, s in zip(blocks, kinds, strict=True)]
+        pair = [block.step(inputs).model_um[0] for block in blocks]
         largest_um = max(largest_um, abs(pair[0] - pair[1]))
     return largest_um
 
 
 def rest(alpha: float, begin: float, end: float, *, compensated: bool, steps: int) -> float:
-    """Return where the lag in REAL rests."""
-    settings = wide(paper_model("eps1"), double=not compensated)
-    program = replace(build_program(settings), name="tx_lag", double=False)
-    lag = executable(replace(program, blocks=program.blocks[:1]))()
-    lag.alpha, lag.start, lag.start_k, lag.u_k = alpha, True, begin, end
-    lag.step()
-    lag.start = False
+    """Return where the lag in REAL rests, as the two texts of the library say."""
+    x, u, share, lost = (np.float32(v) for v in (begin, end, alpha, 0.0))
     for _ in range(steps):
-        lag.step()
-    return lag.x_k
+        change = share * (u - x)
+        if compensated:
+            change -= lost
+            total = x + change
+            lost = (total - x) - change
+            x = total
+        else:
+            x = x + change
+    return float(x)
 
 
 @pytest.mark.parametrize("tau_s", [7200.0, 36_000.0])

@@ -1,3 +1,31 @@
+from ._block import Block as Block
+from ._interface import (
+    NEVER_OUTCOMES as NEVER_OUTCOMES,
+    NEVER_QUALITIES as NEVER_QUALITIES,
+    Interface as Interface,
+    Kind as Kind,
+    Variable as Variable,
+    interface_of as interface_of,
+)
+from ._library import (
+    LIBRARY as LIBRARY,
+    LIBRARY_VERSION as LIBRARY_VERSION,
+    SclCpu as SclCpu,
+    StFlavour as StFlavour,
+    c_library as c_library,
+    scl_text as scl_text,
+    st_library as st_library,
+)
+from ._line import (
+    LineSettings as LineSettings,
+    at_position as at_position,
+    line_bounds as line_bounds,
+    require_apart as require_apart,
+)
+from ._names import (
+    PlcNames as PlcNames,
+    remark_text as remark_text,
+)
 from ._settings import (
     PlcSettings as PlcSettings,
     export_settings as export_settings,
@@ -5,13 +33,11 @@ from ._settings import (
 from ._texts import (
     remark_of as remark_of,
 )
-from .blocks import (
-    LineSettings as LineSettings,
-    build_line_program as build_line_program,
-    build_program as build_program,
+from ._warnings import (
+    restart_warning as restart_warning,
+    setting_warnings as setting_warnings,
 )
 from .guide import (
-    Difference as Difference,
     GuideFacts as GuideFacts,
     ReportFacts as ReportFacts,
     Target as Target,
@@ -19,25 +45,10 @@ from .guide import (
     report_of as report_of,
     report_text as report_text,
 )
-from .printers import (
-    CText as CText,
-    SclCpu as SclCpu,
-    StFlavour as StFlavour,
-    print_c as print_c,
-    print_scl as print_scl,
-    print_st as print_st,
-)
-from .tree import (
-    Block as Block,
-    PlcNames as PlcNames,
-    Program as Program,
-    ProgramError as ProgramError,
-    check_program as check_program,
-    with_own_names as with_own_names,
-)
 from .vectors import (
-    BlockInstance as BlockInstance,
+    TOLERANCE_UM as TOLERANCE_UM,
     CallSequence as CallSequence,
+    CycleBlock as CycleBlock,
     PlcInputs as PlcInputs,
     PlcOutputs as PlcOutputs,
     PlcStep as PlcStep,

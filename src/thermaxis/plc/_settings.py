@@ -9,7 +9,8 @@ from typing import final
 from thermaxis.codes import Message, Place
 from thermaxis.compensation import Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc.tree import PlcNames, names_of, stored
+from thermaxis.plc._names import PlcNames, names_of
+from thermaxis.plc._numbers import stored
 
 INTERLOCK = "plc"
 """Name of the one interlock of the block."""

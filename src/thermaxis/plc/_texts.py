@@ -8,7 +8,8 @@ from typing import Any, TypeAlias
 
 from thermaxis.codes import Message, Value
 from thermaxis.messages import sentence
-from thermaxis.plc.tree import noted, remark_text
+from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import noted
 
 Values: TypeAlias = Mapping[str, Any]
 """Values by their names in a text: numbers, texts, truths, and items with values of their own."""

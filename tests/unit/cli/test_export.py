@@ -15,11 +15,11 @@ from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.plc.equal_parts import CBlock, CLibrary, c_library
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis import plc
-from thermaxis.cli.exchange import _export_files, export
+from thermaxis.cli.exchange import export
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_model, write_model
-from thermaxis.plc import CText, vectors_of
+from thermaxis.plc import vectors_of
 
 STATED = ("--limit", "280", "--rate", "0.5", "--plausible", "5:80")
 FILES = {"scl": {"scl"}, "st": {"st"}, "c": {"c", "h"}}
@@ -79,7 +79,8 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
     said = capsys.readouterr().out
     found = contents(folder)
     ends = {*FILES[dialect], "vectors.csv", "guide.md", "report.json"}
-    assert set(found) == {f"tx_lathe.{end}" for end in ends}
+    library = {f"thermaxis_lib.{end}" for end in FILES[dialect]}
+    assert set(found) == {f"tx_lathe.{end}" for end in ends} | library
     report = json.loads(found.pop("tx_lathe.report.json"))
     assert report["files"] == {name: sha256(text).hexdigest() for name, text in found.items()}
     assert report["model_sha256"] == model_sha256(read_model(lathe))
@@ -102,7 +103,7 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
 
 def warned_everywhere(folder: Path, said: str) -> str:
     """Return what is warned of in the summary, and look for it in head, guide and report."""
-    (program,) = folder.glob("*.st")
+    (program,) = folder.glob("tx_*.st")
     head = program.read_text(encoding="ascii").partition("FUNCTION_BLOCK")[0]
     plain = " ".join(re.sub(r"[(*)]+", " ", head).split())
     guide = next(folder.glob("*.guide.md")).read_text(encoding="ascii")
@@ -162,27 +163,26 @@ def test_json_alone_goes_to_standard_output_and_is_the_report(tmp_path, capsys):
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((folder / "tx_x.report.json").read_text(encoding="ascii"))
     assert printed["numbers"] == "LREAL"
-    assert printed["arithmetic"]["difference"] is None
+    assert printed["arithmetic"]["tolerance_um"] is None
 
 
-def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(tmp_path, capsys):
+def test_an_s7_300_gets_real_by_itself_and_the_tolerance_is_said(tmp_path):
     model = small_model(tmp_path / "x.json")
     for name, option in (("a", ("--cpu", "s7-300")), ("b", ("--real", "32"))):
         folder = tmp_path / name
         run(model, "--dialect", "scl", *option, "--cycle-s", "1", *STATED, "-o", folder)
         report = json.loads((folder / "tx_x.report.json").read_text(encoding="ascii"))
         assert (report["numbers"], report["variant"]) == ("REAL", "s7-300")
-        assert 0.0 < report["arithmetic"]["difference"]["model_um"] < 0.002
-        assert "LREAL" not in (folder / "tx_x.scl").read_text(encoding="ascii")
-    assert "REAL differs from LREAL by at most" in capsys.readouterr().out
+        assert report["arithmetic"]["tolerance_um"] == 0.002
+        for scl in folder.glob("*.scl"):
+            assert "LREAL" not in scl.read_text(encoding="ascii")
     asked = ("export", model, "--dialect", "scl", "--cpu", "s7-300", "--real", "64")
     assert code_of(*asked, "--cycle-s", "1", *STATED, "-o", tmp_path / "c") == "no_lreal_in_cpu"
 
 
 def test_a_delay_is_rounded_to_cycles_and_a_size_too_large_for_an_s7_300_is_warned_of(
-    tmp_path, capsys, monkeypatch
+    tmp_path, capsys
 ):
-    monkeypatch.setattr(_export_files, "measured_difference", lambda _: plc.Difference(0.0, 1))
     sizes: list[int] = []
     for delay_s in (0.0, 100.4, 9000.0):
         part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=delay_s)
@@ -254,7 +254,7 @@ def test_hostile_names_leave_a_text_of_legal_signs_and_short_lines(tmp_path):
         run(path, "--dialect", dialect, "--name", name, "--cycle-s", "0.3", *STATED, "-o", folder)
         for found, content in contents(folder).items():
             assert content.isascii(), found
-            if found.endswith((".scl", ".st", ".c", ".h")):
+            if found.startswith("tx_") and found.endswith((".scl", ".st", ".c", ".h")):
                 lines = content.decode("ascii").splitlines()
                 assert max(map(len, lines)) <= 100
                 for line in lines:
@@ -359,7 +359,7 @@ def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(tmp
     order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", folder)
     run(*order, "--name", "one")
     run(*order, "--name", "two")
-    assert all(name.startswith("tx_two.") for name in contents(folder))
+    assert {name.partition(".")[0] for name in contents(folder)} == {"tx_two", "thermaxis_lib"}
 
 
 # ---- what is refused ----------------------------------------------------------------------------
@@ -425,9 +425,8 @@ def test_models_at_positions_become_one_block_with_a_line(root, tmp_path, capsys
     assert [entry["name"] for entry in report["models"]] == ["eps1.json", "eps2.json"]
     assert report["variant"] == "s7-300"
     text = (folder / "tx_z.scl").read_text(encoding="ascii")
-    assert re.search(r'FUNCTION_BLOCK "tx_z_[0-9a-f]{4}_line"', text)
     assert "read_k0_mm" in text
-    head = text.partition("FUNCTION_BLOCK")[0]
+    head = " ".join(text.partition("FUNCTION_BLOCK")[0].replace("*)\n(*", "").split())
     k0_mm, slope = re.findall(r"Largest K0 ([0-9.]+) mm, largest slope ([0-9.]+) mm/mm", head)[0]
     assert 0.0 < report["line"]["largest_slope"] <= float(slope)
     assert 0.0 < report["line"]["largest_k0_mm"] <= float(k0_mm)
@@ -508,27 +507,32 @@ def test_the_exported_text_says_what_the_exported_vectors_say(root, tmp_path, di
     kind = ("--dialect", dialect, "--real", bits, "--name", "m", "--cycle-s", "10")
     run(*order, *kind, *limits, "-o", folder)
     if dialect == "c":
-        text = CText(*((folder / f"tx_m.{end}").read_text("ascii") for end in "hc"))
+        files = tuple(
+            (p.name, p.read_text("ascii")) for p in folder.iterdir() if p.suffix in ".h.c"
+        )
     else:
-        made = next(p for p in folder.iterdir() if p.suffix in {".scl", ".st"})
-        text = st_as_c(made.read_text("ascii"), "tx_m")
+        made = sorted(p for p in folder.iterdir() if p.suffix in {".scl", ".st"})
+        c = st_as_c([p.read_text("ascii") for p in made], "tx_m")
+        files = (("tx_m.h", c.header), ("tx_m.c", c.source))
     vectors = (folder / "tx_m.vectors.csv").read_text(encoding="ascii")
     names, *rows = [row.split(",") for row in vectors.splitlines() if not row.startswith("#")]
     ends = names.index("read_ok") + 1
     calls = [int(row[1]) for row in rows]
     told = [
-        tuple(map(float, row[3:ends])) for row, n in zip(rows, calls, strict=True) for _ in range(n)
+        tuple(map(float, row[4:ends])) for row, n in zip(rows, calls, strict=True) for _ in range(n)
     ]
     starts = [
         k == 0 and row[2] == "1" for row, n in zip(rows, calls, strict=True) for k in range(n)
     ]
     starts[0] = True
-    block = CBlock(text, tuple(names[3:ends]), tuple(names[ends:]))
+    block = CBlock(files, tuple(names[4:ends]), tuple(names[ends:]))
     library = CLibrary(c_library({"tx_m": block}, tmp_path / "built", "-O1"))
     said = library.called("tx_m", told, starts, len(names) - ends)
     wanted = np.array([row[ends:] for row in rows], dtype=float)
-    wanted = wanted if bits == "64" else wanted.astype(np.float32).astype(float)
-    assert np.array_equal(said[np.cumsum(calls) - 1], wanted)
+    judged = np.array([row[3] == "1" for row in rows])
+    away = np.abs(said[np.cumsum(calls) - 1] - wanted)[judged]
+    assert np.max(away) <= (0.0 if bits == "64" else 0.002)
+    assert np.mean(judged) > 0.97
     assert wanted.size > 6000
 
 

@@ -94,7 +94,7 @@ def test_every_text_from_people_passes_the_filter_once_and_only_once(
         if name.startswith("thermaxis.") and hasattr(module, FILTER):
             monkeypatch.setattr(module, FILTER, marked)
             patched += 1
-    assert patched >= 7
+    assert patched >= 5
     files = texts_of(dialect, tmp_path, monkeypatch)
     seen = Counter[str]()
     for name, text in files.items():

@@ -1,15 +1,13 @@
 """What the tests of equality share: recorded calls, and the three dialects run over them.
 
 A record has every input and output of every call in the order of the block's variables. What must
-come out is what `cycle` says in double precision, and what the executed tree says in REAL; every
-text is compared with it in every call, to the last bit, but for the sign of a zero.
+come out in LREAL is what `cycle` says, to the last bit, but for the sign of a zero. In REAL every
+text must say the same to the last bit, and what `cycle` says within a tolerance.
 """
 
 import ctypes
-import random
 import shutil
 import subprocess
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -20,20 +18,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from tests.unit.plc.plc_scenarios import DURATIONS, CycleBlock, MoodPlant, random_settings
+from tests.unit.plc.plc_scenarios import DURATIONS, MoodPlant, random_settings
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis.plc import (
     Block,
-    BlockInstance,
-    CText,
+    CycleBlock,
     PlcOutputs,
     PlcSettings,
     PlcStep,
-    Program,
-    build_program,
-    print_c,
-    print_scl,
-    print_st,
 )
 from thermaxis.plc.vectors import by_variable
 
@@ -41,7 +33,6 @@ Row = tuple[float | bool | int, ...]
 Numbers = Any
 """Array of numbers, one row per call."""
 
-_IDENTITY = ("model_id_1", "model_id_2")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")
 """What the exported source must stand without a warning."""
 
@@ -135,14 +126,14 @@ class Record:
 
 
 def columns(block: Block) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of a block's inputs, and of its outputs without the model's identity."""
-    outputs = [v.name for v in block.outputs if v.name not in _IDENTITY]
-    return tuple(v.name for v in block.inputs), tuple(outputs)
+    """Return the names of a block's inputs, and of its outputs without the identity."""
+    face = block.interface
+    return tuple(v.name for v in face.inputs), tuple(v.name for v in face.outputs)
 
 
 def recorded(settings: PlcSettings, steps: Iterable[PlcStep], seen: Seen | None = None) -> Record:
     """Return the calls of a block as a record: what it has said is what must come out."""
-    names_in, names_out = columns(build_program(settings).blocks[-1])
+    names_in, names_out = columns(Block(settings=settings))
     told, said = itemgetter(*names_in), itemgetter(*names_out)
     rows: list[Row] = []
     starts: list[bool] = []
@@ -159,19 +150,18 @@ def recorded(settings: PlcSettings, steps: Iterable[PlcStep], seen: Seen | None 
 
 
 def shift(settings: PlcSettings, *, hours: float, seed: int, seen: Seen | None = None) -> Record:
-    """Record hours with every fault, led by `cycle` in LREAL and by the executed tree in REAL."""
-    block = CycleBlock(settings) if settings.double else BlockInstance(settings)
+    """Record hours with every fault, led by `cycle`."""
     calls = round(hours * 3600.0 / settings.cycle_s)
-    return recorded(settings, MoodPlant(settings, seed).steps(block, calls), seen)
+    return recorded(settings, MoodPlant(settings, seed).steps(CycleBlock(settings), calls), seen)
 
 
 @lru_cache
-def short_record(seed: int, *, double: bool) -> tuple[Program, Record]:
+def short_record(seed: int, *, double: bool) -> tuple[Block, Record]:
     """Return a random model and 600 calls of it at 10 s, for the tests of every dialect."""
     settings = demanded_settings(seed, cycle_s=10.0, double=double)
     record = shift(settings, hours=6000.0 / 3600.0, seed=seed)
     assert len(record.rows) == 600
-    return build_program(settings), record
+    return Block(settings=settings), record
 
 
 def difference(record: Record, got: Numbers) -> str:
@@ -196,24 +186,27 @@ def require_gcc() -> None:
 
 
 class CBlock(NamedTuple):
-    """A text in C with what goes in and comes out of its main block."""
+    """Files of C with what goes in and comes out of their main block."""
 
-    text: CText
+    files: tuple[tuple[str, str], ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
 
 
-def c_block(program: Program) -> CBlock:
-    """Return the C of a program."""
-    return CBlock(print_c(program), *columns(program.blocks[-1]))
+def c_block(block: Block) -> CBlock:
+    """Return the C of a block."""
+    return CBlock(tuple(block.c().items()), *columns(block))
 
 
-def st_block(program: Program, text: str, name: str) -> CBlock:
-    """Return a text of a program, which is no C, as C with another name."""
-    return CBlock(st_as_c(text, name), *columns(program.blocks[-1]))
+def st_block(block: Block, texts: Mapping[str, str], name: str) -> CBlock:
+    """Return the texts of a block, which are no C, as C with another name."""
+    c = st_as_c(texts.values(), name)
+    return CBlock(((f"{name}.h", c.header), (f"{name}.c", c.source)), *columns(block))
 
 
-def c_library(blocks: Mapping[str, CBlock], folder: Path, *flags: str) -> Path:
+def c_library(
+    blocks: Mapping[str, CBlock], folder: Path, *flags: str, compiler: str = "gcc"
+) -> Path:
     """Make one shared object of many blocks of one kind of number, with one call of gcc.
 
     By the name of each in its text; the flags are those besides what the exported text must stand.
@@ -221,22 +214,25 @@ def c_library(blocks: Mapping[str, CBlock], folder: Path, *flags: str) -> Path:
     require_gcc()
     folder.mkdir(parents=True, exist_ok=True)
     driver: list[str] = []
+    files: dict[str, str] = {}
     for name, block in blocks.items():
-        (folder / f"{name}.h").write_text(block.text.header, encoding="ascii")
-        (folder / f"{name}.c").write_text(block.text.source, encoding="ascii")
+        files |= block.files
         driver += _c_driver(name, block)
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="ascii")
     (folder / "driver.c").write_text("\n".join(driver) + "\n", encoding="ascii")
     path = folder / "blocks.so"
     # What calls the blocks computes nothing, so it need not be optimised.
-    _gcc(folder, *FLAGS, "-O0", "-c", "driver.c")
-    sources = (f"{name}.c" for name in blocks)
-    _gcc(folder, *FLAGS, *flags, "-shared", "-o", str(path), "driver.o", *sources)
+    _built(folder, "gcc", *FLAGS, "-O0", "-c", "driver.c")
+    sources = [name for name in files if name.endswith(".c")]
+    used = FLAGS if compiler != "tcc" else ()
+    _built(folder, compiler, *used, *flags, "-shared", "-o", str(path), "driver.o", *sources)
     return path
 
 
-def _gcc(folder: Path, *words: str) -> None:
+def _built(folder: Path, compiler: str, *words: str) -> None:
     built = subprocess.run(
-        ["gcc", "-fPIC", *words],
+        [compiler, "-fPIC", *words],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -264,9 +260,16 @@ class CLibrary:
         rows[:, 0] = starts
         rows[:, 1:] = inputs
         said = np.empty((len(rows), outputs))
-        run: Callable[..., None] = getattr(self._library, f"run_{name}")
-        run(rows.ctypes.data_as(_DOUBLES), said.ctypes.data_as(_DOUBLES), ctypes.c_long(len(rows)))
+        long, place = ctypes.c_long(len(rows)), ctypes.c_int(0)
+        self.function(name)(
+            rows.ctypes.data_as(_DOUBLES), said.ctypes.data_as(_DOUBLES), long, place
+        )
         return said
+
+    def function(self, name: str) -> Callable[..., None]:
+        """Return what runs a block: rows in, rows out, their number, and which instance."""
+        run: Callable[..., None] = getattr(self._library, f"run_{name}")
+        return run
 
 
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -276,15 +279,16 @@ def _c_driver(name: str, block: CBlock) -> list[str]:
     """Return a function that runs a block over rows of numbers, the first of each a start."""
     return [
         f'#include "{name}.h"',
-        f"void run_{name}(const double *in, double *out, long rows);",
-        f"void run_{name}(const double *in, double *out, long rows)",
+        f"void run_{name}(const double *in, double *out, long rows, int place);",
+        f"void run_{name}(const double *in, double *out, long rows, int place)",
         "{",
-        f"    static {name} b;",
+        f"    static {name} every[8];",
+        f"    {name} *b = &every[place];",
         "    for (long row = 0; row < rows; row++) {",
-        f"        if (in[0] != 0.0) {name}_init(&b);",
-        *(f"        b.{variable} = in[{k}];" for k, variable in enumerate(block.inputs, start=1)),
-        f"        {name}_step(&b);",
-        *(f"        out[{k}] = b.{variable};" for k, variable in enumerate(block.outputs)),
+        f"        if (in[0] != 0.0) {name}_init(b);",
+        *(f"        b->{variable} = in[{k}];" for k, variable in enumerate(block.inputs, start=1)),
+        f"        {name}_step(b);",
+        *(f"        out[{k}] = b->{variable};" for k, variable in enumerate(block.outputs)),
         f"        in += {len(block.inputs) + 1};",
         f"        out += {len(block.outputs)};",
         "    }",
@@ -302,10 +306,6 @@ class Task(NamedTuple):
     cycle_s: float
     double: bool
     hours: float
-    optimised: bool = True
-    """Whether its C is compiled with -O2 too, not only with -O0."""
-    libraries: tuple[tuple[str, Path, str], ...] = ()
-    """What its texts are called, in which shared object each is, and what its name begins with."""
 
     @property
     def label(self) -> str:
@@ -323,74 +323,37 @@ class Comparison(NamedTuple):
     differences: dict[str, str]
     """By text; empty where nothing differs."""
     seen: Seen
-    seconds: dict[str, float]
 
 
-def compared(task: Task) -> Comparison:
-    """Run every text of a model, and say where each first differs from what must come out.
-
-    That is what `cycle` says in LREAL, and what the executed tree says in REAL.
-    """
-    settings = task.settings()
-    seen, seconds, differences = Seen(), dict[str, float](), dict[str, str]()
-    seen.add_model(settings)
-    program = build_program(settings)
-    clock = time.perf_counter
-    begin_s = clock()
-    record = shift(settings, hours=task.hours, seed=task.seed, seen=seen)
-    seconds["what must come out"] = clock() - begin_s
-    for name, path, symbol in task.libraries:
-        begin_s = clock()
-        found = difference(record, CLibrary(path).run(f"{symbol}{program.name}", record))
-        differences[name], seconds[name] = found, clock() - begin_s
-    return Comparison(task, differences, seen, seconds)
-
-
-def texts_of(program: Program) -> dict[str, str]:
-    """Return Structured Text, and SCL of the CPUs that know the program's numbers, by name."""
-    texts = {"st": print_st(program), "s7-1500": print_scl(program, "s7-1500")}
-    if not program.double:
-        texts["s7-300"] = print_scl(program, "s7-300")
+def texts_of(block: Block) -> dict[str, dict[str, str]]:
+    """Return Structured Text, and SCL of the CPUs that know the block's numbers, by name."""
+    texts = {"st": block.st(), "s7-1500": block.scl("s7-1500")}
+    if not block.settings.double:
+        texts["s7-300"] = block.scl("s7-300")
     return texts
 
 
 def compared_together(tasks: Sequence[Task], folder: Path) -> list[Comparison]:
     """Compile every text of some models of one kind of number together, and run each of them."""
-    begin_s = time.perf_counter()
-    programs = [build_program(task.settings()) for task in tasks]
-    c = {program.name: c_block(program) for program in programs}
-    some = {p.name: c[p.name] for p, t in zip(programs, tasks, strict=True) if t.optimised}
+    blocks = [Block(settings=task.settings()) for task in tasks]
+    c = {block.name: c_block(block) for block in blocks}
     texts: dict[str, CBlock] = {}
-    for program in programs:
-        symbol = f"st_{program.name}"
-        made = {st_block(program, text, symbol) for text in texts_of(program).values()}
+    for block in blocks:
+        symbol = f"st_{block.name}"
+        made = {st_block(block, text, symbol) for text in texts_of(block).values()}
         # Texts that mean the same, word by word, say the same: one is run for all.
         assert len(made) == 1, symbol
         texts[symbol] = made.pop()
-    every = c_library(c | texts, folder / "-O0", "-O0")
-    ways = [("-O0", every, ""), *((name, every, "st_") for name in texts_of(programs[0]))]
-    optimised = [("-O2", c_library(some, folder / "-O2", "-O2"), "")] if some else []
-    built_s = time.perf_counter() - begin_s
-    found = [
-        compared(task._replace(libraries=(*ways, *(optimised if task.optimised else ()))))
-        for task in tasks
-    ]
-    found[0].seconds["gcc"] = built_s
+    library = CLibrary(c_library(c | texts, folder, "-O1"))
+    found: list[Comparison] = []
+    for task, block in zip(tasks, blocks, strict=True):
+        seen = Seen()
+        seen.add_model(block.settings)
+        record = shift(block.settings, hours=task.hours, seed=task.seed, seen=seen)
+        in_c = library.run(block.name, record)
+        in_st = library.run(f"st_{block.name}", record)
+        differences = {"st": difference(replace(record, wanted=in_c), in_st)}
+        if task.double:
+            differences["c"] = difference(record, in_c)
+        found.append(Comparison(task, differences, seen))
     return found
-
-
-# ---- numbers one step further -------------------------------------------------------------------
-
-
-def next_number(value: float, *, double: bool, up: bool) -> float:
-    """Return the neighbour of a number among those of the target."""
-    if double:
-        return float(np.nextafter(value, np.inf if up else -np.inf))
-    return float(np.nextafter(np.float32(value), np.float32(np.inf if up else -np.inf)))
-
-
-def shuffled(items: Iterable[Any], seed: int) -> list[Any]:
-    """Return some things in a seeded order."""
-    chosen = list(items)
-    random.Random(seed).shuffle(chosen)  # noqa: S311 - a sample that can be repeated
-    return chosen

@@ -7,12 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from thermaxis.compensation import (
-    Answer,
     Compensation,
     CompensationModel,
     CycleOutput,
-    CycleReading,
-    CycleState,
     GainPoint,
     Limits,
     Outcome,
@@ -20,26 +17,14 @@ from thermaxis.compensation import (
     Part,
     Quality,
     Reason,
-    Request,
-    RequestKind,
-    Sample,
     SampleQuality,
     Section,
     SensorRules,
     SupervisorRules,
     SupervisorState,
-    cycle,
-    cycle_state,
 )
 from thermaxis.files import read_model
-from thermaxis.plc import (
-    BlockInstance,
-    PlcInputs,
-    PlcOutputs,
-    PlcSettings,
-    PlcStep,
-    export_settings,
-)
+from thermaxis.plc import CycleBlock, PlcInputs, PlcOutputs, PlcSettings, PlcStep, export_settings
 from thermaxis.plc.vectors import ODD, by_variable, variable_names
 
 STATES = list(SupervisorState)
@@ -160,19 +145,10 @@ def wide(model: CompensationModel, *, double: bool) -> PlcSettings:
     return export_settings(compensation, cycle_s=1.0, name="axis", double=double)
 
 
-RISING = "rising"
-
-
 def inputs_of(settings: PlcSettings, told: Mapping[str, Any]) -> PlcInputs:
     """Return the inputs of a call that are stated by the names of the block."""
     names = variable_names(settings.names, PlcInputs._fields[:-1]).values()
     return PlcInputs(*(told[n] if isinstance(n, str) else tuple(told[k] for k in n) for n in names))
-
-
-def refuses(answer: Answer) -> bool:
-    """Whether the block says that this is refused: of hold only the rising edge."""
-    level = answer.request.kind is RequestKind.HOLD and answer.request.text != RISING
-    return not (answer.accepted or level)
 
 
 class MoodPlant:
@@ -266,7 +242,7 @@ class MoodPlant:
             told[f"read_{stem}"] = value
         told["read_ok"] = calm or not self.mood("unread", 0.01, 0.3)
 
-    def steps(self, block: "CycleBlock | BlockInstance", calls: int) -> Iterator[PlcStep]:
+    def steps(self, block: CycleBlock, calls: int) -> Iterator[PlcStep]:
         """Yield calls of a block; the PLC is switched off and on now and then."""
         for call in range(calls):
             restart = call > 0 and self.rng.random() < 0.004
@@ -299,121 +275,19 @@ def quiet_inputs(
     return told
 
 
-def tell(block: Any, told: dict[str, Any]) -> None:
-    for name, value in told.items():
-        setattr(block, name, value)
-
-
 class CycleDriver:
-    """Calls `cycle` as the block is called: edges are requests, a wrong cycle time is none."""
+    """`cycle` called as the block is, with what it says itself."""
 
     def __init__(self, settings: PlcSettings) -> None:
-        self.settings = settings
-        self.switch_on()
-
-    def switch_on(self) -> None:
-        self.state: CycleState = cycle_state(self.settings.compensation)
-        self.good_calls = 0
-        self.calls = 0
-        self.waiting = True
-        self.linked = False
-        self.levels = (False, False, False)
-        self.trims = (0.0,) * len(self.settings.compensation.bounds)
-
-    def step(self, inputs: PlcInputs) -> CycleOutput:
-        if inputs.restart:
-            self.switch_on()
-        cycle_s = self.settings.cycle_s
-        time_s = math.nan
-        if cycle_s * (1.0 - 0.1) <= inputs.cycle_time_s <= cycle_s * (1.0 + 0.1):
-            self.good_calls += 1
-            time_s = cycle_s * self.good_calls
-        read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
-        if self.calls == 0:
-            self.levels = inputs.reset, inputs.enable, inputs.hold
-        off = self.state.memory.state is SupervisorState.OFF
-        there = inputs.connected and inputs.read_ok and all(abs(u) <= 1e6 for u in inputs.read_um)
-        self.waiting = self.waiting or off or not inputs.connected
-        found, self.waiting = self.waiting and there, self.waiting and not there
-        self.linked = inputs.connected and not self.waiting
-        reading = CycleReading(
-            time_s,
-            tuple(
-                Sample(value, good, 0.0)
-                for value, good in zip(inputs.temperatures_c, inputs.ok, strict=True)
-            ),
-            (),
-            (inputs.interlocks_met,),
-            self.linked,
-            read,
-            read if found else None,
-            inputs.other_compensation,
-            tuple(self.requests(inputs)),
-        )
-        self.calls += 1
-        self.state, output = cycle(self.settings.compensation, self.state, reading)
-        return output
+        self.settings, self._block, self.calls = settings, CycleBlock(settings), 0
 
     def told(self, told: Mapping[str, Any]) -> CycleOutput:
         """Do a call whose inputs are stated by the names of the block."""
-        return self.step(inputs_of(self.settings, told))
+        self._said = self._block.step(inputs_of(self.settings, told))
+        self.calls += 1
+        assert self._block.cycle_output is not None
+        return self._block.cycle_output
 
-    def by_name(self, output: CycleOutput) -> dict[str, Any]:
+    def by_name(self) -> dict[str, Any]:
         """Return what was said last by the names of the block."""
-        return by_variable(self.settings.names, as_block(output, self))
-
-    def said(self, inputs: PlcInputs) -> PlcOutputs:
-        """Return the outputs of the block, as `cycle` makes them."""
-        return as_block(self.step(inputs), self)
-
-    def requests(self, inputs: PlcInputs) -> Iterator[Request]:
-        reset, enable, hold = self.levels
-        if inputs.reset and not reset:
-            yield Request(RequestKind.ACKNOWLEDGE, "plc")
-        if inputs.enable != enable:
-            yield Request(RequestKind.ENABLE if inputs.enable else RequestKind.DISABLE, "plc")
-        if inputs.hold or hold:  # asked for in every call: the cycle itself knows what is held
-            kind = RequestKind.HOLD if inputs.hold else RequestKind.RESUME
-            yield Request(kind, "plc", text=RISING if not hold else "")
-        diameter_mm = inputs.diameter_mm if inputs.diameter_known else None
-        yield Request(RequestKind.DIAMETER, "plc", value=diameter_mm)
-        longest_s = self.settings.compensation.supervisor.longest_trim_s
-        outputs = self.settings.compensation.model.outputs
-        for output, before, trim in zip(outputs, self.trims, inputs.trims_um, strict=True):
-            if self.calls and not trim == before:  # noqa: SIM201 - NaN differs from itself
-                yield Request(RequestKind.TRIM, "plc", output.name, trim, longest_s)
-        self.levels = inputs.reset, inputs.enable, inputs.hold
-        self.trims = inputs.trims_um
-
-
-class CycleBlock:
-    """`cycle` as the block of a scenario: no tree is executed."""
-
-    def __init__(self, settings: PlcSettings) -> None:
-        self._driver = CycleDriver(settings)
-
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
-        return self._driver.said(inputs)
-
-
-def as_block(output: CycleOutput, driver: CycleDriver) -> PlcOutputs:
-    """Return what `cycle` said last as the outputs of the block."""
-    return PlcOutputs(
-        output.correction_um,
-        output.model_um,
-        output.wanted_um,
-        output.weight,
-        output.at_limit,
-        output.trim_um,
-        tuple(part for parts in output.contribution_um for part in parts),
-        tuple(SAMPLE_QUALITIES.index(quality) for quality in output.qualities),
-        STATES.index(output.state),
-        driver.state.memory.enabled,
-        driver.state.memory.held,
-        driver.linked,
-        sum(2 ** REASONS.index(reason) for reason in output.reasons),
-        QUALITIES.index(output.quality),
-        sum(2 ** OUTCOMES.index(outcome) for outcome in output.outcomes),
-        any(map(refuses, output.answers)),
-        driver.calls % 32768,
-    )
+        return by_variable(self.settings.names, self._said)

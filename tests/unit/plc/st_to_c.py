@@ -1,15 +1,21 @@
-"""Structured Text and SCL as C, word by word, so that gcc runs what was printed.
+"""Structured Text and SCL as C, word by word, so that gcc runs what was exported.
 
-It knows nothing of the tree: a word that is neither declared in the text nor one of the language
-is an error, here or of gcc. Every variable lasts from call to call, as it does in a function block.
+It knows nothing of the exporter: a word that is neither declared in the text nor one of the
+language is an error, here or of gcc. Every variable lasts from call to call, as it does in a
+function block, but for those of VAR_TEMP: they begin every call with what nobody has written.
 """
 
 import re
+from collections.abc import Iterable
 from typing import NamedTuple
 
-from thermaxis.plc import CText
-
 _TYPES = {"LREAL": "double", "REAL": "float", "BOOL": "bool", "INT": "int16_t"}
+_UNWRITTEN = {
+    "double": "7.7e33",
+    "float": "7.7e33f",
+    "bool": "(tick_++ & 2) != 0",
+    "int16_t": "21845",
+}
 _WORDS = {
     "IF": "if (",
     "THEN": ") {",
@@ -19,6 +25,7 @@ _WORDS = {
     "AND": "&",
     "OR": "|",
     "NOT": "!",
+    "ABS": "fabs",
     "TRUE": "true",
     "FALSE": "false",
     ":=": "=",
@@ -26,7 +33,7 @@ _WORDS = {
 }
 _SAME = frozenset(["<", "<=", ">", ">=", "+", "-", "*", "/", "(", ")", "[", "]", ";", "."])
 _CALL = ("STEP",)
-_TOKEN = re.compile(r"\s*(:=|<=|>=|\d+|[A-Za-z]\w*|\S)")
+_TOKEN = re.compile(r"\s*(:=|<=|>=|\d+\.\d+(?:E[-+]\d+)?|\d+|[A-Za-z]\w*|\S)")
 _BLOCK = re.compile(r"^FUNCTION_BLOCK (\w+)\n(.*?)^END_FUNCTION_BLOCK$", re.MULTILINE | re.DOTALL)
 _SECTION = re.compile(
     r"^(VAR\w*(?: CONSTANT)?|CONST)\n(.*?)^END_(?:VAR|CONST)$", re.MULTILINE | re.DOTALL
@@ -39,6 +46,13 @@ _SCL_ONLY = re.compile(
 )
 
 
+class CText(NamedTuple):
+    """A header and a source."""
+
+    header: str
+    source: str
+
+
 class Declared(NamedTuple):
     """A variable or an instance of a block."""
 
@@ -47,6 +61,7 @@ class Declared(NamedTuple):
     """Type of C, or name of a block."""
     length: int
     start: str
+    temporary: bool
 
 
 def bare(text: str) -> str:
@@ -56,34 +71,48 @@ def bare(text: str) -> str:
     return "".join(line.rstrip() + "\n" for line in lines if line.strip())
 
 
-def st_as_c(text: str, name: str) -> CText:
-    """Return a text as C with another name of its main block, and what the C is made of."""
+def st_as_c(texts: Iterable[str], name: str, *, apart: bool = False) -> CText:
+    """Return texts as one C, with another name of the last block.
+
+    Names of all others, and also of the last one where they stand `apart`, begin with it.
+    """
+    text = "\n".join(texts)
     blocks = _BLOCK.findall(bare(text))
-    names = {block: f"{name}_{block}" for block, _ in blocks} | {blocks[-1][0]: name}
+    names = {block: f"{name}_{block}" for block, _ in blocks}
+    if not apart:
+        names[blocks[-1][0]] = name
     number = "double" if re.search(r"\bLREAL\b", text) else "float"
-    once = f"TX_NUMBER_IS_{number.upper()}"
-    header = ["#include <stdbool.h>", "#include <stdint.h>", f"#ifndef {once}", f"#define {once}"]
-    header += [f"typedef {number} tx_number;", "#endif"]
+    header = ["#pragma once", "#include <math.h>", "#include <stdbool.h>"]
+    header += ["#include <stdint.h>"]
     source = [f'#include "{name}.h"']
     for block, content in blocks:
         # In an order of its own: that of the declarations differs between dialects.
-        declared = sorted(d for _, lines in _SECTION.findall(content) for d in _declared(lines))
+        declared = sorted(
+            d for section, lines in _SECTION.findall(content) for d in _declared(section, lines)
+        )
         body = content[[*_SECTION.finditer(content)][-1].end() :]
         c_name = names[block]
+        lasting = [d for d in declared if not d.temporary]
         members = [
             f"  {names.get(d.kind, d.kind)} {d.name}{f'[{d.length}]' * bool(d.length)};"
-            for d in declared
+            for d in lasting
         ]
         header += [f"typedef struct {c_name} {{", *members, f"}} {c_name};"]
-        source += [f"void {c_name}_init({c_name} *b);", f"void {c_name}_init({c_name} *b) {{"]
-        source += [_begun(d, names) for d in declared if not d.length]
-        source += ["}", f"void {c_name}_step({c_name} *b);", f"void {c_name}_step({c_name} *b) {{"]
-        source += [_statements(body, declared, names), "}"]
-    header += [f"void {name}_init({name} *b);", f"void {name}_step({name} *b);"]
+        header += [f"void {c_name}_init({c_name} *b);", f"void {c_name}_step({c_name} *b);"]
+        source += [f"void {c_name}_init({c_name} *b) {{"]
+        source += [_begun(d, names) for d in lasting if not d.length]
+        source += ["}", f"void {c_name}_step({c_name} *b) {{"]
+        source += ["static unsigned tick_; (void)tick_;"]
+        source += [
+            f"{d.kind} {d.name} = {_UNWRITTEN[d.kind]}; (void){d.name};"
+            for d in declared
+            if d.temporary
+        ]
+        source += [_statements(body, declared, names, number), "}"]
     return CText("\n".join(header) + "\n", "\n".join(source) + "\n")
 
 
-def _declared(lines: str) -> list[Declared]:
+def _declared(section: str, lines: str) -> list[Declared]:
     made: list[Declared] = []
     for line in lines.splitlines():
         found = _DECLARED.fullmatch(line.strip())
@@ -93,7 +122,8 @@ def _declared(lines: str) -> list[Declared]:
         # Constants of the old class of CPU have no type but that of their literal.
         kind = kind or ("BOOL" if start.isalpha() else "REAL" if "." in start else "INT")
         value = f"{start}f" if kind == "REAL" else start.lower() if kind == "BOOL" else start
-        made.append(Declared(name, _TYPES.get(kind, kind), int(last or -1) + 1, value))
+        length, temporary = int(last or -1) + 1, section == "VAR_TEMP"
+        made.append(Declared(name, _TYPES.get(kind, kind), length, value, temporary))
     return made
 
 
@@ -103,8 +133,9 @@ def _begun(declared: Declared, names: dict[str, str]) -> str:
     return f"b->{declared.name} = {declared.start};"
 
 
-def _statements(body: str, declared: list[Declared], names: dict[str, str]) -> str:
+def _statements(body: str, declared: list[Declared], names: dict[str, str], number: str) -> str:
     kinds = {d.name: d.kind for d in declared}
+    members = {d.name for d in declared if not d.temporary}
 
     def called(call: re.Match[str]) -> str:
         instance, given = call.groups()
@@ -120,9 +151,11 @@ def _statements(body: str, declared: list[Declared], names: dict[str, str]) -> s
         elif token in _WORDS:
             words.append(_WORDS[token])
         elif token in kinds and before != ".":
-            words.append(f"b->{token}")
+            words.append(f"b->{token}" if token in members else token)
         elif token in _SAME or token.isdigit() or token in _CALL or before == ".":
             words.append(token)
+        elif token[0].isdigit():
+            words.append(token + "f" * (number == "float"))
         else:
             raise ValueError(token)
     return " ".join(words).replace(";", ";\n").replace("{", "{\n")

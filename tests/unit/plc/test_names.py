@@ -9,7 +9,7 @@ from tests.refusals import refused
 from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Output, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc.tree import (
+from thermaxis.plc._names import (
     LONGEST_NAME,
     RESERVED,
     is_legal,
@@ -93,7 +93,7 @@ def test_parts_of_two_outputs_have_names_of_their_own() -> None:
 
 
 def test_the_block_never_takes_a_name_that_the_program_needs() -> None:
-    for name in ["lag", "Sensor", "model", "number", "gain_3", "delay 12", "lag_step", "z_init"]:
+    for name in ["lag", "Sensor", "begin", "number", "Model state", "lag_step", "z_init"]:
         with pytest.raises(ConfigurationError) as caught:
             names_of(a_model(("p", "t")), name)
         assert caught.value.place.key == "name"

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from tests.refusals import refused
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc.tree import number_text, outward_text, stored
+from thermaxis.plc._numbers import number_text, outward_text, stored
 
 FORM = re.compile(r"-?[0-9]+\.[0-9]+(E[+-][0-9]{2,3})?")
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
+from tests.unit.plc.compiled import compiled
 from thermaxis.codes import Place
 from thermaxis.compensation import (
     Compensation,
@@ -18,9 +19,9 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
 )
-from thermaxis.plc import PlcSettings, build_program, export_settings, remark_of
+from thermaxis.plc import Block, PlcSettings, export_settings, remark_of
+from thermaxis.plc._numbers import stored
 from thermaxis.plc._settings import compensated_stall, require_no_stall
-from thermaxis.plc.tree import executable, stored
 
 RULES = SensorRules(lowest_c=1.0, highest_c=90.0)
 
@@ -162,8 +163,8 @@ def test_a_constant_that_only_the_build_computes_is_refused_too() -> None:
     ranged = Part("p", "t", "", 1.0, lowest_k=-1.0, highest_k=1.0)
     faint = replace(faint, model=replace(plain.model, outputs=(Output("o0", (ranged,)),)))
     with refused("too_small_for_plc"):
-        build_program(exported(faint, double=False))
-    assert build_program(exported(faint)).double
+        Block(settings=exported(faint, double=False))
+    assert Block(settings=exported(faint)).settings.double
 
 
 def test_the_stall_of_a_compensated_increment_matters_only_beyond_every_legal_section() -> None:
@@ -246,7 +247,7 @@ def test_at_the_border_the_rate_in_real_is_reached_and_never_passed_but_by_round
 ) -> None:
     compensation = at_the_border(1.0)
     rate_um = compensation.bounds[0].largest_rate_um_per_s
-    block = executable(build_program(exported(compensation, double=False)))()
+    block = compiled(exported(compensation, double=False))
     calm = {"cycle_time_s": 1.0, "ok_t": True, "interlocks_met": True, "connected": True}
     stands_um, changes_um, reached_um = sign * 99.0, list[float](), list[float]()
     for call in range(400):
@@ -255,7 +256,7 @@ def test_at_the_border_the_rate_in_real_is_reached_and_never_passed_but_by_round
         for name, value in told.items():
             assert hasattr(block, name)
             setattr(block, name, value)
-        block.step()
+        block.call()
         changes_um.append(block.correction_o0 - stands_um)
         reached_um.append(block.correction_o0)
         stands_um = block.correction_o0

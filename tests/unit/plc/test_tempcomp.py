@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from tests.unit.plc.small_programs import unused
+from tests.unit.plc.compiled import Compiled
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -28,25 +28,22 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.plc import (
-    BlockInstance,
+    Block,
     CallSequence,
+    CycleBlock,
     GuideFacts,
     LineSettings,
     PlcSettings,
     PlcStep,
     Target,
-    build_line_program,
-    check_program,
+    at_position,
     export_settings,
     guide_text,
-    print_c,
-    print_scl,
-    print_st,
+    interface_of,
+    line_bounds,
     vectors_of,
 )
-from thermaxis.plc.blocks import at_position, bound_texts
-from thermaxis.plc.tree import executable, stored
-from thermaxis.plc.vectors import LINE_LIMITED, by_variable
+from thermaxis.plc.vectors import LINE_LIMITED
 
 TOTAL_UM = 40.0
 
@@ -96,57 +93,45 @@ def test_the_line_is_that_of_polyfit_and_the_axis_that_moves_against_it_is_corre
         assert tool_um == pytest.approx(corrections_um, abs=scale)
 
 
-def course_of(block: BlockInstance, exported: PlcSettings) -> Iterator[PlcStep]:
+def course_of(block: CycleBlock, exported: PlcSettings) -> Iterator[PlcStep]:
     return CallSequence(exported, seed=3, block=block, near_share=0.4).steps()
 
 
-@pytest.mark.parametrize(
-    ("positions", "double"), [((100.0, 900.0), True), ((-50.5, 300.3, 1200.0), False)]
-)
-def test_the_block_with_a_line_is_the_plain_one_with_the_line_as_its_law_says(
-    positions: tuple[float, ...], double: bool
+def with_line(exported: PlcSettings, line: LineSettings, language: str = "st") -> Compiled:
+    return Compiled(Block(settings=exported, line=line), language=language)
+
+
+@pytest.mark.parametrize("positions", [(100.0, 900.0), (-50.5, 300.3, 1200.0)])
+def test_the_block_with_a_line_is_the_cycle_with_the_line_as_its_law_says(
+    positions: tuple[float, ...],
 ) -> None:
-    """The law is written in the arithmetic of numpy; the plain block is proven against `cycle`."""
-    f = np.float64 if double else np.float32
-    exported = settings_at(positions, double=double, cycle_s=8.0)
+    exported = settings_at(positions, cycle_s=8.0)
     line = LineSettings(positions_mm=positions, away=False, reference_mm=50.1)
-    with_line, plain = BlockInstance(exported, line), BlockInstance(exported)
+    cycle, blocks = CycleBlock(exported, line), [with_line(exported, line, x) for x in ("st", "c")]
     names = exported.names.outputs
-    at, factor, origin = np.array(positions, f), f(1000.0), f(50.1)
-    ways = np.array([p - float(origin) for p in at.astype(float)], f)
-    weights = [np.array(w, f) for w in line.weights()]
-    force, written = np.zeros(len(at), f), (f(0.0), f(0.0))
     states: set[int] = set()
-    for inputs, _ in course_of(with_line, exported):
-        values = with_line.values()
-        if inputs.restart:
-            force, written = np.zeros(len(at), f), (f(0.0), f(0.0))
-        read = [f(values[f"read_{name}"]) for name in ("k0_mm", "slope", "reference_mm")]
-        if all(abs(r) <= 1e6 for r in read):
-            there = read[0] + read[1] * (at - read[2])
-            reported = force + (there - (written[0] + written[1] * ways)) * factor
-        else:
-            reported = force + f(1e7)
-        # In Off, and once after a lost connection, the plain block goes on from what it reads.
-        told = inputs._replace(read_um=tuple(map(float, reported)))
-        said = by_variable(exported.names, plain.step(told))
-        force = np.array([said[f"correction_{name}"] for name in names], f)
-        written = tuple(sum((w * c for w, c in zip(ws, force, strict=True)), f(0.0))
-                        for ws in weights)  # fmt: skip
-        residual = np.max(np.abs(force - (written[0] + written[1] * ways) * factor))
-        wanted = {**said, "k0_mm": written[0], "slope": written[1], "residual_um": residual}
-        assert {name: values[name] for name in wanted} == wanted
-        assert values["line_limited"] is False
+    for inputs, _ in course_of(cycle, exported):
+        wanted = cycle.values()
+        for block in blocks:
+            if inputs.restart:
+                block.switch_on()
+            block.tell({v.name: wanted[v.name] for v in interface_of(exported, line).inputs})
+            said = block.values()
+            assert said == {name: wanted[name] for name in said}
+        laid_mm = [said["k0_mm"] + said["slope"] * (p - said["reference_mm"]) for p in positions]
+        away_um = [said[f"correction_{n}"] - 1e3 * mm for n, mm in zip(names, laid_mm, strict=True)]
+        assert max(map(abs, away_um)) == pytest.approx(said["residual_um"], abs=1e-9)
+        assert said["line_limited"] is False
         states.add(said["state"])
     assert states == set(range(len(SupervisorState)))
 
 
-def driven(block: object, **inputs: object) -> None:
+def driven(block: Compiled, **inputs: object) -> None:
     """Call a block once with these inputs; those not named keep their values."""
     for name, value in inputs.items():
         assert hasattr(block, name), name
         setattr(block, name, value)
-    block.step()
+    block.call()
 
 
 WELL = {
@@ -160,7 +145,7 @@ WELL = {
 }
 
 
-def started(block: object, **inputs: object) -> None:
+def started(block: Compiled, **inputs: object) -> None:
     """Call a block for the first time: it is not enabled yet."""
     driven(block, **WELL | {"enable": False}, **inputs)
 
@@ -169,7 +154,7 @@ def test_a_line_that_stands_in_the_control_is_taken_over_and_not_jumped() -> Non
     positions = (0.0, 500.0, 1000.0)
     exported = settings_at(positions)
     line = LineSettings(positions_mm=positions, away=True)
-    block = executable(build_line_program(exported, line))()
+    block = with_line(exported, line)
     standing = {"read_k0_mm": 0.012, "read_slope": 1e-5, "read_reference_mm": 250.0}
     driven(block, **WELL, **standing)
     there_mm = [0.012 + 1e-5 * (p - 250.0) for p in positions]
@@ -182,7 +167,7 @@ def test_a_line_that_is_changed_while_it_is_off_is_taken_over_though_it_is_beyon
     None
 ):
     line = LineSettings(positions_mm=(0.0, 1000.0), away=True)
-    block = executable(build_line_program(settings_at((0.0, 1000.0)), line))()
+    block = with_line(settings_at((0.0, 1000.0)), line)
     driven(block, **{**WELL, "enable": False}, read_slope=0.0, read_reference_mm=500.0)
     for k0_mm in (5.0, 5.0, 0.25, 0.0):
         driven(block, read_k0_mm=k0_mm)
@@ -195,7 +180,7 @@ def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_n
     positions = (0.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
     for factor, expected in ((1.0, SupervisorState.ACTIVE), (0.5, SupervisorState.FAULT)):
-        block = executable(build_line_program(settings_at(positions), line))()
+        block = with_line(settings_at(positions), line)
         started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
         for k in range(120):
             driven(
@@ -214,7 +199,7 @@ def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_n
 )
 def test_what_is_no_line_counts_as_not_read(name: str, odd: float) -> None:
     line = LineSettings(positions_mm=(0.0, 1000.0), away=True)
-    block = executable(build_line_program(settings_at((0.0, 1000.0)), line))()
+    block = with_line(settings_at((0.0, 1000.0)), line)
     read = {"read_k0_mm": 0.01, "read_slope": 1e-5, "read_reference_mm": 500.0}
     started(block, **{**read, name: odd})
     assert (block.k0_mm, block.slope, block.linked) == (0.0, 0.0, False)
@@ -229,7 +214,7 @@ def test_what_is_no_line_counts_as_not_read(name: str, odd: float) -> None:
 def test_the_line_goes_to_zero_at_the_rate_of_the_corrections_when_it_is_switched_off() -> None:
     positions = (0.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
-    block = executable(build_line_program(settings_at(positions), line))()
+    block = with_line(settings_at(positions), line)
     started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
     largest_step_um, last_um, reached_um = 0.0, (0.0, 0.0), 0.0
     for k in range(200):
@@ -265,17 +250,19 @@ def test_the_bounds_are_said_outward_with_the_same_digits_wherever_they_stand(do
     positions = (0.0, 533.0)
     exported = settings_at(positions, double=double)
     line = LineSettings(positions_mm=positions, away=True)
-    program = build_line_program(exported, line)
-    said = bound_texts(exported, line)
-    (block,) = [b for b in program.blocks if b.name == "tx_line"]
-    held = {v.name: stored(float(v.start), double=double) for v in block.constants}
+    block = Block(settings=exported, line=line)
+    said = line_bounds(exported, line)
+    whole = block.st()[f"{block.name}.st"]
+    bounds = re.findall(r"(largest_k0_mm|largest_slope) : L?REAL := (.*);", whole)
+    held = {name: float(value) for name, value in bounds}
     for text, name in zip(said, ("largest_k0_mm", "largest_slope"), strict=True):
         assert held[name] <= float(text) <= held[name] * (1.0 + 1.1e-5)
         assert len(text.strip("0.").replace(".", "")) <= 6
     target = Target("sinumerik-tempcomp", "s7-1500" if double else "s7-300")
-    guide = guide_text(exported, program, GuideFacts(target, ("x",), "v", (), line))
+    guide = guide_text(exported, block, GuideFacts(target, ("x",), "v", (), line))
     k0_mm, slope = said
-    assert f"Largest K0 {k0_mm} mm, largest slope {slope} mm/mm" in "\n".join(program.head)
+    head = " ".join(whole.replace("*)\n(*", "").split())
+    assert f"Largest K0 {k0_mm} mm, largest slope {slope} mm/mm" in head
     assert f"larger than {k0_mm} mm and {slope} mm/mm" in guide
     assert f"| mm/mm | {slope} | DOUBLE" in guide
     assert f"| mm | {k0_mm} | DOUBLE" in guide
@@ -285,17 +272,17 @@ def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_furt
     positions = (0.0, 250.0, 1000.0)
     exported = settings_at(positions, cycle_s=8.0)
     line = LineSettings(positions_mm=positions, away=True, reference_mm=0.0)
-    program = build_line_program(exported, line)
+    block = Block(settings=exported, line=line)
     target = Target("sinumerik-tempcomp", "s7-1500")
-    guide = guide_text(exported, program, GuideFacts(target, ("x",), "v", (), line))
+    guide = guide_text(exported, block, GuideFacts(target, ("x",), "v", (), line))
     (said,) = re.findall(r"at most ([0-9.]+) mm of K0 and ([0-9.]+) mm/mm of slope", guide)
     k0_step_mm, slope_step = map(float, said)
     corners = np.array(np.meshgrid(*[[-8.0, 8.0]] * 3)).reshape(3, -1).T
     fits = np.abs([np.polyfit(positions, c, 1) for c in corners]) / 1000.0
     assert k0_step_mm == pytest.approx(np.max(fits[:, 1]), rel=2e-5)
     assert slope_step == pytest.approx(np.max(fits[:, 0]), rel=2e-5)
-    block = BlockInstance(exported, line)
-    calls = [(inputs.restart, block.values()) for inputs, _ in course_of(block, exported)]
+    cycle = CycleBlock(exported, line)
+    calls = [(inputs.restart, dict(cycle.values())) for inputs, _ in course_of(cycle, exported)]
     moved = [
         (abs(now["k0_mm"] - before["k0_mm"]), abs(now["slope"] - before["slope"]))
         for (_, before), (restart, now) in pairwise(calls)
@@ -319,7 +306,7 @@ def test_a_bound_that_never_acts_is_named_among_what_is_not_in_the_rows() -> Non
 def test_the_residual_is_the_largest_distance_from_the_line() -> None:
     positions = (0.0, 500.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
-    block = executable(build_line_program(settings_at(positions), line))()
+    block = with_line(settings_at(positions), line)
     started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
     driven(block, enable=True)
     trims = dict(zip((f"trim_at_{p:g}" for p in positions), (-2.0, 4.0, -2.0), strict=True))
@@ -334,21 +321,15 @@ def test_the_residual_is_the_largest_distance_from_the_line() -> None:
 
 
 @pytest.mark.parametrize("double", [True, False])
-def test_the_program_keeps_every_rule_and_is_printed_in_every_dialect(double: bool) -> None:
+def test_the_block_is_written_in_every_dialect(double: bool) -> None:
     exported = settings_at((-100.5, 250.25), double=double)
-    program = build_line_program(exported, LineSettings(positions_mm=(-100.5, 250.25), away=True))
-    check_program(program)
-    assert not [name for name in unused(program) if "line" in name]
-    assert {b.name for b in program.blocks} >= {"tx_line", "tx_line_back"}
-    texts = (
-        print_st(program),
-        print_scl(program, "s7-1500" if double else "s7-300"),
-        *print_c(program),
-    )
-    for text in texts:
+    block = Block(settings=exported, line=LineSettings(positions_mm=(-100.5, 250.25), away=True))
+    st = block.st()
+    cpu = "s7-1500" if double else "s7-300"
+    for text in (*st.values(), *block.scl(cpu).values(), *block.c().values()):
         assert text.isascii()
         assert max(map(len, text.splitlines())) <= 100
-    assert "at_m100_5" in texts[0]
+    assert "correction_at_m100_5" in st[f"{block.name}.st"]
 
 
 def test_vectors_have_a_column_for_everything_and_are_the_same_twice() -> None:
@@ -357,12 +338,10 @@ def test_vectors_have_a_column_for_everything_and_are_the_same_twice() -> None:
     text = vectors_of(exported, line, most_rows=50).text
     assert text == vectors_of(exported, line, most_rows=50).text
     lines = [row for row in text.splitlines() if not row.startswith("#")]
-    program = build_line_program(exported, line)
     names = lines[0].split(",")
-    main = program.blocks[-1]
-    assert [n for n in names if n not in {"call", "calls", "restart"}] == [
-        v.name for v in (*main.inputs, *main.outputs) if not v.name.startswith("model_id")
-    ]
+    face = interface_of(exported, line)
+    assert names[:4] == ["call", "calls", "restart", "compare"]
+    assert names[4:] == [v.name for v in (*face.inputs, *face.outputs)]
     assert {len(row.split(",")) for row in lines} == {len(names)}
     assert len(lines) == 51
 
@@ -381,6 +360,9 @@ def test_positions_that_make_no_line_are_refused() -> None:
 def test_limits_that_allow_a_slope_which_the_control_does_not_follow_are_refused() -> None:
     exported = settings_at((0.0, 2.0))
     with refused("slope_too_large"):
-        build_line_program(exported, LineSettings(positions_mm=(0.0, 2.0), away=True))
+        Block(settings=exported, line=LineSettings(positions_mm=(0.0, 2.0), away=True))
     with refused("one_position_per_output"):
-        build_line_program(exported, LineSettings(positions_mm=(0.0, 200.0, 400.0), away=True))
+        Block(
+            settings=exported,
+            line=LineSettings(positions_mm=(0.0, 200.0, 400.0), away=True),
+        )

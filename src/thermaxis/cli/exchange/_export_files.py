@@ -1,4 +1,4 @@
-"""The files of an export: program, test vectors, guide and report, as text."""
+"""The files of an export: library, block, test vectors, guide and report, as text."""
 
 import argparse
 from collections.abc import Iterator, Mapping
@@ -12,12 +12,9 @@ from thermaxis.cli.exchange._export_places import typed_place
 from thermaxis.cli.exchange._export_settings import Exported, exported_of
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc.blocks import setting_warnings, wrapped
+from thermaxis.plc import remark_text, setting_warnings
 from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
-from thermaxis.plc.tree import remark_text
 
-_COMPARED_CALLS = 2000
-_SCENARIO_SEED = 8
 _SCL = {"scl", TEMPCOMP}
 
 
@@ -29,8 +26,6 @@ class Export(NamedTuple):
     """What is exported."""
     line: plc.LineSettings | None
     """The line; None where there is none."""
-    difference: plc.Difference | None
-    """Measured difference of REAL from LREAL."""
     files: Mapping[str, str]
     """Content by name; the report is the last."""
     report: Mapping[str, object]
@@ -59,41 +54,35 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         model_sha256=exported.model_sha256,
     )
     settings = replace(settings, notes=(*exported.changed, *settings.notes))
-    program = (
-        plc.build_program(settings) if line is None else plc.build_line_program(settings, line)
-    )
-    if target.dialect != "c":  # C has names of its own
-        program = plc.with_own_names(program)
-    tested = plc.vectors_of(settings, line)
+    model_only: bool = arguments.model_only
+    # Whatever the library cannot carry is refused before the vectors are made, which take long.
+    block = plc.Block(settings=settings, line=line, model_only=model_only)
+    tested = None if model_only else plc.vectors_of(settings, line)
     stem = settings.names.block
-    told = [""]
+    told: list[str] = []
     if exported.machine:
         told.append(f"Rules and limits of the machine {remark_text(exported.machine)}")
-    told += [
-        line for one in exported.warnings for line in wrapped(f"Warning: {plc.remark_of(one)}.")
-    ]
-    told += [
-        f"Test vectors: {stem}.vectors.csv, SHA-256",
-        f"  {sha256(tested.text.encode('utf-8')).hexdigest()}",
-    ]
-    program = replace(program, head=(*program.head, *told))
-    files = program_files(program, target)
+    told += [f"Warning: {plc.remark_of(one)}." for one in exported.warnings]
+    if tested is not None:
+        told.append(f"Test vectors: {stem}.vectors.csv, SHA-256")
+        told.append(f"  {sha256(tested.text.encode('utf-8')).hexdigest()}")
+    block = replace(block, remarks=tuple(told))
+    files = program_files(block, target)
     vectors, interlocks = f"{stem}.vectors.csv", exported.compensation.interlocks
     facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, exported.warnings)
-    files[vectors] = tested.text
-    files[f"{stem}.guide.md"] = plc.guide_text(settings, program, facts)
-    difference = None if double else measured_difference(settings)
+    if tested is not None:
+        files[vectors] = tested.text
+    files[f"{stem}.guide.md"] = plc.guide_text(settings, block, facts)
     sources = tuple((source.name, source.sha256) for source in exported.sources)
-    size = instance_bytes(program)
+    size = instance_bytes(block.st().values())
     facts_of = plc.ReportFacts(
-        target, sources, difference, line, tested, size, exported.machine, exported.warnings
+        target, sources, line, tested, size, exported.machine, exported.warnings
     )
     report = plc.report_of(settings, facts_of, files)
     files[stem + REPORT_ENDING] = plc.report_text(report)
     return Export(
         settings,
         line,
-        difference,
         files,
         report,
         (*setting_warnings(settings), *exported.warnings, *_remarks(exported, target, size)),
@@ -119,27 +108,13 @@ def target_of(arguments: argparse.Namespace) -> tuple[plc.Target, bool]:
     ), arguments.real != "32"
 
 
-def program_files(program: plc.Program, target: plc.Target) -> dict[str, str]:
-    """Return a program as the files of a target."""
+def program_files(block: plc.Block, target: plc.Target) -> dict[str, str]:
+    """Return library and block as the files of a target."""
     if target.dialect == "c":
-        text = plc.print_c(program)
-        return {f"{program.name}.h": text.header, f"{program.name}.c": text.source}
+        return block.c()
     if target.dialect == "st":
-        flavour = cast("plc.StFlavour", target.variant)
-        return {f"{program.name}.st": plc.print_st(program, flavour)}
-    return {f"{program.name}.scl": plc.print_scl(program, cast("plc.SclCpu", target.variant))}
-
-
-def measured_difference(settings: plc.PlcSettings) -> plc.Difference:
-    """Return how far the model in REAL is from that in LREAL, along a scenario without faults."""
-    double = plc.BlockInstance(replace(settings, double=True))
-    hours = _COMPARED_CALLS * settings.cycle_s / 3600.0
-    largest_um, calls = 0.0, 0
-    for inputs, said in plc.scenario_steps(settings, hours=hours, seed=_SCENARIO_SEED):
-        pairs = zip(said.model_um, double.step(inputs).model_um, strict=True)
-        largest_um = max(largest_um, *(abs(a - b) for a, b in pairs))
-        calls += 1
-    return plc.Difference(largest_um, calls)
+        return block.st(cast("plc.StFlavour", target.variant))
+    return block.scl(cast("plc.SclCpu", target.variant))
 
 
 def _line_of(arguments: argparse.Namespace, exported: Exported) -> plc.LineSettings:

@@ -20,7 +20,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import ConfigurationError, require_unique
 from thermaxis.files import model_sha256, read_model
-from thermaxis.plc.blocks import at_position, require_apart
+from thermaxis.plc import at_position, require_apart
 from thermaxis.runtime import MachineConfiguration, read_machine
 
 _Value = TypeVar("_Value")

@@ -1,8 +1,8 @@
 """Write a compensation model as a function block that does what `thermaxis run` does.
 
-Quality rules, model, supervisor and limits are in it. DIR gets the program, test vectors, a
-commissioning guide and a report. Limits and rules are those of --machine, or stated: nothing that
-acts has a default.
+Quality rules, model, supervisor and limits are in it. DIR gets the library of fixed blocks, the
+block of the model, test vectors, a commissioning guide and a report. Limits and rules are those of
+--machine, or stated: nothing that acts has a default.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from thermaxis.cli.exchange._export_files import Export, export_of
 from thermaxis.cli.exchange._export_folder import require_folder, write_folder
 from thermaxis.cli.exchange._export_settings import named_number, named_range
 from thermaxis.codes import printable
-from thermaxis.plc.blocks import bound_texts, restart_warning
+from thermaxis.plc import line_bounds, restart_warning
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,6 +60,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--name NAME",
         "of the block, behind tx_ (default: that of the model's file; with several models that"
         " of the first one's output, without _um)",
+    )
+    add(
+        "--model-only",
+        "model, limits and rate alone, without sensors, supervisor and requests, for a PLC that"
+        " has its own",
+        bool,
     )
     add(
         "--reference",
@@ -131,15 +137,10 @@ def _summary(export: Export, folder: Path) -> str:
             f" {bounds.largest_rate_um_per_s:g} µm/s, at most {step_um:.6g} µm in one call"
         )
     if export.line is not None:
-        k0_mm, slope = bound_texts(settings, export.line)
+        k0_mm, slope = line_bounds(settings, export.line)
         lines.append(
             f"  line: K0 at {export.line.origin_mm:g} mm at most {k0_mm} mm,"
             f" slope at most {slope} mm/mm"
-        )
-    if export.difference is not None:
-        lines.append(
-            f"  REAL differs from LREAL by at most {export.difference.model_um:.2g} µm of the"
-            f" model in {export.difference.calls} calls without faults"
         )
     restart = restart_warning(settings)
     warned = [plc.remark_of(one) for one in (restart, *export.remarks) if one is not None]

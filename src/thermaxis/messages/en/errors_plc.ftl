@@ -11,7 +11,6 @@ error-one_interlock_in_block = A block has the one interlock { $interlock }.
 error-gap_within_cycle = The model starts anew after { $gap_s } s, within a cycle.
     .remedy = Export with a shorter cycle (--cycle-s).
 error-no_sha256 = The hash has not 64 hexadecimal digits.
-error-remark_signs = The text has characters that no remark of a PLC may have.
 error-delay_too_long = The delay is { $cycles } cycles, longer than { $most }.
     .remedy = Export with a longer cycle (--cycle-s).
 error-delay_no_whole_cycles = The delay of { $delay_s } s is no whole number of cycles of { $cycle_s } s.
@@ -48,41 +47,8 @@ error-too_few_positions = A line needs corrections at two positions or more.
     .remedy = Give a model and a position for each.
 error-positions_too_close = Two positions are closer together than { $closest_mm } mm.
     .remedy = Identify the models further apart.
+error-no_line_in_model_only = The model alone lays no line.
+    .remedy = Export the whole block, or with another --dialect.
 error-one_position_per_output = There is not one position for every output.
 error-slope_too_large = The limits allow a slope of { $slope } mm/mm, more than the { $largest } of its velocity that the control adds.
     .remedy = State narrower limits, or take positions that lie further apart.
-
-## Rules of a program: the exporter has a mistake, nothing is printed
-
-error-last_block_not_main = The last block is not the main one.
-error-block_name_illegal = The name of the block is not legal in every target.
-error-block_name_taken_in_c = In C another type or function has this name.
-error-block_without_output = The block has no output.
-error-name_illegal = The name is not legal in every target.
-error-array_no_state = { $name } is an array and no state.
-error-array_with_start = An array has no start.
-error-wrong_start = { $start } is no { $kind }.
-error-instance_of_later_block = { $name } is an instance of { $block }, which is not declared before.
-error-if_without_branch = There is no branch.
-error-branch_empty = A branch does nothing.
-error-written_though_constant = { $name } is an input or a constant and never written.
-error-two_computations = A statement has more than one operation on numbers.
-error-divisor_not_constant = Only a constant other than zero divides.
-error-unknown_instance = { $name } is no instance of the block.
-error-unknown_output = { $name } has no output { $output }.
-error-undeclared = { $name } is not declared.
-error-call_inputs_differ = The call of { $name } does not give its inputs in their order.
-error-call_input_computed = An input gets a name, a truth or a count only.
-error-wrong_kind = A { $expected } is needed here, not a { $kind }.
-error-array_without_index = { $name } is an array and needs an index.
-error-index_without_array = { $name } is no array.
-error-bool_computed = { $operation } is no operation on BOOL.
-error-computation_not_alone = An operation on numbers is allowed alone behind := only.
-error-whole_numbers_divided = Whole numbers are not divided.
-error-computed_number_compared = Only numbers that were copied are compared with =.
-error-output_not_written = { $name } is not written on every path.
-error-read_before_written = { $name } may be read before it is written.
-error-whole_number_overflow = A whole number may become { $value }.
-    .remedy = Set it back or hold it by a comparison with a whole number.
-error-index_outside_array = { $index } may be { $lowest } to { $highest }; { $array } has 0 to { $last }.
-    .remedy = Compare the index with the length, as a whole number, and set it back.

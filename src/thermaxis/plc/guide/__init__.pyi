@@ -8,7 +8,6 @@ from ._report import (
     REPORT_FORMAT as REPORT_FORMAT,
     REPORT_HASH as REPORT_HASH,
     TEMPCOMP as TEMPCOMP,
-    Difference as Difference,
     ReportFacts as ReportFacts,
     Target as Target,
     instance_bytes as instance_bytes,

@@ -4,13 +4,28 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple, final
 
 from thermaxis.codes import Message
-from thermaxis.compensation import STATED, Part, SupervisorState
+from thermaxis.compensation import (
+    STATED,
+    Outcome,
+    Part,
+    Reason,
+    SampleQuality,
+    SupervisorState,
+)
+from thermaxis.messages import sentence
+from thermaxis.plc._block import Block
+from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES, Kind, Variable
+from thermaxis.plc._line import LineSettings, line_bounds
+from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import figure, outward_text
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc._texts import paragraphs, remark_of, text
-from thermaxis.plc.blocks import LineSettings, bound_texts, restart_warning, setting_warnings
+from thermaxis.plc._warnings import restart_warning, setting_warnings
 from thermaxis.plc.guide._losses import losses_text
 from thermaxis.plc.guide._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
-from thermaxis.plc.tree import Kind, Program, Variable, figure, outward_text, remark_text
+
+MOST_FIGURES = 40
+"""Figures of the identification that are listed. [1]"""
 
 
 @final
@@ -31,7 +46,7 @@ class GuideFacts(NamedTuple):
     """What else is to be warned of."""
 
 
-def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> str:
+def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
     """Return the guide.
 
     Not protected: a guide does not see the machine. Whoever follows it must be allowed to set up
@@ -41,8 +56,8 @@ def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> st
     ----------
     settings : PlcSettings
         What was exported.
-    program : Program
-        The program.
+    block : Block
+        The block.
     facts : GuideFacts
         Target and files.
 
@@ -56,22 +71,47 @@ def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> st
     title = text(f"title_{variant}")
     if facts.line is not None:
         title = f"temperature compensation of SINUMERIK ({title})"
+    if block.model_only:
+        sections = [
+            (f"# {block.name}: {title}, the model alone", _opening(settings, facts)),
+            ("## 1. Import", _import(block, variant)),
+            ("## 2. Inputs and outputs", _alone(settings, block)),
+            ("## Not protected", paragraphs("head_model_only")),
+        ]
+        return _page(sections)
     sections = [
-        (f"# {program.name}: {title}", _opening(settings, facts)),
-        ("## 1. Import", _import(program, facts, variant)),
+        (f"# {block.name}: {title}", _opening(settings, facts)),
+        ("## 1. Import", _import(block, variant)),
         ("## 2. Call", _call(settings, variant)),
-        ("## 3. Wire the inputs", _inputs(settings, program, facts)),
-        ("## 4. Use the outputs", _outputs(settings, program, facts)),
+        ("## 3. Wire the inputs", _inputs(settings, block, facts)),
+        ("## 4. Use the outputs", _outputs(settings, block, facts)),
         ("## 5. Check the numbers without the machine", _vectors(settings, facts)),
-        ("## 6. First correction", _first(settings, program, facts)),
+        ("## 6. First correction", _first(settings, facts)),
         ("## 7. Switch off", _off(settings)),
     ]
     if facts.line is not None:
         sections.append(("## 8. The side of the control", _control(settings, facts.line)))
     sections.append(("## What is lost, and what follows", losses_text(settings)))
     sections.append(("## Not protected", _not_protected(facts)))
+    return _page(sections)
+
+
+def _page(sections: Iterable[tuple[str, Iterable[str]]]) -> str:
     parts = [f"{heading}\n\n" + "\n".join(lines) for heading, lines in sections]
     return "\n\n".join(parts) + "\n"
+
+
+def _alone(settings: PlcSettings, block: Block) -> Iterator[str]:
+    face = block.interface
+    yield f"Call the block once per cycle of {figure(settings.cycle_s)} s."
+    yield ""
+    yield from _table(face.inputs, settings)
+    yield ""
+    yield from _table((*face.outputs, *face.identity), settings)
+    yield ""
+    yield text("sign")
+    yield text("unit")
+    yield from _bounds(settings)
 
 
 def _numbered(lines: Iterable[str]) -> Iterator[str]:
@@ -90,6 +130,12 @@ def _opening(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     )
     yield f"Model SHA-256: {settings.model_sha256 or 'not stated'}."
     yield _stopped(f"Model date: {remark_text(provenance.date) or 'not stated'}")
+    yield _stopped(f"Method: {remark_text(provenance.method, 200) or 'not stated'}")
+    yield _stopped(f"Identified by: {remark_text(provenance.program) or 'not stated'}")
+    for log in provenance.logs:
+        yield f"Training log: {remark_text(log.name)}, {log.rows} rows."
+    for name, value in list(provenance.figures.items())[:MOST_FIGURES]:
+        yield f"Figure {remark_text(name)} = {figure(value)}."
     for warning in settings.compensation.model.warnings:
         yield _stopped(f"Warning of the model: {remark_text(warning, 300)}")
     for said in (*setting_warnings(settings), *facts.warnings):
@@ -115,11 +161,10 @@ def _kind(settings: PlcSettings) -> str:
     return "LREAL (binary64)" if settings.double else "REAL (binary32)"
 
 
-def _import(program: Program, facts: GuideFacts, variant: str) -> Iterator[str]:
-    blocks = ", ".join(f"`{block.name}`" for block in program.blocks)
-    yield from _numbered(paragraphs(f"import_{variant}", block=program.name))
-    if facts.target.dialect != "c":
-        yield f"\nBlocks of the file, in its order: {blocks}."
+def _import(block: Block, variant: str) -> Iterator[str]:
+    yield from _numbered(paragraphs(f"import_{variant}", block=block.name))
+    yield ""
+    yield text("replace", block=block.name)
     yield (
         "\nChange nothing in the text: its numbers belong to the model and to the vectors. Export"
         " it again instead."
@@ -135,9 +180,9 @@ def _call(settings: PlcSettings, variant: str) -> Iterator[str]:
     yield text("cycle_time_constant", cycle=cycle)
 
 
-def _inputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterator[str]:
+def _inputs(settings: PlcSettings, block: Block, facts: GuideFacts) -> Iterator[str]:
     rules = settings.compensation.supervisor
-    yield from _table(program.blocks[-1].inputs, program)
+    yield from _table(block.interface.inputs, settings)
     yield ""
     if facts.conditions:
         named = ", ".join(remark_text(name) for name in facts.conditions)
@@ -156,17 +201,17 @@ def _inputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Itera
     yield text("trim", longest_trim_s=figure(rules.longest_trim_s))
 
 
-def _table(variables: tuple[Variable, ...], program: Program) -> Iterator[str]:
-    number = "LREAL" if program.double else "REAL"
+def _table(variables: tuple[Variable, ...], settings: PlcSettings) -> Iterator[str]:
+    number = "LREAL" if settings.double else "REAL"
     yield "| name | type | meaning |"
     yield "|---|---|---|"
     for variable in variables:
         kind = number if variable.kind is Kind.NUMBER else variable.kind.value
-        yield f"| `{variable.name}` | {kind} | {variable.text} |"
+        yield f"| `{variable.name}` | {kind} | {variable.remark} |"
 
 
-def _outputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterator[str]:
-    yield from _table(program.blocks[-1].outputs, program)
+def _outputs(settings: PlcSettings, block: Block, facts: GuideFacts) -> Iterator[str]:
+    yield from _table((*block.interface.outputs, *block.interface.identity), settings)
     yield ""
     yield text("sign")
     if facts.line is None:
@@ -174,6 +219,10 @@ def _outputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iter
     else:
         yield "* To the control go `k0_mm`, `slope` and `reference_mm` alone, see section 8."
     yield text("write")
+    yield from _bounds(settings)
+
+
+def _bounds(settings: PlcSettings) -> Iterator[str]:
     names = (remark_text(output.name) for output in settings.compensation.model.outputs)
     bounds_of = zip(names, settings.compensation.bounds, settings.steps_um, strict=True)
     for name, bounds, step_um in bounds_of:
@@ -213,7 +262,7 @@ def _sign_proof(settings: PlcSettings, line: LineSettings | None) -> str:
     return text("trim_moves_away", asked=asked)
 
 
-def _first(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterator[str]:
+def _first(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     compensation = settings.compensation
     rules, model = compensation.supervisor, compensation.model
     start = "their stated references" if model.reference == STATED else "those at the start"
@@ -234,7 +283,29 @@ def _first(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterat
             yield f"| `{stem}` | {name} | {of} | {gain:+.4g} | {0.0 - gain:+.4g} |"
     states = ", ".join(f"{k} {state}" for k, state in enumerate(SupervisorState))
     yield ""
-    yield text("states", states=states, name=program.name)
+    yield text("states", states=states)
+    yield ""
+    yield from _numbers()
+
+
+def _numbers() -> Iterator[str]:
+    """Yield what the bits and numbers of the outputs mean."""
+    yield "| `fault_word`, sum of | why it is not active |"
+    yield "|---|---|"
+    for k, reason in enumerate(Reason):
+        yield f"| {2**k} | {sentence(f'reason-{reason}')} |"
+    yield ""
+    yield "| `outcome_word`, sum of | what was out of the ordinary in the model |"
+    yield "|---|---|"
+    for k, outcome in enumerate(Outcome):
+        if outcome not in NEVER_OUTCOMES:
+            yield f"| {2**k} | {sentence(f'outcome-{outcome}')} |"
+    yield ""
+    yield "| `quality_...` | what is wrong with a temperature |"
+    yield "|---|---|"
+    for k, quality in enumerate(SampleQuality):
+        if quality not in NEVER_QUALITIES:
+            yield f"| {k} | {sentence(f'quality-{quality}')} |"
 
 
 def _off(settings: PlcSettings) -> Iterator[str]:
@@ -248,7 +319,7 @@ def _off(settings: PlcSettings) -> Iterator[str]:
 
 
 def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
-    k0_mm, slope = bound_texts(settings, line)
+    k0_mm, slope = line_bounds(settings, line)
     k0_step, slope_step = map(outward_text, line.reach(settings.steps_um))
     travel = "away from" if line.away else "towards"
     k_mm = 1.0 / line.um_per_mm

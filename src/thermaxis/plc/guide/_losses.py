@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from dataclasses import asdict
 
 from thermaxis.compensation import STATED
+from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import figure
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc._texts import page
-from thermaxis.plc.tree import figure, remark_text
 
 
 def losses_text(settings: PlcSettings) -> Iterator[str]:

@@ -1,7 +1,8 @@
 """The report beside an exported program: what it is, its bounds, what was checked and what not."""
 
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from hashlib import sha256
 from math import expm1
@@ -9,11 +10,12 @@ from typing import NamedTuple, final
 
 from thermaxis import __version__
 from thermaxis.codes import Message, message_as_json
+from thermaxis.plc._library import LIBRARY_VERSION
+from thermaxis.plc._line import LineSettings
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
 from thermaxis.plc._texts import remark_of
-from thermaxis.plc.blocks import LineSettings, restart_warning, setting_warnings
-from thermaxis.plc.tree import Block, Kind, Program
-from thermaxis.plc.vectors import Vectors
+from thermaxis.plc._warnings import restart_warning, setting_warnings
+from thermaxis.plc.vectors import TOLERANCE_UM, Vectors
 
 REPORT_FORMAT = "thermaxis-plc-export"
 """What the report calls itself."""
@@ -47,16 +49,6 @@ class Target(NamedTuple):
 
 
 @final
-class Difference(NamedTuple):
-    """What a program in REAL differs by from the same in LREAL, measured."""
-
-    model_um: float
-    """Largest difference of a displacement by the model. [µm]"""
-    calls: int
-    """Calls that were compared. [1]"""
-
-
-@final
 class ReportFacts(NamedTuple):
     """What the report says besides the settings."""
 
@@ -64,8 +56,6 @@ class ReportFacts(NamedTuple):
     """Who gets the program."""
     models: tuple[tuple[str, str], ...]
     """Name of the file and hash of the content of every model that was read."""
-    difference: Difference | None
-    """Measured difference of REAL from LREAL; None where numbers are LREAL."""
     line: LineSettings | None = None
     """The line; None where there is none."""
     vectors: Vectors | None = None
@@ -78,17 +68,20 @@ class ReportFacts(NamedTuple):
     """What else is to be warned of."""
 
 
-def instance_bytes(program: Program) -> int:
-    """Return about how much memory an instance takes."""
-    size = {Kind.NUMBER: 8 if program.double else 4, Kind.INT: 2, Kind.BOOL: 1}
-    blocks = {block.name: block for block in program.blocks}
+_DECLARED = re.compile(r"^    \w+ : (?:ARRAY\[0\.\.(\d+)\] OF )?(\w+)", re.MULTILINE)
+_SECTIONS = re.compile(r"^VAR(?:_INPUT|_OUTPUT)?\n(.*?)^END_VAR", re.MULTILINE | re.DOTALL)
 
-    def of(block: Block) -> int:
-        held = (*block.inputs, *block.outputs, *block.states)
-        own = sum(size[v.kind] * max(1, v.length) for v in held)
-        return own + sum(of(blocks[instance.block]) for instance in block.instances)
 
-    return of(program.blocks[-1])
+def instance_bytes(texts: Iterable[str]) -> int:
+    """Return about how much memory an instance of the last block of some ST texts takes."""
+    sizes = {"LREAL": 8, "REAL": 4, "INT": 2, "BOOL": 1}
+    last = 0
+    for text in texts:
+        for block in text.split("\nFUNCTION_BLOCK ")[1:]:
+            declared = _DECLARED.findall("".join(_SECTIONS.findall(block)))
+            last = sum(sizes[kind] * (int(end or 0) + 1) for end, kind in declared)
+            sizes[block.split("\n", 1)[0]] = last
+    return last
 
 
 def report_of(
@@ -125,6 +118,7 @@ def report_of(
         "version": REPORT_VERSION,
         "program": f"thermaxis {__version__}",
         "block": settings.names.block,
+        "library_version": LIBRARY_VERSION,
         "dialect": target.dialect,
         "variant": target.variant,
         "numbers": "LREAL" if settings.double else "REAL",
@@ -164,7 +158,10 @@ def report_of(
             "lowest_weight": compensation.lowest_weight,
         },
         "line": _line(settings, facts.line),
-        "arithmetic": {"sections": _sections(settings), "difference": _difference(facts)},
+        "arithmetic": {
+            "sections": _sections(settings),
+            "tolerance_um": None if settings.double else TOLERANCE_UM,
+        },
         "instance_bytes": facts.instance_bytes,
         "vectors": _vectors(facts.vectors),
         "checked": _checked(target),
@@ -246,29 +243,16 @@ def _sections(settings: PlcSettings) -> list[dict[str, object]]:
     return found
 
 
-def _difference(facts: ReportFacts) -> dict[str, object] | None:
-    if facts.difference is None:
-        return None
-    return {"model_um": facts.difference.model_um, "calls": facts.difference.calls}
-
-
 def _checked(target: Target) -> list[str]:
-    said = [
-        (
-            "every rule of the program's tree: kinds, names, written before read, one operation on"
-            " numbers per statement, whole numbers within 16 bits"
-        ),
-        (
-            "expected outputs of the vectors: computed by a second program in the same numbers, not"
-            " by the exported text"
-        ),
-    ]
+    said = ["expected outputs of the vectors: those of the cycle that runs on the computer"]
     if target.dialect == "c":
-        said.append("the C of the same printer compiled by gcc and run against the cycle, in tests")
+        said.append(
+            "library and blocks of the same template run by gcc against the cycle, in tests"
+        )
     else:
         said.append(
-            "the text of the same printer put into C word by word and run against the cycle, in"
-            " tests"
+            "library and blocks of the same template put into C word by word and run against the"
+            " cycle, in tests"
         )
     return said
 

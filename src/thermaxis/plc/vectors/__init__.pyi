@@ -3,21 +3,22 @@ from ._call_sequence import (
     CallSequence as CallSequence,
     scenario_steps as scenario_steps,
 )
-from ._instance import (
-    BlockInstance as BlockInstance,
+from ._phases import (
+    ODD as ODD,
+)
+from ._reference import (
+    CycleBlock as CycleBlock,
     PlcInputs as PlcInputs,
     PlcOutputs as PlcOutputs,
     by_variable as by_variable,
     variable_names as variable_names,
-)
-from ._phases import (
-    ODD as ODD,
 )
 from ._simulated_plant import (
     PlcStep as PlcStep,
 )
 from ._vectors import (
     LINE_LIMITED as LINE_LIMITED,
+    TOLERANCE_UM as TOLERANCE_UM,
     Vectors as Vectors,
     vectors_of as vectors_of,
 )

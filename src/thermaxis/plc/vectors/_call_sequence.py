@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from typing import final
 
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.vectors._instance import BlockInstance, PlcOutputs
 from thermaxis.plc.vectors._phases import Phase, phases_of
+from thermaxis.plc.vectors._reference import CycleBlock, words_of
 from thermaxis.plc.vectors._simulated_plant import (
     NEAR_SHARE,
     PlcStep,
@@ -55,7 +55,7 @@ class CallSequence:
         block: SequenceBlock | None = None,
         near_share: float = NEAR_SHARE,
     ) -> None:
-        self._plant = SimulatedPlant(settings, seed, block or BlockInstance(settings), near_share)
+        self._plant = SimulatedPlant(settings, seed, block or CycleBlock(settings), near_share)
         self._rows_left, self._calls_left = most_rows, most_calls
         self.cuts: list[str] = []
         """Phases that were ended before their end, in words; complete after the last step."""
@@ -95,13 +95,6 @@ class CallSequence:
         self._calls_left -= calls - plant.calls_left
 
 
-def words_of(outputs: PlcOutputs) -> PlcOutputs:
-    """Return outputs without the numbers that may change from call to call."""
-    return outputs._replace(
-        correction_um=(), model_um=(), wanted_um=(), weight=(), parts_um=(), heartbeat=0
-    )
-
-
 def _changed(step: PlcStep, last: PlcStep) -> bool:
     return words_of(step.outputs) != words_of(last.outputs)
 
@@ -123,7 +116,7 @@ def scenario_steps(settings: PlcSettings, *, hours: float, seed: int) -> Iterato
     PlcStep
         One call.
     """
-    plant = SimulatedPlant(settings, seed, BlockInstance(settings))
+    plant = SimulatedPlant(settings, seed, CycleBlock(settings))
     plant.noise_c = 0.05
     seconds = 0.0
     for call in range(round(hours * 3600.0 / settings.cycle_s)):

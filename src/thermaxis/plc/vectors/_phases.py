@@ -14,7 +14,7 @@ from thermaxis.plc.vectors._simulated_plant import PlcStep, SimulatedPlant
 Steps: TypeAlias = Iterator[PlcStep]
 Phase: TypeAlias = Callable[[SimulatedPlant], Steps]
 
-ODD = (float("nan"), float("inf"), float("-inf"), 1e300, -1e300, 1e7, 0.0, -40.0)
+ODD = (float("nan"), float("inf"), float("-inf"), 1e20, -1e20, 1e7, 0.0, -40.0)
 """What is no temperature, or none that is plausible. [degC]"""
 LONG_ROW_CALLS = 1000
 """Calls of the row in which nothing changes any more. [1]"""

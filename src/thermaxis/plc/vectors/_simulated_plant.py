@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol, final
 
 from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.vectors._instance import PlcInputs, PlcOutputs
+from thermaxis.plc.vectors._reference import PlcInputs, PlcOutputs
 
 NEAR_SHARE = 0.8
 """Share of the read-back's tolerance by which the reported offset may be away. [1]"""

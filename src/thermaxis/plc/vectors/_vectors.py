@@ -13,23 +13,24 @@ from typing import NamedTuple, final
 from thermaxis.codes import Place
 from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
+from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES, Kind, Variable, interface_of
+from thermaxis.plc._line import LineSettings
+from thermaxis.plc._numbers import rounded
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.blocks import NEVER_OUTCOMES, NEVER_QUALITIES, LineSettings
-from thermaxis.plc.tree import Kind, Variable, rounding
 from thermaxis.plc.vectors._call_sequence import (
     MOST_CALLS,
     MOST_ROWS,
     CallSequence,
-    words_of,
 )
-from thermaxis.plc.vectors._instance import (
-    BlockInstance,
+from thermaxis.plc.vectors._phases import LONG_ROW_CALLS
+from thermaxis.plc.vectors._reference import (
     Cell,
     PlcInputs,
     PlcOutputs,
+    block_beside_others,
     by_variable,
+    words_of,
 )
-from thermaxis.plc.vectors._phases import LONG_ROW_CALLS
 from thermaxis.plc.vectors._simulated_plant import NEAR_SHARE
 
 DEFAULT_SEED = 1
@@ -37,6 +38,8 @@ DEFAULT_SEED = 1
 LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line within its bounds"
 """What the rows of a block with a line have not: its bounds stand behind those limits."""
 _LIMITED = "line_limited"
+TOLERANCE_UM = 0.002
+"""Largest difference of a number in REAL from the vectors. [µm]"""
 _LARGEST_ROWS = 1_000_000
 _DIGITS = {True: 17, False: 9}
 # Least squares through several positions may enlarge what a control rounds.
@@ -98,7 +101,9 @@ def vectors_of(
             most=_LARGEST_ROWS,
             place=Place(key="most_rows"),
         )
-    block = BlockInstance(settings, line)
+    block = block_beside_others(settings, line)
+    face = interface_of(settings, line)
+    variables = (*face.inputs, *face.outputs)
     sequence = CallSequence(
         settings,
         seed=DEFAULT_SEED,
@@ -112,7 +117,7 @@ def vectors_of(
     calls = 0
     cuts: list[str] = []
     made = (
-        _Call(inputs, outputs, {} if line is None else block.values())
+        _Call(inputs, outputs, {} if line is None else block.values(), block.judged)
         for inputs, outputs in sequence.steps()
     )
     for run in _runs(made):
@@ -120,14 +125,14 @@ def vectors_of(
             cuts.append(f"the table after {calls} calls for want of rows")
             break
         seen.note(run)
-        rows.append(_row(settings, run, block.variables, first=calls + 1))
+        rows.append(_row(settings, run, variables, first=calls + 1))
         calls += run.calls
     cuts += sequence.cuts
     missing = seen.missing()
     lines = [
         *(f"# {text}" for text in _head(settings, line, calls, (*missing,), (*cuts,))),
-        ",".join(["call", "calls", "restart", *(v.name for v in block.variables)]),
-        "# unit," + ",".join(["1", "BOOL", *map(_unit, block.variables)]),
+        ",".join(["call", "calls", "restart", "compare", *(v.name for v in variables)]),
+        "# unit," + ",".join(["1", "BOOL", "BOOL", *map(_unit, variables)]),
         *rows,
     ]
     return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, tuple(cuts))
@@ -141,6 +146,8 @@ class _Call(NamedTuple):
     outputs: PlcOutputs
     line: Mapping[str, Cell]
     """The block's own values where there is a line; else empty."""
+    judged: bool
+    """Whether the target must say the same."""
 
 
 class _Run(NamedTuple):
@@ -169,6 +176,7 @@ def _same(run: _Run, call: _Call) -> bool:
     first = run.first
     return (
         words_of(run.last.outputs) == words_of(call.outputs)
+        and run.last.judged == call.judged
         and run.last.line.get(_LIMITED) == call.line.get(_LIMITED)
         and repr(first.inputs._replace(restart=False)) == repr(call.inputs)
     )
@@ -291,20 +299,26 @@ class _Seen:
 def _unit(variable: Variable) -> str:
     if variable.kind is not Kind.NUMBER:
         return variable.kind.value
-    return "mm/mm" if "mm/mm" in variable.text else variable.text.rpartition("[")[2].rstrip("]")
+    return variable.unit
 
 
 def _row(settings: PlcSettings, run: _Run, variables: Iterable[Variable], *, first: int) -> str:
     names, last = settings.names, run.last
     values = last.line or by_variable(names, last.inputs) | by_variable(names, last.outputs)
-    cells = [first, run.calls, run.first.inputs.restart, *(values[v.name] for v in variables)]
+    cells = [
+        first,
+        run.calls,
+        run.first.inputs.restart,
+        last.judged,
+        *(values[v.name] for v in variables),
+    ]
     return ",".join([_text(cell, double=settings.double) for cell in cells])
 
 
 def _text(cell: Cell, *, double: bool) -> str:
     if isinstance(cell, int):
         return str(int(cell))
-    held = rounding(double=double)(cell)
+    held = rounded(cell, double=double)
     if math.isnan(held):
         return "NaN"
     if math.isinf(held):
@@ -334,7 +348,11 @@ def _head(
     yield "call: number of the first call of the row"
     yield "calls: how often the block is called with these inputs - the outputs are after the last"
     yield "restart 1: a new instance of the block begins with the first call of the row"
+    yield "compare 0: leave the row out - a rounding may move a change of state by a call here"
     yield "BOOL is 0 or 1 - NaN and +Inf and -Inf are such numbers"
     yield "a PLC that cannot make them in an input leaves out the rows up to the next restart"
-    yield "the outputs are of the same block executed on a computer - in the arithmetic of the PLC"
-    yield "compare with equality - a zero has no sign"
+    yield "the outputs are those of the cycle that runs on the computer - in binary64"
+    if settings.double:
+        yield "compare with equality - a zero has no sign"
+    else:
+        yield f"compare BOOL and INT with equality - um within {TOLERANCE_UM} um - others 1.0E-6"

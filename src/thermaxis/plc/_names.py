@@ -1,0 +1,163 @@
+"""Names that every target takes, and text from people that may stand in a remark."""
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import final
+
+from thermaxis.codes import Place
+from thermaxis.compensation import CompensationModel
+from thermaxis.errors import ConfigurationError
+
+LONGEST_NAME = 24
+"""Longest name of a block or a variable. Origin: the limit of old Siemens tools, from the trade.
+[1]"""
+PREFIX = "tx_"
+"""What the name of every block begins with."""
+LONGEST_TEXT = 60
+"""Longest text from a person in a remark. Origin: a line of 100 signs with what stands before.
+[1]"""
+OWN_BLOCKS = frozenset(
+    {
+        "lag", "begin", "read_back", "requests", "sensor", "model_state", "asked", "supervisor",
+        "trim", "correction", "state", "motion", "clock_rules", "limits", "asked_for",
+        "sensor_rules", "supervisor_rules", "signals", "number", "is_offset",
+    }
+)  # fmt: skip
+"""Blocks and types of the library, without their prefix."""
+
+CUT = "..."
+"""Sign behind a text that was cut; its signs may stand in a remark."""
+# In C a block is a type and two functions; a name that ends like one could be that of another.
+_TAKEN_ENDINGS = ("_init", "_step", "_h")
+_LONGEST_CHANNEL = 14
+_LONGEST_OUTPUT = 13
+_LONGEST_PART = 18
+_LONGEST_BLOCK = LONGEST_NAME - len(PREFIX)
+# Names of the main block that are made of a prefix and one of these would mean something else.
+_TAKEN_STEMS = frozenset({"ok", "quality", "runs", "id_1", "id_2"})
+
+_IEC = """
+    action and any array at begin bool by byte case char configuration const constant continue
+    do dint dt dword else elsif en end eno eq exit exp expt false for from function function_block
+    ge goto gt if implements in int interface interval le len limit lint ln log lreal lt lword max
+    method min mod move mux namespace ne not null of on or override pointer private program
+    protected public r_edge read_only read_write real ref ref_to reference repeat resource retain
+    return rol ror r_trig f_trig rs sel shl shr single sint sqrt sr step string struct super
+    task then this time tod to tof ton tp transition true trunc type udint uint ulint union until
+    usint using var var_access var_config var_external var_global var_in_out var_input var_output
+    var_temp vars while with word wstring xor abs acos asin atan cos sin tan add sub mul div
+    concat delete find insert left mid replace right ctu ctd ctud f_edge non_retain date
+    date_and_time time_of_day
+"""
+_SCL = """
+    any_to block_db block_fb block_fc block_sdb block_sfb block_sfc counter data_block db di
+    end_const end_data_block end_label end_region end_var ib iw label ldt mb mw nil ok
+    organization_block overlap peek poke qb qw region s5time temp timer title variant version void
+"""
+_C = """
+    auto bool break char const default double enum extern float inline int int16_t long main
+    register restrict short signed sizeof static switch typedef unsigned void volatile errno
+    assert linux unix near far
+"""
+RESERVED = frozenset(f"{_IEC} {_SCL} {_C}".split())
+"""Words that are no name in one of the targets, lower case: those of IEC 61131-3 with its standard
+functions and blocks, those that STEP 7 and TIA Portal keep beside them, those of C."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PlcNames:
+    """Stems of names, each once, whatever the case: a variable is a prefix and a stem."""
+
+    block: str
+    """Name of the block that a user calls, with its prefix."""
+    channels: tuple[str, ...]
+    """By channel of the model, in its order."""
+    outputs: tuple[str, ...]
+    """By output."""
+    parts: tuple[str, ...]
+    """By part, in the order of the outputs."""
+
+
+def names_of(model: CompensationModel, name: str) -> PlcNames:
+    """Return the names of a program."""
+    outputs = _stems([o.name for o in model.outputs], "outputs", _LONGEST_OUTPUT, _TAKEN_STEMS)
+    parts = [part.name for output in model.outputs for part in output.parts]
+    return PlcNames(
+        _block_name(name),
+        _stems(model.channels, "channels", _LONGEST_CHANNEL, ()),
+        outputs,
+        _stems(parts, "parts", _LONGEST_PART, ()),
+    )
+
+
+def _block_name(name: str) -> str:
+    stem = legal_stem(name, _LONGEST_BLOCK, place=Place(key="name"))
+    if stem in OWN_BLOCKS:
+        raise ConfigurationError(
+            "block_name_taken", name=f"{PREFIX}{stem}", place=Place(key="name")
+        )
+    if stem.endswith(_TAKEN_ENDINGS):
+        raise ConfigurationError(
+            "block_name_ending", endings=_TAKEN_ENDINGS, place=Place(key="name")
+        )
+    return PREFIX + stem
+
+
+def _stems(texts: Iterable[str], what: str, longest: int, taken: Iterable[str]) -> tuple[str, ...]:
+    """Return a stem for every text; a text that needs no change keeps its own."""
+    used = set(taken)
+    wanted = [
+        (text, legal_stem(text, longest, place=Place(key=what, channel=text))) for text in texts
+    ]
+    stems: dict[int, str] = {}
+    for changed in (False, True):
+        for place, (text, stem) in enumerate(wanted):
+            if place in stems or (not changed and (text != stem or stem in used)):
+                continue
+            stems[place] = unique(stem, used, longest)
+            used.add(stems[place])
+    return tuple([stems[place] for place in range(len(wanted))])
+
+
+def unique(stem: str, used: Iterable[str], longest: int) -> str:
+    """Return a name that is not used yet: with a number behind it where it is."""
+    taken = set(used)
+    tried, number = stem, 1
+    while tried in taken:
+        number += 1
+        end = f"_{number}"
+        tried = stem[: longest - len(end)].rstrip("_") + end
+    return tried
+
+
+def legal_stem(text: str, longest: int, *, place: Place) -> str:
+    """Return a text as a name behind a prefix: lower case, digits and single underscores."""
+    plain = unicodedata.normalize("NFKD", _ascii_units(text)).encode("ascii", "ignore").decode()
+    stem = re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_")[:longest].rstrip("_")
+    if not stem:
+        raise ConfigurationError("name_without_letters", place=place)
+    return stem
+
+
+def is_legal(name: str) -> bool:
+    """Whether every target takes a name."""
+    formed = re.fullmatch(r"[a-z](_?[a-z0-9])*", name) is not None
+    return formed and len(name) <= LONGEST_NAME and name not in RESERVED
+
+
+def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:
+    """Return text from a person so that it may stand in a remark of any target."""
+    plain = unicodedata.normalize("NFKD", _ascii_units(text))
+    kept = "".join(c for c in plain if not unicodedata.combining(c))
+    whole = " ".join(re.sub(r"[^A-Za-z0-9 _.-]", " ", kept).split())
+    if len(whole) <= longest:
+        return whole
+    end = whole.rfind(" ", 0, longest - len(CUT))
+    return f"{whole[:end]} {CUT}" if end > 0 else whole[: longest - len(CUT)] + CUT
+
+
+def _ascii_units(text: str) -> str:
+    return text.replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("ß", "ss")

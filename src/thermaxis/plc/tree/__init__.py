@@ -1,5 +1,0 @@
-"""The program as a tree, its names, numbers and checks."""
-
-from lazy_loader import attach_stub
-
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

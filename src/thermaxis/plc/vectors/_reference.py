@@ -1,0 +1,477 @@
+"""What the exported block must say: `cycle` itself, called as a PLC calls the block."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from typing import Any, NamedTuple, TypeAlias, cast, final
+
+from thermaxis.compensation import (
+    Answer,
+    CycleOutput,
+    CycleReading,
+    Outcome,
+    Provenance,
+    Quality,
+    Reason,
+    Request,
+    RequestKind,
+    Sample,
+    SampleQuality,
+    SupervisorState,
+    cycle,
+    cycle_state,
+)
+from thermaxis.plc._block import LARGEST_READ, UNREAD_UM
+from thermaxis.plc._line import LineSettings
+from thermaxis.plc._names import PlcNames
+from thermaxis.plc._numbers import rounded
+from thermaxis.plc._settings import PlcSettings
+
+Cell: TypeAlias = float | bool | int
+"""A value of the block."""
+_Floats = tuple[float, ...]
+_RISING = "rising"
+_CALLS = 32_768
+_ENUMERATIONS = (SupervisorState, Reason, Outcome, SampleQuality, Quality)
+# By member, not by its word: two enumerations may share one.
+_PLACES = {id(member): k for one in _ENUMERATIONS for k, member in enumerate(one)}
+_RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
+
+
+class PlcInputs(NamedTuple):
+    """Inputs of the block in one call. Numbers may be NaN or infinite."""
+
+    cycle_time_s: float
+    """Measured time since the last call; the nominal one in the first. [s]"""
+    enable: bool
+    """Level: a rising edge enables, a falling one disables; no level of the first call, nor a
+    trim, asks for anything."""
+    hold: bool
+    """Level: while it is TRUE a compensation that is enabled and without a fault is held, also one
+    that is enabled meanwhile; a falling edge resumes."""
+    reset: bool
+    """A rising edge acknowledges."""
+    diameter_mm: float
+    """Clamping diameter of the workpiece. [mm]"""
+    diameter_known: bool
+    """Whether it is stated; else the gain at the tool centre point is used."""
+    temperatures_c: _Floats
+    """By channel of the model. [degC]"""
+    ok: tuple[bool, ...]
+    """Whether the status of each is good."""
+    trims_um: _Floats
+    """By output; a value that differs from that of the last call is a request. [µm]"""
+    interlocks_met: bool
+    """Whether every condition is met."""
+    connected: bool
+    """Whether the machine can be written to."""
+    other_compensation: bool
+    """Whether another compensation is active on an axis."""
+    read_um: _Floats
+    """What the machine reports as the offset that was written last, by output. [µm]"""
+    read_ok: bool
+    """Whether that could be read."""
+    restart: bool = False
+    """No input of the block: whether the PLC was switched off and on before this call, so that
+    nothing of the block's memory is left."""
+
+
+class PlcOutputs(NamedTuple):
+    """Outputs of the block after one call."""
+
+    correction_um: _Floats
+    """What is to be written, by output. [µm]"""
+    model_um: _Floats
+    """Displacement by output. [µm]"""
+    wanted_um: _Floats
+    """The correction before rate and supervisor, by output. [µm]"""
+    weight: _Floats
+    """Weight of the model by output. [1]"""
+    at_limit: tuple[bool, ...]
+    """Whether the model asks for more than the magnitude, by output."""
+    added_um: _Floats
+    """Trim in force, by output; 0 once it has expired. [µm]"""
+    to_go_um: _Floats
+    """Distance of the correction from what is wanted, by output. [µm]"""
+    parts_um: _Floats
+    """What every part contributes, in the order of the outputs. [µm]"""
+    qualities: tuple[int, ...]
+    """What was wrong with each channel: place in `SampleQuality`. [1]"""
+    state: int
+    """Place in `SupervisorState`. [1]"""
+    enabled: bool
+    """Whether it was enabled."""
+    held: bool
+    """Whether the hold of an operator is in force, or has expired."""
+    linked: bool
+    """Whether the corrections may be written: the machine can be reached, and the offset that
+    stood there was taken over."""
+    settled: bool
+    """Whether every correction is what the model asks for, as `CycleOutput.settled` says."""
+    fault_word: int
+    """Sum of 2**k over the reasons, k the place in `Reason`. [1]"""
+    model_quality: int
+    """0 good, 1 held, 2 bad. [1]"""
+    outcome_word: int
+    """Sum of 2**k over the outcomes, k the place in `Outcome`. [1]"""
+    refused: bool
+    """Whether a request of this call was refused."""
+    heartbeat: int
+    """Counts the calls to 32767, then begins at 0 again. [1]"""
+
+
+_STEMS = {
+    "temperatures_c": ("t", "channels"),
+    "ok": ("ok", "channels"),
+    "trims_um": ("trim", "outputs"),
+    "read_um": ("read", "outputs"),
+    "correction_um": ("correction", "outputs"),
+    "model_um": ("model", "outputs"),
+    "wanted_um": ("wanted", "outputs"),
+    "weight": ("weight", "outputs"),
+    "at_limit": ("limit", "outputs"),
+    "added_um": ("added", "outputs"),
+    "to_go_um": ("to_go", "outputs"),
+    "parts_um": ("part", "parts"),
+    "qualities": ("quality", "channels"),
+}
+
+
+@cache
+def variable_names(names: PlcNames, fields: tuple[str, ...]) -> dict[str, tuple[str, ...] | str]:
+    """Return the variables of the block, one or several, by the field that has their values."""
+    made: dict[str, tuple[str, ...] | str] = {}
+    for field in fields:
+        prefix, stems = _STEMS.get(field, ("", ""))
+        several: tuple[str, ...] = getattr(names, stems) if stems else ()
+        made[field] = tuple([f"{prefix}_{stem}" for stem in several]) if prefix else field
+    return made
+
+
+def by_variable(names: PlcNames, values: PlcInputs | PlcOutputs) -> dict[str, Cell]:
+    """Return inputs or outputs by the names of the block's variables."""
+    made: dict[str, Cell] = {}
+    for field, variable in variable_names(names, values._fields).items():
+        value: Any = getattr(values, field)
+        made.update(
+            [(variable, value)] if isinstance(variable, str) else zip(variable, value, strict=True)
+        )
+    made.pop("restart", None)
+    return made
+
+
+@final
+class CycleBlock:
+    """`cycle` with inputs and outputs of the block: edges are requests, a wrong cycle time is none.
+
+    One `step` is one call. In REAL the inputs are those that the target holds, and the outputs are
+    computed in double precision: the block says the same states, and numbers within `TOLERANCE_UM`.
+
+    Not protected: as `cycle`; and whether a PLC's compiler rounds every operation as IEEE 754
+    says is what the comparison with these outputs shows.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported.
+    line : LineSettings, optional
+        The line in the control: then the reported corrections are those that the control's line
+        means, and a call returns what is in force there. Default: there is none.
+    """
+
+    def __init__(self, settings: PlcSettings, line: LineSettings | None = None) -> None:
+        if not settings.double:
+            settings = replace(settings, compensation=_in_real(settings.compensation))
+        self.settings, self._line = settings, line
+        self._outputs = settings.compensation.model.outputs
+        self._values: dict[str, Cell] = {}
+        self._others: tuple[CycleBlock, ...] = ()
+        self.cycle_output: CycleOutput | None = None
+        """What `cycle` itself said in the last call."""
+        self.judged = True
+        """Whether no rounding of REAL may move a change of state by this call; see `beside`."""
+        self._switch_on()
+
+    def beside(self, others: Iterable["CycleBlock"]) -> None:
+        """Let other blocks do the same calls: where one says other words nothing is judged."""
+        self._others = tuple(others)
+
+    def _switch_on(self) -> None:
+        count = len(self._outputs)
+        self._state = cycle_state(self.settings.compensation)
+        self._good_calls = self._calls = 0
+        self._waiting, self._linked = True, False
+        self._levels = (False, False, False)
+        self._trims: _Floats = (0.0,) * count
+        self._in_force = self._before = (0.0,) * count
+        self._written = (0.0, 0.0)
+
+    def step(self, inputs: PlcInputs) -> PlcOutputs:
+        """Do what one call of the block does.
+
+        Parameters
+        ----------
+        inputs : PlcInputs
+            Inputs of the call.
+
+        Returns
+        -------
+        PlcOutputs
+            Outputs after the call.
+        """
+        if not self.settings.double:
+            inputs = held_in_real(inputs)
+        line = self._line
+        if line is None:
+            return self._beside_others(inputs)
+        if inputs.restart:
+            self._switch_on()
+        told = _line_inputs(line, inputs.read_um)
+        away_um = _away_um(line, tuple(told.values()), self._written)
+        read_um = tuple(c + d for c, d in zip(self._in_force, away_um, strict=True))
+        inputs = inputs._replace(read_um=read_um)
+        outputs = self._beside_others(inputs)
+        bounds = self.settings.compensation.bounds
+        outside = any(
+            abs(before_um) > b.total_um for before_um, b in zip(self._before, bounds, strict=True)
+        )
+        said = _laid(line, outputs.correction_um, tuple(b.total_um for b in bounds), free=outside)
+        names = self.settings.names
+        self._values = by_variable(names, inputs) | by_variable(names, outputs) | told | said
+        self._in_force = outputs.correction_um
+        k0_mm, slope = said["k0_mm"], said["slope"]
+        self._written = k0_mm, slope
+        return outputs._replace(
+            correction_um=tuple(
+                line.um_per_mm * (k0_mm + slope * (p - line.origin_mm)) for p in line.positions_mm
+            )
+        )
+
+    def values(self) -> Mapping[str, Cell]:
+        """Return every input and output of the last call with a line by its name.
+
+        Returns
+        -------
+        mapping of str to float, bool or int
+            The values.
+        """
+        return self._values
+
+    def _beside_others(self, inputs: PlcInputs) -> PlcOutputs:
+        outputs = self.call(inputs)
+        self.judged = True
+        for other in self._others:
+            self.judged &= _near(other.call(inputs), outputs)
+        return outputs
+
+    def call(self, inputs: PlcInputs) -> PlcOutputs:
+        """Do one call with numbers that the target holds, without line and without others."""
+        if inputs.restart:
+            self._switch_on()
+        settings = self.settings
+        time_s = math.nan
+        ends_s = (settings.shortest_cycle_s, settings.longest_cycle_s)
+        shortest_s, longest_s = (rounded(s, double=settings.double) for s in ends_s)
+        if shortest_s <= inputs.cycle_time_s <= longest_s:
+            self._good_calls += 1
+            time_s = settings.cycle_s * self._good_calls
+        read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
+        if self._calls == 0:
+            self._levels = inputs.reset, inputs.enable, inputs.hold
+        off = self._state.memory.state is SupervisorState.OFF
+        there = inputs.connected and inputs.read_ok
+        there = there and all(abs(u) <= LARGEST_READ for u in inputs.read_um)
+        self._waiting = self._waiting or off or not inputs.connected
+        found, self._waiting = self._waiting and there, self._waiting and not there
+        self._linked = inputs.connected and not self._waiting
+        samples = zip(inputs.temperatures_c, inputs.ok, strict=True)
+        reading = CycleReading(
+            time_s,
+            tuple(Sample(value, good, 0.0) for value, good in samples),
+            interlocks=(inputs.interlocks_met,),
+            connected=self._linked,
+            read_back_um=read,
+            found_um=read if found else None,
+            other_compensation=inputs.other_compensation,
+            requests=tuple(self._requests(inputs)),
+        )
+        self._calls += 1
+        self._state, output = cycle(settings.compensation, self._state, reading)
+        self._before, self.cycle_output = output.before_um, output
+        return self._as_block(output)
+
+    def _requests(self, inputs: PlcInputs) -> Iterator[Request]:
+        reset, enable, hold = self._levels
+        if inputs.reset and not reset:
+            yield Request(RequestKind.ACKNOWLEDGE, "plc")
+        if inputs.enable != enable:
+            yield Request(RequestKind.ENABLE if inputs.enable else RequestKind.DISABLE, "plc")
+        if inputs.hold or hold:  # asked for in every call: the cycle itself knows what is held
+            kind = RequestKind.HOLD if inputs.hold else RequestKind.RESUME
+            yield Request(kind, "plc", text=_RISING if not hold else "")
+        diameter_mm = inputs.diameter_mm if inputs.diameter_known else None
+        yield Request(RequestKind.DIAMETER, "plc", value=diameter_mm)
+        longest_s = self.settings.compensation.supervisor.longest_trim_s
+        for output, before, trim in zip(self._outputs, self._trims, inputs.trims_um, strict=True):
+            if self._calls and not trim == before:  # noqa: SIM201 - NaN differs from itself
+                yield Request(RequestKind.TRIM, "plc", output.name, trim, longest_s)
+        self._levels = inputs.reset, inputs.enable, inputs.hold
+        self._trims = inputs.trims_um
+
+    def _as_block(self, output: CycleOutput) -> PlcOutputs:
+        memory = self._state.memory
+        return PlcOutputs(
+            output.correction_um,
+            output.model_um,
+            output.wanted_um,
+            output.weight,
+            output.at_limit,
+            output.trim_um,
+            output.to_go_um,
+            tuple(part for parts in output.contribution_um for part in parts),
+            tuple(_PLACES[id(quality)] for quality in output.qualities),
+            _PLACES[id(output.state)],
+            memory.enabled,
+            memory.held,
+            self._linked,
+            output.settled,
+            sum(2 ** _PLACES[id(reason)] for reason in output.reasons),
+            _PLACES[id(output.quality)],
+            sum(2 ** _PLACES[id(outcome)] for outcome in output.outcomes),
+            any(map(_refused, output.answers)),
+            self._calls % _CALLS,
+        )
+
+
+def _refused(answer: Answer) -> bool:
+    """Return whether the block says that this was refused: of hold only the rising edge."""
+    level = answer.request.kind is RequestKind.HOLD and answer.request.text != _RISING
+    return not (answer.accepted or level)
+
+
+def words_of(outputs: PlcOutputs) -> PlcOutputs:
+    """Return outputs without the numbers that may change from call to call."""
+    return outputs._replace(
+        correction_um=(),
+        model_um=(),
+        wanted_um=(),
+        weight=(),
+        to_go_um=(),
+        parts_um=(),
+        heartbeat=0,
+    )
+
+
+def block_beside_others(settings: PlcSettings, line: LineSettings | None = None) -> CycleBlock:
+    """Return a block for vectors: in REAL it runs beside others of nearly the same limits.
+
+    A correction that goes to zero in equal steps arrives a call earlier or later by rounding
+    alone, and with it a state changes; a goal at the edge of the deadband is taken or not. Where
+    rates and deadbands that differ by a few roundings say the same, so does the target.
+    """
+    block = CycleBlock(settings, line)
+    if not settings.double:
+        rates = [{"largest_rate_um_per_s": 1.0 + share} for share in (-_RATE_SHARE, _RATE_SHARE)]
+        bands = [{"deadband_um": 1.0 + share} for share in (-_BAND_SHARE, _BAND_SHARE)]
+        has_band = any(bounds.deadband_um for bounds in settings.compensation.bounds)
+        some = [*rates, *(bands if has_band else [])]
+        block.beside(CycleBlock(_with_limits(settings, changes)) for changes in some)
+    return block
+
+
+def _with_limits(settings: PlcSettings, times: Mapping[str, float]) -> PlcSettings:
+    compensation = settings.compensation
+    limits = {
+        name: replace(one, **{key: share * getattr(one, key) for key, share in times.items()})
+        for name, one in compensation.limits.items()
+    }
+    return replace(settings, compensation=replace(compensation, limits=limits))
+
+
+def _near(one: PlcOutputs, other: PlcOutputs) -> bool:
+    """Whether two blocks say the same words, and corrections that rounding may make different."""
+    pairs = zip(one.correction_um, other.correction_um, strict=True)
+    return words_of(one) == words_of(other) and all(abs(a - b) <= _APART_UM for a, b in pairs)
+
+
+def held_in_real(inputs: PlcInputs) -> PlcInputs:
+    """Return the inputs with the numbers that REAL holds."""
+
+    def held(values: _Floats) -> _Floats:
+        return tuple(rounded(value, double=False) for value in values)
+
+    return inputs._replace(
+        cycle_time_s=rounded(inputs.cycle_time_s, double=False),
+        diameter_mm=rounded(inputs.diameter_mm, double=False),
+        temperatures_c=held(inputs.temperatures_c),
+        trims_um=held(inputs.trims_um),
+        read_um=held(inputs.read_um),
+    )
+
+
+def _in_real(part: Any) -> Any:
+    """Return a part of a compensation with the numbers that REAL holds."""
+    if isinstance(part, float):
+        return rounded(part, double=False)
+    if isinstance(part, tuple):
+        return tuple(map(_in_real, cast("tuple[object, ...]", part)))
+    if isinstance(part, Mapping):
+        return {k: _in_real(v) for k, v in cast("Mapping[str, object]", part).items()}
+    if is_dataclass(part) and not isinstance(part, type | Provenance):
+        values = {
+            entry.name: _in_real(getattr(part, entry.name)) for entry in fields(part) if entry.init
+        }
+        return replace(part, **values)
+    return part
+
+
+# ---- the line in the control --------------------------------------------------------------------
+
+
+def _line_inputs(line: LineSettings, read_um: _Floats) -> dict[str, float]:
+    """Return the line by which the control reports corrections at the positions."""
+    k0_mm = slope = 0.0
+    for to_k0, to_slope, read in zip(*line.weights(), read_um, strict=True):
+        k0_mm += to_k0 * read
+        slope += to_slope * read
+    return {"read_k0_mm": k0_mm, "read_slope": slope, "read_reference_mm": line.origin_mm}
+
+
+def _away_um(line: LineSettings, read: _Floats, written: tuple[float, float]) -> _Floats:
+    """Return how far the control's line is from the one that was written, by position. [µm]"""
+    k0_mm, slope, reference_mm = read
+    if not all(abs(value) <= LARGEST_READ for value in read):
+        return (UNREAD_UM,) * len(line.positions_mm)
+    return tuple(
+        ((k0_mm + slope * (p - reference_mm)) - (written[0] + written[1] * (p - line.origin_mm)))
+        * line.um_per_mm
+        for p in line.positions_mm
+    )
+
+
+def _laid(
+    line: LineSettings, correction_um: _Floats, totals_um: _Floats, *, free: bool
+) -> dict[str, float]:
+    """Return the outputs of the line through the corrections."""
+    k0_mm = slope = 0.0
+    for to_k0, to_slope, c in zip(*line.weights(), correction_um, strict=True):
+        k0_mm += to_k0 * c
+        slope += to_slope * c
+    limited = False
+    if not free:
+        laid = (k0_mm, slope)
+        bounds = line.bounds(totals_um)
+        k0_mm, slope = (min(max(v, -b), b) for v, b in zip(laid, bounds, strict=True))
+        limited = (k0_mm, slope) != laid
+    residual_um = max(
+        abs(c - (k0_mm + slope * (p - line.origin_mm)) * line.um_per_mm)
+        for c, p in zip(correction_um, line.positions_mm, strict=True)
+    )
+    return {
+        "k0_mm": k0_mm,
+        "slope": slope,
+        "reference_mm": line.origin_mm,
+        "residual_um": residual_um,
+        "line_limited": limited,
+    }

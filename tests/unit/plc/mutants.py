@@ -1,0 +1,156 @@
+"""Mutants of the library's Structured Text: one word changed, and what must notice it.
+
+A word is a comparison, a sign, a truth, a logical word, a number, or a statement left out. What a
+mutant says is compared in every call with what `cycle` says, for a few models with faults and for
+rows that are stated call by call.
+"""
+
+import random
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tests.unit.plc.equal_parts import (
+    CBlock,
+    CLibrary,
+    Record,
+    c_library,
+    columns,
+    difference,
+    recorded,
+)
+from tests.unit.plc.plc_scenarios import MoodPlant, inputs_of, quiet_inputs
+from tests.unit.plc.st_to_c import st_as_c
+from tests.unit.plc.test_block import every_stated, some_settings
+from thermaxis.plc import Block, CycleBlock, PlcSettings, PlcStep, st_library
+
+SEEDS = (*range(10), 21)
+CALLS = 1200
+TOGETHER = 8
+_CHANGES = {
+    "<=": ">", ">=": "<", "<": ">=", ">": "<=", "=": ">", "AND": "OR", "OR": "AND", "+": "-",
+    "-": "+", "TRUE": "FALSE", "FALSE": "TRUE", "NOT ": "", "*": "/", "/": "*",
+}  # fmt: skip
+_BORDERS = {"<=": "<", ">=": ">", "<": "<=", ">": ">="}
+_WORD = re.compile(r"(?<![:<>])(?:<=|>=|<|>|=)(?!=)|\bAND\b|\bOR\b|\bTRUE\b|\bFALSE\b|\bNOT |"
+                   r"(?<= )[-+*/](?= )|(?<![\w.+])\d+(?![\w.])")  # fmt: skip
+_TIME = re.compile(r"_s\b")
+_STATEMENT = re.compile(r"^ +\w+ := [^;]*;$", re.MULTILINE)
+_BODY = re.compile(r"^FUNCTION_BLOCK (\w+)\n.*?^END_VAR\n(?!VAR)(.*?)^END_FUNCTION_BLOCK",
+                   re.MULTILINE | re.DOTALL)  # fmt: skip
+
+
+class Mutant(NamedTuple):
+    """A library with one mistake."""
+
+    name: str
+    """Block, line and change."""
+    text: str
+
+
+def every_mutant() -> list[Mutant]:
+    """Return the mutants of every statement of the library, in an order that is the same."""
+    chosen = list(_mutants(st_library(double=True)))
+    random.Random(1).shuffle(chosen)  # noqa: S311 - a sample that can be repeated
+    return chosen
+
+
+def _mutants(text: str) -> Iterator[Mutant]:
+    for body in _BODY.finditer(text):
+        first, last = body.span(2)
+        remarks = [m.span() for m in re.finditer(r"\(\*.*?\*\)", text)]
+        for found in _WORD.finditer(text, first, last):
+            if any(a <= found.start() < b for a, b in remarks):
+                continue
+            word = found[0]
+            other = str(int(word) + 1) if word.isdigit() else _CHANGES[word]
+            yield _changed(text, body[1], found.span(), other)
+            line = text[text.rfind("\n", 0, found.start()) : found.end()]
+            if word in _BORDERS and _TIME.search(line):
+                yield _changed(text, body[1], found.span(), _BORDERS[word])
+        for found in _STATEMENT.finditer(text, first, last):
+            yield _changed(text, body[1], found.span(), "")
+
+
+def _changed(text: str, block: str, span: tuple[int, int], other: str) -> Mutant:
+    begin = text.rfind("\n", 0, span[0]) + 1
+    line = " ".join(text[begin : text.index("\n", span[1])].split())
+    number = text.count("\n", 0, span[0]) + 1
+    name = (
+        f"{block} line {number}: {line} | {text[span[0] : span[1]].strip()} -> {other or 'nothing'}"
+    )
+    return Mutant(name, text[: span[0]] + other + text[span[1] :])
+
+
+@lru_cache
+def _records() -> list[tuple[Block, Record]]:
+    made: list[tuple[Block, Record]] = []
+    for seed in SEEDS:
+        settings = with_all_limits(some_settings(seed), seed)
+        steps = MoodPlant(settings, 77 + seed).steps(CycleBlock(settings), CALLS)
+        made.append((Block(settings=settings), recorded(settings, steps)))
+    for place, (settings, rows, values) in enumerate(every_stated()):
+        named = replace(settings, name=f"stated {place}")
+        made.append((Block(settings=named), _stated(named, rows, values)))
+    return made
+
+
+def _stated(settings: PlcSettings, rows: list[dict[str, Any]], values: list[float]) -> Record:
+    block, sent = CycleBlock(settings), (0.0,) * len(settings.names.outputs)
+    steps: list[PlcStep] = []
+    for call, row in enumerate(rows):
+        told = quiet_inputs(settings, values, sent) | {"enable": call > 0} | row
+        inputs = inputs_of(settings, told)
+        steps.append(PlcStep(inputs, block.step(inputs)))
+        sent = steps[-1].outputs.correction_um
+    return recorded(settings, steps)
+
+
+def with_all_limits(settings: PlcSettings, seed: int) -> PlcSettings:
+    """Return settings in which time limits of every length occur over the seeds."""
+    rng = random.Random(seed)  # noqa: S311 - a test that can be repeated
+    limits = {
+        name: replace(one, total_um=max(one.total_um, one.largest_um + rng.choice((0.0, 1.5))))
+        for name, one in settings.compensation.limits.items()
+    }
+    return replace(settings, compensation=replace(settings.compensation, limits=limits))
+
+
+def unnoticed(mutants: Sequence[Mutant], folder: Path) -> list[str]:
+    """Return the names of mutants that say in every call what they must."""
+    missed: list[str] = []
+    for k in range(0, len(mutants), TOGETHER):
+        some = mutants[k : k + TOGETHER]
+        blocks: dict[str, CBlock] = {}
+        for n, mutant in enumerate(some):
+            blocks |= _all_with(mutant, f"m{n}")
+        library = CLibrary(c_library(blocks, folder / str(k), "-O0", "-w"))
+        missed += [mutant.name for n, mutant in enumerate(some) if not _noticed(library, f"m{n}")]
+    return missed
+
+
+def _all_with(mutant: Mutant, name: str) -> dict[str, CBlock]:
+    """Return every block beside one library with a mistake."""
+    every = [block for block, _ in _records()]
+    texts = [mutant.text, *(block.st()[f"{block.name}.st"] for block in every)]
+    c = st_as_c(texts, name, apart=True)
+    made: dict[str, CBlock] = {}
+    for block in every:
+        own = f"{name}_{block.name}"
+        files = (
+            (f"{name}.h", c.header),
+            (f"{name}.c", c.source),
+            (f"{own}.h", f'#include "{name}.h"\n'),
+        )
+        made[own] = CBlock(files, *columns(block))
+    return made
+
+
+def _noticed(library: CLibrary, name: str) -> bool:
+    return any(
+        difference(record, library.run(f"{name}_{block.name}", record))
+        for block, record in _records()
+    )
