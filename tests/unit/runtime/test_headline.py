@@ -21,7 +21,14 @@ from tests.unit.runtime.status_server_parts import (
     status,
 )
 from thermaxis.codes import Message
-from thermaxis.compensation import Outcome, Reason, RequestKind, SampleQuality, SupervisorState
+from thermaxis.compensation import (
+    CycleOutput,
+    Outcome,
+    Reason,
+    RequestKind,
+    SampleQuality,
+    SupervisorState,
+)
 from thermaxis.messages import ISOLATE, LANGUAGES, remedy_of, sentence_of
 from thermaxis.runtime import (
     NOT_READ,
@@ -275,7 +282,7 @@ HERE = FAR._replace(correction_um=(-41.0,))
     ("changes", "code"),
     [
         ({}, "on_its_way"),
-        ({"output": HERE, "offsets": {"Z_um": offsets(-41.0, -41.0, -40.0)}}, "active"),
+        ({"output": HERE, "offsets": {"Z_um": offsets(-41.0, -41.0, -40.6)}}, "active"),
         ({"output": HERE, "offsets": {"Z_um": offsets(-41.0, -41.0, -12.0)}}, "on_its_way"),
         ({"interlocks": {"door": False}}, "interlock"),
         ({"differing": ("Z_um",)}, "not_acting"),
@@ -303,12 +310,36 @@ def test_it_follows_the_model_only_since_it_has_arrived() -> None:
     assert seen(3.0) == ("active", 3.0)
 
 
-@pytest.mark.parametrize(("age_s", "code"), [(0.0, "another_writer"), (300.0, "on_its_way")])
-def test_another_writer_is_named_until_what_it_did_is_made_good(age_s: float, code: str) -> None:
+def test_a_fast_axis_is_there_no_earlier_than_a_slow_one() -> None:
+    limits = replace(compensation().bounds[0], largest_rate_um_per_s=10.0)
+    for correction_um, acting_um in ((-25.0, -43.0), (-43.0, -25.0)):
+        told = status(
+            output=FAR._replace(correction_um=(correction_um,)),
+            offsets={"Z_um": offsets(correction_um, acting_um, acting_um)},
+            facts={"Z_um": OutputFacts(limits, ())},
+        )
+        assert headline(told).values == {"name": "Z_um", "left_um": 18.0, "left_s": 1.8}
+
+
+HELD = FAR._replace(state=SupervisorState.HOLDING, reasons=(Reason.OPERATOR_HOLD,))
+LOST_INPUT = FAR._replace(qualities=(SampleQuality.STATUS_BAD, SampleQuality.GOOD))
+
+
+@pytest.mark.parametrize(
+    ("age_s", "of", "code"),
+    [
+        (0.0, FAR, "another_writer"),
+        (11.0, FAR, "on_its_way"),
+        (11.0, HELD, "held_by_person"),
+        (11.0, LOST_INPUT, "input_lost"),
+    ],
+)
+def test_another_writer_is_named_first_and_hides_nothing_that_lasts(
+    age_s: float, of: CycleOutput, code: str
+) -> None:
     values = {"name": "Z_um", "found_um": 61.0, "left_um": -12.0}
     wrote = alarm(code="another_writer", values=values, since=NOW - timedelta(seconds=age_s))
-    told = status(output=FAR, alarms=(wrote,))
-    assert headline(told).code == f"headline-{code}"
+    assert headline(status(output=of, alarms=(wrote,))).code == f"headline-{code}"
 
 
 def test_a_cause_keeps_its_time_through_other_states_and_other_causes() -> None:

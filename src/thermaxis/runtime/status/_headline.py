@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from datetime import datetime, timedelta
-from typing import TypeAlias, cast, final
+from typing import TypeAlias, final
 
 from thermaxis.codes import Message, Value
 from thermaxis.compensation import SETTLED_UM, Reason, SupervisorState
@@ -13,11 +13,8 @@ _DOUBTFUL = frozenset({"not_acting", "inputs_unreachable", "input_lost"})
 """What a single missed read looks like, too."""
 _STANDING = frozenset(f"headline-{c}" for c in ("active", "on_its_way", "at_limit", "interlock"))
 """What is told on meanwhile, in the same state."""
-_LATE_S = 2.0
-"""What the rate makes good so soon is the ordinary lag, as is what counts as settled; what acts may
-be two cycles later."""
 _WRITER_S = 10.0
-"""Another writer is named for so long, beside the time of the way back: to be read. [s]"""
+"""Another writer is named for so long: to be read. Then its alarm says so. [s]"""
 
 
 @final
@@ -146,24 +143,18 @@ def _not_there(status: RuntimeStatus) -> _Causes:
         status.outputs, output.wanted_um, output.to_go_um, strict=True
     ):
         limits, acting_um = status.facts[name].limits, status.offsets[name].acting.um
-        rate_um_per_s = limits.largest_rate_um_per_s
-        near_um = max(limits.deadband_um + SETTLED_UM, _LATE_S * rate_um_per_s)
-        acts_um = to_go_um if acting_um is None else abs(wanted_um - acting_um)
-        if to_go_um > near_um or acts_um > near_um + 2.0 * status.cycle_s * rate_um_per_s:
-            left_um = max(to_go_um, acts_um)
-            left = {"left_um": left_um, "left_s": left_um / rate_um_per_s}
+        left_um = to_go_um if acting_um is None else max(to_go_um, abs(wanted_um - acting_um))
+        if left_um > limits.deadband_um + SETTLED_UM:
+            left = {"left_um": left_um, "left_s": left_um / limits.largest_rate_um_per_s}
             yield f"way {name}", "on_its_way", {"name": name, **left}
 
 
 def _written_by_others(status: RuntimeStatus) -> Iterator[str]:
-    """Yield the outputs that another has just written, until they are back on their way."""
+    """Yield the outputs that another has just written."""
     for alarm in status.alarms:
-        name = str(alarm.values.get("name"))
-        if alarm.code == "another_writer" and name in status.facts:
-            um = [cast("float", alarm.values[key]) for key in ("found_um", "left_um")]
-            back_s = abs(um[0] - um[1]) / status.facts[name].limits.largest_rate_um_per_s
-            if 0.0 <= (status.utc - alarm.since).total_seconds() <= _WRITER_S + back_s:
-                yield name
+        lately = 0.0 <= (status.utc - alarm.since).total_seconds() <= _WRITER_S
+        if alarm.code == "another_writer" and lately:
+            yield str(alarm.values.get("name"))
 
 
 def _asked(status: RuntimeStatus) -> datetime:
