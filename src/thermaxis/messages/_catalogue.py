@@ -29,6 +29,8 @@ ISOLATE, END_OF_ISOLATE = "\N{FIRST STRONG ISOLATE}", "\N{POP DIRECTIONAL ISOLAT
 _GAP: Final = re.compile(r"\$(\w+)")
 _ENTRY: Final = re.compile(r"^([a-z][\w-]*) *=.*(?:\n(?:[ \t]+\S.*|(?=\n[ \t]+\S)))*", re.MULTILINE)
 """A sentence with its attributes: the lines that are indented after its first one."""
+_NAMED: Final = re.compile(r"\bNAME\(\$(\w+)\)")
+"""A value that is shown as a name."""
 _ATTRIBUTE: Final = re.compile(r"^[ \t]+\.(\w+) *=", re.MULTILINE)
 _OTHER: Final = re.compile(r"{ *([a-z]\w*-[\w-]+)[ .}]")
 """Another sentence within one."""
@@ -141,6 +143,11 @@ def template(key: str, *, language: str = LANGUAGES[0]) -> str:
 def keys(language: str) -> frozenset[str]:
     """Return every key of the catalogue of a language, as `sentence` takes them."""
     return _catalogue(language).keys
+
+
+def named_values(code: str) -> frozenset[str]:
+    """Return which values of a message name something of the machine: what `NAME` shows of it."""
+    return frozenset(_NAMED.findall(_catalogue(LANGUAGES[0]).entries.get(code, "")))
 
 
 def _formatted(key: str, values: Mapping[str, _Argument], language: str) -> str | None:

@@ -249,6 +249,20 @@ def test_an_event_calls_inputs_and_interlocks_as_people_do_also_in_what_it_quote
     assert "T_spindle" not in said["said"]
 
 
+def test_only_what_a_sentence_names_is_called_as_people_do() -> None:
+    names = {"enable": "Key", "restart": "Lamp", "spindle": "Main spindle", "door": "Hood"}
+    told = {"name": "door", "names": ["door", "enable"], "then": "enable"}
+    told = status(headline={"code": "headline-interlock", "values": told})
+    said = said_status(told, "en", names)["headline_said"]
+    assert said["text"] == "Interlock open: Hood, Key."
+    assert said["remedy"].endswith(sentence("then-enable") + ".")
+    lost = status(headline={"code": "headline-hold_lost", "values": {"why": "restart"}})
+    said = said_status(lost, "en", names)["headline_said"]
+    assert sentence("lost-restart") in said["text"]
+    person = EventRecord.of(NOW, "log", "", Message("event-logged_in", {"name": "spindle"}))
+    assert said_event(person, "en", names)["said"].startswith("spindle ")
+
+
 @pytest.mark.parametrize("code", ["off", "fault", "interlock"])
 def test_an_open_interlock_is_named_once_in_off_and_fault_too(code: str) -> None:
     values = {"reason": "long_at_limit", "names": ["door"], "then": "wait"}

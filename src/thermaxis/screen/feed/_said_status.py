@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
-from typing import Any, Final, cast
+from typing import Any, Final
 
 from thermaxis.codes import Message, Value, values_of_json
 from thermaxis.messages import (
@@ -13,6 +13,7 @@ from thermaxis.messages import (
     as_sentence,
     isolated,
     keys,
+    named_values,
     remedy_of,
     sentence,
     sentence_of,
@@ -52,21 +53,28 @@ def said_status(
     }
 
 
-def called(value: Any, names: Mapping[str, str]) -> Any:
-    """Return an event, a message or one of its values, with what people call what it names."""
-    if isinstance(value, EventRecord | Message):
-        values = {key: called(one, names) for key, one in value.values.items()}
-        return replace(value, values=values)
+def called(said: EventRecord | Message, names: Mapping[str, str]) -> Any:
+    """Return an event or a message with what people call what its sentences name."""
+    named = named_values(said.code)
+    values = {
+        key: _called(value, names, names if key in named else NO_NAMES)
+        for key, value in said.values.items()
+    }
+    return replace(said, values=values)
+
+
+def _called(value: Value, names: Mapping[str, str], own: Mapping[str, str]) -> Any:
+    if isinstance(value, Message):
+        return called(value, names)
     if isinstance(value, tuple):
-        return tuple(called(one, names) for one in cast("tuple[object, ...]", value))
+        return tuple(_called(one, names, own) for one in value)
     if isinstance(value, str):
-        return ", ".join(names.get(one, one) for one in value.split(", "))
+        return ", ".join(own.get(one, one) for one in value.split(", "))
     return value
 
 
-def _values(said: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Value]:
-    values = values_of_json(said.get("values"))
-    return {key: called(value, names) for key, value in values.items()}
+def _message(code: str, values: object, names: Mapping[str, str]) -> Message:
+    return called(Message(code, values_of_json(values)), names)
 
 
 def _said_headline(
@@ -77,7 +85,7 @@ def _said_headline(
     Where that does not say so, an open interlock is named in the place of what to do: in Fault the
     alarm says that, too.
     """
-    told = Message(str(headline.get("code", "")), _values(headline, names))
+    told = _message(str(headline.get("code", "")), headline.get("values"), names)
     if told.code not in keys(LANGUAGES[0]):
         return {"text": told.code, "remedy": ""}
     text = as_sentence(sentence_of(told, language=language))
@@ -89,8 +97,8 @@ def _said_opened(opened: object, language: str, names: Mapping[str, str]) -> str
     """Return which interlocks are open; empty where none is."""
     if not opened:
         return ""
-    values = _values({"values": {"names": opened}}, names)
-    return as_sentence(sentence_of(Message("headline-interlock", values), language=language))
+    told = _message("headline-interlock", {"names": opened}, names)
+    return as_sentence(sentence_of(told, language=language))
 
 
 def _said_look(status: Mapping[str, Any], language: str) -> str:
@@ -126,7 +134,8 @@ def _said_alarm(
     alarm: Mapping[str, Any], language: str, names: Mapping[str, str]
 ) -> dict[str, Any]:
     """Return an alarm with its sentences; the loop's English where its code is not known here."""
-    code, values = str(alarm.get("code", "")), _values(alarm, names)
+    code = str(alarm.get("code", ""))
+    values = _message(f"alarm-{code}", alarm.get("values"), names).values
     said = {**alarm, "priority_said": said_code("operator-", alarm["priority"], language)}
     if f"alarm-{code}" not in keys(LANGUAGES[0]):
         if language != LANGUAGES[0]:
